@@ -65,7 +65,7 @@ bool get(ByteReader& in, Reason& reason) noexcept {
 }  // namespace
 
 const char* limit_word(unsigned bit) noexcept {
-  constexpr std::array<const char*, 10> kWords{"full stroke",  "spool rate",   "joint range", "virtual wall",
+  constexpr std::array<const char*, 10> kWords{"full stroke",  "valve speed",  "joint range", "virtual wall",
                                                "pressure",     "power",        "pump flow",   "joint velocity",
                                                "assist force", "force ceiling"};
   return bit < kWords.size() ? kWords[bit] : nullptr;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/cli/output_file.h"
+#include "app/console/machine_words.h"
 #include "app/recordings/csv_row.h"
 
 namespace knuckle::console {
@@ -18,10 +19,10 @@ struct Told {
   std::string code, text;
 };
 
-Told machine(const ConsoleEvent& event) {
+Told machine(const ConsoleEvent& event, HandSource hand) {
   const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;
   const std::string mode = std::string("machine: ") + name(event.mode);
-  const std::string why = event.reason ? ", " + text(event.reason) : "";
+  const std::string why = event.reason ? ", " + reason_words(event.reason, hand) : "";
   return {stopped ? Severity::kAlarm : Severity::kInfo, stopped && event.reason ? name(event.reason.code) : "mode",
           mode + why};
 }
@@ -59,12 +60,12 @@ Told piece(const ConsoleEvent& event) {
   return {Severity::kInfo, "piece", "?"};
 }
 
-Told told(const ConsoleEvent& event) {
+Told told(const ConsoleEvent& event, HandSource hand) {
   switch (event.kind) {
     case ConsoleEventKind::kMachine:
-      return machine(event);
+      return machine(event, hand);
     case ConsoleEventKind::kBlocked:
-      return {Severity::kInfo, name(event.reason.code), text(event.reason)};
+      return {Severity::kInfo, name(event.reason.code), reason_words(event.reason, hand)};
     case ConsoleEventKind::kDevice:
       return device(event);
     case ConsoleEventKind::kLink:
@@ -136,8 +137,8 @@ const char* name(Severity severity) noexcept {
   return "?";
 }
 
-void EventBook::add(const ConsoleEvent& event) {
-  const Told line = told(event);
+void EventBook::add(const ConsoleEvent& event, HandSource hand) {
+  const Told line = told(event, hand);
   add(event.at, event.run, line.severity, line.code, line.text);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/console/console_event.h"
+#include "app/console/hand_input.h"
 #include "core/time.h"
 
 namespace knuckle::console {
@@ -46,7 +47,8 @@ class EventBook {
   explicit EventBook(std::size_t most) : most_(most) {}
   EventBook() = default;
 
-  void add(const ConsoleEvent& event);
+  /// @param hand that the person has, for what there is to do with it.
+  void add(const ConsoleEvent& event, HandSource hand = HandSource::kDevice);
   /// What the window itself has to say, such as a gamepad that is gone.
   void add(Time at, std::uint32_t run, Severity severity, const std::string& code, const std::string& text);
   /// Events that the loops had no room for; a row whenever it has grown. @param lost so far.

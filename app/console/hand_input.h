@@ -3,12 +3,16 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "app/console/console_input.h"
 #include "core/joints.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console {
+
+/// What the person has in hand.
+enum class HandSource : std::uint8_t { kKeyboard, kGamepad, kDevice };
 
 /// Machine rates at a full key, stick or drag: about half of what one axis can do.
 inline const JointVector kFullRate_radps{0.25, 0.35, 0.6};

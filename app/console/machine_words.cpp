@@ -1,18 +1,41 @@
 #include "app/console/machine_words.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
+
+#include "core/trust.h"
 
 namespace knuckle::console {
 namespace {
 
-constexpr double kEnd_rad = 0.009;  // half a degree: as well as joints are measured
-constexpr double kReliefShare = 0.97;
+/// "boom, arm and bucket"
+std::string listed(const std::vector<std::string>& all) {
+  std::string words;
+  for (std::size_t i = 0; i < all.size(); ++i) words += (i == 0 ? "" : i + 1 == all.size() ? " and " : ", ") + all[i];
+  return words;
+}
 
-/// +1, -1: the angle's end that the joint is within `margin_rad` of; 0: neither.
-int end_of_range(const LinkDescription& link, double angle_rad, double margin_rad) {
-  if (angle_rad > link.max_rad - margin_rad) return 1;
-  return angle_rad < link.min_rad + margin_rad ? -1 : 0;
+/// "arm 220 bar, bucket 205 bar", of the joints that `which` holds for, the fullest first.
+template <typename Which>
+std::string pressures_of(const JointLoads& loads, const Which& which) {
+  std::vector<std::size_t> joints;
+  for (std::size_t i = 0; i < kJoints; ++i)
+    if (which(loads[i])) joints.push_back(i);
+  std::sort(joints.begin(), joints.end(),
+            [&](std::size_t a, std::size_t b) { return loads[a].pressure_Pa > loads[b].pressure_Pa; });
+  std::string words;
+  for (const std::size_t i : joints)
+    words += fmt::format("{}{} {:.0f} bar", words.empty() ? "" : ", ", kJointNames[i], 1e-5 * loads[i].pressure_Pa);
+  return words;
+}
+
+/// Nobody leads it, nor is about to.
+bool idle(const ConsoleView& view) noexcept {
+  const Mode mode = view.machine.mode;
+  return view.link.heard && (mode == Mode::kReady || mode == Mode::kFault || mode == Mode::kEStop);
 }
 
 }  // namespace
@@ -29,30 +52,99 @@ std::string direction_words(int joint, bool angle_grows) {
   return kWords[static_cast<std::size_t>(joint)][angle_grows ? 1 : 0];
 }
 
-bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noexcept {
-  return pressure_Pa >= kReliefShare * std::min(hydraulics.main_relief_Pa, hydraulics.port_relief_Pa);
+std::string reason_words(const Reason& reason, HandSource hand) {
+  const ReasonCode code = reason.code;
+  const bool keys = hand == HandSource::kKeyboard;
+  if (hand == HandSource::kDevice) return text(reason);
+  if (code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed)
+    return keys ? "hold Shift (enable) and move with Q A W S E D"
+                : "hold the right bumper (enable) and move with the sticks";
+  if (code == ReasonCode::kPresenceLost)
+    return keys ? "Shift and the keys that move it were let go of" : "bumper and sticks were let go of";
+  return text(reason);
+}
+
+BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
+  BlindPress press;
+  if (!view.link.heard || force_words(view).known) return press;
+  std::vector<std::string> at_relief;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (!loads[i].presses()) continue;
+    press.least_N = std::max(press.least_N, loads[i].beyond_Nm / loads[i].reach_m);
+    if (loads[i].at_relief) at_relief.emplace_back(kJointNames[i]);
+  }
+  if (!at_relief.empty())
+    press.words = "pressing hard; cannot be measured: " + listed(at_relief) + " at relief";
+  else if (press.least_N > 0)
+    press.words =
+        "pressing; cannot be measured: " + pressures_of(loads, [](const JointLoad& load) { return load.presses(); });
+  return press;
+}
+
+std::string still_pressing(const ConsoleView& view, const JointLoads& loads) {
+  if (!idle(view)) return "";
+  const double force_N = view.machine.tip_force_N.norm();
+  if (force_words(view).contact && force_N >= kWorthSaying_N)
+    return fmt::format("the bucket still presses with {} N", 100 * std::lround(force_N / 100));
+  const std::string oil = pressures_of(loads, [](const JointLoad& load) { return load.presses(); });
+  return oil.empty() ? "" : "still pressing: " + oil;
+}
+
+std::string shut_in(const ConsoleView& view, const JointLoads& loads) {
+  if (!idle(view)) return "";
+  const std::string oil = pressures_of(loads, [](const JointLoad& load) { return load.pushes_on_its_end(); });
+  return oil.empty() ? "" : "oil shut in, " + oil;
+}
+
+std::vector<std::string> ends_in_words(const JointLoads& loads) {
+  std::vector<std::string> words;
+  for (int joint = 0; joint < kJoints; ++joint)
+    if (const int end = loads[static_cast<std::size_t>(joint)].end; end != 0)
+      words.push_back(direction_words(joint, end > 0) + ": at its end");
+  return words;
+}
+
+LessFelt less_felt(const ConsoleView& view) {
+  const SlaveMessage& m = view.machine;
+  if (m.mode != Mode::kEngaged) return {};
+  const std::string sure = fmt::format("{:.0f} %", 100 * m.confidence);
+  const Reason& warning = view.hand.warning;
+  if (!(m.confidence > kLeastConfidence) && (!warning || warning.code == ReasonCode::kCuesEstimate))
+    return {"force not known", "the machine's force is not known (confidence " + sure + "): what is felt is not it"};
+  if (warning) return {"less force felt", text(warning)};
+  if (trust(m.confidence) < 1) return {"force not sure", "the machine's force is not sure: confidence " + sure};
+  return {};
+}
+
+bool feels_end_of_range(const ConsoleView& view, const MachineDescription& machine) noexcept {
+  if (view.machine.mode != Mode::kEngaged || !view.hand.presence) return false;
+  for (std::size_t i = 0; i < kJoints; ++i)
+    if (end_of_range(machine, i, view.hand.ghost_rad[static_cast<Eigen::Index>(i)]) != 0) return true;
+  return false;
+}
+
+std::string piece_news(const ConsoleView& view) {
+  constexpr double kShown_s = 5;
+  const sim::WorldEventRing& events = view.truth.events;
+  if (!view.simulated) return "";
+  for (std::uint64_t n = events.count; n > 0 && n + sim::WorldEventRing::kCapacity > events.count; --n) {
+    const sim::WorldEvent& event = events.at(n - 1);
+    if (const double ago_s = view.simulated_s - event.t_s; ago_s < 0 || ago_s > kShown_s) break;
+    if (event.kind == sim::WorldEventKind::kPieceBroke) return "a piece broke off";
+    if (event.kind == sim::WorldEventKind::kPieceDown) return "a piece fell to the ground";
+  }
+  return "";
 }
 
 std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                         const Kinematics& kinematics, bool measured) {
+                                         const Kinematics& kinematics, const JointLoads& loads, bool measured) {
   if (!view.link.heard) return {};
   const SlaveMessage& m = view.machine;
-  std::vector<std::string> words;
-  bool range_named = false;
+  std::vector<std::string> words = measured ? ends_in_words(loads) : std::vector<std::string>();
+  const bool range_named = !words.empty();
   for (int joint = 0; measured && joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
-    const LinkDescription& link = machine.links[i];
-    const double angle_rad = m.position_rad[joint];
-    const bool limited = (m.limits & kLimitJointRange) != 0;
-    if (const int end = end_of_range(link, angle_rad, kEnd_rad); end != 0) {
-      words.push_back(direction_words(joint, end > 0) + ": end stop");
-      range_named |= limited;
-    } else if (const int near = end_of_range(link, angle_rad, machine.limits.joint_soft_margin_rad);
-               limited && near != 0) {
-      words.push_back(direction_words(joint, near > 0) + ": joint range");
-      range_named = true;
-    }
-    const auto cylinder = kinematics.cylinder_at(joint, angle_rad);
+    const auto cylinder = kinematics.cylinder_at(joint, m.position_rad[joint]);
     for (std::size_t side = 0; cylinder && side < 2; ++side) {
       if (!at_relief(machine.hydraulics, m.pressure_Pa[2 * i + side])) continue;
       const bool extends = side == 0;

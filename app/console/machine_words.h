@@ -6,13 +6,15 @@
 #include <vector>
 
 #include "app/console/console_view.h"
+#include "app/console/hand_input.h"
+#include "app/console/joint_load.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "master/downgrade.h"
 
 namespace knuckle::console {
 
-/// Below, nothing is felt either, and what is shown are dashes.
+/// Below, nothing of the machine's force is felt either, and what is shown are dashes.
 inline constexpr double kLeastConfidence = 1 - master::Downgrade::kDoubt.on;
 
 struct ForceWords {
@@ -25,12 +27,40 @@ struct ForceWords {
 /// "boom up", "bucket in (curl)"; a joint turns up or out where its angle grows.
 [[nodiscard]] std::string direction_words(int joint, bool angle_grows);
 
-/// Which chambers are as full as the relief valve lets them be: the joint pushes, and cannot push harder.
-[[nodiscard]] bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noexcept;
-/// For each limit being hit, joint at the end of its range, and cylinder at relief: a few words that name joint and
+/// Why the machine does not follow, or no longer does, in terms of what this person has in hand.
+[[nodiscard]] std::string reason_words(const Reason& reason, HandSource hand);
+
+/// What is known of a force that is not: that a joint presses all the same, by its oil.
+struct BlindPress {
+  double least_N = 0;  ///< It is at least so much.
+  std::string words;   ///< "pressing hard; cannot be measured: arm at relief"; empty: nothing presses, or it is known.
+};
+[[nodiscard]] BlindPress blind_press(const ConsoleView& view, const JointLoads& loads);
+
+/// What a machine that nobody leads goes on pressing with, its oil being shut in: "the bucket still presses with 800
+/// N", or "still pressing: arm 220 bar". Empty: it does not.
+[[nodiscard]] std::string still_pressing(const ConsoleView& view, const JointLoads& loads);
+/// The same where it pushes against the end of its own joint: "oil shut in, bucket 205 bar".
+[[nodiscard]] std::string shut_in(const ConsoleView& view, const JointLoads& loads);
+/// "bucket in (curl): at its end" for each joint that is; empty: none.
+[[nodiscard]] std::vector<std::string> ends_in_words(const JointLoads& loads);
+
+/// Why the hand feels less than the machine while it leads it.
+struct LessFelt {
+  std::string brief, words;  ///< Empty: it does not.
+};
+[[nodiscard]] LessFelt less_felt(const ConsoleView& view);
+/// The hand's set-point is in the wall that is felt at the end of a joint's range.
+[[nodiscard]] bool feels_end_of_range(const ConsoleView& view, const MachineDescription& machine) noexcept;
+
+/// A piece that broke off or fell within the last seconds of a simulated session; empty: none did.
+[[nodiscard]] std::string piece_news(const ConsoleView& view);
+
+/// For each limit being hit, joint at the end of its way, and cylinder at relief: a few words that name joint and
 /// direction where they are known. Empty: none.
-/// @param measured whether pose and pressures are fresh.
+/// @param measured whether pose and pressures are fresh. @param loads then.
 [[nodiscard]] std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                                       const Kinematics& kinematics, bool measured);
+                                                       const Kinematics& kinematics, const JointLoads& loads,
+                                                       bool measured);
 
 }  // namespace knuckle::console

@@ -162,5 +162,17 @@ TEST(EventBook, SaysInOneLineWhyItCannotExport) {
   EXPECT_THROW(EventBook().export_csv("/dev/null/at/all.csv"), InputError);
 }
 
+TEST(EventBook, TellsSomebodyAtTheKeysWhatToDoWithThem) {
+  ConsoleEvent event;
+  event.kind = ConsoleEventKind::kMachine;
+  event.mode = Mode::kReady;
+  event.reason = {ReasonCode::kNoPresence};
+  EventBook book;
+  book.add(event);
+  book.add(event, HandSource::kKeyboard);
+  EXPECT_NE(book.rows().front().text.find("no hand on the device"), std::string::npos) << book.rows().front().text;
+  EXPECT_NE(book.rows().back().text.find("hold Shift"), std::string::npos) << book.rows().back().text;
+}
+
 }  // namespace
 }  // namespace knuckle::console

@@ -27,7 +27,10 @@ struct Rig {
       view.machine.position_rad[i] = 0.5 * (link.min_rad + link.max_rad);
     }
   }
-  [[nodiscard]] std::vector<std::string> limits() const { return limits_in_words(view, machine, kinematics, measured); }
+  [[nodiscard]] std::vector<std::string> limits() const {
+    const JointLoads loads = joint_loads(view.machine, machine, kinematics);
+    return limits_in_words(view, machine, kinematics, loads, measured);
+  }
   [[nodiscard]] bool says(const std::string& words) const {
     const auto all = limits();
     return std::find(all.begin(), all.end(), words) != all.end();
@@ -53,15 +56,14 @@ TEST(LimitsInWords, NameTheJointAndItsDirection) {
   Rig rig;
   EXPECT_TRUE(rig.limits().empty());
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
-  EXPECT_TRUE(rig.says("bucket in (curl): end stop"));
+  EXPECT_TRUE(rig.says("bucket in (curl): at its end"));
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].max_rad;
-  EXPECT_TRUE(rig.says("bucket out: end stop"));
+  EXPECT_TRUE(rig.says("bucket out: at its end"));
   Rig near;
+  near.view.machine.limits = kLimitJointRange | kLimitPumpFlow;
   near.view.machine.position_rad[kArm] =
       near.machine.links[kArm].min_rad + 0.9 * near.machine.limits.joint_soft_margin_rad;
-  EXPECT_TRUE(near.limits().empty()) << "nothing is limited there yet";
-  near.view.machine.limits = kLimitJointRange | kLimitPumpFlow;
-  EXPECT_TRUE(near.says("arm in: joint range"));
+  EXPECT_TRUE(near.says("arm in: at its end")) << "the hand meets a wall there";
   EXPECT_TRUE(near.says("pump flow"));
   EXPECT_EQ(near.limits().size(), 2u) << "said once, with its joint";
   Rig far;
@@ -85,6 +87,99 @@ TEST(LimitsInWords, OilAtReliefIsThatAndNoContact) {
   EXPECT_EQ(rig.limits(), std::vector<std::string>{"boom up: oil at relief"}) << "its cylinder lifts by extending";
   rig.view.machine.pressure_Pa[0] = 0.9 * rig.machine.hydraulics.main_relief_Pa;
   EXPECT_TRUE(rig.limits().empty());
+}
+
+/// The arm pushes out with 220 bar, the bucket in with 205 bar.
+JointLoads pressing() {
+  JointLoads loads;
+  loads[kArm] = {.pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true};
+  loads[kBucket] = {.pushes = -1, .beyond_Nm = 1000, .reach_m = 0.5, .pressure_Pa = 205e5, .at_relief = true};
+  return loads;
+}
+
+TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastThatItIs) {
+  Rig rig;
+  rig.view.machine.confidence = 0.03;
+  JointLoads loads = pressing();
+  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing hard; cannot be measured: arm and bucket at relief");
+  EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 6000);
+  loads[kBucket].at_relief = false;
+  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing hard; cannot be measured: arm at relief");
+  loads[kArm].at_relief = false;
+  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: arm 220 bar, bucket 205 bar");
+  loads[kArm].end = 1;
+  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: bucket 205 bar")
+      << "the arm pushes on its own end";
+  EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 2000);
+  loads[kArm] = loads[kBucket] = {};
+  EXPECT_EQ(blind_press(rig.view, loads).words, "");
+  rig.view.machine.confidence = 0.9;
+  EXPECT_EQ(blind_press(rig.view, pressing()).words, "") << "its number is shown";
+}
+
+TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
+  Rig rig;
+  rig.view.machine.mode = Mode::kReady;
+  rig.view.machine.confidence = 0.03;
+  EXPECT_EQ(still_pressing(rig.view, {}), "");
+  EXPECT_EQ(still_pressing(rig.view, pressing()), "still pressing: arm 220 bar, bucket 205 bar");
+  EXPECT_EQ(shut_in(rig.view, pressing()), "");
+  JointLoads curled = pressing();
+  curled[kBucket].end = -1;
+  EXPECT_EQ(still_pressing(rig.view, curled), "still pressing: arm 220 bar");
+  EXPECT_EQ(shut_in(rig.view, curled), "oil shut in, bucket 205 bar");
+  for (const Mode mode : {Mode::kFault, Mode::kEStop}) {
+    rig.view.machine.mode = mode;
+    EXPECT_NE(still_pressing(rig.view, curled), "") << name(mode);
+  }
+  for (const Mode mode : {Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+    rig.view.machine.mode = mode;
+    EXPECT_EQ(still_pressing(rig.view, curled) + shut_in(rig.view, curled), "") << name(mode);
+  }
+}
+
+TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
+  Rig rig;
+  rig.view.machine.mode = Mode::kEngaged;
+  EXPECT_EQ(less_felt(rig.view).brief, "");
+  rig.view.machine.confidence = 0.07;
+  EXPECT_EQ(less_felt(rig.view).brief, "force not known");
+  EXPECT_NE(less_felt(rig.view).words.find("confidence 7 %"), std::string::npos) << less_felt(rig.view).words;
+  rig.view.machine.confidence = 0.25;
+  EXPECT_EQ(less_felt(rig.view).brief, "force not sure");
+  rig.view.machine.confidence = 0.9;
+  rig.view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+  EXPECT_EQ(less_felt(rig.view).brief, "less force felt");
+  EXPECT_EQ(less_felt(rig.view).words, text(rig.view.hand.warning));
+  rig.view.machine.mode = Mode::kReady;
+  EXPECT_EQ(less_felt(rig.view).brief, "") << "nobody leads it: nothing is felt";
+}
+
+TEST(PieceNews, IsOfTheLastSecondsOnly) {
+  Rig rig;
+  rig.view.simulated = true;
+  rig.view.simulated_s = 20;
+  EXPECT_EQ(piece_news(rig.view), "");
+  rig.view.truth.events.push({sim::WorldEventKind::kPieceBroke, 0, 19, 820});
+  EXPECT_EQ(piece_news(rig.view), "a piece broke off");
+  rig.view.truth.events.push({sim::WorldEventKind::kContact, 0, 19.2, 820});
+  EXPECT_EQ(piece_news(rig.view), "a piece broke off");
+  rig.view.truth.events.push({sim::WorldEventKind::kPieceDown, 0, 19.5, 45});
+  EXPECT_EQ(piece_news(rig.view), "a piece fell to the ground") << "the newest";
+  rig.view.simulated_s = 24.9;
+  EXPECT_EQ(piece_news(rig.view), "");
+  for (int i = 0; i < 100; ++i) rig.view.truth.events.push({sim::WorldEventKind::kContact, 0, 24.8, 0});
+  EXPECT_EQ(piece_news(rig.view), "");
+}
+
+TEST(ReasonWords, TellSomebodyAtTheKeysOfKeysAndNotOfAHandOnADevice) {
+  for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed, ReasonCode::kPresenceLost}) {
+    EXPECT_EQ(reason_words({code}, HandSource::kDevice), text(Reason{code}));
+    EXPECT_NE(reason_words({code}, HandSource::kKeyboard).find("Shift"), std::string::npos) << name(code);
+    EXPECT_NE(reason_words({code}, HandSource::kGamepad).find("bumper"), std::string::npos) << name(code);
+  }
+  const Reason other{ReasonCode::kEmergencyStop};
+  EXPECT_EQ(reason_words(other, HandSource::kKeyboard), text(other));
 }
 
 LinkSide good_link() {

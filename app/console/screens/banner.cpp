@@ -20,9 +20,27 @@ struct Headline {
   widgets::Icon icon = widgets::Icon::kLink;
   ImU32 fill = 0;
   bool alarm = false;  ///< Flashes.
+  ImU32 edge = 0;      ///< Of a frame around it; 0: none.
 };
 
-Headline headline(const widgets::Ui& ui, const ConsoleView& view, bool recorded) {
+/// What else there is to know of a machine in this mode.
+void add_notes(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, Headline& says) {
+  const std::string presses = still_pressing(view, loads), own_end = shut_in(view, loads);
+  if (!presses.empty()) {
+    // The fullest cylinder alone; the reason beside it has them all.
+    const bool by_oil = presses.starts_with("still pressing");
+    says.below = by_oil ? presses.substr(0, presses.find(',')) : "still pressing";
+    if (view.machine.mode == Mode::kReady) says.icon = widgets::Icon::kWarning;  // a tick would say that all is well
+    says.edge = ui.theme.colours.notice;
+  } else if (!own_end.empty()) {
+    says.below = own_end;
+  } else if (const LessFelt less = less_felt(view); !less.brief.empty()) {
+    says.below = less.brief;
+    says.edge = ui.theme.colours.notice;
+  }
+}
+
+Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded) {
   const widgets::Palette& c = ui.theme.colours;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const Mode mode = view.machine.mode;
@@ -36,33 +54,45 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, bool recorded)
   const std::string was = std::string("was ") + mode_word(mode) + ", " + age + " old";
   if (ui.loop_silent()) return {"CONSOLE HANGS", was, widgets::Icon::kWarning, c.stop, true};
   if (fresh.stale()) return {"LINK LOST", was, widgets::Icon::kLink, c.stop, true};
-  if (stopped(view)) return {"STOPPED", "", widgets::Icon::kStop, ui.theme.mode_colour(Mode::kOff), false};
-  return {mode_word(mode), "", mode_icon(mode), ui.theme.mode_colour(mode),
-          mode == Mode::kFault || mode == Mode::kEStop};
+  Headline says{mode_word(mode), "", mode_icon(mode), ui.theme.mode_colour(mode),
+                mode == Mode::kFault || mode == Mode::kEStop};
+  // Nothing is broken, so that it does not flash; but nothing else that stands still is as loud.
+  if (stopped(view)) says = {"STOPPED", "", widgets::Icon::kStop, c.stop, false};
+  add_notes(ui, view, loads, says);
+  if (stopped(view)) says.edge = c.stop_text;
+  return says;
 }
 
 /// @param recorded false: a hole in the recording that is played.
-void mode_block(const widgets::Ui& ui, const ConsoleView& view, bool recorded, const widgets::Area& area) {
+void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
+                const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const Headline says = headline(ui, view, recorded);
+  const Headline says = headline(ui, view, loads, recorded);
   const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
   if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
     list.AddRect({area.min.x + t.px(3), area.min.y + t.px(3)}, {area.max.x - t.px(3), area.max.y - t.px(3)}, on,
                  t.px(6), 0, t.px(3));
+  if (says.edge != 0) {
+    const float half = t.px(2.5F);
+    list.AddRect({area.min.x + half, area.min.y + half}, {area.max.x - half, area.max.y - half}, says.edge, t.px(7), 0,
+                 2 * half);
+  }
   widgets::draw_icon(list, says.icon, {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
   const float x = area.min.x + t.px(70), y = area.centre().y;
   if (says.below.empty())
     return widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, says.word.c_str());
   widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, says.word.c_str());
-  widgets::put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, widgets::Align::kLeft, says.below.c_str());
+  widgets::put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, widgets::Align::kLeft,
+                    ui.units.in_words(says.below).c_str());
 }
 
 struct Tag {
   widgets::Icon icon;
   std::string text;
-  ImU32 fill;
+  ImU32 fill;              ///< 0: none, a small mark.
+  bool to_accept = false;  ///< Until it is pressed.
 };
 
 /// From the right: how good the link is, and what this session is.
@@ -76,8 +106,12 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, co
                                                              : t.colours.stop;
     tags.push_back({widgets::Icon::kLink, std::string("link ") + name(link->quality) + ": " + link->words, fill});
   }
-  if (view.status_heard && !view.status.calibrated)
-    tags.push_back({widgets::Icon::kWarning, "UNCALIBRATED", t.colours.notice});
+  // What is seen all day is seen no more: a person accepts it, once for each machine.
+  const bool accepted = state.accepted_uncalibrated == view.status.machine.text();
+  if (view.status_heard && !view.status.calibrated && accepted)
+    tags.push_back({widgets::Icon::kNone, "uncalibrated", 0});
+  else if (view.status_heard && !view.status.calibrated)
+    tags.push_back({widgets::Icon::kWarning, "UNCALIBRATED: OK?", t.colours.notice, true});
   if (view.simulated || (view.status_heard && view.status.simulated))
     tags.push_back({widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F)});
   if (view.paused) tags.push_back({widgets::Icon::kPause, "PAUSED", t.colours.notice});
@@ -85,34 +119,47 @@ std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, co
     tags.push_back({widgets::Icon::kNone, "SOUND OFF", quiet});
   else if (!state.sound_problem.empty())
     tags.push_back({widgets::Icon::kWarning, "NO SOUND", t.colours.notice});
-  if (view.hand.warning) tags.push_back({widgets::Icon::kWarning, "FORCE REDUCED", t.colours.notice});
   return tags;
 }
 
-/// On the right, in the middle.
-void draw_replay_tags(const widgets::Ui& ui, const std::vector<Tag>& tags, widgets::Area& area) {
-  for (const Tag& tag : tags) {
-    const widgets::Area place = area.cut_right(widgets::chip_width(ui, tag.text.c_str()), ui.theme.unit());
-    widgets::chip(ui, {place.min.x, place.centre().y}, tag.icon, tag.text.c_str(), tag.fill);
+/// @return whether it was pressed.
+bool put_tag(const widgets::Ui& ui, const Tag& tag, const widgets::Area& place) {
+  const widgets::Theme& t = ui.theme;
+  const float y = place.centre().y;
+  if (tag.fill == 0) {
+    widgets::put_text(t.fonts.small, t.colours.muted, place.centre(), widgets::Align::kCentre, tag.text.c_str());
+    return false;
   }
+  widgets::chip(ui, {place.min.x, y}, tag.icon, tag.text.c_str(), tag.fill);
+  if (!tag.to_accept || place.width() < 1 || place.height() < 1) return false;
+  const widgets::Area pressed{{place.min.x, y - t.px(14)}, {place.max.x, y + t.px(14)}};
+  ImGui::SetCursorScreenPos(pressed.min);
+  const bool accepts = ImGui::InvisibleButton(tag.text.c_str(), pressed.size());
+  widgets::focus_ring(ui, pressed, t.px(14));
+  return accepts;
+}
+
+/// From the right, as far as the area is cut.
+void put_tags(const widgets::Ui& ui, const ConsoleView& view, const std::vector<Tag>& tags, UiState& state,
+              widgets::Area& area) {
+  for (const Tag& tag : tags)
+    if (put_tag(ui, tag, area.cut_right(widgets::chip_width(ui, tag.text.c_str()), ui.theme.unit())))
+      state.accepted_uncalibrated = view.status.machine.text();
 }
 
 /// On the right: tags above, the light of the recording below.
-void draw_tags(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area& area) {
+void draw_tags(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
   const std::vector<Tag> tags = session_tags(ui, data.view, state);
-  if (data.player != nullptr) return draw_replay_tags(ui, tags, area);
+  if (data.player != nullptr) return put_tags(ui, data.view, tags, state, area);
   const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
   float above = 0;
   for (const Tag& tag : tags) above += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
   const float below = std::min(recording_width(ui, words) + t.unit(), kMostShare * area.width());
   widgets::Area block = area.cut_right(std::max(above, below), t.unit()).inset(0, t.px(5));
   widgets::Area upper = block.cut_top(block.height() / 2);
-  for (const Tag& tag : tags) {
-    const widgets::Area place = upper.cut_right(widgets::chip_width(ui, tag.text.c_str()), t.unit());
-    widgets::chip(ui, {place.min.x, upper.centre().y}, tag.icon, tag.text.c_str(), tag.fill);
-  }
+  put_tags(ui, data.view, tags, state, upper);
   draw_recording(ui, data.recording, words, block.cut_right(below));
 }
 
@@ -141,33 +188,40 @@ std::string blocking_words(const ConsoleView& view, HandSource hand) {
   const ReasonCode code = view.machine.blocking.code;
   const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
   if (waits && view.led_by_scenario) return "the scenario's operator does not hold the device yet";
-  if (waits && hand == HandSource::kKeyboard) return "hold Shift (enable) and move with Q A W S E D";
-  if (waits && hand == HandSource::kGamepad) return "hold the right bumper (enable) and move with the sticks";
-  return text(view.machine.blocking);
+  return reason_words(view.machine.blocking, hand);
+}
+
+/// What is to be known of a machine that is led: why it does not move, or what of its force is not felt.
+std::vector<std::string> led_notes(const ConsoleView& view, const JointLoads& loads) {
+  std::vector<std::string> notes;
+  for (const std::string& end : ends_in_words(loads)) notes.push_back(end + ", move it the other way");
+  if (const BlindPress press = blind_press(view, loads); !press.words.empty())
+    notes.push_back(press.words);
+  else if (const LessFelt less = less_felt(view); !less.words.empty())
+    notes.push_back(less.words);
+  return notes;
+}
+
+/// While it is led.
+std::string following(const ConsoleView& view, const JointLoads& loads, const std::string& limited) {
+  const std::string follows =
+      view.led_by_scenario ? "the machine follows the scenario's operator" : "the machine follows the hand";
+  const std::vector<std::string> notes = led_notes(view, loads);
+  std::string words = limited.empty() ? follows : limited;
+  for (const std::string& note : notes) words += "; " + note;
+  return notes.empty() && limited.empty() && !view.led_by_scenario ? words + "; letting go of enable stops it" : words;
 }
 
 /// What there is to do now, or nothing.
-std::string what_blocks(const ConsoleView& view, const AtWindow& person) {
+std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads) {
   if (view.hand.device) return text(view.hand.device);
   if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
   if (view.input.release_enable) return "release enable, then press it again: without the focus it counted as released";
   if (person.typing && person.enable_ignored)
     return "enable is ignored while a text field is active: leave the field first";
   if (person.enable_ignored) return "release enable, then press it again";
-  if (view.machine.blocking) return blocking_words(view, person.hand);
-  if (view.machine.mode != Mode::kEngaged) return "";
-  return view.led_by_scenario ? "the machine follows the scenario's operator"
-                              : "the machine follows the hand; letting go of enable stops it";
-}
-
-/// A machine that nobody leads may still push: its oil is shut in.
-std::string still_pushing(const ConsoleView& view) {
-  constexpr double kWorthSaying_N = 200;
-  const SlaveMessage& m = view.machine;
-  const double force_N = m.tip_force_N.norm();
-  const bool idle = m.mode == Mode::kReady || m.mode == Mode::kFault || m.mode == Mode::kEStop;
-  if (!idle || !force_words(view).contact || force_N < kWorthSaying_N) return "";
-  return "the bucket still presses with " + std::to_string(100 * std::lround(force_N / 100)) + " N";
+  const std::string blocks = view.machine.blocking ? blocking_words(view, person.hand) : "";
+  return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
 }
 
 }  // namespace
@@ -216,7 +270,8 @@ widgets::Icon mode_icon(Mode mode) noexcept {
   return widgets::Icon::kNone;
 }
 
-std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person) {
+std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person,
+                          const JointLoads& loads) {
   const Silence unheard = silence(view, view_age_s);
   // Who has pressed Stop must know whether it came through.
   if (stop && !unheard.what.empty())
@@ -228,13 +283,16 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   const bool unconfirmed = !confirmed && m.mode != Mode::kFault && m.mode != Mode::kEStop;
   if (stop && paused && unconfirmed) return "Stop is pressed; it acts when the session resumes: press P";
   if (stop && unconfirmed) return "Stop is pressed; the machine has not confirmed it yet";
-  const std::string pushing = still_pushing(view);
+  std::string pushing = still_pressing(view, loads);
+  if (const std::string own_end = shut_in(view, loads); !own_end.empty())
+    pushing += (pushing.empty() ? "" : "; ") + own_end;
   const std::string also = pushing.empty() ? "" : "; " + pushing;
   if (stop && !confirmed) return "Stop is pressed; the machine stands for another reason: " + text(m.fault) + also;
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace" + also;
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
-  std::string next = what_blocks(view, person);
+  std::string next = what_blocks(view, person, loads);
+  if (const std::string news = piece_news(view); !news.empty()) next = next.empty() ? news : news + "; " + next;
   if (!pushing.empty()) next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
   const std::string cause = text(view.machine.fault);
@@ -245,18 +303,18 @@ bool stopped(const ConsoleView& view) noexcept {
   return view.machine.mode == Mode::kFault && view.machine.fault.code == ReasonCode::kOperatorStop;
 }
 
-void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area) {
+void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
-  mode_block(ui, data.view, data.player == nullptr || !data.player->in_gap(),
+  mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(),
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
-  const std::string reason =
-      ui.units.in_words(data.player != nullptr ? replay_reason(data.view, *data.player)
-                                               : banner_reason(data.view, state.stop, ui.view_age_s,
-                                                               {data.facts.hand, state.typing, state.enable_ignored}));
+  const std::string reason = ui.units.in_words(
+      data.player != nullptr ? replay_reason(data.view, *data.player)
+                             : banner_reason(data.view, state.stop, ui.view_age_s,
+                                             {data.facts.hand, state.typing, state.enable_ignored}, data.loads));
   // One large line where it fits, else two smaller ones.
   if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
     return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,

@@ -6,7 +6,7 @@
 
 namespace knuckle::console::screens {
 
-void draw_banner(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area);
+void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
 /// What the window itself knows of its person.
 struct AtWindow {
   HandSource hand = HandSource::kDevice;
@@ -15,7 +15,7 @@ struct AtWindow {
 };
 /// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view.
 [[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
-                                        const AtWindow& person = {});
+                                        const AtWindow& person = {}, const JointLoads& loads = {});
 /// By the operator's own Stop: nothing is broken.
 [[nodiscard]] bool stopped(const ConsoleView& view) noexcept;
 /// "SELF-TEST", ...

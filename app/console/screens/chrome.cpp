@@ -90,8 +90,9 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
     widgets::put_lines(t.fonts.small, t.colours.bad, rest, ui.units.in_words(text(hand.device)).c_str());
     return;
   }
+  const char* present = source == HandSource::kDevice || data.view.led_by_scenario ? "Hand on the device" : "In use";
   const std::array<std::pair<const char*, bool>, 3> lamps{
-      {{"Presence", hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
+      {{present, hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
   for (const auto& [label, on] : lamps)
     widgets::lamp(ui, rest.cut_top(t.px(24), t.px(2)), label, on,
                   on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);

@@ -9,6 +9,8 @@
 
 #include "app/console/console_view.h"
 #include "app/console/event_book.h"
+#include "app/console/hand_input.h"
+#include "app/console/joint_load.h"
 #include "app/console/link_history.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/recording_light.h"
@@ -24,7 +26,7 @@
 
 namespace knuckle::console::screens {
 
-enum class HandSource : std::uint8_t { kKeyboard, kGamepad, kDevice };
+using console::HandSource;
 
 class PlayerPanel;
 
@@ -42,6 +44,7 @@ struct ConsoleData {
   const ConsoleFacts& facts;
   const Kinematics& kinematics;
   const ConsoleView& view;
+  const JointLoads& loads;  ///< Of the view; none where what was measured is old.
   const LoopHealth& loop;
   PlotWindow& plots;
   LivePlots& live_plots;  ///< Of a session that runs: what was shown in plots before.

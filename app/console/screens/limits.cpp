@@ -12,8 +12,8 @@ bool limit_chips(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const widgets::Theme& t = ui.theme;
   const float row = t.px(34);
   float x = area.min.x, y = area.min.y + t.px(16);
-  const std::vector<std::string> words =
-      limits_in_words(data.view, data.facts.machine, data.kinematics, !measured_freshness(data.view).stale());
+  const std::vector<std::string> words = limits_in_words(data.view, data.facts.machine, data.kinematics, data.loads,
+                                                         !measured_freshness(data.view).stale());
   for (std::size_t i = 0; i < words.size(); ++i) {
     const float width = widgets::chip_width(ui, words[i].c_str());
     if (x > area.min.x && x + width > area.max.x) {

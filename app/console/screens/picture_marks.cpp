@@ -6,6 +6,7 @@
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/machine_panel.h"
+#include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
 #include "machine/pose.h"
 
@@ -131,6 +132,24 @@ void load(const widgets::Ui& ui, const std::vector<ImVec2>& points) {
   canvas().AddPolyline(points.data(), count, colour, ImDrawFlags_Closed, ui.theme.px(1.5F));
 }
 
+/// On the pin of each joint that is at its end.
+void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
+  const widgets::Theme& t = ui.theme;
+  const MachinePose pose = pose_of(data.facts.machine, data.view.machine.position_rad);
+  const PerJoint<PlanarVector> pins_m{pose.boom.translation(), pose.arm.translation(), pose.bucket.translation()};
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (data.loads[i].end == 0) continue;
+    const auto at = plane.at(pins_m[i]);
+    if (!at) continue;
+    canvas().AddCircle(*at, t.px(9), t.colours.notice, 0, t.px(3));
+    const std::string words = std::string(kJointNames[i]) + " at its end";
+    const ImVec2 left{at->x + t.px(14), at->y - t.px(16)};
+    const float width = widgets::text_width(t.fonts.small, words.c_str());
+    draw_backdrop(ui, {{left.x - t.px(4), left.y - t.px(9)}, {left.x + width + t.px(4), left.y + t.px(9)}});
+    widgets::put_text(t.fonts.small, t.colours.notice, left, widgets::Align::kLeft, words.c_str());
+  }
+}
+
 }  // namespace
 
 std::optional<picture::Grid> shown_grid(const widgets::Units& units, const UiState& state,
@@ -162,6 +181,7 @@ void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
     }
     load(ui, loaded);
     trail(ui, data, plane);
+    ends(ui, data, plane);
     canvas().PopClipRect();
   }
 }

@@ -58,7 +58,8 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
       widgets::Line{"speed", velocity, [joint, fastest_mps](const widgets::History::Sample& s) {
                       return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
                     }}};
-  widgets::history_plot(ui, rest, data.plots.history(), lines, {-1, 1, "-100 %", "+100 %, 10 s"}, data.plots.cursor());
+  widgets::history_plot(ui, rest, data.plots.history(), lines,
+                        {-1, 1, "-100 %", "+100 %, 10 s", widgets::History::kUnknown, true}, data.plots.cursor());
 }
 
 void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {

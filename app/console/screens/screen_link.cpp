@@ -46,8 +46,8 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
   const double known = std::isnan(link.loss) ? link.loss : 1e3;
   row("Round trip now", link.round_trip_s * 1e3, 1, "ms");
   const double measured = link.round_trip.count() > 0 ? known : std::numeric_limits<double>::quiet_NaN();
-  row("Round trip p50", to_seconds(link.round_trip.quantile(0.5)) * measured, 1, "ms");
-  row("Round trip p99", to_seconds(link.round_trip.quantile(0.99)) * measured, 1, "ms");
+  row("Round trip, median", to_seconds(link.round_trip.quantile(0.5)) * measured, 1, "ms");
+  row("Round trip, 99 % below", to_seconds(link.round_trip.quantile(0.99)) * measured, 1, "ms");
   row("Lost, machine to here", link.loss * 100, 2, "%");
   row("Age of newest packet", (link.silence_s + ui.view_age_s) * known, 0, "ms");
 }
@@ -61,9 +61,9 @@ std::string value_words(LinkMeasure measure, double value) {
 
 /// The last minutes of what the quality word is made of.
 void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
-  static constexpr std::array<const char*, kLinkMeasures> kTitles{"ROUND TRIP p50, PALE: EACH, 10 MINUTES",
-                                                                  "LOST, 10 MINUTES", "JITTER p95, 10 MINUTES",
-                                                                  "SILENCE, 10 MINUTES", "EACH ROUND TRIP, 10 MINUTES"};
+  static constexpr std::array<const char*, kLinkMeasures> kTitles{
+      "ROUND TRIP: MEDIAN; PALE: EACH; 10 MINUTES", "LOST, 10 MINUTES", "JITTER: 95 % ARE BELOW, 10 MINUTES",
+      "WAIT, OF TIME TO NEUTRAL", "EACH ROUND TRIP, 10 MINUTES"};
   const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
   const LinkHistory& history = data.link_history;
   const QualityBounds& bounds = bounds_of(measure);

@@ -50,14 +50,34 @@ void direction_dial(const widgets::Ui& ui, const widgets::Area& area, const Slav
   canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
 }
 
+/// What the card says of the force's size.
+struct Size {
+  widgets::Shown number;  ///< "1460", "< 755" where it is smaller than its own doubt, "> 8200" where it is the least.
+  double least_N = 0;     ///< That the gauge is filled to.
+  bool open = false;      ///< It may be any more.
+  bool directed = false;
+};
+Size size_of(const widgets::Units& units, const ForceWords& said, const BlindPress& press, double force_N,
+             double sigma_N) {
+  constexpr widgets::Quantity q = widgets::Quantity::kForce;
+  if (!said.known && !press.words.empty())
+    return {widgets::shown("> %s", units.number(q, 100 * std::floor(press.least_N / 100)).c_str()), press.least_N,
+            true};
+  if (!said.known) return {widgets::shown("-")};
+  if (force_N < sigma_N) return {widgets::shown("< %s", units.number(q, force_N + sigma_N).c_str()), force_N};
+  return {units.number(q, force_N), force_N, false, true};
+}
+
 /// The force against what the person says is too much here.
-void force_gauge(const widgets::Ui& ui, UiState& state, widgets::Area& rest, bool known, double force_N) {
+void force_gauge(const widgets::Ui& ui, UiState& state, widgets::Area& rest, const Size& size) {
   const widgets::Theme& t = ui.theme;
   const auto most_N = static_cast<double>(state.force_most_N);
-  const double share = known ? force_N / most_N : 0;
+  const double share = size.least_N / most_N;
   const ImU32 colour = share > 1 ? t.colours.bad : share > kNearMost ? t.colours.notice : t.colours.accent;
   const widgets::Area line = rest.cut_top(t.px(14), t.px(4));
-  widgets::bar(ui, line, 0, static_cast<float>(share), colour);
+  widgets::bar(ui, line, 0, static_cast<float>(share),
+               size.open ? widgets::mix(colour, t.colours.raised, 0.5F) : colour);
+  if (size.open) widgets::hatch(ui, line, colour, 3);
   canvas().AddRect(line.min, line.max, widgets::ink(share > 1 ? t.colours.bad : t.colours.border), t.px(3), 0,
                    t.px(share > 1 ? 2.F : 1.F));
   widgets::Area row = rest.cut_top(t.px(24), t.unit(0.5F));
@@ -74,36 +94,57 @@ void force_gauge(const widgets::Ui& ui, UiState& state, widgets::Area& rest, boo
     state.force_most_N = shown / per_N;
 }
 
+/// One of the force's parts: from where it comes, in a word.
+void from_row(const widgets::Ui& ui, const widgets::Area& row, const Size& size, double part_N,
+              std::array<const char*, 3> words) {
+  const widgets::Quantity q = widgets::Quantity::kForce;
+  const char* word = !size.directed ? words[2] : part_N > 0 ? words[0] : words[1];
+  const widgets::Shown number = size.directed ? ui.units.number(q, std::abs(part_N)) : widgets::shown("-");
+  widgets::value_row(ui, row, word, number.c_str(), ui.units.unit(q));
+}
+
+/// How sure it is, and why no surer.
+void confidence_rows(const widgets::Ui& ui, const ConsoleView& view, const BlindPress& press, widgets::Area& rest) {
+  const widgets::Theme& t = ui.theme;
+  const double sure = view.machine.confidence;
+  const auto confidence = static_cast<float>(sure);
+  const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
+  const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
+  widgets::value_row(ui, rest.cut_top(t.px(22)), "Confidence", widgets::fixed(sure * 100, 0).c_str(), "%");
+  widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
+  const std::string words = !press.words.empty() ? press.words
+                            : std::isnan(sure)   ? "not recorded"
+                                                 : std::string(word) + ": " + confidence_words(view);
+  widgets::put_lines(t.fonts.small, press.words.empty() ? t.colours.muted : t.colours.notice, rest,
+                     ui.units.in_words(words).c_str());
+}
+
 void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const SlaveMessage& m = data.view.machine;
   const widgets::Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
   widgets::Area rest = card.inside();
   const ForceWords said = force_words(data.view);
+  const BlindPress press = blind_press(data.view, data.loads);
   const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
+  const Size size = size_of(ui.units, said, press, force_N, sigma_N);
   widgets::Area top = rest.cut_top(t.px(80), t.unit());
-  direction_dial(ui, top.cut_right(t.px(80), t.unit()), m, said.known && force_N > 2 * sigma_N && force_N > 1);
+  direction_dial(ui, top.cut_right(t.px(80), t.unit()), m, size.directed && force_N > 2 * sigma_N && force_N > 1);
   const widgets::Quantity q = widgets::Quantity::kForce;
-  const auto number = [&](double value_N) { return said.known ? ui.units.number(q, value_N) : widgets::shown("-"); };
-  widgets::value_large(ui, top, "Estimated", number(force_N).c_str(), ui.units.unit(q));
-  if (said.known)
+  widgets::value_large(ui, top, size.open ? "At least" : "Estimated", size.number.c_str(), ui.units.unit(q));
+  if (size.directed)
     widgets::put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, widgets::Align::kLeft,
                       widgets::shown("\xC2\xB1 %s", ui.units.text(q, sigma_N).c_str()).c_str());
-  force_gauge(ui, state, rest, said.known, force_N);
-  widgets::lamp(ui, rest.cut_top(t.px(22), t.unit(0.5F)), said.contact_word, said.contact, t.colours.force);
-  widgets::value_row(ui, rest.cut_top(t.px(22)), "Forward", number(m.tip_force_N.x()).c_str(), ui.units.unit(q));
-  widgets::value_row(ui, rest.cut_top(t.px(22)), "Up", number(m.tip_force_N.y()).c_str(), ui.units.unit(q));
-  widgets::value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Felt in the hand",
+  force_gauge(ui, state, rest, size);
+  widgets::lamp(ui, rest.cut_top(t.px(22), t.unit(0.5F)), size.open ? "Pressing" : said.contact_word,
+                said.contact || size.open, t.colours.force);
+  from_row(ui, rest.cut_top(t.px(22)), size, m.tip_force_N.x(), {"From behind", "From the front", "Front or behind"});
+  from_row(ui, rest.cut_top(t.px(22)), size, m.tip_force_N.y(), {"From below", "From above", "Below or above"});
+  const bool wall = !said.known && feels_end_of_range(data.view, data.facts.machine);
+  widgets::value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), wall ? "Felt: end of the range" : "Felt in the hand",
                      ui.units.number(widgets::Quantity::kHandForce, data.view.hand.sent_force_N.norm()).c_str(),
                      ui.units.unit(widgets::Quantity::kHandForce));
-  const auto confidence = static_cast<float>(m.confidence);
-  const char* word = confidence > 0.75F ? "good" : confidence > 0.4F ? "fair" : "poor";
-  const ImU32 colour = confidence > 0.75F ? t.colours.good : confidence > 0.4F ? t.colours.notice : t.colours.bad;
-  widgets::value_row(ui, rest.cut_top(t.px(22)), "Confidence", widgets::fixed(m.confidence * 100, 0).c_str(), "%");
-  widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
-  const std::string words =
-      std::isnan(m.confidence) ? "not recorded" : std::string(word) + ": " + confidence_words(data.view);
-  widgets::put_lines(t.fonts.small, t.colours.muted, rest, words.c_str());
+  confidence_rows(ui, data.view, press, rest);
 }
 
 void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
@@ -121,9 +162,10 @@ void payload_card(const widgets::Ui& ui, const ConsoleData& data, const widgets:
   const float x = line.min.x + widgets::text_width(t.fonts.mono_display, number.c_str()) + t.unit();
   widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
                     known ? ui.units.unit(q) : "not known");
-  widgets::put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)},
-                    widgets::Align::kRight,
-                    widgets::shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
+  if (known)
+    widgets::put_text(t.fonts.mono_small, t.colours.muted, {line.max.x, line.centre().y + t.px(4)},
+                      widgets::Align::kRight,
+                      widgets::shown("\xC2\xB1 %s", ui.units.text(q, m.payload_sigma_kg).c_str()).c_str());
   const widgets::Area share = rest.cut_top(t.px(10), t.unit(0.75F));
   if (known) widgets::bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
   const int loads = data.payload.loads();

@@ -67,9 +67,9 @@ void machine_loop_card(const widgets::Ui& ui, const ConsoleView& view, const wid
       widgets::put_text(t.fonts.small, t.colours.muted, {a.centre().x, a.min.y + t.px(30)}, widgets::Align::kCentre,
                         name);
     };
-    cell(0, "p50", timing_of.p50);
-    cell(1, "p99", timing_of.p99);
-    cell(2, "max", timing_of.max);
+    cell(0, "median", timing_of.p50);
+    cell(1, "99 % below", timing_of.p99);
+    cell(2, "longest", timing_of.max);
   };
   if (s.execution.max > Duration::zero() || s.wake_lateness.max > Duration::zero()) {
     timing("Wake-up lateness", s.wake_lateness);
@@ -101,11 +101,12 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   for (std::size_t i = 0; i < data.plots.history().size(); ++i)
     most = std::max(most, std::abs(data.plots.history().ago(i).hand_energy_J));
   most = std::exp2(std::ceil(std::log2(most)));
-  const std::array lines{
-      widgets::Line{"energy", t.colours.series[3], [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
+  const std::array lines{widgets::Line{"net work on the hand", t.colours.series[3],
+                                       [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
   widgets::history_plot(ui, rest, data.plots.history(), lines,
                         {-most, most, ui.units.text(q, static_cast<double>(-most)).c_str(),
-                         widgets::shown("%s, 10 s", ui.units.text(q, static_cast<double>(most)).c_str()).c_str()},
+                         widgets::shown("%s, 10 s", ui.units.text(q, static_cast<double>(most)).c_str()).c_str(),
+                         widgets::History::kUnknown, true},
                         data.plots.cursor());
 }
 

@@ -72,10 +72,7 @@ void mode_band(const widgets::Ui& ui, const PlayerPanel& player, const widgets::
     const float from = x_of(player.timeline(), track, gap.from);
     const float to = std::max(x_of(player.timeline(), track, gap.to), from + t.px(3));
     canvas().AddRectFilled({from, track.min.y}, {to, track.max.y}, t.colours.background);
-    canvas().PushClipRect({from, track.min.y}, {to, track.max.y}, true);
-    for (float x = from - track.height(); x < to; x += t.px(6))
-      canvas().AddLine({x, track.max.y}, {x + track.height(), track.min.y}, t.colours.muted, t.px(1));
-    canvas().PopClipRect();
+    widgets::hatch(ui, {{from, track.min.y}, {to, track.max.y}}, t.colours.muted, 1);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "app/console/console_input.h"
@@ -44,10 +45,11 @@ struct UiState {
   float force_most_N = 5000;    ///< The gauge's end: more is too much here.
   HeldKeys pad;                 ///< Buttons of it that are held.
   bool muted = false;           ///< No alarm is heard.
-  std::string sound_problem;    ///< Why none can be; empty: they can, or nobody asked for any.
-  bool typing = false;          ///< Into a field: keys lead nothing.
-  bool typing_number = false;   ///< Into one that takes no text: Space is Stop all the same.
-  bool enable_ignored = false;  ///< Its key is held without counting.
+  std::optional<std::string> accepted_uncalibrated;  ///< The machine of which the person knows that it is.
+  std::string sound_problem;                         ///< Why none can be; empty: they can, or nobody asked for any.
+  bool typing = false;                               ///< Into a field: keys lead nothing.
+  bool typing_number = false;                        ///< Into one that takes no text: Space is Stop all the same.
+  bool enable_ignored = false;                       ///< Its key is held without counting.
   bool paused = false;
   std::uint32_t reset_count = 0;
   std::uint32_t bookmarks = 0;               ///< Set so far.

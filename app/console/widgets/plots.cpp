@@ -93,6 +93,16 @@ void put_label(const Theme& t, ImU32 colour, ImVec2 at, Align align, const std::
   put_text(t.fonts.small, colour, at, align, words.c_str());
 }
 
+/// Which line is which.
+void put_legend(const Theme& t, ImVec2 at, std::span<const Line> lines) {
+  for (const Line& line : lines) {
+    const float width = text_width(t.fonts.small, line.label);
+    put_label(t, t.colours.text, {at.x + t.px(18), at.y}, Align::kLeft, line.label);
+    canvas().AddLine(at, {at.x + t.px(14), at.y}, ink(line.colour), t.px(3));
+    at.x += width + t.px(30);
+  }
+}
+
 /// The line of the time shown, and the time that the mouse asks for.
 void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   const Theme& t = ui.theme;
@@ -127,7 +137,7 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   const auto words = [](Duration value) { return shown_duration(to_seconds(value)); };
   const std::string summary =
       histogram.count() == 0 ? (ui.replay ? "not recorded" : "nothing measured yet")
-                             : fmt::format("p50 {}   p99 {}   max {}", words(histogram.quantile(0.5)).c_str(),
+                             : fmt::format("median {}  99 % below {}  max {}", words(histogram.quantile(0.5)).c_str(),
                                            words(histogram.quantile(0.99)).c_str(), words(histogram.max()).c_str());
   put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, summary.c_str());
   const Area axis = rest.cut_bottom(t.fonts.small->FontSize * 1.2F);
@@ -208,6 +218,8 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
   plot_cursor(ui, area, cursor);
   const float inset = t.unit(0.5F), half = t.fonts.small->FontSize * 0.55F;
   put_label(t, t.colours.muted, {area.min.x + inset, area.min.y + half}, Align::kLeft, axis.high_label);
+  if (axis.legend)
+    put_legend(t, {area.min.x + 3 * inset + text_width(t.fonts.small, axis.high_label), area.min.y + half}, lines);
   put_label(t, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);
 }
 

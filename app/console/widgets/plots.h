@@ -19,7 +19,7 @@ struct HistogramRange {
   const char* limit_label = "";
 };
 
-/// Bars on a logarithmic time axis, with p50, p99 and the longest as words above.
+/// Bars on a logarithmic time axis, with the median, what 99 % are below and the longest as words above.
 void histogram_plot(const Ui& ui, const Area& area, const char* label, const Histogram& histogram,
                     const HistogramRange& range, ImU32 colour);
 
@@ -34,6 +34,7 @@ struct Axis {
   const char* low_label = "";
   const char* high_label = "";
   float mark = History::kUnknown;  ///< A line across, such as a limit; unknown: none.
+  bool legend = false;             ///< The lines' names are written into the plot; else they stand beside it.
 };
 
 /// The time that plots surround, once it was chosen by a click; linked in all plots.

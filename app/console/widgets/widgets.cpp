@@ -151,6 +151,14 @@ void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32
   if (b > a) canvas().AddRectFilled({a, area.min.y}, {b, area.max.y}, ink(colour), std::min(t.px(3), (b - a) / 2));
 }
 
+void hatch(const Ui& ui, const Area& area, ImU32 colour, float line_px) {
+  const Theme& t = ui.theme;
+  canvas().PushClipRect(area.min, area.max, true);
+  for (float x = area.min.x - area.height(); x < area.max.x; x += t.px(line_px + 5))
+    canvas().AddLine({x, area.max.y}, {x + area.height(), area.min.y}, ink(colour), t.px(line_px));
+  canvas().PopClipRect();
+}
+
 void focus_ring(const Ui& ui, const Area& area, float rounding) {
   ui.focus.add_last_item();
   if (ImGui::IsItemFocused() && ImGui::GetIO().NavVisible)

@@ -78,6 +78,8 @@ float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 
 [[nodiscard]] float chip_width(const Ui& ui, const char* text);
 /// Horizontal bar from share_from to share_to of the area's width.
 void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour);
+/// Slanted lines across what is there: it is not known, or may be more. @param line_px of the design.
+void hatch(const Ui& ui, const Area& area, ImU32 colour, float line_px);
 
 /// The item made last can have the keyboard, and a ring around it while it has.
 void focus_ring(const Ui& ui, const Area& area, float rounding);

@@ -40,9 +40,9 @@ void record_events(ConsoleHost& host, const EventBook& events, std::uint64_t& re
   }
 }
 
-void take_events(ConsoleHost& host, EventBook& events, std::uint64_t& recorded) {
+void take_events(ConsoleHost& host, EventBook& events, std::uint64_t& recorded, HandSource hand) {
   ConsoleEvent event;
-  while (host.next(event)) events.add(event);
+  while (host.next(event)) events.add(event, host.view().led_by_scenario ? HandSource::kDevice : hand);
   record_events(host, events, recorded);
   const ConsoleView& view = host.view();
   events.note_lost(view.now, view.run, host.events_lost());
@@ -94,7 +94,7 @@ void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, std::uint
     at_s = std::min(run.skip_to_s, at_s + widgets::History::kStep_s);
     host.skip_to(at_s);
     window.watch(host.view());
-    take_events(host, events, recorded);
+    take_events(host, events, recorded, window.facts().hand);
   }
 }
 
@@ -153,7 +153,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
-    take_events(host, events, recorded);
+    take_events(host, events, recorded, window.facts().hand);
     watch_log(host, events, run.candump, holes_told);
     const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
@@ -192,7 +192,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
   host.end_loop();
-  take_events(host, events, recorded);
+  take_events(host, events, recorded, window.facts().hand);
   record_events(host, events, recorded);
   host.stop();
   outcome.events_lost = host.events_lost();

@@ -187,11 +187,14 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), focus_, {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
+  const JointLoads loads = screens::measured_freshness(view).after(view_age_s).stale()
+                               ? JointLoads{}
+                               : joint_loads(view.machine, facts_.machine, kinematics_);
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
       ui,
-      {facts_, kinematics_, view, loop, player_ != nullptr ? player_->plots() : live_plots_.window(), live_plots_,
-       player_ != nullptr ? player_->kept().link() : link_history_,
+      {facts_, kinematics_, view, loads, loop, player_ != nullptr ? player_->plots() : live_plots_.window(),
+       live_plots_, player_ != nullptr ? player_->kept().link() : link_history_,
        player_ != nullptr ? player_->kept().payload() : payload_,
        player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, calibration_, cameras_,
        recording_, player_},

@@ -1,7 +1,10 @@
 // What Operate has to say is there whole.
+#include <algorithm>
+
 #include "app/console/screens/screens.h"
 #include "estimation/force_estimator.h"
 #include "tests/console/window/drawn_texts.h"
+#include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -36,6 +39,164 @@ TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
     EXPECT_TRUE(text.words.ends_with("...")) << text.words;
   }
   EXPECT_EQ(seen, 1);
+}
+
+/// Of everything that is drawn in one frame.
+std::vector<std::string> words_of(const std::vector<DrawnText>& texts) {
+  std::vector<std::string> all;
+  for (const DrawnText& text : texts) all.push_back(text.words);
+  return all;
+}
+
+class Words : public ShownConsole {
+ protected:
+  [[nodiscard]] std::vector<std::string> drawn() {
+    return words_of(texts_of([this] { frames(1); }));
+  }
+  [[nodiscard]] bool draws(const std::string& part) {
+    const auto all = drawn();
+    return std::any_of(all.begin(), all.end(),
+                       [&](const std::string& words) { return words.find(part) != std::string::npos; });
+  }
+  [[nodiscard]] std::ptrdiff_t draws_exactly(const std::string& words) {
+    const auto all = drawn();
+    return std::count(all.begin(), all.end(), words);
+  }
+  /// The arm pushes out as hard as it can, and nobody knows with which force.
+  void press_blindly() {
+    view_.machine.confidence = 0.03;
+    view_.machine.pressure_Pa[2] = 4e5;
+    view_.machine.pressure_Pa[3] = 219.6e5;
+  }
+  static constexpr Box kModeBlock{12, 12, 328, 82};
+  static constexpr Box kModeIcon{30, 28, 68, 66};
+};
+
+TEST_F(Words, AForceThatCannotBeMeasuredIsSaidToPressHardAndItsGaugeShowsTheLeastThatItIs) {
+  EXPECT_FALSE(draws("cannot be measured"));
+  const Box gauge{700, 94, 1032, 300};
+  const int before = count_near(pixels(), gauge, theme().colours.bad);
+  press_blindly();
+  EXPECT_TRUE(draws("pressing hard; cannot be measured: arm at relief"));
+  EXPECT_EQ(draws_exactly("At least"), 1);
+  EXPECT_EQ(draws_exactly("Pressing"), 1);
+  EXPECT_TRUE(draws("> "));
+  EXPECT_EQ(draws_exactly("Not known"), 0);
+  state().force_most_N = 2000;
+  frames();
+  EXPECT_GT(count_near(pixels(), gauge, theme().colours.bad), before + 300) << "beyond the maximum set";
+}
+
+TEST_F(Words, AMachineThatStillPressesHasNoTickAndAnAmberEdge) {
+  view_.machine.mode = Mode::kReady;
+  view_.machine.contact = false;
+  view_.machine.pressure_Pa = {};
+  const Pixels calm = pixels();
+  EXPECT_LT(count_near(calm, kModeBlock, theme().colours.notice), 20);
+  press_blindly();
+  EXPECT_EQ(draws_exactly("READY"), 1);
+  EXPECT_EQ(draws_exactly("still pressing: arm 220 bar"), 2) << "below the mode, and as what there is to know now";
+  const Pixels pressed = pixels();
+  EXPECT_GT(count_near(pressed, kModeBlock, theme().colours.notice), 1000);
+  EXPECT_GT(count_changed(calm, pressed, kModeIcon), 150) << "another icon than the tick";
+}
+
+TEST_F(Words, WhereLessIsFeltThanTheMachineFeelsTheModeHasAnAmberEdgeAndTheReason) {
+  view_.machine.pressure_Pa = {};
+  EXPECT_LT(count_near(pixels(), kModeBlock, theme().colours.notice), 20);
+  view_.machine.confidence = 0.07;
+  EXPECT_EQ(draws_exactly("force not known"), 1);
+  EXPECT_TRUE(draws("confidence 7 %"));
+  EXPECT_GT(count_near(pixels(), kModeBlock, theme().colours.notice), 1000);
+  view_.machine.confidence = 0.9;
+  view_.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+  EXPECT_EQ(draws_exactly("less force felt"), 1);
+  EXPECT_TRUE(draws("force feedback reduced"));
+}
+
+TEST_F(Words, AJointAtItsEndIsNamedInTheBannerAmongTheLimitsAndAtItsPinInThePicture) {
+  EXPECT_FALSE(draws("at its end"));
+  view_.machine.position_rad[kBucket] = console_->facts().machine.links[kBucket].max_rad;
+  EXPECT_TRUE(draws("bucket out: at its end, move it the other way"));
+  EXPECT_EQ(draws_exactly("bucket out: at its end"), 1);
+  EXPECT_EQ(draws_exactly("bucket at its end"), 1);
+  view_.link.silence_s = 3;
+  EXPECT_FALSE(draws("at its end")) << "nobody knows where it is now";
+}
+
+TEST_F(Words, WhatIsNotKnownHasNoIntervalAndADirectionIsAWord) {
+  EXPECT_EQ(draws_exactly("From the front"), 1);
+  EXPECT_EQ(draws_exactly("From below"), 1);
+  EXPECT_EQ(draws_exactly("1410"), 1) << "without a sign";
+  EXPECT_FALSE(draws("Forward"));
+  view_.machine.tip_force_N = {1410, -380};
+  EXPECT_EQ(draws_exactly("From behind"), 1);
+  EXPECT_EQ(draws_exactly("From above"), 1);
+  EXPECT_TRUE(draws("\xC2\xB1 2.3 kg"));
+  view_.machine.payload_sigma_kg = 428;
+  EXPECT_FALSE(draws("428"));
+  view_.machine.tip_force_N = {-150, 25};
+  view_.machine.covariance_N2 = {603.0 * 603, 0, 603.0 * 603};
+  EXPECT_FALSE(draws("\xC2\xB1 603 N"));
+  EXPECT_EQ(draws_exactly("< 755"), 1);
+  EXPECT_EQ(draws_exactly("From the front") + draws_exactly("From behind"), 0) << "so small a force has no direction";
+}
+
+TEST_F(Words, AnUncalibratedMachineStandsOutUntilThePersonAcceptsThatByMouseOrKeyAndThenIsASmallMark) {
+  view_.status.calibrated = false;
+  view_.status.machine = MachineName("solar015");
+  EXPECT_EQ(draws_exactly("UNCALIBRATED: OK?"), 1);
+  ASSERT_TRUE(KeyboardWalk([this](int count) { frames(count); }).go_to("UNCALIBRATED: OK?"));
+  press("Return");
+  EXPECT_EQ(draws_exactly("UNCALIBRATED: OK?"), 0);
+  EXPECT_EQ(draws_exactly("uncalibrated"), 1);
+  EXPECT_FALSE(state().stop);
+  view_.status.machine = MachineName("another");
+  EXPECT_EQ(draws_exactly("UNCALIBRATED: OK?"), 1) << "which is not the one that was accepted";
+  for (const DrawnText& text : texts_of([this] { frames(1); })) {
+    if (text.words != "UNCALIBRATED: OK?") continue;
+    click(int(text.min.x + text.max.x) / 2, int(text.min.y + text.max.y) / 2);
+    break;
+  }
+  EXPECT_EQ(draws_exactly("uncalibrated"), 1);
+}
+
+TEST_F(Words, StoppedIsAsRedAsStopItselfWhateverElseStands) {
+  view_.machine.mode = Mode::kFault;
+  view_.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
+  const Pixels stopped = pixels();
+  EXPECT_GT(count_near(stopped, kModeBlock, theme().colours.stop), 10'000);
+  EXPECT_GT(count_near(stopped, kModeBlock, theme().colours.stop_text), 2000) << "a frame, and the word";
+  for (const Mode mode : {Mode::kReady, Mode::kHold, Mode::kEngaged, Mode::kOff}) {
+    view_.machine.fault = {};
+    view_.machine.mode = mode;
+    EXPECT_LT(count_near(pixels(), kModeBlock, theme().colours.stop), 100) << name(mode);
+  }
+}
+
+TEST_F(Words, APieceThatBreaksOrFallsIsInTheBannerForSomeSeconds) {
+  view_.truth.events.push({sim::WorldEventKind::kPieceDown, 0, view_.simulated_s - 1, 45});
+  EXPECT_TRUE(draws("a piece fell to the ground"));
+  view_.simulated_s += 9;
+  EXPECT_FALSE(draws("a piece fell to the ground"));
+}
+
+TEST_F(Words, OnEveryScreenAreThoseOfAPersonAndNotOfTheProgram) {
+  view_.machine.limits = 0x3FF;
+  view_.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+  for (const char* screen : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
+    does(std::string("key ") + screen);
+    for (const char* word : {"FORCE REDUCED", "spool rate", "Presence", "p50", "p95", "p99", "SILENCE", "hand on the"})
+      EXPECT_FALSE(draws(word)) << screen << ": " << word;
+  }
+}
+
+TEST_F(Words, PlotsOfSeveralLinesSayWhichIsWhich) {
+  does("key F4");
+  for (const char* line : {"command", "spool", "speed"})
+    EXPECT_EQ(draws_exactly(line), 2 * kJoints) << line << ": beside its bar and in its plot";
+  does("key F3");
+  EXPECT_EQ(draws_exactly("net work on the hand"), 1);
 }
 
 }  // namespace

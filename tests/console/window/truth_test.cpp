@@ -93,6 +93,49 @@ TEST(BannerReason, SaysThatAMachineThatNobodyLeadsStillPushes) {
   EXPECT_FALSE(says(screens::banner_reason(view, false, 0), pushing)) << "somebody presses on purpose";
 }
 
+/// The arm pushes out with 220 bar; the bucket is at its end and its oil shut in.
+JointLoads pressing_arm() {
+  JointLoads loads;
+  loads[kArm] = {.pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true};
+  loads[kBucket] = {.end = -1, .pushes = -1, .beyond_Nm = 700, .reach_m = 0.5, .pressure_Pa = 205e5};
+  return loads;
+}
+
+TEST(BannerReason, SaysThatAMachineThatNobodyLeadsStillPushesThoughItsForceIsNotKnown) {
+  ConsoleView view = canned_view();
+  view.machine.confidence = 0.03;
+  view.machine.blocking = {ReasonCode::kEnableNotPressed, 0, 0, 0};
+  for (const Mode mode : {Mode::kReady, Mode::kFault, Mode::kEStop}) {
+    view.machine.mode = mode;
+    const std::string words = screens::banner_reason(view, false, 0, {}, pressing_arm());
+    EXPECT_TRUE(says(words, "still pressing: arm 220 bar; oil shut in, bucket 205 bar")) << words;
+    EXPECT_FALSE(says(screens::banner_reason(view, false, 0), "press with")) << name(mode);
+  }
+}
+
+TEST(BannerReason, SaysOfAMachineThatIsLedWhyItDoesNotMoveAndWhatIsNotFelt) {
+  ConsoleView view = canned_view();
+  const auto reason = [&](const JointLoads& loads) { return screens::banner_reason(view, false, 0, {}, loads); };
+  EXPECT_TRUE(says(reason(pressing_arm()), "bucket in (curl): at its end, move it the other way"));
+  EXPECT_FALSE(says(reason(pressing_arm()), "cannot be measured")) << "it is";
+  view.machine.confidence = 0.07;
+  EXPECT_TRUE(says(reason(pressing_arm()), "pressing hard; cannot be measured: arm at relief"));
+  EXPECT_TRUE(says(reason({}), "force is not known (confidence 7 %)")) << reason({});
+  view.machine.blocking = {ReasonCode::kPowerLimit, 0, 9.1F, 9};
+  EXPECT_TRUE(says(reason(pressing_arm()), text(view.machine.blocking)) && says(reason(pressing_arm()), "at its end"));
+  view.machine.mode = Mode::kReady;
+  EXPECT_FALSE(says(reason({}), "confidence")) << "nothing is felt of a machine that is not led";
+}
+
+TEST(BannerReason, TellsOfAPieceForSomeSeconds) {
+  ConsoleView view = canned_view();
+  view.truth.events.push({sim::WorldEventKind::kPieceBroke, 0, view.simulated_s - 1, 820});
+  EXPECT_EQ(screens::banner_reason(view, false, 0),
+            "a piece broke off; the machine follows the hand; letting go of enable stops it");
+  view.simulated_s += 9;
+  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), "piece"));
+}
+
 TEST(Stopped, IsTheOperatorsStopAloneAndNoFault) {
   ConsoleView view = canned_view();
   view.machine.mode = Mode::kFault;

@@ -1,0 +1,43 @@
+// What the oil of each joint does, by lengths, pressures and the machine's file: whether the joint stands at an end of
+// its way, and whether its oil pushes harder than weight and friction explain. One rule for each; banner, picture and
+// cards only say it.
+#pragma once
+
+#include <cstddef>
+
+#include "core/joints.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
+#include "transport/link_messages.h"
+
+namespace knuckle::console {
+
+inline constexpr double kWorthSaying_N = 200;  ///< At the tip: who presses with less does no harm.
+
+struct JointLoad {
+  int end = 0;           ///< +1, -1: at the end of its way where its angle is largest, smallest; 0: at neither.
+  int pushes = 0;        ///< +1, -1: its oil pushes the angle up, down, beyond what weight and friction explain.
+  double beyond_Nm = 0;  ///< By so much at least.
+  double reach_m = 1;  ///< From the joint to the tip: what it presses on within that has at least beyond_Nm / reach_m.
+  double pressure_Pa = 0;  ///< In the chamber that pushes.
+  bool at_relief = false;  ///< That chamber is as full as a relief valve lets it be.
+
+  /// On something that stands in its way.
+  [[nodiscard]] bool presses() const noexcept { return pushes != 0 && pushes != end; }
+  /// Against its own end: nothing moves when that oil is let out.
+  [[nodiscard]] bool pushes_on_its_end() const noexcept { return pushes != 0 && pushes == end; }
+};
+using JointLoads = PerJoint<JointLoad>;
+
+/// What cannot be told: how the hull stands (up to 0.1 rad are allowed for), a load that is not known from what lifts
+/// it (up to a full bucket), and, where the drawing alone says where the steel is, the last 7 mm of a rod's way from
+/// its end. @param m with fresh pose and pressures.
+[[nodiscard]] JointLoads joint_loads(const SlaveMessage& m, const MachineDescription& machine,
+                                     const Kinematics& kinematics);
+
+/// +1, -1: the end of its range that the joint is within the soft margin of, where the hand meets a wall; 0: neither.
+[[nodiscard]] int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad) noexcept;
+/// Whether a chamber is as full as the relief valve lets it be: the joint pushes, and cannot push harder.
+[[nodiscard]] bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noexcept;
+
+}  // namespace knuckle::console
