@@ -30,15 +30,23 @@ build() {
     fail "configuring $preset failed: $(grep -m1 -A2 'CMake Error' "$log" | tr -s '\n ' ' ') (all of it: $log)"
   local targets=()
   (($#)) && targets=(--target "$@")
-  # Ninja's one moving status line on a terminal; only warnings and errors elsewhere.
+  # Ninja's one moving status line on a terminal; elsewhere a line each 15 s, warnings and errors.
   if [[ -t 1 ]]; then
     cmake --build "build/$preset" -j "$(jobs)" "${targets[@]}" || fail "building $preset failed: see the first error above"
-  else
-    cmake --build "build/$preset" -j "$(jobs)" "${targets[@]}" >> "$log" 2>&1 || {
-      grep -m1 -B1 -A6 'error:' "$log" >&2 || tail -n 20 "$log" >&2
-      fail "building $preset failed (all of it: $log)"
-    }
+    return
   fi
+  local ended code step since=$SECONDS
+  exec {ended}< <(cmake --build "build/$preset" -j "$(jobs)" "${targets[@]}" >> "$log" 2>&1 && echo 0 || echo 1)
+  until read -r -t 15 -u "$ended" code; do
+    (($? > 128)) || fail "building $preset was ended"  # not the time-out
+    step=$(grep -oE '^\[[0-9]+/[0-9]+\]' "$log" | tail -n 1 | tr -d '[]' || true)
+    echo "building $preset: ${step:+step ${step/\// of }, }$((SECONDS - since)) s"
+  done
+  exec {ended}<&-
+  ((code == 0)) || {
+    grep -m1 -B1 -A6 'error:' "$log" >&2 || tail -n 20 "$log" >&2
+    fail "building $preset failed (all of it: $log)"
+  }
 }
 
 # insert_table FILE DOCUMENT NAME: puts FILE between the document's markers "<!-- NAME: begin -->" and "... end -->".
