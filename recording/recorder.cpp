@@ -48,7 +48,7 @@ Recorder::Recorder(RecorderOptions options, Head head, const MachineDescription&
     throw InputError("--log " + options_.file + ": is not a regular file");
   if (!open_part(0)) {
     const std::string where = options_.file.empty() ? options_.folder : options_.file;
-    throw InputError("--log " + where + ": cannot be recorded to: " + std::strerror(errno));
+    throw InputError("--log " + where + ": cannot be written: " + std::strerror(errno));
   }
 }
 

@@ -61,7 +61,7 @@ AuditTrail::Descriptor& AuditTrail::Descriptor::operator=(Descriptor&& other) no
 AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : folder_(folder), limits_(limits) {
   std::error_code error;
   if (fs::create_directories(folder_, error)) (void)::chmod(folder_.c_str(), 0700);
-  if (error) throw InputError("--audit " + folder_ + ": cannot be made: " + error.message());
+  if (error) throw InputError("--audit " + folder_ + ": cannot be written: " + error.message());
   check_only_owner_writes(folder_, "folder");
   lock_ = Descriptor(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock_.get() < 0) throw InputError("--audit " + folder_ + ": " + std::strerror(errno));

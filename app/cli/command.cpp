@@ -111,7 +111,7 @@ std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std
 
 /// The requested command; empty where none is given. @throws InputError for an unknown one.
 std::string command_in(const Program& program, const std::vector<std::string>& arguments) {
-  if (arguments.empty() || arguments.front().starts_with('-')) return "";
+  if (arguments.front().starts_with('-')) return "";
   std::string names;
   for (const Command& command : program.commands) {
     if (command.name == arguments.front()) return command.name;
@@ -139,6 +139,7 @@ std::map<std::string, std::function<int()>> declare(const Program& program, CLI:
 
 CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
   check_printable(arguments);
+  if (arguments.empty()) return parse_command_line(program, {"--help"});
   const std::string asked_for = command_in(program, arguments);
   const auto app = std::make_shared<CLI::App>(program.about, program.name);
   const std::map<std::string, std::function<int()>> runs = declare(program, *app);
@@ -262,9 +263,9 @@ void check_folder(const std::string& option, const std::string& folder) {
   std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
   std::error_code error;
   while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (!std::filesystem::is_directory(there, error)) refuse_option(option, folder, there.string() + " is not a folder");
-  if (access(there.c_str(), W_OK | X_OK) != 0)
-    refuse_option(option, folder, there.string() + " cannot be written: " + std::strerror(errno));
+  const bool is_folder = std::filesystem::is_directory(there, error);
+  if (is_folder && access(there.c_str(), W_OK | X_OK) == 0) return;
+  refuse_option(option, folder, std::string("cannot be written: ") + std::strerror(is_folder ? errno : ENOTDIR));
 }
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {

@@ -135,9 +135,6 @@ class Keeper {
   void keep(const std::string& name, const std::string& text) {
     digest_.add(text);
     if (folder_.empty()) return;
-    std::error_code error;
-    fs::create_directories(folder_, error);
-    if (!fs::is_directory(folder_)) throw InputError("--record " + folder_ + ": cannot be made: " + error.message());
     cli::OutputFile file("--record", (fs::path(folder_) / name).string());
     file.stream() << text;
     file.commit();

@@ -98,7 +98,7 @@ void KeyFolder::check_folder() const {
 void KeyFolder::make_folder() const {
   std::error_code error;
   const bool is_new = !fs::exists(path_, error) && fs::create_directories(path_, error);
-  if (error) throw InputError(path_ + ": cannot be made: " + error.message());
+  if (error) throw InputError(path_ + ": cannot be written: " + error.message());
   if (is_new) (void)::chmod(path_.c_str(), 0700);
   check_folder();
 }

@@ -390,7 +390,8 @@ TEST_F(IdentifyProgram, RefusesOutputsThatCannotBeWrittenBeforeItDrives) {
   for (const char* record : {"file", "file/rec"}) {
     const ProgramRun run = identify({"--simulate", "--slow", "1200", "--record", path(record)});
     EXPECT_EQ(run.exit_code, 2) << run.out;
-    EXPECT_TRUE(names(run.err, "--record " + path(record)) && names(run.err, "is not a folder")) << run.err;
+    EXPECT_TRUE(names(run.err, "--record " + path(record)) && names(run.err, "cannot be written: Not a directory"))
+        << run.err;
   }
   EXPECT_FALSE(fs::exists(path("rec")));
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/cli/command.h"
+#include "app/cli/output_file.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
@@ -71,6 +72,7 @@ void check_window(const ConsoleOptions& o) {
   (void)o.first_screen();
   if (!o.screenshot.empty() && !o.screenshot.ends_with(".png"))
     cli::refuse_option("--screenshot", o.screenshot, "must end in .png: it is written as PNG");
+  if (!o.screenshot.empty()) (void)cli::OutputFile("--screenshot", o.screenshot);  // refused before anything opens
 }
 
 /// What is played takes everything from its files, and leads nothing.

@@ -102,7 +102,8 @@ TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
   expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
                  "follows a recorded motion: run it with");
   expect_refused(console("", "--simulate --log /tmp --no-log"), "--no-log: does not go with --log /tmp");
-  expect_refused(console("", "--simulate --log /dev/null/log"), "--log /dev/null/log: cannot be recorded to");
+  expect_refused(console("", "--simulate --log /dev/null/log"),
+                 "--log /dev/null/log: cannot be written: Not a directory");
   expect_refused(console("", "--simulate --size 640x480"), "1280x720");
   expect_refused(console("", "--simulate --screenshot /tmp/s.jpg"), "--screenshot /tmp/s.jpg: must end in .png");
   expect_refused(console("", "--simulate --scale 9"), "--scale");
