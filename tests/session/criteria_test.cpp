@@ -105,7 +105,7 @@ TEST(StockSetUp, IsTheDefaultMachineWithSeeds1To20AndNothingElseChanged) {
     return is_stock(options);
   };
   EXPECT_TRUE(with([](auto&) {}));
-  EXPECT_TRUE(with([](auto& o) { o.scenario = "/home/me/my.toml"; }));
+  EXPECT_TRUE(with([](auto& o) { o.scenario = "/srv/my.toml"; }));
   EXPECT_TRUE(with([](auto& o) { o.machine = "solar015"; }));
   EXPECT_TRUE(with([](auto& o) { o.seed = 20; }));
   EXPECT_TRUE(with([](auto& o) { o.report = o.json = o.csv = o.candump = o.log = o.flights = "somewhere"; }));

@@ -233,6 +233,22 @@ TEST(ValveFrames, AreMadeFromWhatAGatePassedAndNowhereElse) {
   EXPECT_NE(contents(root / "slave/valve_frame.h").find("const PassedCommands&"), std::string::npos);
 }
 
+/// Each costs every file that includes it seconds of compiling.
+TEST(HeavyHeaders, AreIncludedByFewFilesOfTheProgram) {
+  const fs::path root = test::source_dir();
+  std::set<std::string> command_lines, json;
+  for (const fs::path& file : project_files(root)) {
+    if (!is_source(file) || !file.generic_string().starts_with("app/")) continue;
+    const std::string text = contents(root / file);
+    if (text.find("#include <CLI/CLI.hpp>") != std::string::npos) command_lines.insert(file.generic_string());
+    if (text.find("#include <nlohmann/json.hpp>") != std::string::npos)
+      json.insert(file.parent_path().generic_string());
+  }
+  EXPECT_EQ(command_lines, (std::set<std::string>{"app/cli/command.cpp", "app/cli/manual.cpp", "app/cli/options.cpp"}));
+  // Those that read JSON; what is only written is put together by app/cli/json.h.
+  EXPECT_EQ(json, (std::set<std::string>{"app/audit", "app/battery", "app/bringup", "app/cli", "app/studies"}));
+}
+
 TEST(ProjectFiles, NameNoPrivatePath) {
   const fs::path root = test::source_dir();
   for (const fs::path& file : project_files(root)) {
