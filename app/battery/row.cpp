@@ -29,7 +29,7 @@ Row run_cell(const Cell& cell) {
     row["digest"] = session.digest;
     row["failed"] = Row::array();
     for (const session::CriterionResult& criterion : judged.criteria) {
-      if (criterion.missed() && criterion.kind != session::CriterionKind::kGoal)
+      if (criterion.missed() && decides(criterion.kind, session.requirements_decide))
         row["failed"].push_back(criterion.name);
     }
   } catch (const InputError& error) {

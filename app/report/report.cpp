@@ -122,7 +122,8 @@ const char* judgement(const session::CriterionResult& result, const session::Ses
   if (!result.met) return "class=\"soft\">not judged";
   if (*result.met) return goal ? "class=\"ok\">✓ goal reached" : "class=\"ok\">✓ met";
   if (goal) return "class=\"soft\">goal not reached";
-  return decides(result, session) ? "class=\"no\">✗ failed" : "class=\"soft\">not met; does not decide here";
+  return decides(result.kind, session.requirements_decide) ? "class=\"no\">✗ failed"
+                                                           : "class=\"soft\">not met; does not decide here";
 }
 
 using Results = std::vector<const session::CriterionResult*>;

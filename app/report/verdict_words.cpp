@@ -84,18 +84,14 @@ std::string share_text(const session::Judged& judged, CriterionKind kind, const 
 
 }  // namespace
 
-bool decides(const CriterionResult& result, const session::SessionResult& session) noexcept {
-  return result.kind == CriterionKind::kRequirement ? session.requirements_decide : result.kind != CriterionKind::kGoal;
-}
-
 Sorted sorted(const session::Judged& judged) {
   Sorted by;
   for (const CriterionResult& result : judged.criteria) {
-    auto& place = !result.met                           ? by.open
-                  : *result.met                         ? by.met
-                  : result.kind == CriterionKind::kGoal ? by.towards
-                  : decides(result, judged.session)     ? by.failed
-                                                        : by.shown;
+    auto& place = !result.met                                                ? by.open
+                  : *result.met                                              ? by.met
+                  : result.kind == CriterionKind::kGoal                      ? by.towards
+                  : decides(result.kind, judged.session.requirements_decide) ? by.failed
+                                                                             : by.shown;
     place.push_back(&result);
   }
   return by;

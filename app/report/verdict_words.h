@@ -25,9 +25,6 @@ namespace knuckle::report {
 /// "31.6 s, back off"; empty where there is no such moment.
 [[nodiscard]] std::string moment_text(const session::CriterionResult& result);
 
-/// Whether a result that is missed fails the session.
-[[nodiscard]] bool decides(const session::CriterionResult& result, const session::SessionResult& session) noexcept;
-
 /// Results in the order in which they should be read.
 struct Sorted {
   std::vector<const session::CriterionResult*> failed;   ///< Missed, and they decide.

@@ -32,10 +32,13 @@ std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, co
   return results;
 }
 
+bool decides(CriterionKind kind, bool requirements_decide) noexcept {
+  return kind == CriterionKind::kRequirement ? requirements_decide : kind != CriterionKind::kGoal;
+}
+
 bool all_passed(const std::vector<CriterionResult>& results, bool requirements_decide) noexcept {
   return std::none_of(results.begin(), results.end(), [requirements_decide](const CriterionResult& r) {
-    const bool decides = r.kind == CriterionKind::kRequirement ? requirements_decide : r.kind != CriterionKind::kGoal;
-    return decides && r.missed();
+    return r.missed() && decides(r.kind, requirements_decide);
   });
 }
 

@@ -51,6 +51,8 @@ inline constexpr std::string_view kSafetyMetrics[] = {"command_neutral_ms", "spo
 [[nodiscard]] std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics,
                                                     const SessionRecord& record = {});
 
+/// Whether one that is missed fails the session.
+[[nodiscard]] bool decides(CriterionKind kind, bool requirements_decide) noexcept;
 /// Whether none of those that decide is missed.
 [[nodiscard]] bool all_passed(const std::vector<CriterionResult>& results, bool requirements_decide = true) noexcept;
 

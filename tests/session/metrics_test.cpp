@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "app/session/criteria.h"
 #include "app/session/record_windows.h"
@@ -504,6 +506,40 @@ TEST(MetricsOfTruth, WithoutEngagementThereIsNothingToJudge) {
   during(record, 0, 3, [](Sample& s) { s.mode = Mode::kReady; });
   const Metrics metrics = compute_metrics(record);
   EXPECT_FALSE(metrics.felt_error_rms_N || metrics.felt_error_rel || metrics.unfelt_s || metrics.contact_swing_N);
+}
+
+TEST(Metrics, SayWhenTheyWereAtTheirWorst) {
+  SessionRecord record = engaged_record(12);
+  record.force_scale = 1e-3;
+  for (Sample& s : record.samples) {
+    const double t = s.t_s;
+    if (t >= 4 && t < 6) s.truth_tip_force_N = {-5000, 0};  // and nothing is felt
+    if (t >= 8 && t < 8.4) s.truth_tip_force_N = {-3000, 0};
+    if (t >= 8.5 && t < 9) s.truth_tip_force_N = {-3000, 0};
+    if (t >= 8 && t < 9) s.felt_N = {-3, 0};
+  }
+  record.samples[1000].truth_tip_force_N = {-7000, 0};                   // at 5 s
+  record.samples[400].felt_N = {0.2, 0};                                 // at 2 s, in free motion
+  record.samples[500].truth_tip_m = {1, 0};                              // at 2.5 s
+  record.faults = {{{}, 10, 10, 10.1, 10.2}, {{}, 11, 11, 11.3, 11.1}};  // each the slower one once
+  record.events = {{8.2, "piece_broke"}};
+  const Metrics metrics = compute_metrics(record);
+  const std::pair<Metric Metrics::*, double> worst_at[] = {{&Metrics::peak_N, 5},
+                                                           {&Metrics::unfelt_s, 4},
+                                                           {&Metrics::felt_onset_ms, 4},
+                                                           {&Metrics::free_felt_peak_N, 2},
+                                                           {&Metrics::tip_max_m, 2.5},
+                                                           {&Metrics::tip_rms_m, 2.5},
+                                                           {&Metrics::contact_bounces, 8.4},
+                                                           {&Metrics::command_neutral_ms, 11},
+                                                           {&Metrics::spool_neutral_ms, 10},
+                                                           {&Metrics::pieces_broken, 8.2},
+                                                           {&Metrics::faults, 11}};
+  for (const auto& [metric, at_s] : worst_at) {
+    EXPECT_NEAR((metrics.*metric).at_s.value_or(-1), at_s, 0.006)
+        << std::ranges::find(metric_table(), metric, &MetricEntry::member)->name;
+  }
+  EXPECT_EQ(metrics.engaged_s.at_s, std::nullopt) << "a sum has no such moment";
 }
 
 }  // namespace
