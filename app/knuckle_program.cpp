@@ -7,6 +7,7 @@
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
 #include "app/bringup/recover_command.h"
+#include "app/check/check_command.h"
 #include "app/console/picture/simulated_camera.h"
 #include "app/console/window/console_command.h"
 #include "app/explain/explain_command.h"
@@ -67,6 +68,7 @@ cli::Program knuckle_program() {
           rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),
           bringup::doctor_entry(),
+          checking::check_entry(),
           bringup::commission_entry(),
           bringup::recover_entry(),
       },

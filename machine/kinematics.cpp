@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
-#include "core/error.h"
 #include "machine/description.h"
-#include "machine/toml_lines.h"
+#include "machine/geometry_errors.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -53,39 +53,34 @@ std::optional<PlanarVector> circles_meet(const PlanarVector& a, double radius_a,
   return PlanarVector(a + along * ray + side * std::sqrt(across2) * turned_left(ray));
 }
 
-/// ":12", the line of the machine's file that sets the key; empty where it is written in another way.
-std::string line_of(const MachineDescription& machine, const std::string& key) {
-  const auto dot = key.rfind('.');
-  int line = 0, found = 0;
-  (void)edited_toml(machine.text, [&](const std::string& table, const std::string& name, const std::string& /*line*/) {
-    ++line;
-    if (name == key.substr(dot + 1) && table == "[" + key.substr(0, dot) + "]") found = line;
-  });
-  return found > 0 ? ":" + std::to_string(found) : "";
-}
-
-[[noreturn]] void refuse(const MachineDescription& machine, const std::string& key, double value,
-                         const std::string& bound) {
-  throw InputError(machine.source + line_of(machine, key) + ": key '" + key + "' = " + number_text(value) + ": " +
-                   bound);
-}
-
 /// Every length the working range needs must be within the cylinder's own.
 void check_stroke(const MachineDescription& machine, int joint, double lowest_m, double highest_m) {
   const auto index = static_cast<std::size_t>(joint);
   const CylinderDescription& cylinder = machine.cylinders[index];
   const double tolerance = machine.geometry_calibration ? kStrokeTolerance_m : 0;
-  const std::string key = std::string("cylinders.") + kJointNames[index];
   const std::string why = std::string(", the length at an end of the ") + kJointNames[index] + "'s working range";
+  std::vector<GeometryError> errors;
   if (cylinder.min_length_m > lowest_m + tolerance) {
-    refuse(machine, key + ".min_length_m", cylinder.min_length_m, "must be at most " + number_text(lowest_m) + why);
+    errors.push_back(
+        {joint, "cylinders", "min_length_m", cylinder.min_length_m, "must be at most " + number_text(lowest_m) + why});
   }
   if (cylinder.max_length_m < highest_m - tolerance) {
-    refuse(machine, key + ".max_length_m", cylinder.max_length_m, "must be at least " + number_text(highest_m) + why);
+    errors.push_back({joint, "cylinders", "max_length_m", cylinder.max_length_m,
+                      "must be at least " + number_text(highest_m) + why});
   }
+  if (!errors.empty()) throw GeometryErrors(machine.source, std::move(errors));
 }
 
 }  // namespace
+
+std::string key_of(const GeometryError& error) {
+  return std::string(error.table) + "." + kJointNames[static_cast<std::size_t>(error.joint)] + "." + error.key;
+}
+
+GeometryErrors::GeometryErrors(const std::string& source, std::vector<GeometryError> errors)
+    : InputError(source + ": key '" + key_of(errors.front()) + "' = " + number_text(errors.front().value) + ": " +
+                 errors.front().bound),
+      errors_(std::move(errors)) {}
 
 Kinematics::Kinematics(const MachineDescription& machine)
     : lengths_m_(machine.links[kBoom].length_m, machine.links[kArm].length_m, machine.links[kBucket].length_m) {
@@ -107,9 +102,15 @@ Kinematics::Kinematics(const MachineDescription& machine)
                .branch = linkage.branch > 0 ? 1.0 : -1.0,
                .rocker_side = 1,
                .coupler_side = 1};
+  std::vector<GeometryError> errors;
   for (int joint = 0; joint < kJoints; ++joint) {
-    scan(machine, joint);
+    try {
+      scan(machine, joint);
+    } catch (const GeometryErrors& of_joint) {
+      errors.insert(errors.end(), of_joint.errors().begin(), of_joint.errors().end());
+    }
   }
+  if (!errors.empty()) throw GeometryErrors(machine.source, std::move(errors));
   // With a lever that never vanishes, H stays on one side of G-J and K on one side of H-joint: any angle tells both.
   const double middle = 0.5 * (machine.links[kBucket].min_rad + machine.links[kBucket].max_rad);
   const PlanarVector pin = four_bar_.bucket_joint + rotated(four_bar_.bucket_pin, middle);
@@ -128,10 +129,11 @@ void Kinematics::scan(const MachineDescription& machine, int joint) {
   span.max_rad = link.max_rad + kMargin_rad;
   const auto refuse_at = [&](double angle, const std::string& why) {
     const bool lower_half = angle < 0.5 * (link.min_rad + link.max_rad);
-    refuse(machine, std::string("links.") + kJointNames[index] + (lower_half ? ".min_rad" : ".max_rad"),
-           lower_half ? link.min_rad : link.max_rad, why + " at " + number_text(angle) + " rad");
+    throw GeometryErrors(machine.source,
+                         {{joint, "links", lower_half ? "min_rad" : "max_rad", lower_half ? link.min_rad : link.max_rad,
+                           why + " at " + number_text(angle) + " rad"}});
   };
-  const int steps = 1 + static_cast<int>((span.max_rad - span.min_rad) / kScanStep_rad);
+  const int steps = std::max(1, 1 + static_cast<int>((span.max_rad - span.min_rad) / kScanStep_rad));
   double sign = 0;
   for (int i = 0; i <= steps; ++i) {
     const double angle = span.min_rad + (span.max_rad - span.min_rad) * i / steps;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/error.h"
 #include "machine/description.h"
+#include "machine/geometry_errors.h"
 #include "machine/kinematics.h"
 
 namespace knuckle {
@@ -35,14 +35,16 @@ CalibrationProvenance read_provenance(TomlTable& file) {
 /// A file keeps its digits, so that a matrix made symmetric stays so.
 void check_covariance(const TomlTable& file, const CalibrationMatrix& covariance) {
   const CalibrationVector variance = covariance.diagonal();
-  file.require((variance.array() >= 0).all(), "covariance_SI", "must have no negative number on its diagonal");
+  if (!file.require((variance.array() >= 0).all(), "covariance_SI", "must have no negative number on its diagonal"))
+    return;
   const CalibrationVector sigma = variance.cwiseSqrt();
   CalibrationMatrix correlation = CalibrationMatrix::Zero();
   for (int i = 0; i < kCalibrationCount; ++i) {
     for (int k = 0; k < kCalibrationCount; ++k) {
       const double scale = sigma[i] * sigma[k];
-      file.require(scale > 0 || covariance(i, k) == 0, "covariance_SI",
-                   "must be 0 beside a parameter whose variance is 0");
+      if (!file.require(scale > 0 || covariance(i, k) == 0, "covariance_SI",
+                        "must be 0 beside a parameter whose variance is 0"))
+        return;
       if (scale > 0) correlation(i, k) = covariance(i, k) / scale;
     }
   }
@@ -65,10 +67,12 @@ void read_friction(TomlTable file, int joint, DynamicsCalibration& dynamics) {
   file.require(extend_N + retract_N >= 0, "coulomb_retract_N",
                "must be at least " + number_text(-extend_N) +
                    ", or friction drives: its sum with coulomb_extend_N is "
-                   "twice the Coulomb force");
+                   "twice the Coulomb force",
+               {"coulomb_extend_N"});
   const double breakaway_N = file.number("breakaway_N", -kStrongestFriction_N, kStrongestFriction_N);
   file.require(2 * breakaway_N >= -extend_N - retract_N, "breakaway_N",
-               "must be at least " + number_text(-(extend_N + retract_N) / 2) + ", or static friction drives");
+               "must be at least " + number_text(-(extend_N + retract_N) / 2) + ", or static friction drives",
+               {"coulomb_extend_N", "coulomb_retract_N"});
   set(kCoulombExtend, extend_N);
   set(kCoulombRetract, retract_N);
   set(kBreakaway, breakaway_N);
@@ -132,6 +136,19 @@ ValveCalibration read_valve(TomlTable file) {
   return valve;
 }
 
+/// The calibrated geometry with the working ranges and strokes of the drawing, where all of that is known.
+void check_with_drawing(const TomlTable& calibration, const MachineDescription& machine) {
+  if (!calibration.sound({"geometry", ".links", ".cylinders", ".mounts"})) return;
+  std::string all;
+  try {
+    (void)Kinematics(calibrated(machine));
+  } catch (const GeometryErrors& found) {
+    for (const GeometryError& error : found.errors())
+      all += (all.empty() ? "'" : "; '") + key_of(error) + "' = " + number_text(error.value) + " " + error.bound;
+  }
+  calibration.require(all.empty(), "geometry", "in place of the drawing's: " + all);
+}
+
 }  // namespace
 
 void load_calibration(TomlTable& file, MachineDescription& machine) {
@@ -147,12 +164,7 @@ void load_calibration(TomlTable& file, MachineDescription& machine) {
         machine.valve_calibration[joint] = read_valve(valves.table(kJointNames[joint]));
     }
   }
-  if (!machine.geometry_calibration) return;
-  try {
-    (void)Kinematics(calibrated(machine));
-  } catch (const InputError& error) {
-    throw InputError(std::string("[calibration.geometry] in place of the drawing's: ") + error.what());
-  }
+  if (machine.geometry_calibration) check_with_drawing(calibration, machine);
 }
 
 }  // namespace knuckle

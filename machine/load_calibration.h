@@ -7,8 +7,8 @@
 namespace knuckle {
 
 /// Fills the optionals of `machine`, whose other fields are complete, from the root table's `calibration`.
-/// @throws InputError naming file, line, key, value and bound; where a covariance is not symmetric and positive
-/// semidefinite, friction would drive, or the measured geometry does not reach the working range.
+/// Notes what is wrong with it; also where a covariance is not symmetric and positive semidefinite, friction would
+/// drive, or the measured geometry does not reach the working range.
 void load_calibration(TomlTable& file, MachineDescription& machine);
 
 }  // namespace knuckle

@@ -16,14 +16,14 @@ void read_joint(TomlTable file, std::size_t joint, DeviceDescription& device) {
   device.min_rad[joint] = file.number("min_rad", -kPi, kPi);
   device.max_rad[joint] = file.number("max_rad", -kPi, kPi);
   file.require(device.max_rad[joint] >= device.min_rad[joint] + 0.1, "max_rad",
-               "must be at least 0.1 above min_rad = " + number_text(device.min_rad[joint]));
+               "must be at least 0.1 above min_rad = " + number_text(device.min_rad[joint]), {"min_rad"});
   device.counts_per_turn[joint] = static_cast<std::uint32_t>(file.integer("counts_per_turn", 16, 1 << 24));
   device.gear_ratio[joint] = file.number("gear_ratio", 1, 1000);
   device.torque_constant_Nm_per_A[joint] = file.number("torque_constant_mNm_per_A", 0.1, 10000, kMilli);
   device.rated_current_A[joint] = file.number("rated_current_A", 0.01, 100);
   device.peak_current_A[joint] = file.number("peak_current_A", 0.01, 200);
   file.require(device.peak_current_A[joint] >= device.rated_current_A[joint], "peak_current_A",
-               "must be at least rated_current_A = " + number_text(device.rated_current_A[joint]));
+               "must be at least rated_current_A = " + number_text(device.rated_current_A[joint]), {"rated_current_A"});
   device.rotor_inertia_kgm2[joint] = file.number("rotor_inertia_gcm2", 0.01, 1e5, 1e-7);
   device.link_inertia_kgm2[joint] = file.number("link_inertia_kgm2", 1e-7, 10);
   device.friction_Nm[joint] = file.number("friction_mNm", 0, 1000, kMilli);
@@ -49,7 +49,7 @@ DeviceDescription::Feel read_feel(TomlTable file) {
   feel.slew_N_per_ms = file.number("slew_N_per_ms", 0.01, 0.5);
   feel.on_N = file.number("on_N", 0.01, 5);
   feel.off_N = file.number("off_N", 0.001, 5);
-  file.require(feel.off_N < feel.on_N, "off_N", "must be below on_N = " + number_text(feel.on_N));
+  file.require(feel.off_N < feel.on_N, "off_N", "must be below on_N = " + number_text(feel.on_N), {"on_N"});
   feel.law = static_cast<ControlLaw>(file.choice("law", kControlLawNames));
   return feel;
 }

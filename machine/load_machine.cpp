@@ -8,12 +8,15 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "machine/bus_nodes.h"
+#include "machine/geometry_errors.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
 #include "machine/pose.h"
+#include "machine/room.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -31,7 +34,7 @@ constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
 constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
-LinkDescription read_link(TomlTable file) {
+LinkDescription read_link(TomlTable& file) {
   LinkDescription link;
   link.length_m = file.number("length_m", 0.05, kFurthestPin_m);
   link.mass_kg = file.number("mass_kg", 0.1, kHeaviest_kg);
@@ -42,11 +45,12 @@ LinkDescription read_link(TomlTable file) {
                "inertia_kgm2",
                "must be within [" + number_text(kLeastGyration * kLeastGyration * largest_kgm2) + ", " +
                    number_text(largest_kgm2) + "], a radius of gyration of " + number_text(kLeastGyration) +
-                   " to 1 of length_m");
+                   " to 1 of length_m",
+               {"mass_kg", "length_m"});
   link.min_rad = file.number("min_rad", -std::numbers::pi, std::numbers::pi);
   link.max_rad = file.number("max_rad", -std::numbers::pi, std::numbers::pi);
   file.require(link.max_rad >= link.min_rad + 0.1, "max_rad",
-               "must be at least 0.1 above min_rad = " + number_text(link.min_rad));
+               "must be at least 0.1 above min_rad = " + number_text(link.min_rad), {"min_rad"});
   link.max_rate_radps = file.number("max_rate_radps", 0.01, 10);
   return link;
 }
@@ -84,8 +88,12 @@ void check_outline(const TomlTable& file, const MachineDescription& machine) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const PlanarVector before = corners[i] - corners[(i + corners.size() - 1) % corners.size()];
     const PlanarVector after = corners[(i + 1) % corners.size()] - corners[i];
-    file.require(before.x() * after.y() - before.y() * after.x() > least_m2, kBlamed[i],
-                 "must leave the outline tip, edge, heel, back, bucket pin, cheek convex and counter-clockwise");
+    const bool convex = before.x() * after.y() - before.y() * after.x() > least_m2;
+    if (!file.require(
+            convex, kBlamed[i],
+            "must leave the outline tip, edge, heel, back, bucket pin, cheek convex and counter-clockwise",
+            {"edge_m", "heel_m", "back_m", "cheek_m", ".links.bucket.length_m", ".mounts.bucket.bucket_pin_m"}))
+      return;  // the next corner is wrong with it
   }
 }
 
@@ -108,18 +116,19 @@ ValveDescription read_valve(TomlTable file) {
           .full_stroke_s = file.number("full_stroke_ms", 1, 2000, kMilli)};
 }
 
-CylinderDescription read_cylinder(TomlTable file) {
+CylinderDescription read_cylinder(TomlTable& file) {
   CylinderDescription cylinder;
   cylinder.bore_m = file.number("bore_mm", 10, 500, kMilli);
   cylinder.rod_m = file.number("rod_mm", 5, 450, kMilli);
   file.require(cylinder.rod_m < 0.95 * cylinder.bore_m, "rod_mm",
-               "must be below 0.95 of bore_mm = " + number_text(cylinder.bore_m / kMilli));
+               "must be below 0.95 of bore_mm = " + number_text(cylinder.bore_m / kMilli), {"bore_mm"});
   cylinder.min_length_m = file.number("min_length_m", 0.05, kFurthestPin_m);
   cylinder.max_length_m = file.number("max_length_m", 0.05, kFurthestPin_m);
   file.require(cylinder.max_length_m > cylinder.min_length_m, "max_length_m",
-               "must be above min_length_m = " + number_text(cylinder.min_length_m));
+               "must be above min_length_m = " + number_text(cylinder.min_length_m), {"min_length_m"});
   file.require(cylinder.max_length_m < 2 * cylinder.min_length_m, "max_length_m",
-               "must be below twice min_length_m = " + number_text(cylinder.min_length_m) + ": the stroke is inside");
+               "must be below twice min_length_m = " + number_text(cylinder.min_length_m) + ": the stroke is inside",
+               {"min_length_m"});
   cylinder.body_mass_kg = file.number("body_mass_kg", 0, kHeaviest_kg);
   cylinder.rod_mass_kg = file.number("rod_mass_kg", 0, kHeaviest_kg);
   cylinder.friction = read_friction(file.table("friction"));
@@ -136,7 +145,7 @@ HydraulicsDescription read_hydraulics(TomlTable file) {
   hydraulics.main_relief_Pa = file.number("main_relief_bar", 50, 400, kBar);
   hydraulics.port_relief_Pa = file.number("port_relief_bar", 50, 450, kBar);
   file.require(hydraulics.port_relief_Pa > hydraulics.main_relief_Pa, "port_relief_bar",
-               "must be above main_relief_bar = " + number_text(hydraulics.main_relief_Pa / kBar));
+               "must be above main_relief_bar = " + number_text(hydraulics.main_relief_Pa / kBar), {"main_relief_bar"});
   hydraulics.tank_Pa = file.number("tank_bar", 0, 20, kBar);
   hydraulics.bulk_modulus_Pa = file.number("bulk_modulus_GPa", 0.1, 2.5, 1e9);
   hydraulics.hose_volume_m3 = file.number("hose_volume_L", 0.01, 20, kMilli);
@@ -148,7 +157,8 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
   SensorDescription sensors;
   sensors.pressure_range_Pa = file.number("pressure_range_bar", 50, 1000, kBar);
   file.require(sensors.pressure_range_Pa >= 1.05 * hydraulics.port_relief_Pa, "pressure_range_bar",
-               "must be at least 1.05 port_relief_bar = " + number_text(1.05 * hydraulics.port_relief_Pa / kBar));
+               "must be at least 1.05 port_relief_bar = " + number_text(1.05 * hydraulics.port_relief_Pa / kBar),
+               {".hydraulics.port_relief_bar"});
   sensors.pressure_step_Pa = file.number("pressure_step_bar", 0.001, 5, kBar);
   sensors.pressure_noise_Pa = file.number("pressure_noise_bar", 0, 10, kBar);
   sensors.encoder_step_m = file.number("encoder_step_mm", 0.0001, 5, kMilli);
@@ -175,8 +185,10 @@ class NodeReader {
     constexpr std::int64_t kMax32 = 0xFFFFFFFF;
     NodeDescription node;
     node.id = static_cast<std::uint8_t>(file.integer("id", 1, 127));
-    const auto [other, is_new] = ids_.emplace(node.id, key);
-    file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
+    if (file.sound({"id"})) {
+      const auto [other, is_new] = ids_.emplace(node.id, key);
+      file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
+    }
     node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
     node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
@@ -197,6 +209,7 @@ class NodeReader {
   }
 
   void take(const TomlTable& file, const std::string& key, const char* pdo, std::uint32_t id) {
+    if (!file.sound({"id", pdo})) return;
     const auto [other, is_new] = frames_.emplace(id, key + "." + pdo);
     file.require(is_new, file.has(pdo) ? pdo : "id",
                  "its frames' identifier " + fmt::format("0x{:03X}", id) + " is taken by '" + other->second + "'");
@@ -222,7 +235,8 @@ WireDescription read_wire(TomlTable file) {
   if (file.has("pressure_value")) wire.pressure_float = file.choice("pressure_value", {"integer", "float"}) == 1;
   if (file.has("pressure_digits")) {
     wire.pressure_digits = static_cast<int>(file.integer("pressure_digits", 0, 4));
-    file.require(!wire.pressure_float, "pressure_digits", "only goes with pressure_value = \"integer\"");
+    file.require(!wire.pressure_float, "pressure_digits", "only goes with pressure_value = \"integer\"",
+                 {"pressure_value"});
   }
   if (file.has("encoder_speed_step_mmps")) {
     wire.encoder_speed_step_mps = file.number("encoder_speed_step_mmps", 0.01, 10, kMilli);
@@ -255,19 +269,20 @@ BusDescription read_bus(TomlTable file) {
   bus.tilt_every_nth_sync = every_nth("tilt_every_nth_sync");
   bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
   bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
-  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what, double most_ms = 2000) {
+  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what, TomlTable::Keys of,
+                                double most_ms = 2000) {
     const double ms = file.number(key, 1, most_ms);
-    file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what);
+    file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what, of);
     return ms * kMilli;
   };
-  bus.node_heartbeat_timeout_s =
-      at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli, "nodes' heartbeat period");
+  bus.node_heartbeat_timeout_s = at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli,
+                                          "nodes' heartbeat period", {"node_heartbeat_ms"});
   bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync,
-                                  "valves' command period", kLongestBlind_ms);
-  bus.controller_timeout_s =
-      at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli, "controller's heartbeat period");
-  bus.sensor_age_limit_s =
-      at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period", kLongestBlind_ms);
+                                  "valves' command period", {"sync_Hz", "set_point_every_nth_sync"}, kLongestBlind_ms);
+  bus.controller_timeout_s = at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli,
+                                      "controller's heartbeat period", {"controller_heartbeat_ms"});
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period",
+                                    {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
@@ -275,7 +290,9 @@ BusDescription read_bus(TomlTable file) {
   const double load = worst_bus_load(bus);
   file.require(load <= kFullestBus, "bit_rate_kbps",
                "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
-                   " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %");
+                   " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %",
+               {"sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync", "tilt_every_nth_sync",
+                "controller_heartbeat_ms", "node_heartbeat_ms"});
   return bus;
 }
 
@@ -283,13 +300,17 @@ LimitsDescription read_limits(TomlTable file, const MachineDescription& machine)
   LimitsDescription limits;
   limits.tip_speed_mps = file.number("tip_speed_mps", 0.05, 5);
   limits.joint_soft_margin_rad = file.number("joint_soft_margin_rad", 0, 0.3);
-  for (const LinkDescription& link : machine.links) {
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    const LinkDescription& link = machine.links[joint];
+    const std::string of = std::string(".links.") + kJointNames[joint];
     file.require(2 * limits.joint_soft_margin_rad < link.max_rad - link.min_rad, "joint_soft_margin_rad",
-                 "must leave room in a working range of " + number_text(link.max_rad - link.min_rad));
+                 "must leave room in a working range of " + number_text(link.max_rad - link.min_rad),
+                 {of + ".min_rad", of + ".max_rad"});
   }
   limits.chamber_pressure_Pa = file.number("chamber_pressure_bar", 50, 450, kBar);
   file.require(limits.chamber_pressure_Pa <= machine.sensors.pressure_range_Pa, "chamber_pressure_bar",
-               "must be within the transmitters' range of " + number_text(machine.sensors.pressure_range_Pa / kBar));
+               "must be within the transmitters' range of " + number_text(machine.sensors.pressure_range_Pa / kBar),
+               {".sensors.pressure_range_bar"});
   limits.tip_force_N = file.number("tip_force_kN", 0.3, 1000, 1e3);
   limits.power_W = file.number("power_kW", 0.5, 2000, 1e3);
   limits.floor_m = file.number("floor_m", -100, 0);
@@ -308,7 +329,8 @@ MachineDescription::Control read_control(TomlTable file) {
   for (const auto& [key, gain_1ps] : {std::pair{"position_gain_1ps", control.position_gain_1ps},
                                       {"bucket_position_gain_1ps", control.bucket_position_gain_1ps}})
     file.require(gain_1ps <= highest_1ps, key,
-                 "must be at most " + number_text(highest_1ps) + " = 1e-4 * tip_stiffness_N_per_m");
+                 "must be at most " + number_text(highest_1ps) + " = 1e-4 * tip_stiffness_N_per_m",
+                 {"tip_stiffness_N_per_m"});
   control.stiffness_radius_m = file.numbers<kJoints>("stiffness_radius_m", 0.05, kFurthestPin_m);
   file.require(control.stiffness_radius_m.maxCoeff() <= kLargestRadiusRatio * control.stiffness_radius_m.minCoeff(),
                "stiffness_radius_m",
@@ -321,47 +343,76 @@ MachineDescription::Control read_control(TomlTable file) {
   return control;
 }
 
+/// The tables of a machine file that its geometry is checked by.
+struct GeometryTables {
+  TomlTable links, cylinders, limits;
+  std::vector<TomlTable> link, cylinder;  ///< Per joint, as they were read.
+};
+
+/// Whether all that the joint's kinematics hang on is known.
+bool geometry_sound(const GeometryTables& tables, std::size_t joint) {
+  const TomlTable& link = tables.link[joint];
+  return link.sound({"length_m", "min_rad", "max_rad", std::string(".mounts.") + kJointNames[joint]}) &&
+         tables.cylinder[joint].sound({"min_length_m", "max_length_m"}) &&
+         (joint == kBoom || tables.link[joint - 1].sound({"length_m"}));
+}
+
 /// No joint may be asked for more than the whole pump gives its cylinder's head side at the longest lever.
-void check_rates(const MachineDescription& machine, TomlTable& links) {
-  const Kinematics kinematics(machine);
-  for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    const LinkDescription& link = machine.links[joint];
-    constexpr int kSteps = 200;
-    double longest_m = 0;
-    for (int i = 0; i <= kSteps; ++i) {
-      const double angle = link.min_rad + (link.max_rad - link.min_rad) * i / kSteps;
-      longest_m = std::max(longest_m, std::abs(kinematics.cylinder_at(static_cast<int>(joint), angle)->lever_m));
-    }
-    const double fastest_radps =
-        machine.hydraulics.pump_flow_m3ps / (machine.cylinders[joint].head_area_m2() * longest_m);
-    links.table(kJointNames[joint])
-        .require(link.max_rate_radps <= fastest_radps, "max_rate_radps",
-                 "must be at most " + number_text(std::floor(1000 * fastest_radps) / 1000) +
-                     ", what the whole pump flow gives at the longest lever");
-  }
+void check_rate(const MachineDescription& machine, const Kinematics& kinematics, std::size_t joint,
+                const TomlTable& link) {
+  const double fastest_radps = fastest_rate_radps(machine, kinematics, static_cast<int>(joint));
+  link.require(machine.links[joint].max_rate_radps <= fastest_radps, "max_rate_radps",
+               "must be at most " + number_text(std::floor(1000 * fastest_radps) / 1000) +
+                   ", what the whole pump flow gives at the longest lever",
+               {".hydraulics.pump_flow_Lpm", std::string(".cylinders.") + kJointNames[joint] + ".bore_mm"});
 }
 
 /// The virtual wall in front must leave the tip something to work in: the gate lets nothing move further beyond it.
 void check_room(const MachineDescription& machine, const TomlTable& limits) {
-  const Kinematics kinematics(machine);
-  constexpr int kSteps = 12;
   constexpr double kLeastShare = 0.2;  // of all poses
-  const auto angle = [&](std::size_t joint, int step) {
-    const LinkDescription& link = machine.links[joint];
-    return link.min_rad + (link.max_rad - link.min_rad) * step / kSteps;
-  };
   std::vector<double> x_m;
-  for (int boom = 0; boom <= kSteps; ++boom) {
-    for (int arm = 0; arm <= kSteps; ++arm) {
-      for (int bucket = 0; bucket <= kSteps; ++bucket)
-        x_m.push_back(kinematics.tip({angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)}).x());
-    }
-  }
+  for (const PlanarVector& tip_m : tips_over_range(machine)) x_m.push_back(tip_m.x());
   std::sort(x_m.begin(), x_m.end());
   const double least_m = x_m[static_cast<std::size_t>(kLeastShare * static_cast<double>(x_m.size()))];
   limits.require(machine.limits.reach_m >= least_m, "reach_m",
                  "must be at least " + number_text(std::ceil(100 * least_m) / 100) +
                      ": beyond it is the tip in four poses of five");
+}
+
+/// Levers do not hang on the cylinders' own lengths.
+std::optional<Kinematics> with_any_stroke(MachineDescription machine) {
+  for (CylinderDescription& cylinder : machine.cylinders) {
+    cylinder.min_length_m = 0;
+    cylinder.max_length_m = 4 * kFurthestPin_m;
+  }
+  try {
+    return Kinematics(machine);
+  } catch (const GeometryErrors&) {
+    return std::nullopt;  // told of the machine itself
+  }
+}
+
+/// What the sections say together: cylinders that reach, rates that the pump gives, room to work in.
+void check_geometry(const MachineDescription& machine, const GeometryTables& tables) {
+  PerJoint<bool> sound{};
+  bool room_known = true;
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    sound[joint] = geometry_sound(tables, joint);
+    room_known &= tables.link[joint].sound({"length_m", "min_rad", "max_rad"});
+  }
+  try {
+    (void)Kinematics(machine);
+  } catch (const GeometryErrors& found) {
+    for (const GeometryError& error : found.errors()) {
+      const auto joint = static_cast<std::size_t>(error.joint);
+      const bool of_link = error.table == std::string_view("links");
+      if (sound[joint]) (of_link ? tables.link : tables.cylinder)[joint].require(false, error.key, error.bound);
+    }
+  }
+  const std::optional<Kinematics> kinematics = with_any_stroke(machine);
+  for (std::size_t joint = 0; kinematics && joint < kJoints; ++joint)
+    if (sound[joint]) check_rate(machine, *kinematics, joint, tables.link[joint]);
+  if (room_known) check_room(machine, tables.limits);
 }
 
 /// All optional: a machine has any number of cameras.
@@ -390,12 +441,11 @@ MachineDescription read_machine(TomlTable file) {
   machine.name = file.text("name");
   machine.source = file.source();
   machine.text = file.document();
-  TomlTable links = file.table("links");
+  GeometryTables tables{file.table("links"), file.table("cylinders"), file.table("limits"), {}, {}};
   TomlTable mounts = file.table("mounts");
-  TomlTable cylinders = file.table("cylinders");
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    machine.links[joint] = read_link(links.table(kJointNames[joint]));
-    machine.cylinders[joint] = read_cylinder(cylinders.table(kJointNames[joint]));
+    machine.links[joint] = read_link(tables.link.emplace_back(tables.links.table(kJointNames[joint])));
+    machine.cylinders[joint] = read_cylinder(tables.cylinder.emplace_back(tables.cylinders.table(kJointNames[joint])));
   }
   machine.boom_mount = read_mount(mounts.table("boom"));
   machine.arm_mount = read_mount(mounts.table("arm"));
@@ -406,8 +456,7 @@ MachineDescription read_machine(TomlTable file) {
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
   machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
   machine.bus = read_bus(file.table("bus"));
-  const TomlTable limits = file.table("limits");
-  machine.limits = read_limits(limits, machine);
+  machine.limits = read_limits(tables.limits, machine);
   machine.control = read_control(file.table("control"));
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
@@ -415,9 +464,8 @@ MachineDescription read_machine(TomlTable file) {
   machine.cameras = read_cameras(file);
   load_calibration(file, machine);
   file.leave("commissioning");  // what `knuckle commission` has found, for people and tools
+  check_geometry(machine, tables);
   file.finish();
-  check_rates(machine, links);
-  check_room(machine, limits);
   return machine;
 }
 

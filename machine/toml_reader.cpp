@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
@@ -147,30 +148,71 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-struct TomlTable::Node {
-  std::shared_ptr<const toml::table> document;
-  std::shared_ptr<const std::string> text;
-  std::string source;
-  std::string path;  ///< "", or "links.boom." before a key.
-  const toml::table* table;
-  std::set<std::string, std::less<>> asked, looked_for;
-  std::vector<std::shared_ptr<Node>> children;
+FileErrors::FileErrors(const std::string& first, std::vector<std::string> lines)
+    : InputError(lines.size() == 1
+                     ? first
+                     : first + " (first of " + std::to_string(lines.size()) + " errors; knuckle check shows all)"),
+      lines_(std::move(lines)) {}
 
-  [[noreturn]] void fail(const toml::node& where, const std::string& what) const {
-    throw InputError(source + ":" + std::to_string(where.source().begin.line) + ": " + what);
+namespace {
+
+/// Whether one of two paths is the other, or a table or array around it.
+bool related(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  return b.starts_with(a) && (a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
+}
+
+}  // namespace
+
+/// One file: what is in it, and what was found wrong.
+struct TomlTable::Document {
+  static constexpr std::size_t kMostErrors = 100;  // beyond them another kind of file was meant
+
+  toml::table root;
+  std::string text, source;
+  std::vector<std::pair<std::uint32_t, std::string>> errors;  ///< Line of the file, and what is said.
+  std::vector<std::string> noted;                             ///< Paths of their keys.
+
+  void note(std::uint32_t line, const std::string& path, const std::string& what) {
+    errors.emplace_back(line, source + ":" + std::to_string(line) + ": " + what);
+    noted.push_back(path);
+    if (errors.size() == kMostErrors) refuse();
+  }
+  [[nodiscard]] bool sound(std::string_view path) const {
+    return std::none_of(noted.begin(), noted.end(), [&](const std::string& one) { return related(one, path); });
+  }
+  [[noreturn]] void refuse() const {
+    auto in_order = errors;
+    std::stable_sort(in_order.begin(), in_order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> lines;
+    for (const auto& [line, what] : in_order) lines.push_back(what);
+    throw FileErrors(errors.front().second, std::move(lines));
+  }
+};
+
+struct TomlTable::Node {
+  std::shared_ptr<Document> document;
+  std::string path;          ///< "", or "links.boom." before a key.
+  const toml::table* table;  ///< nullptr where it was noted that there is none: nothing in it is missed.
+  std::set<std::string, std::less<>> asked = {}, looked_for = {};
+  std::vector<std::shared_ptr<Node>> children = {};
+  bool rest_left = false;
+
+  void note(const toml::node& where, std::string_view key, const std::string& what) const {
+    document->note(where.source().begin.line, path + std::string(key), name(key) + what);
   }
   [[nodiscard]] std::string name(std::string_view key) const {
     return "key '" + shortened(path + std::string(key)) + "'";
   }
-  [[noreturn]] void refuse(std::string_view key, const toml::node& value, const std::string& bound) const {
-    fail(value, name(key) + " = " + value_text(value) + ": " + bound);
+  void refuse(std::string_view key, const toml::node& value, const std::string& bound) const {
+    note(value, key, " = " + value_text(value) + ": " + bound);
   }
 
-  const toml::node& get(std::string_view key) {
+  /// nullptr where it is missing, which is noted. One that is misspelt is noted and read all the same.
+  const toml::node* get(std::string_view key) {
     asked.emplace(key);
-    if (const toml::node* value = table->get(key)) {
-      return *value;
-    }
+    if (table == nullptr) return nullptr;
+    if (const toml::node* value = table->get(key)) return value;
     std::vector<std::string> others;
     for (const auto& [other, value] : *table) {
       if (!asked.contains(other.str())) {
@@ -178,12 +220,15 @@ struct TomlTable::Node {
       }
     }
     const auto typo = nearest_name(key, others, 1);
-    fail(typo ? *table->get(*typo) : static_cast<const toml::node&>(*table),
-         name(key) + " is missing" + (typo ? "; is '" + shortened(*typo) + "' here meant to be it?" : ""));
+    const toml::node* found = typo ? table->get(*typo) : nullptr;
+    note(typo ? *found : *table, key,
+         std::string(" is missing") + (typo ? "; is '" + shortened(*typo) + "' here meant to be it?" : ""));
+    if (typo) asked.insert(*typo);
+    return found;
   }
 
-  TomlTable child(const toml::table& below, std::string below_path) {
-    children.push_back(std::make_shared<Node>(Node{document, text, source, std::move(below_path), &below, {}, {}, {}}));
+  TomlTable child(const toml::table* below, std::string below_path) {
+    children.push_back(std::make_shared<Node>(Node{document, std::move(below_path), below}));
     return TomlTable(children.back());
   }
 
@@ -197,13 +242,13 @@ struct TomlTable::Node {
   }
 
   void finish() const {
+    if (table == nullptr) return;
     for (const auto& [key, value] : *table) {
-      if (!asked.contains(key.str())) {
-        const auto meant = meant_by(key.str());
-        refuse(key.str(), value,
-               meant ? "unknown key; did you mean '" + *meant + "'?"
-                     : "unknown key, or one that does not go with the other keys here");
-      }
+      if (asked.contains(key.str()) || rest_left) continue;
+      const auto meant = meant_by(key.str());
+      refuse(key.str(), value,
+             meant ? "unknown key; did you mean '" + *meant + "'?"
+                   : "unknown key, or one that does not go with the other keys here");
     }
     for (const auto& below : children) {
       below->finish();
@@ -216,10 +261,9 @@ TomlTable::TomlTable(std::shared_ptr<Node> node) : node_(std::move(node)) {}
 TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
   NestingCheck(text, source).run();
   try {
-    auto document = std::make_shared<const toml::table>(toml::parse(text, source));
-    const toml::table* root = document.get();
-    return TomlTable(std::make_shared<Node>(
-        Node{std::move(document), std::make_shared<const std::string>(text), source, "", root, {}, {}, {}}));
+    auto document = std::make_shared<Document>(Document{toml::parse(text, source), std::string(text), source, {}, {}});
+    const toml::table* root = &document->root;
+    return TomlTable(std::make_shared<Node>(Node{std::move(document), "", root}));
   } catch (const toml::parse_error& error) {
     throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " + printable(error.description()));
   }
@@ -230,134 +274,151 @@ TomlTable TomlTable::read(const std::string& path) {
 }
 
 double TomlTable::number(std::string_view key, double min, double max, double factor) {
-  const toml::node& node = node_->get(key);
-  const auto value = as_number(node);
-  if (!value) {
-    node_->refuse(key, node, "must be a number " + within(min, max));
-  }
-  if (!(*value >= min && *value <= max)) {
-    node_->refuse(key, node, "must be " + within(min, max));
-  }
-  return *value * factor;
+  const double instead = std::clamp(0.0, min, max) * factor;
+  const toml::node* node = node_->get(key);
+  if (node == nullptr) return instead;
+  const auto value = as_number(*node);
+  if (value && *value >= min && *value <= max) return *value * factor;
+  node_->refuse(key, *node, (value ? "must be " : "must be a number ") + within(min, max));
+  return instead;
 }
 
 std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int64_t max) {
-  const toml::node& node = node_->get(key);
-  const auto* value = node.as_integer();
-  if (value == nullptr || value->get() < min || value->get() > max) {
-    node_->refuse(key, node,
-                  "must be a whole number within [" + std::to_string(min) + ", " + std::to_string(max) + "]");
-  }
-  return value->get();
+  const std::int64_t instead = std::clamp(std::int64_t{0}, min, max);
+  const toml::node* node = node_->get(key);
+  if (node == nullptr) return instead;
+  const auto* value = node->as_integer();
+  if (value != nullptr && value->get() >= min && value->get() <= max) return value->get();
+  node_->refuse(key, *node, "must be a whole number within [" + std::to_string(min) + ", " + std::to_string(max) + "]");
+  return instead;
 }
 
 bool TomlTable::boolean(std::string_view key) {
-  const toml::node& node = node_->get(key);
-  if (!node.is_boolean()) {
-    node_->refuse(key, node, "must be true or false");
-  }
-  return node.as_boolean()->get();
+  const toml::node* node = node_->get(key);
+  if (node != nullptr && node->is_boolean()) return node->as_boolean()->get();
+  if (node != nullptr) node_->refuse(key, *node, "must be true or false");
+  return false;
 }
 
 std::string TomlTable::text(std::string_view key) {
-  const toml::node& node = node_->get(key);
-  const std::string* value = node.is_string() ? &node.as_string()->get() : nullptr;
+  const toml::node* node = node_->get(key);
+  if (node == nullptr) return "";
+  const std::string* value = node->is_string() ? &node->as_string()->get() : nullptr;
   if (value == nullptr || value->empty()) {
-    node_->refuse(key, node, "must be a text in quotes, not empty");
+    node_->refuse(key, *node, "must be a text in quotes, not empty");
+    return "";
   }
   if (value->size() > kLongestText || printable(*value) != *value) {
-    node_->refuse(key, node,
+    node_->refuse(key, *node,
                   "must be at most " + std::to_string(kLongestText) + " characters, none of them a control character");
+    return "";
   }
   return *value;
 }
 
 int TomlTable::choice(std::string_view key, std::span<const char* const> choices) {
-  const toml::node& node = node_->get(key);
+  const toml::node* node = node_->get(key);
   std::string all;
   int index = 0;
   for (const char* one : choices) {
-    if (node.is_string() && node.as_string()->get() == one) {
+    if (node != nullptr && node->is_string() && node->as_string()->get() == one) {
       return index;
     }
     ++index;
     all += std::string(all.empty() ? "\"" : ", \"") + one + "\"";
   }
-  node_->refuse(key, node, "must be one of " + all);
+  if (node != nullptr) node_->refuse(key, *node, "must be one of " + all);
+  return 0;
 }
 
 std::vector<double> TomlTable::list(std::string_view key, std::size_t min_count, std::size_t max_count, double min,
                                     double max, double factor) {
-  const toml::node& node = node_->get(key);
+  const std::vector<double> instead(min_count, std::clamp(0.0, min, max) * factor);
+  const toml::node* node = node_->get(key);
+  if (node == nullptr) return instead;
   const std::string count = min_count == max_count ? std::to_string(min_count)
                                                    : std::to_string(min_count) + " to " + std::to_string(max_count);
-  const std::string bound = "must be " + count + " numbers " + within(min, max);
-  const auto* array = node.as_array();
-  if (array == nullptr || array->size() < min_count || array->size() > max_count) {
-    node_->refuse(key, node, bound);
-  }
+  const auto refuse = [&] {
+    node_->refuse(key, *node, "must be " + count + " numbers " + within(min, max));
+    return instead;
+  };
+  const auto* array = node->as_array();
+  if (array == nullptr || array->size() < min_count || array->size() > max_count) return refuse();
   std::vector<double> values;
   for (const toml::node& element : *array) {
     const auto value = as_number(element);
-    if (!value || !(*value >= min && *value <= max)) {
-      node_->refuse(key, node, bound);
-    }
+    if (!value || !(*value >= min && *value <= max)) return refuse();
     values.push_back(*value * factor);
   }
   return values;
 }
 
 TomlTable TomlTable::table(std::string_view key) {
-  const toml::node& node = node_->get(key);
-  if (!node.is_table()) {
-    node_->refuse(key, node, "must be a table, [" + node_->path + std::string(key) + "]");
-  }
-  return node_->child(*node.as_table(), node_->path + std::string(key) + ".");
+  const toml::node* node = node_->get(key);
+  if (node != nullptr && !node->is_table())
+    node_->refuse(key, *node, "must be a table, [" + node_->path + std::string(key) + "]");
+  return node_->child(node != nullptr ? node->as_table() : nullptr, node_->path + std::string(key) + ".");
 }
 
 std::vector<TomlTable> TomlTable::tables(std::string_view key) {
   std::vector<TomlTable> result;
   node_->asked.emplace(key);
-  const toml::node* node = node_->table->get(key);
+  const toml::node* node = node_->table != nullptr ? node_->table->get(key) : nullptr;
   if (node == nullptr) {
     return result;
   }
   const auto* array = node->as_array();
   if (array == nullptr || !std::all_of(array->begin(), array->end(), [](const auto& one) { return one.is_table(); })) {
     node_->refuse(key, *node, "must be an array of tables, [[" + node_->path + std::string(key) + "]]");
+    return result;
   }
   for (const toml::node& one : *array) {
     const std::string index = "[" + std::to_string(result.size()) + "].";
-    result.push_back(node_->child(*one.as_table(), node_->path + std::string(key) + index));
+    result.push_back(node_->child(one.as_table(), node_->path + std::string(key) + index));
   }
   return result;
 }
 
 bool TomlTable::has(std::string_view key) const {
   node_->looked_for.emplace(key);
-  return node_->table->contains(key);
+  return node_->table != nullptr && node_->table->contains(key);
 }
 
 void TomlTable::leave(std::string_view key) {
   node_->asked.emplace(key);
 }
 
-void TomlTable::require(bool ok, std::string_view key, const std::string& bound) const {
-  if (!ok) {
-    if (const toml::node* value = node_->table->get(key)) node_->refuse(key, *value, bound);
-    node_->fail(*node_->table, node_->name(key) + ": " + bound);
+void TomlTable::leave_rest() {
+  node_->rest_left = true;
+}
+
+bool TomlTable::require(bool ok, std::string_view key, const std::string& bound, Keys others) const {
+  if (ok || node_->table == nullptr || !sound({key}) || !sound(others)) return ok;
+  if (const toml::node* value = node_->table->get(key)) {
+    node_->refuse(key, *value, bound);
+  } else {
+    node_->note(*node_->table, key, ": " + bound);
   }
+  return false;
+}
+
+bool TomlTable::sound(Keys keys) const {
+  return std::all_of(keys.begin(), keys.end(), [this](std::string_view key) {
+    const bool from_root = key.starts_with('.');
+    return node_->document->sound(from_root ? std::string(key.substr(1)) : node_->path + std::string(key));
+  });
 }
 
 void TomlTable::finish() const {
   node_->finish();
+  if (!node_->document->errors.empty()) node_->document->refuse();
 }
 
 const std::string& TomlTable::source() const {
-  return node_->source;
+  return node_->document->source;
 }
 const std::string& TomlTable::document() const {
-  return *node_->text;
+  return node_->document->text;
 }
 
 }  // namespace knuckle

@@ -83,7 +83,11 @@ Settings load_settings(const std::string& path) {
     settings.commissioned.push_back(
         {table.text("file"), static_cast<std::uint64_t>(table.integer("seed", 1, kMostSeed))});
   if (file.has("control")) settings.control = name(static_cast<ControlLaw>(file.choice("control", kControlLawNames)));
-  settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
+  if (!file.sound({"battery"})) {
+    file.leave_rest();
+  } else {
+    settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
+  }
   file.finish();
   return settings;
 }

@@ -144,8 +144,8 @@ secure::Peers KeyFolder::peers() const {
     peer.name = table.text("name");
     table.require(secure::is_name(peer.name), "name", "must be 1 to 40 letters, digits, spaces and . _ -");
     const auto fingerprint = secure::fingerprint_of_hex(table.text("fingerprint"));
-    table.require(fingerprint.has_value(), "fingerprint", "must be 64 hexadecimal digits");
-    peer.fingerprint = *fingerprint;
+    if (table.require(fingerprint.has_value(), "fingerprint", "must be 64 hexadecimal digits"))
+      peer.fingerprint = *fingerprint;
     const auto known = [&peers](const auto& same) { return std::any_of(peers.begin(), peers.end() - 1, same); };
     table.require(!known([&](const secure::Peer& one) { return one.name == peer.name; }), "name",
                   "must be of one far end only: remove one of the two");

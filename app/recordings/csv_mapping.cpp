@@ -115,7 +115,8 @@ ChannelMap read_channel(TomlTable& entry) {
   channel.factor = factor * sign;
   channel.offset = entry.number("offset", -1e6, 1e6, factor);
   channel.min = entry.has("min") ? entry.number("min", -kAnyCell, kAnyCell) : -kAnyCell;
-  channel.max = entry.has("max") ? entry.number("max", channel.min, kAnyCell) : kAnyCell;
+  const double least = entry.sound({"min"}) ? channel.min : -kAnyCell;
+  channel.max = entry.has("max") ? entry.number("max", least, kAnyCell) : kAnyCell;
   channel.zero_is_drop_out = entry.has("zero_is_drop_out") && entry.boolean("zero_is_drop_out");
   return channel;
 }

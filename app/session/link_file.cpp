@@ -27,6 +27,7 @@ double share(TomlTable& table, const char* key) {
 
 void read_shape(TomlTable& table, Duration& width, JitterShape& shape) {
   shape = static_cast<JitterShape>(table.choice("distribution", {"uniform", "normal", "pareto"}));
+  if (!table.sound({"distribution"})) return table.leave_rest();
   const char* const key = shape == JitterShape::kUniform ? "half_width_ms" : "deviation_ms";
   width = milliseconds(table, key, 0, kLongestDelay_ms);
 }
@@ -58,7 +59,8 @@ void read_delays(TomlTable& table, LinkImpairment& link) {
   const Duration widest = half(link.jitter, link.jitter_shape) + half(link.slow_jitter, link.slow_jitter_shape);
   table.require(
       link.delay >= widest, "delay_ms",
-      fmt::format("must be at least the half widths of its uniform jitter ({:g} ms)", 1e3 * to_seconds(widest)));
+      fmt::format("must be at least the half widths of its uniform jitter ({:g} ms)", 1e3 * to_seconds(widest)),
+      {"jitter", "slow_jitter"});
   if (table.has("in_order")) link.in_order = table.boolean("in_order");
   if (table.has("second_path_delay_ms"))
     link.second_path = milliseconds(table, "second_path_delay_ms", 0.001, kLongestDelay_ms);
@@ -77,7 +79,7 @@ LinkImpairment read_conditions(TomlTable table) {
   }
   link.duplication = share(table, "duplication");
   link.reordering = share(table, "reordering");
-  table.require(!link.in_order || link.reordering == 0, "reordering", "must be 0 where in_order is true");
+  table.require(!link.in_order || link.reordering == 0, "reordering", "must be 0 where in_order is true", {"in_order"});
   if (link.duplication > 0 || link.reordering > 0)
     link.reorder_delay = milliseconds(table, "reorder_delay_ms", 0.001, kLongestDelay_ms);
   if (table.has("rate_limit")) {
@@ -152,7 +154,7 @@ class Reader {
       LinkImpairment::Outage outage{moment(table), milliseconds(table, "length_ms", 1, 3.6e6)};
       if (table.has("every_s")) {
         outage.every = from_seconds(table.number("every_s", 0.01, kLatest_s));
-        table.require(outage.every > outage.length, "every_s", "must be longer than the outage");
+        table.require(outage.every > outage.length, "every_s", "must be longer than the outage", {"length_ms"});
       }
       const int which = table.choice("direction", {"both", "to_machine", "to_operator"});
       if (which != 2) link_.to_machine.outages.push_back(outage);

@@ -29,22 +29,25 @@ class WorkingRange {
   explicit WorkingRange(const MachineDescription& machine) : machine_(machine), kinematics_(machine) {}
 
   /// @param who goes before the complaint, such as "phase 'lift': ".
-  void require_pose(const TomlTable& table, const char* key, const JointVector& joints_rad,
-                    const std::string& who = "") const {
+  /// @param others that the pose hangs on.
+  void require_pose(const TomlTable& table, const char* key, const JointVector& joints_rad, const std::string& who = "",
+                    TomlTable::Keys others = {}) const {
     for (std::size_t i = 0; i < kJoints; ++i) {
       const double angle = joints_rad[static_cast<Eigen::Index>(i)];
       const double min = machine_.links[i].min_rad, max = machine_.links[i].max_rad;
       table.require(angle >= min && angle <= max, key,
                     who + kJointNames[i] + " would be at " + degrees(angle) + " deg: must be within [" + degrees(min) +
-                        ", " + degrees(max) + "] on machine '" + machine_.name + "'");
+                        ", " + degrees(max) + "] on machine '" + machine_.name + "'",
+                    others);
     }
   }
   void require_tip(const TomlTable& table, const char* key, const PlanarVector& tip_m, double bucket_rad,
                    const std::string& who) const {
     const auto joints = kinematics_.inverse(tip_m, bucket_rad);
-    table.require(joints.has_value(), key,
-                  who + "outside the range of machine '" + machine_.name + "' with this bucket_deg");
-    require_pose(table, key, *joints, who);
+    const TomlTable::Keys others{"bucket_deg", ".reference_reach_m"};
+    if (table.require(joints.has_value(), key,
+                      who + "outside the range of machine '" + machine_.name + "' with this bucket_deg", others))
+      require_pose(table, key, *joints, who, others);
   }
 
  private:
@@ -88,7 +91,11 @@ void read_press(TomlTable& table, sim::Phase& phase, const Scale& scale) {
   phase.speed_mps = table.number("speed_mps", 0.01, 1, scale.length);
   phase.force_N = table.number("felt_N", 0.1, 20);
   phase.until_break = flag(table, "until_break");
-  if (!phase.until_break) phase.duration_s = table.number("hold_s", 0, 600);
+  if (!table.sound({"until_break"})) {
+    table.leave("hold_s");
+  } else if (!phase.until_break) {
+    phase.duration_s = table.number("hold_s", 0, 600);
+  }
 }
 
 sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& range) {
@@ -98,6 +105,10 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
   const int kind =
       table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait", "wander"});
   phase.kind = static_cast<PhaseKind>(kind);
+  if (!table.sound({"kind"})) {
+    table.leave_rest();
+    return phase;
+  }
   phase.timeout_s = number_or(table, "timeout_s", 30, 0.1, 3600);
   switch (phase.kind) {
     case PhaseKind::kEngage:
@@ -144,7 +155,7 @@ sim::WallDescription read_wall(TomlTable& table, const Scale& scale) {
   wall.friction = table.number("friction", 0, 1.5);
   if (table.has("from_m")) wall.from_m = table.number("from_m", -kFar_m, kFar_m, scale.length);
   if (table.has("to_m")) wall.to_m = table.number("to_m", -kFar_m, kFar_m, scale.length);
-  table.require(wall.from_m < wall.to_m, "to_m", "must be above from_m");
+  table.require(wall.from_m < wall.to_m, "to_m", "must be above from_m", {"from_m"});
   if (table.has("break_force_N")) {
     wall.break_force_N = table.number("break_force_N", 100, 1e6, scale.load);
     wall.break_impulse_Ns = table.number("break_impulse_Ns", 1, 1e6, scale.load);
@@ -213,7 +224,7 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
   if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
   const auto nodes = named_nodes(bus);
   const NamedNode* const found = find_node(nodes, table.text("node"));
-  table.require(found != nullptr, "node", "must be one of " + names_of(nodes));
+  if (!table.require(found != nullptr, "node", "must be one of " + names_of(nodes))) return 0;
   const std::uint8_t node = found->node.id;
   const char* const why = why_not(kind, node, bus);
   table.require(why == nullptr, "node", why == nullptr ? "" : why);
@@ -227,15 +238,21 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
     ScheduledFault fault;
     const auto kind = sim::fault_named(table.text("kind"));
     table.require(kind.has_value(), "kind", "must be one of " + sim::fault_names());
-    fault.kind = *kind;
     const std::string phase = table.text("phase");
     const auto with_name = std::count(phases.begin(), phases.end(), phase);
-    table.require(with_name > 0, "phase", "no [[phase]] has this name");
-    table.require(with_name == 1, "phase", "more than one [[phase]] has this name");
+    const bool all_named = std::count(phases.begin(), phases.end(), "") == 0;  // else it may be this one's
+    table.require(with_name > 0 || !all_named, "phase", "no [[phase]] has this name");
+    table.require(with_name <= 1, "phase", "more than one [[phase]] has this name");
     fault.phase = static_cast<int>(std::find(phases.begin(), phases.end(), phase) - phases.begin());
     fault.after_s = table.number("after_s", 0, 3600);
     fault.duration_s = table.number("duration_s", 0.001, 3600);
-    fault.subject = fault_subject(table, fault.kind, machine.bus);
+    if (kind) {
+      fault.kind = *kind;
+      fault.subject = fault_subject(table, fault.kind, machine.bus);
+    } else {
+      table.leave("node");
+      table.leave("joint");
+    }
     faults.push_back(fault);
   }
   return faults;
@@ -263,7 +280,8 @@ void count_pieces(const TomlTable& file, Scenario& scenario) {
   const auto pieces = std::count_if(scenario.world.walls.begin(), scenario.world.walls.end(),
                                     [](const sim::WallDescription& wall) { return wall.break_force_N > 0; });
   for (sim::Phase& phase : scenario.phases) {
-    file.require(!phase.until_break || pieces > 0, "phase", "until_break is set, but no [[wall]] has a break_force_N");
+    file.require(!phase.until_break || pieces > 0, "phase", "until_break is set, but no [[wall]] has a break_force_N",
+                 {"wall"});
     phase.pieces = static_cast<int>(pieces);
   }
 }
@@ -271,6 +289,7 @@ void count_pieces(const TomlTable& file, Scenario& scenario) {
 /// The bucket starts in the open: a plant that starts inside a wall or below the soil would be thrown out of it.
 void check_start(const TomlTable& file, const Scenario& scenario, const MachineDescription& machine) {
   constexpr double kClear_m = 0.05;  // pins of a sampled machine put its bucket up to 4 cm beside
+  if (!file.sound({"start_deg", "wall", "soil", "ground", "reference_reach_m"})) return;
   const MachinePose pose = pose_of(machine, scenario.start_rad);
   std::vector<PlanarVector> places_m{pose.linkage_pin_m};
   for (const PlanarVector& corner : bucket_outline(machine)) places_m.emplace_back(pose.bucket * corner);
@@ -312,12 +331,12 @@ Criterion read_criterion(TomlTable& table, CriterionKind kind, const Scale& scal
     table.require(std::ranges::find(kSafetyMetrics, criterion.metric) != std::end(kSafetyMetrics), "metric",
                   "of [[safety]] must be one of " + known);
   }
-  const double factor = criterion_factor(*entry, scale);
+  const double factor = entry != nullptr ? criterion_factor(*entry, scale) : 1;
   if (table.has("min")) criterion.min = table.number("min", -1e12, 1e12, factor);
   if (table.has("max")) criterion.max = table.number("max", -1e12, 1e12, factor);
   table.require(criterion.min || criterion.max, "metric", "has neither min nor max");
   table.require(!criterion.min || !criterion.max || *criterion.min <= *criterion.max, "min",
-                "must not be above max: no value could meet both");
+                "must not be above max: no value could meet both", {"max"});
   return criterion;
 }
 
@@ -358,9 +377,9 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
   scenario.world = read_world(file, scale, machine);
   scenario.faults = read_faults(file, scenario.phase_names, machine);
   scenario.criteria = read_criteria(file, scale);
-  file.finish();
   count_pieces(file, scenario);
   check_start(file, scenario, machine);
+  file.finish();
   return scenario;
 }
 

@@ -192,7 +192,7 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"27,", "27, 1,", "covariance_SI': must be 729 numbers"},
       {"tip_rms_mm = 2.5", "tip_rms_mm = -1", "calibration.geometry.tip_rms_mm"},
       {"encoder_offset_mm = .1.5", "encoder_offset_mm = [900", "calibration.geometry.encoder_offset_mm"},
-      {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "[calibration.geometry] in place of the drawing's"},
+      {"rocker_length_m = 0.2050", "rocker_length_m = 0.1050", "in place of the drawing's: '"},
       {"dead_band_extend = 0.1", "dead_band_extend = 0.5", "calibration.valves.boom.dead_band_extend"},
       {"seal_N_per_bar = 3", "seal_N_per_bar = 1001", "boom.seal_N_per_bar' = 1001: must be within [0, 1000]"},
       {"seal_N_per_bar = 3", "seal_N_per_bar = -3", "boom.seal_N_per_bar' = -3: must be within [0, 1000]"},

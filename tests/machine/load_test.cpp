@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "machine/kinematics.h"
+#include "machine/toml_reader.h"
 #include "tests/support/places.h"
 
 namespace knuckle {
@@ -237,6 +238,70 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
       expect_names(line, key);
     }
   }
+}
+
+/// The lines of all errors, without the file's name and line.
+std::vector<std::string> errors_of(const toml::table& machine) {
+  std::ostringstream text;
+  text << machine;
+  try {
+    (void)parse_machine(text.str(), "m.toml");
+  } catch (const FileErrors& errors) {
+    std::vector<std::string> lines;
+    for (const std::string& line : errors.lines()) lines.push_back(line.substr(line.find("key ")));
+    return lines;
+  }
+  return {};
+}
+
+TEST(LoadMachine, OneKeyThatIsGoneOrHugeIsOneError) {
+  const toml::table original = toml::parse_file(kConfig + "/machines/compact080.toml");
+  const std::function<void(toml::table&, toml::table&)> walk = [&](toml::table& copy, toml::table& table) {
+    for (const auto& [key, value] : toml::table(table)) {
+      if (value.is_table()) walk(copy, *table[key].as_table());
+      if (key == "camera") continue;
+      table.erase(key);
+      EXPECT_EQ(errors_of(copy).size(), 1U) << key << " gone: " << ::testing::PrintToString(errors_of(copy));
+      table.insert_or_assign(key, 1e30);
+      EXPECT_EQ(errors_of(copy).size(), 1U) << key << " huge: " << ::testing::PrintToString(errors_of(copy));
+      value.visit([&table, name = key](const auto& old) { table.insert_or_assign(name, old); });
+    }
+  };
+  toml::table copy = original;
+  walk(copy, copy);
+  EXPECT_EQ(errors_of(copy).size(), 0U);
+}
+
+TEST(LoadMachine, AllThatIsWrongIsToldAtOnce) {
+  toml::table machine = toml::parse_file(kConfig + "/machines/solar015.toml");
+  const auto set = [&machine](const char* path, auto value) {
+    toml::table* parent = &machine;
+    std::string_view rest = path;
+    for (std::size_t dot; (dot = rest.find('.')) != std::string_view::npos; rest.remove_prefix(dot + 1))
+      parent = parent->get(rest.substr(0, dot))->as_table();
+    parent->insert_or_assign(rest, value);
+  };
+  machine["links"]["boom"].as_table()->erase("mass_kg");          // missing
+  machine["hydraulics"].as_table()->insert("pump_flow_lpm", 40);  // unknown
+  set("sensors.tilt_mount", "chassis");                           // no choice
+  set("cylinders.arm.max_length_m", 1.2);                         // does not reach
+  set("cylinders.boom.valve.delay_ms", 900);                      // out of bounds
+  set("cylinders.bucket.rod_mm", 400);                            // contradicts the bore
+  set("links.boom.max_rate_radps", 0.9);                          // more than the pump gives
+  set("bus.nodes.arm_encoder.id", 0x30);                          // taken
+  set("limits.reach_m", 0.1);                                     // no room
+  const std::vector<std::string> errors = errors_of(machine);
+  for (const char* told :
+       {"key 'links.boom.mass_kg' is missing", "key 'hydraulics.pump_flow_lpm' = 40: unknown key; did you mean",
+        "key 'sensors.tilt_mount' = 'chassis': must be one of",
+        "key 'cylinders.arm.max_length_m' = 1.2: must be at least", "key 'cylinders.boom.valve.delay_ms' = 900",
+        "key 'cylinders.bucket.rod_mm' = 400: must be below 0.95 of bore_mm",
+        "key 'links.boom.max_rate_radps' = 0.9: must be at most",
+        "key 'bus.nodes.arm_encoder.id' = 48: is taken by 'boom_encoder'", "key 'limits.reach_m' = 0.1"}) {
+    EXPECT_TRUE(std::any_of(errors.begin(), errors.end(), [&](const auto& line) { return line.starts_with(told); }))
+        << told << " in " << ::testing::PrintToString(errors);
+  }
+  EXPECT_EQ(errors.size(), 9U) << ::testing::PrintToString(errors);
 }
 
 TEST(LoadMachine, ConvertsToSi) {

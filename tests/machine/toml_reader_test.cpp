@@ -118,7 +118,7 @@ TEST(TomlReader, ShowsAValueAsAPersonWroteIt) {
             "m.toml:1: key 'x' = [0.28, nan]: must be a whole number within [0, 10]");
   EXPECT_EQ(refusal("[[hydraulics]]\n[[hydraulics]]", ask_for_relief),
             "m.toml:1: key 'hydraulics' = an array of 2 tables: must be a table, [hydraulics]");
-  EXPECT_EQ(refusal("y = 1", [](TomlTable& file) { file.require(false, "x", "at least one is needed"); }),
+  EXPECT_EQ(refusal("", [](TomlTable& file) { file.require(false, "x", "at least one is needed"); }),
             "m.toml:1: key 'x': at least one is needed");
 }
 
@@ -309,6 +309,76 @@ TEST(TomlReader, RefusesAsTooDeepWhatTheParserWouldMakeADeepTreeOfAndNothingElse
   }
   EXPECT_GT(deep, 500);
   EXPECT_GT(flat, 500);
+}
+
+std::vector<std::string> all_errors(const std::string& text, const std::function<void(TomlTable&)>& reader) {
+  try {
+    TomlTable file = TomlTable::parse(text, "m.toml");
+    reader(file);
+    file.finish();
+  } catch (const FileErrors& errors) {
+    return errors.lines();
+  }
+  return {};
+}
+using Lines = std::vector<std::string>;
+
+TEST(TomlReader, FindsAllThatIsWrongInOneReadingByLine) {
+  const auto read = [](TomlTable& file) {
+    const double high = file.number("high", 0, 9), low = file.number("low", 0, 9);
+    file.require(low < high, "low", "must be below high", {"high"});
+    (void)file.text("name");
+    (void)file.boolean("on");
+    (void)file.choice("mount", {"hull", "boom"});
+    (void)file.table("gone").integer("count", 1, 5);
+    for (TomlTable& wall : file.tables("wall")) (void)wall.numbers<2>("at", 0, 1);
+  };
+  EXPECT_EQ(all_errors("low = 5\nhigh = 4\nnmae = 'x'\nother = 1\n[[wall]]\nat = [0, 2]\n[[wall]]\nat = 1", read),
+            (Lines{"m.toml:1: key 'low' = 5: must be below high", "m.toml:1: key 'on' is missing",
+                   "m.toml:1: key 'mount' is missing", "m.toml:1: key 'gone' is missing",
+                   "m.toml:3: key 'name' is missing; is 'nmae' here meant to be it?",
+                   "m.toml:4: key 'other' = 1: unknown key" + kOrMisplaced,
+                   "m.toml:6: key 'wall[0].at' = [0, 2]: must be 2 numbers within [0, 1]",
+                   "m.toml:8: key 'wall[1].at' = 1: must be 2 numbers within [0, 1]"}));
+}
+
+TEST(TomlReader, OneMistakeIsOneErrorWhateverHangsOnIt) {
+  const auto read = [](TomlTable& file) {
+    const double high = file.number("high", 1, 9), low = file.number("low", 1, 9);
+    file.require(low < high, "low", "must be below high", {"high"});
+    TomlTable valve = file.table("valve");
+    valve.require(valve.number("flow", 0, 9) > low, "flow", "must be above low", {".low"});
+  };
+  EXPECT_EQ(all_errors("high = 99\nlow = 5\n[valve]\nflow = 6", read),
+            Lines{"m.toml:1: key 'high' = 99: must be within [1, 9]"});
+  EXPECT_EQ(all_errors("high = 7\nlow = 'five'\n[valve]\nflow = 0.5", read),
+            Lines{"m.toml:2: key 'low' = 'five': must be a number within [1, 9]"});
+  EXPECT_EQ(all_errors("high = 7\nlow = 5\nvalve = 3", read),
+            Lines{"m.toml:3: key 'valve' = 3: must be a table, [valve]"});
+}
+
+TEST(TomlReader, WhereTheChoiceIsWrongItsKeysAreNeitherMissedNorUnknown) {
+  const auto read = [](TomlTable& file) {
+    const int kind = file.choice("kind", {"wall", "soil"});
+    if (!file.sound({"kind"})) return file.leave_rest();
+    (void)file.number(kind == 0 ? "stiffness" : "density", 0, 9);
+  };
+  EXPECT_EQ(all_errors("kind = 'siol'\ndensity = 3", read),
+            Lines{"m.toml:1: key 'kind' = 'siol': must be one of \"wall\", \"soil\""});
+}
+
+TEST(TomlReader, AMisspeltKeyIsReadAsTheOneItWasMeantToBe) {
+  EXPECT_EQ(all_errors("[hydraulics]\nmain_releif_bar = 900", ask_for_relief),
+            (Lines{"m.toml:2: key 'hydraulics.main_relief_bar' is missing; is 'main_releif_bar' here meant to be it?",
+                   "m.toml:2: key 'hydraulics.main_relief_bar' = 900: must be within [50, 400]"}));
+}
+
+TEST(TomlReader, TheFirstOfManyErrorsSaysHowManyThereAre) {
+  EXPECT_EQ(refusal("x = 2\ny = 1\nz = 3", ask_for_x),
+            "m.toml:1: key 'x' = 2: must be within [0, 1] (first of 3 errors; knuckle check shows all)");
+  std::string junk;
+  for (int i = 0; i < 100'000; ++i) junk += "k" + std::to_string(i) + " = 1\n";
+  EXPECT_EQ(all_errors(junk, ask_for_x).size(), 100U);
 }
 
 TEST(TomlReader, UnreadableFilesAreNamed) {

@@ -63,6 +63,7 @@ Table make_table() {
        loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing", "recording"}},
       {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
       {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
+      {"app/check", tables + std::set<std::string>{"sim", "transport", "app/session", "app/report", "app/battery"}},
       {"app/programs",
        loops + tables +
            std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup", "app/battery",

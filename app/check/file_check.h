@@ -1,0 +1,26 @@
+// Reads one configuration file as the program that uses it does, and says all that is wrong with it, or what it means.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "machine/description.h"
+
+namespace knuckle::checking {
+
+struct FileCheck {
+  std::string kind;                 ///< "machine", "device", "scenario", "link", "mapping", "truth" or "grid".
+  std::vector<std::string> errors;  ///< One line each: file, line, key, value, bound. Then all below is empty.
+  std::vector<std::string> lines;   ///< What the file says, and what was computed from it.
+  std::vector<std::string> notes;   ///< Allowed, but perhaps not meant.
+  std::optional<MachineDescription> machine;  ///< What a machine file describes, as calibrated.
+};
+
+/// The kind is taken from the tables and keys that the file has.
+/// @param machine name or .toml file that scenarios, truth files and devices are checked with; empty: solar015, and a
+/// device by itself.
+/// @throws InputError where the file cannot be read, is not TOML or none of these kinds, or the machine cannot be read.
+[[nodiscard]] FileCheck check_file(const std::string& file, const std::string& machine);
+
+}  // namespace knuckle::checking

@@ -1,0 +1,42 @@
+// What limits leave of the working range.
+#include "machine/room.h"
+
+#include <gtest/gtest.h>
+
+#include "machine/load.h"
+#include "tests/support/places.h"
+
+namespace knuckle {
+namespace {
+
+MachineDescription shipped(const std::string& name) {
+  return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
+}
+
+TEST(Room, ShippedMachinesHaveWallsOutsideTheirWorkingRange) {
+  for (const char* name : {"solar015", "compact080"}) EXPECT_TRUE(limit_notes(shipped(name)).empty()) << name;
+}
+
+TEST(Room, AnotherMachinesReachIsToldWithWhatItCutsOff) {
+  MachineDescription machine = shipped("compact080");
+  machine.limits.reach_m = shipped("solar015").limits.reach_m;
+  const auto notes = limit_notes(machine);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].rfind("limits.reach_m = 3.3 of machine 'compact080' cuts off ", 0), 0U) << notes[0];
+  EXPECT_NE(notes[0].find("the tip goes to 6."), std::string::npos) << notes[0];
+  machine.limits.floor_m = -1;
+  machine.limits.ceiling_m = 1;
+  EXPECT_EQ(limit_notes(machine).size(), 3U);
+}
+
+TEST(Room, TheStretchedArmIsAmongThePosesLookedAt) {
+  MachineDescription machine = shipped("solar015");
+  double furthest_m = 0;
+  for (const WallRoom& room : wall_rooms(machine))
+    if (room.key == std::string("reach_m")) furthest_m = room.reached_m;
+  EXPECT_LE(furthest_m, reach_m(machine));
+  EXPECT_GT(furthest_m, 0.9 * reach_m(machine));
+}
+
+}  // namespace
+}  // namespace knuckle
