@@ -66,9 +66,19 @@ void note_identity(const CanSeen& can, const NodeSeen& seen, Evidence& evidence)
   evidence.expected_identity = *expected;
 }
 
+bool around(Time at, const Stop& stop) {
+  return at >= stop.at - Evidence::kBefore && at <= stop.at + Evidence::kAfter;
+}
+
 NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window, Evidence& evidence) {
-  NodeSeen seen{
-      .node = node, .data = {}, .heartbeat = {}, .emergencies = {}, .booted = {}, .same_since = {}, .newest = {}};
+  NodeSeen seen{.node = node,
+                .data = {},
+                .heartbeat = {},
+                .emergencies = {},
+                .left = {},
+                .booted = {},
+                .same_since = {},
+                .newest = {}};
   Times data, heartbeats;
   Time told_to_start = kNever;
   for (const CanSeen& can : window.can) {
@@ -84,10 +94,15 @@ NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window
       const bool near = can.at <= stop.at && stop.at - can.at <= Evidence::kBefore;
       const bool told = can.at - told_to_start <= Evidence::kBefore;
       if (near && !told && state == canopen::NmtState::kBootUp) seen.booted = can.at;
+      const bool stands = state == canopen::NmtState::kStopped || state == canopen::NmtState::kPreOperational;
+      if (stands && !told && !seen.left && around(can.at, stop)) {
+        seen.left = can.at;
+        seen.left_to = *state;
+      }
     } else if (id == canopen::emcy_id(node.node.id)) {
       const auto emergency = canopen::parse_emergency(can.frame);
-      const bool near = can.at >= stop.at - Evidence::kBefore && can.at <= stop.at + Evidence::kAfter;
-      if (near && emergency && emergency->code != canopen::kEmcyReset) seen.emergencies.push_back({can.at, *emergency});
+      if (around(can.at, stop) && emergency && emergency->code != canopen::kEmcyReset)
+        seen.emergencies.push_back({can.at, *emergency});
     } else if (id == canopen::sdo_response_id(node.node.id) && can.at <= stop.at) {
       note_identity(can, seen, evidence);
     }

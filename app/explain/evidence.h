@@ -35,6 +35,8 @@ struct NodeSeen {
   NamedNode node;
   Stream data, heartbeat;                  ///< Process data (TPDO 1) and heartbeats.
   std::vector<EmergencySeen> emergencies;  ///< From kBefore ahead of the stop to kAfter behind it; no resets.
+  std::optional<Time> left;                ///< First heartbeat of those that tell another state than operational, ...
+  canopen::NmtState left_to{};             ///< ... which is this; within the same time, unless it was told to.
   std::optional<Time> booted;              ///< Said so without having been told to, within kBefore ahead of the stop.
   std::optional<Time> same_since;          ///< Its process data had the same bytes ever since, until the stop.
   int same_times = 0;                      ///< So often.

@@ -64,6 +64,43 @@ std::optional<Cause> rebooted(const Evidence& evidence) {
       *nodes.front()->booted};
 }
 
+/// Of the node that the stop names: others may have left their working state because of the stop.
+std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence) {
+  if (stop.reason.code != ReasonCode::kSensorStale && stop.reason.code != ReasonCode::kNodeFault) return std::nullopt;
+  const auto named = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  if (named.empty() || !named.front()->left || !named.front()->emergencies.empty()) return std::nullopt;
+  const NodeSeen& first = *named.front();
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.left.has_value(); });
+  const bool all = nodes.size() == evidence.nodes.size();
+  return Cause{
+      "node_not_operational",
+      fmt::format("{} said at {} to be {}: set so from outside, by a service tool or another controller, or gone there "
+                  "by itself after an error: see its manual",
+                  all ? "all nodes" : names_of(nodes), at_text(*first.left),
+                  first.left_to == canopen::NmtState::kStopped ? "stopped" : "pre-operational"),
+      {"its heartbeat says so, and goes on: power and cable are sound",
+       fmt::format("in that state a node sends no process data; the last came at {}",
+                   first.data.last ? at_text(*first.data.last) : "no known time")},
+      {"a node that started anew would have said so first"},
+      *first.left};
+}
+
+std::optional<Cause> too_short(const Stop& stop, const Evidence& evidence) {
+  if (stop.reason.code != ReasonCode::kFrameShort) return std::nullopt;
+  const auto nodes = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  if (nodes.empty()) return std::nullopt;
+  Cause cause{"frame_short",
+              fmt::format("{} sent process data of {:.0f} bytes, of which {:.0f} are mapped: its mapping was changed "
+                          "behind the start-up, or its firmware does not keep to it",
+                          names_of(nodes), stop.reason.value, stop.reason.limit),
+              {},
+              {},
+              stop.at};
+  if (!nodes.front()->data.silent())
+    cause.supports.emplace_back("its frames go on in time: power, cable and SYNC are sound");
+  return cause;
+}
+
 Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evidence) {
   const NodeSeen& seen = *nodes.front();
   Cause cause{"node_silent",
@@ -194,6 +231,8 @@ std::optional<Cause> node_cause(const Stop& stop, const Window& window, const Ev
                                 const MachineDescription& machine) {
   if (auto cause = other_node(stop, evidence, machine)) return cause;
   if (auto cause = rebooted(evidence)) return cause;
+  if (auto cause = too_short(stop, evidence)) return cause;
+  if (auto cause = stopped_working(stop, evidence)) return cause;
   if (auto cause = silent(evidence)) return cause;
   if (auto cause = sensor_cause(stop, window, evidence, machine)) return cause;
   if (auto cause = stuck_valve(stop, evidence, machine)) return cause;

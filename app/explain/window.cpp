@@ -5,6 +5,7 @@
 #include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "recording/fields.h"
+#include "slave/modes.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::explain {
@@ -32,7 +33,9 @@ class StopFinder {
   template <typename State>
   void step(const State& state, Survey& survey) {
     const bool fresh = stopped(state.mode) && (!stopped(mode_) || !same_cause(state.fault, reason_));
-    if (first_ && stopped(state.mode)) {
+    if (fresh && stopped(mode_) && slave::explains(state.fault, reason_) && !survey.stops.empty()) {
+      survey.stops.back().reason = state.fault;  // the same stop, better understood
+    } else if (first_ && stopped(state.mode)) {
       survey.begins_stopped = true;
       survey.began_with = state.fault;
     } else if (fresh) {

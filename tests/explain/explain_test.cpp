@@ -285,6 +285,55 @@ TEST(Explain, NamesTheOperatorsStop) {
       << joined(report.accounts[0].before);
 }
 
+TEST(Explain, OfANodeMissedBeforeItSaysWhyCountsOneStopWithTheBetterReason) {
+  HandMade run;
+  run.step(10);
+  run.stop({ReasonCode::kSensorStale, 0x22, 30, 25});
+  run.step(10);
+  run.stop({ReasonCode::kNodeFault, 0x22, 127, 5});
+  run.step(10);
+  const Report report = run.report();
+  ASSERT_EQ(report.accounts.size(), 1U);
+  EXPECT_EQ(report.accounts[0].stop.reason.code, ReasonCode::kNodeFault);
+  EXPECT_EQ(report.accounts[0].stop.before, Mode::kEngaged);
+  EXPECT_EQ(report.accounts[0].stop.at, Time(55ms)) << "when it stopped";
+}
+
+TEST(Explain, SaysThatANodesFramesAreShorterThanMapped) {
+  HandMade run;
+  run.step(10);
+  run.stop({ReasonCode::kFrameShort, 0x31, 4, 6});
+  run.step(10);
+  const Report report = run.report();
+  ASSERT_EQ(report.accounts.size(), 1U);
+  EXPECT_EQ(report.accounts[0].cause.id, "frame_short");
+  EXPECT_TRUE(contains(report.accounts[0].cause.text,
+                       "arm_encoder (node 0x31) sent process data of 4 bytes, of which 6 are mapped"))
+      << report.accounts[0].cause.text;
+}
+
+TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  Stop stop;
+  stop.at = Time(1s);
+  stop.reason = {ReasonCode::kSensorStale, 0x22, 30, 25};
+  Window window;
+  window.to = Time(1400ms);
+  for (Time at = Time(500ms); at < window.to; at += 5ms) {
+    for (const NamedNode& node : named_nodes(machine.bus)) {
+      const bool left = node.node.id == 0x22 && at > Time(970ms);
+      if (!left) window.can.push_back({at, WireEventKind::kCanReceived, {node.node.tpdo_id(), 5, {}}});
+      if (at.time_since_epoch() % 100ms != Duration::zero()) continue;
+      const auto state = left ? canopen::NmtState::kPreOperational : canopen::NmtState::kOperational;
+      window.can.push_back({at, WireEventKind::kCanReceived, canopen::heartbeat_frame(node.node.id, state)});
+    }
+  }
+  const Cause cause = likely_cause(stop, window, evidence_of(stop, window, machine), machine);
+  EXPECT_EQ(cause.id, "node_not_operational") << cause.text;
+  EXPECT_TRUE(contains(cause.text, "arm_head_pressure (node 0x22) said at 1.000 s to be pre-operational"))
+      << cause.text;
+}
+
 TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
   HandMade run;
   run.step(10);
