@@ -96,7 +96,7 @@ void CanHealth::acknowledge() noexcept {
 std::string CanHealth::diagnosis(const std::string& interface) const {
   const auto line = [&](const std::string& what) { return interface + ": " + what; };
   const std::string ip_link = "ip link set " + interface;
-  if (gone_) return line("the interface is gone: plug the adapter in again, set it up, start again");
+  if (gone_) return line("the interface is gone: plug the adapter in again and set it up");
   if (down_) return line("the interface is down: " + ip_link + " up");
   if (off_) return line("bus-off: correct wiring or bit rate, then " + ip_link + " type can restart");
   if (was_off_) return line("was bus-off and has been restarted: nothing is sent before an operator acknowledges it");

@@ -44,9 +44,13 @@ class CanHealth {
   void on_overflow(std::uint64_t frames) noexcept { counters_.overflows += frames; }
   /// What was seen between two looks has been looked at: an interface that can send again counts as up from here on.
   void on_look() noexcept;
+  /// An interface that was gone has been opened anew: down until it can send.
+  void on_found_again() noexcept { gone_ = false; }
 
   /// kBusOff stays until acknowledge(), even where kernel or integrator have restarted the controller since.
   [[nodiscard]] CanState state() const noexcept;
+  /// There is no such interface any more, as its adapter was pulled.
+  [[nodiscard]] bool gone() const noexcept { return gone_; }
   /// Forgets a bus-off that is over; and an error-passive during which frames were heard, as not every driver tells of
   /// its end.
   void acknowledge() noexcept;

@@ -59,20 +59,26 @@ ifreq request(const std::string& interface) noexcept {
   return r;
 }
 
-/// @return the interface's index. Asked over an ordinary socket, so that the answer does not hang on CAN in the kernel.
-int check_interface(const std::string& interface) {
+/// What is known of an interface, and why it cannot be used yet.
+struct Found {
+  int index = 0;
+  std::string problem;
+};
+/// Asked over an ordinary socket, so that the answer does not hang on CAN in the kernel.
+Found find(const std::string& interface) {
   const Socket any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   ifreq index = request(interface), hardware = index, flags = index;
-  if (interface.empty() || interface.size() >= IFNAMSIZ || ::ioctl(any.get(), SIOCGIFINDEX, &index) != 0)
-    refuse(interface, "no such interface; `ip -brief link show type can` lists what there is (or: type vcan)");
+  const std::string none = "no such interface; `ip -brief link show type can` lists what there is (or: type vcan)";
+  if (interface.empty() || interface.size() >= IFNAMSIZ) refuse(interface, none);
+  if (::ioctl(any.get(), SIOCGIFINDEX, &index) != 0) return {0, none};
   if (::ioctl(any.get(), SIOCGIFHWADDR, &hardware) != 0 || hardware.ifr_hwaddr.sa_family != ARPHRD_CAN)
     refuse(interface, "is not a CAN interface");
   if (::ioctl(any.get(), SIOCGIFFLAGS, &flags) != 0 || (flags.ifr_flags & IFF_UP) == 0) {
     const bool is_virtual = interface.starts_with("vcan") || interface.starts_with("vxcan");
-    refuse(interface,
-           "is down; as root: ip link set " + interface + (is_virtual ? " up" : " up type can bitrate 500000"));
+    return {index.ifr_ifindex,
+            "is down; as root: ip link set " + interface + (is_virtual ? " up" : " up type can bitrate 500000")};
   }
-  return index.ifr_ifindex;
+  return {index.ifr_ifindex, ""};
 }
 
 void set_option(const std::string& interface, int socket, int level, int option, const void* value, std::size_t size) {
@@ -124,7 +130,9 @@ SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const
   if (hear.size() > CAN_RAW_FILTER_MAX)
     refuse(interface,
            std::to_string(hear.size()) + " identifiers to hear; limit " + std::to_string(CAN_RAW_FILTER_MAX));
-  const int index = check_interface(interface);
+  const Found found = find(interface);
+  if (!found.problem.empty()) refuse(interface, found.problem);
+  const int index = found.index;
   Socket process(open_socket(interface, index, filters_of(false, hear), 0));
   Socket service(open_socket(interface, index, filters_of(true, hear), 0));
   Socket errors(open_socket(interface, index, {}, CAN_ERR_MASK));
@@ -135,11 +143,22 @@ SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const
 
 }  // namespace
 
-SocketCanBus::SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear)
-    : SocketCanBus(interface, open_sockets(interface, hear)) {}
+std::string why_not_yet(const std::string& interface) {
+  return find(interface).problem;
+}
 
-SocketCanBus::SocketCanBus(const std::string& interface, const Sockets& sockets)
-    : interface_(interface), process_(sockets.process), service_(sockets.service), errors_(sockets.errors) {}
+SocketCanBus::SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear)
+    : SocketCanBus(interface, open_sockets(interface, hear),
+                   [interface, again = std::vector<std::uint32_t>(hear.begin(), hear.end())] {
+                     return open_sockets(interface, again);
+                   }) {}
+
+SocketCanBus::SocketCanBus(const std::string& interface, const Sockets& sockets, std::function<Sockets()> open_again)
+    : interface_(interface),
+      process_(sockets.process),
+      service_(sockets.service),
+      errors_(sockets.errors),
+      open_again_(std::move(open_again)) {}
 
 SocketCanBus::~SocketCanBus() {
   for (const Inbox* inbox : {&process_, &service_, &errors_}) {
@@ -149,7 +168,7 @@ SocketCanBus::~SocketCanBus() {
 
 bool SocketCanBus::send(const CanFrame& frame) noexcept {
   // Whoever was off the bus stays silent until somebody wants him back: the nodes then stop by themselves.
-  if (health_.state() == CanState::kBusOff || frame.size > CAN_MAX_DLEN) {
+  if (!usable() || health_.state() == CanState::kBusOff || frame.size > CAN_MAX_DLEN) {
     health_.on_not_sent();
     return false;
   }
@@ -163,12 +182,49 @@ bool SocketCanBus::send(const CanFrame& frame) noexcept {
     return true;
   }
   health_.on_send_error(errno);
+  give_away_if_gone();
   return false;
 }
 
 bool SocketCanBus::receive(CanFrame& frame) noexcept {
+  if (!usable()) return false;
   if (process_.empty()) look_at_errors();
-  return take(process_, frame) || take(service_, frame);
+  const bool received = take(process_, frame) || take(service_, frame);
+  if (!received) give_away_if_gone();
+  return received;
+}
+
+bool SocketCanBus::usable() noexcept {
+  const Ends ends = ends_.load(std::memory_order_acquire);
+  if (ends != Ends::kFoundAgain) return ends == Ends::kInUse;
+  for (Inbox* inbox : {&process_, &service_, &errors_}) inbox->start_anew();
+  health_.on_found_again();
+  ends_.store(Ends::kInUse, std::memory_order_relaxed);
+  return true;
+}
+
+void SocketCanBus::give_away_if_gone() noexcept {
+  if (health_.gone()) ends_.store(Ends::kGone, std::memory_order_release);
+}
+
+bool SocketCanBus::find_again() {
+  if (!open_again_ || ends_.load(std::memory_order_acquire) != Ends::kGone) return false;
+  Sockets fresh;
+  try {
+    fresh = open_again_();
+  } catch (const InputError&) {
+    return false;  // not there yet, or not up
+  }
+  const std::array<std::pair<int, int>, 3> ways{
+      {{fresh.process, process_.socket()}, {fresh.service, service_.socket()}, {fresh.errors, errors_.socket()}}};
+  bool replaced = true;
+  for (const auto& [from, to] : ways) {
+    // Closes the old one: in this thread, as that may wait.
+    replaced = ::dup3(from, to, O_CLOEXEC) == to && replaced;
+    ::close(from);
+  }
+  if (replaced) ends_.store(Ends::kFoundAgain, std::memory_order_release);
+  return replaced;
 }
 
 bool SocketCanBus::take(Inbox& inbox, CanFrame& frame) noexcept {

@@ -6,8 +6,10 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -16,7 +18,13 @@
 
 namespace knuckle {
 
-/// For one thread. send() and receive() are system calls that never wait, so they belong into a loop's step.
+/// Why a CAN interface cannot be used yet, in words and with what to do: there is none of this name, or it is down.
+/// Empty where it can. @throws InputError where waiting is in vain: the name is none, or that of another kind of
+/// interface.
+[[nodiscard]] std::string why_not_yet(const std::string& interface);
+
+/// For one thread, but for find_again(). send() and receive() are system calls that never wait, so they belong into a
+/// loop's step.
 ///
 /// Priorities: NMT, SYNC, set-points, enable output and heartbeats leave through the kernel's first band, in the order
 /// sent; SDOs wait behind them in a lower one. Within the first band nothing overtakes: a neutral set-point that did
@@ -33,7 +41,8 @@ class SocketCanBus final : public CanBus {
   struct Sockets {
     int process = -1, service = -1, errors = -1;
   };
-  SocketCanBus(const std::string& interface, const Sockets& sockets);
+  /// @param open_again opens them anew; throws InputError as long as it cannot. Empty: they never come back.
+  SocketCanBus(const std::string& interface, const Sockets& sockets, std::function<Sockets()> open_again = {});
   ~SocketCanBus() override;
   SocketCanBus(const SocketCanBus&) = delete;
   SocketCanBus& operator=(const SocketCanBus&) = delete;
@@ -47,6 +56,11 @@ class SocketCanBus final : public CanBus {
   /// Forgets a bus-off whose controller has been restarted since, and an error-passive in which frames were heard.
   void acknowledge() noexcept override { health_.acknowledge(); }
   [[nodiscard]] std::uint64_t errors() const noexcept override { return health_.counters().errors(); }
+
+  /// For another thread than the loop's, now and then: an interface that was gone (its adapter pulled) and is there and
+  /// up again is opened anew. The loop's thread goes on with it by itself; until then, nothing is sent or received.
+  /// @return true once for each time.
+  [[nodiscard]] bool find_again();
 
   [[nodiscard]] const CanCounters& counters() const noexcept { return health_.counters(); }
   /// What is wrong and what to do, in one line; empty while nothing is. Allocates: not for loops.
@@ -62,6 +76,8 @@ class SocketCanBus final : public CanBus {
     [[nodiscard]] const can_frame& take() noexcept { return frames_[next_++]; }
     /// Reads what has arrived; to be called when empty.
     void fill(CanHealth& health) noexcept;
+    /// Another socket is behind the same descriptor from now on.
+    void start_anew() noexcept { next_ = count_ = overflows_ = 0; }
 
    private:
     static constexpr std::size_t kBatch = 32;
@@ -78,12 +94,18 @@ class SocketCanBus final : public CanBus {
     std::array<Control, kBatch> controls_{};
     std::array<mmsghdr, kBatch> messages_{};
   };
+  /// Whose the sockets are: the loop's thread gives them away once the interface is gone, find_again() gives them back.
+  enum class Ends : std::uint8_t { kInUse, kGone, kFoundAgain };
+  [[nodiscard]] bool usable() noexcept;
+  void give_away_if_gone() noexcept;
   void look_at_errors() noexcept;
   bool take(Inbox& inbox, CanFrame& frame) noexcept;
 
   std::string interface_;
   CanHealth health_;
   Inbox process_, service_, errors_;
+  std::function<Sockets()> open_again_;
+  std::atomic<Ends> ends_{Ends::kInUse};
 };
 
 }  // namespace knuckle

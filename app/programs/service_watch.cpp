@@ -57,6 +57,11 @@ bool ServiceWatch::send(const std::string& line) const noexcept {
   return socket_ >= 0 && ::send(socket_, line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size());
 }
 
+void ServiceWatch::wait(const std::string& status, Duration at_most) noexcept {
+  const auto most_us = std::chrono::duration_cast<std::chrono::microseconds>(at_most).count();
+  (void)send("EXTEND_TIMEOUT_USEC=" + std::to_string(most_us) + "\nSTATUS=" + status);
+}
+
 void ServiceWatch::tell(Time now, std::uint64_t steps, const std::string& status) {
   if (socket_ < 0 || stopping_ || steps == steps_fed_) return;
   if (!ready_) ready_ = send("READY=1");

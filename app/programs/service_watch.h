@@ -19,6 +19,8 @@ class ServiceWatch {
   ServiceWatch(const ServiceWatch&) = delete;
   ServiceWatch& operator=(const ServiceWatch&) = delete;
 
+  /// Before the loop: it is not ready yet, and need not be within this time from now.
+  void wait(const std::string& status, Duration at_most) noexcept;
   /// The service is ready with the loop's first step. From then on the watchdog is fed only when the loop has stepped
   /// since: that this thread runs does not prove that the loop does. @param status one line, for `systemctl status`.
   void tell(Time now, std::uint64_t steps, const std::string& status);

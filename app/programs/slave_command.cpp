@@ -8,6 +8,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
+#include "app/programs/can_opening.h"
 #include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
 #include "app/programs/slave_audit.h"
@@ -37,7 +38,7 @@ static_assert(secure::kHandOverGap > slave::kLossLimits.neutral);
 struct Options {
   std::string machine, can;
   pairing::LinkOptions link;
-  bool simulate = false;
+  bool simulate = false, wait_for_can = false;
   std::string scenario;
   std::optional<std::uint64_t> seed;
   std::optional<int> observers;
@@ -50,6 +51,8 @@ struct Options {
 void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
+  c.add_flag("--wait-for-can", o.wait_for_can,
+             "With --can: wait for an interface that is not there or not up yet, instead of ending (for a service)");
   c.add_flag("--simulate", o.simulate, "Drive a simulated machine inside this program instead");
   c.add_option(
       "--scenario", o.scenario,
@@ -127,12 +130,10 @@ Setup set_up(const Options& o) {
 /// own.
 class MachineBus {
  public:
-  /// @param cameras of the simulated machine; outlive this.
-  MachineBus(const Options& o, const Setup& setup, const SlaveCameras& cameras) {
-    if (!setup.simulation) {
-      interface_.emplace(o.can, slave::heard_by_controller(setup.machine.bus));
-      return;
-    }
+  /// @param interface nullptr: the machine is simulated. @param cameras of the simulated machine; outlive this.
+  MachineBus(std::unique_ptr<SocketCanBus> interface, const Setup& setup, const SlaveCameras& cameras)
+      : interface_(std::move(interface)) {
+    if (interface_) return;
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
     const RealtimeClock clock;
@@ -153,7 +154,7 @@ class MachineBus {
     return interface_ ? static_cast<CanBus&>(*interface_) : machine_->controller();
   }
   /// nullptr where the machine is simulated, and the other way round.
-  [[nodiscard]] const SocketCanBus* interface() const noexcept { return interface_ ? &*interface_ : nullptr; }
+  [[nodiscard]] SocketCanBus* interface() const noexcept { return interface_.get(); }
   [[nodiscard]] RealtimeThread* machine_thread() noexcept { return thread_ ? &*thread_ : nullptr; }
   /// What has happened in the simulated world: names of events and how often. After the thread has ended.
   [[nodiscard]] Json happened() const {
@@ -171,7 +172,7 @@ class MachineBus {
   static constexpr std::size_t kKinds = static_cast<std::size_t>(sim::WorldEventKind::kWeightOff) + 1;
   std::array<std::uint64_t, kKinds> happened_{};
   std::uint64_t counted_ = 0;
-  std::optional<SocketCanBus> interface_;
+  std::unique_ptr<SocketCanBus> interface_;
   std::optional<sim::ThreadedMachine> machine_;
   std::optional<RealtimeThread> thread_;
 };
@@ -265,17 +266,33 @@ std::string audit_folder(const Options& o) {
   return pairing::KeyFolder(o.link.keys).path() + "/audit";
 }
 
+/// nullptr where somebody ended the waiting for it.
+std::unique_ptr<SocketCanBus> open_interface(const Options& o, const MachineDescription& machine,
+                                             const cli::InterruptGuard& interrupt, ProgramConsole& console) {
+  const std::vector<std::uint32_t> hear = slave::heard_by_controller(machine.bus);
+  if (!o.wait_for_can) return std::make_unique<SocketCanBus>(o.can, hear);
+  return open_when_up(
+      o.can, hear, [&console](const std::string& what) { console.note(what); },
+      [&interrupt] { return !interrupt.pending(); });
+}
+
 int run(const Options& o, const DrawCamera& draw) {
   check(o);
   const cli::InterruptGuard interrupt;
   const Setup setup = set_up(o);
   const std::vector<video::SenderSetup> camera_setups =
       check_cameras(o.cameras, o.link.insecure, o.link.address, setup.simulation ? &setup.machine : nullptr);
+  ProgramConsole console("knuckle slave");
+  std::unique_ptr<SocketCanBus> interface;
+  if (!setup.simulation) {
+    interface = open_interface(o, setup.machine, interrupt, console);
+    if (!interface) return 0;
+  }
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
   SlaveCameras cameras(camera_setups, setup.machine,
                        setup.simulation ? setup.simulation->scenario.world : sim::WorldDescription{}, draw);
-  MachineBus machine(o, setup, cameras);
+  MachineBus machine(std::move(interface), setup, cameras);
   refuse_other_controller(machine.bus(), setup.machine.bus, setup.simulation ? kSimulatedBus : o.can);
   pairing::LinkOptions link_options = o.link;
   link_options.observers = o.observers.value_or(link_options.observers);
@@ -287,7 +304,6 @@ int run(const Options& o, const DrawCamera& draw) {
   const LinkStart start = random_start();
   recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   log.begin();
-  ProgramConsole console("knuckle slave");
   for (const std::string& note : link.notes()) console.note(note);
   for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
@@ -315,6 +331,8 @@ int run(const Options& o, const DrawCamera& draw) {
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     for (cli::News& seen : cameras.news()) news.push_back(std::move(seen));
+    if (SocketCanBus* bus = machine.interface(); bus != nullptr && bus->find_again())
+      news.push_back({"CAN interface " + o.can + " is there again, and used again", "interface"});
     return news;
   };
   const double started_unix_s = unix_time_s();

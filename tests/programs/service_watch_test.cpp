@@ -74,6 +74,12 @@ TEST_F(ServiceWatchTest, IsReadyWithTheFirstStepOfTheLoopAndNotBefore) {
   EXPECT_EQ(systemd_.heard(), (Lines{"READY=1", "WATCHDOG=1"}));
 }
 
+TEST_F(ServiceWatchTest, AsksForTimeWhileTheLoopHasToWaitForItsBus) {
+  ServiceWatch watch;
+  watch.wait("waiting for CAN interface can0", 30s);
+  EXPECT_EQ(systemd_.heard(), Lines{"EXTEND_TIMEOUT_USEC=30000000\nSTATUS=waiting for CAN interface can0"});
+}
+
 TEST_F(ServiceWatchTest, FeedsTheWatchdogOnlyWhileTheLoopSteps) {
   ServiceWatch watch;
   std::uint64_t steps = 0;

@@ -3,16 +3,45 @@
 #include "transport/socket_can.h"
 
 #include <arpa/inet.h>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
+
+namespace {
+
+/// Descriptors that are CAN sockets without an interface: no other socket of a computer without CAN fails as they do.
+std::set<int> without_interface;
+
+template <typename Call>
+Call* real(const char* name) {
+  return reinterpret_cast<Call*>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" ssize_t send(int socket, const void* data, size_t size, int flags) {
+  static auto* const call = real<ssize_t(int, const void*, size_t, int)>("send");
+  if (!without_interface.contains(socket)) return call(socket, data, size, flags);
+  errno = ENXIO;
+  return -1;
+}
+
+extern "C" int recvmmsg(int socket, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {
+  static auto* const call = real<int(int, mmsghdr*, unsigned, int, timespec*)>("recvmmsg");
+  if (!without_interface.contains(socket)) return call(socket, messages, count, flags, timeout);
+  errno = ENODEV;
+  return -1;
+}
 
 namespace knuckle {
 namespace {
@@ -40,21 +69,24 @@ can_frame error_frame(canid_t error_class, std::uint8_t controller = 0, std::uin
   return f;
 }
 
+std::pair<int, int> pair() {
+  int ends[2] = {-1, -1};
+  EXPECT_EQ(socketpair(AF_UNIX, SOCK_DGRAM, 0, ends), 0);
+  return {ends[0], ends[1]};
+}
+void put(int end, const can_frame& f) {
+  ASSERT_EQ(send(end, &f, sizeof f, 0), ssize_t{sizeof f});
+}
+std::vector<can_frame> drain(int end) {
+  std::vector<can_frame> got;
+  can_frame f{};
+  while (recv(end, &f, sizeof f, MSG_DONTWAIT) == ssize_t{sizeof f}) got.push_back(f);
+  return got;
+}
+
 /// The bus, and the kernel's ends of its three sockets in the test's hands.
 class SocketCan : public ::testing::Test {
  protected:
-  static std::pair<int, int> pair() {
-    int ends[2] = {-1, -1};
-    EXPECT_EQ(socketpair(AF_UNIX, SOCK_DGRAM, 0, ends), 0);
-    return {ends[0], ends[1]};
-  }
-  static void put(int end, const can_frame& f) { ASSERT_EQ(send(end, &f, sizeof f, 0), ssize_t{sizeof f}); }
-  static std::vector<can_frame> drain(int end) {
-    std::vector<can_frame> got;
-    can_frame f{};
-    while (recv(end, &f, sizeof f, MSG_DONTWAIT) == ssize_t{sizeof f}) got.push_back(f);
-    return got;
-  }
   std::vector<CanFrame> receive_all() {
     std::vector<CanFrame> got;
     for (CanFrame f; bus.receive(f);) got.push_back(f);
@@ -207,6 +239,111 @@ TEST_F(SocketCan, SocketsWithoutAnInterfaceAreDown) {
   EXPECT_EQ(close(std::exchange(process.second, -1)), 0);
   EXPECT_FALSE(bus.send(frame(0x080, 0, 0)));
   EXPECT_EQ(bus.state(), CanState::kDown);
+}
+
+/// The bus of an adapter that is pulled and plugged in again: sockets of then and of now.
+class PulledAdapter : public ::testing::Test {
+ protected:
+  ~PulledAdapter() override {
+    without_interface.clear();
+    for (const auto& ends : {old[0], old[1], old[2], fresh[0], fresh[1], fresh[2]}) close(ends.second);
+  }
+  void pull() { without_interface = {old[0].first, old[1].first, old[2].first}; }
+  /// One step of the loop. @return whether it could send.
+  bool step() {
+    const bool sent = bus.send(frame(0x080, 0, 0));
+    heard.clear();
+    for (CanFrame f; bus.receive(f);) heard.push_back(f);
+    return sent;
+  }
+  SocketCanBus::Sockets open_again() {
+    if (!there) throw InputError("CAN interface \"can7\": no such interface");
+    without_interface.clear();  // the same descriptors, with other sockets behind them
+    return {fresh[0].first, fresh[1].first, fresh[2].first};
+  }
+
+  std::array<std::pair<int, int>, 3> old{pair(), pair(), pair()}, fresh{pair(), pair(), pair()};
+  bool there = false;
+  std::vector<CanFrame> heard;
+  SocketCanBus bus{"can7", SocketCanBus::Sockets{old[0].first, old[1].first, old[2].first},
+                   [this] { return open_again(); }};
+};
+
+TEST_F(PulledAdapter, IsLookedForOnlyOnceItIsGoneAndFoundOnceItIsThere) {
+  there = true;
+  EXPECT_TRUE(step());
+  EXPECT_FALSE(bus.find_again()) << "nothing is missing";
+  there = false;
+  pull();
+  EXPECT_FALSE(step());
+  EXPECT_EQ(bus.state(), CanState::kDown);
+  EXPECT_NE(bus.diagnosis().find("plug the adapter in again"), std::string::npos) << bus.diagnosis();
+  EXPECT_FALSE(bus.find_again());
+  EXPECT_FALSE(step());
+  there = true;
+  EXPECT_TRUE(bus.find_again());
+  EXPECT_FALSE(bus.find_again()) << "told once";
+}
+
+TEST_F(PulledAdapter, ComesBackDownUntilItSendsAndIsReadFromThenOn) {
+  put(old[0].second, wire(0x190, 1));
+  pull();
+  EXPECT_FALSE(step());
+  there = true;
+  ASSERT_TRUE(bus.find_again());
+  EXPECT_EQ(bus.state(), CanState::kDown) << "nobody goes on as if nothing had been";
+  put(fresh[0].second, wire(0x190, 2));
+  EXPECT_TRUE(step());
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0], frame(0x190, 2)) << "and nothing from before";
+  EXPECT_EQ(drain(fresh[0].second).size(), 1U);
+  EXPECT_TRUE(step());
+  EXPECT_EQ(bus.state(), CanState::kActive);
+  EXPECT_EQ(bus.counters().downs, 1U);
+}
+
+TEST_F(PulledAdapter, MayBePulledAgainAndAgain) {
+  pull();
+  step();
+  there = true;
+  ASSERT_TRUE(bus.find_again());
+  EXPECT_TRUE(step());
+  EXPECT_TRUE(step());
+  pull();
+  EXPECT_FALSE(step());
+  EXPECT_EQ(bus.state(), CanState::kDown);
+  EXPECT_EQ(bus.counters().downs, 2U);
+  for (auto& ends : fresh) {
+    close(ends.second);
+    ends = pair();
+  }
+  EXPECT_TRUE(bus.find_again());
+  EXPECT_TRUE(step());
+}
+
+TEST_F(PulledAdapter, WhileItIsGoneTheLoopTouchesNoSocketThatIsBeingReplaced) {
+  pull();
+  step();
+  without_interface.clear();  // as if the sockets could be used again already
+  EXPECT_FALSE(step());
+  EXPECT_TRUE(drain(old[0].second).empty());
+}
+
+TEST_F(PulledAdapter, NeitherItsLossNorItsReturnAllocatesInTheLoop) {
+  pull();
+  CanFrame f;
+  {
+    const test::NoAllocScope scope;
+    (void)bus.send(frame(0x080, 0, 0));
+    (void)bus.receive(f);
+    EXPECT_EQ(scope.allocations(), 0U);
+  }
+  there = true;
+  ASSERT_TRUE(bus.find_again());
+  const test::NoAllocScope scope;
+  EXPECT_TRUE(bus.send(frame(0x080, 0, 0)));
+  (void)bus.receive(f);
+  EXPECT_EQ(scope.allocations(), 0U);
 }
 
 TEST_F(SocketCan, AllocatesNothing) {

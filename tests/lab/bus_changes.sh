@@ -1,0 +1,80 @@
+# What changes on the machine's bus while the machine's side runs, or before it can: an interface that comes late, an adapter
+# that is pulled and plugged in again, frames of another length than mapped, a node that is set to pre-operational.
+# shellcheck shell=dash disable=SC2154,SC2016
+. /lab/lib/faults.sh
+
+# An interface that is not there when the machine's side starts, as at boot.
+alone="knuckle slave --machine solar015 --can late0 --listen 127.0.0.1:5683 --insecure --no-log"
+# shellcheck disable=SC2086
+start refused $alone
+exit_code_of refused
+check "by hand, a missing interface is refused with exit code 2" test $? -eq 2
+check "... and named" holds "$result/refused.log" '"late0": no such interface'
+# shellcheck disable=SC2086
+start late $alone --wait-for-can --json "$result/late.json"
+sleep 11
+waits() { [ "$(grep -c "$2" "$result/$1.log")" -eq "$3" ]; }
+check "told to wait, it says at once what for" waits late ' waiting for CAN interface late0: no such interface' 1
+check "... and once more after 10 s" waits late 'still waiting for CAN interface late0: no such interface' 1
+ip link add dev late0 type vcan
+sleep 10
+check "an interface that is down is waited for, too" waits late 'still waiting for CAN interface late0: is down' 1
+ip link set late0 txqueuelen 1000 up
+start late.node knuckle node --can late0
+check "once it is up, the machine's side goes on by itself" within 5 holds "$result/late.log" 'late0 is up'
+check "... and sets the nodes up" within 5 holds "$result/late.log" ' ready'
+stop late
+stop late.node
+check "... and ends in order" says "$result/late.json" '.stop.confirmed'
+
+faults_set_up
+
+# engaged_times NAME TIMES: how often it has been engaged.
+engaged_times() { [ "$(grep -c ' engaged' "$result/$1.slave.log")" -ge "$2" ]; }
+
+# The adapter: its interface goes, and comes back under the same name as another one.
+start_machine pulled vcan0 vcan1 /lab/sweep.toml
+within 20 engaged_times pulled 1
+sleep 1.3
+record pulled vcan1
+begin "pulling the adapter"
+ip link del vcan0
+check "pulled: the machine stops, and the reason is the interface" within 2 holds "$result/pulled.slave.log" 'fault bus_down'
+sleep 1
+check "pulled: the machine's side goes on running" runs pulled.slave
+vcan_up vcan0
+cangw -F
+gateway_up
+check "pulled: plugged in again, it is found" within 2 holds "$result/pulled.slave.log" 'vcan0 is there again'
+check "pulled: the operator leads again" within 30 engaged_times pulled 2
+sleep 0.5
+stop recorder
+stop_machine pulled
+check "pulled: one fault, and it stayed until then" of pulled.slave '.faults | length == 1 and .[0].code == "bus_down"'
+check "pulled: it ends in order, over the new interface" of pulled.slave '.stop.confirmed'
+
+# The gateway as a node whose firmware does not keep to its mapping: the frames of the arm's encoder get another length.
+relay() { cangw -A -s vcan1 -d vcan0 -e -f 1B1:7FF "$@"; }
+relay_off() { cangw -D -s vcan1 -d vcan0 -e -f 1B1:7FF "$@"; }
+cangw -F
+cangw -A -s vcan0 -d vcan1 -e
+cangw -A -s vcan1 -d vcan0 -e -f 1B1~7FF
+relay
+short() { relay -m SET:L:000.4.0000000000000000 && relay_off; }
+long() { relay -m SET:L:000.8.0000000000000000 && relay_off; }
+whole() { relay && relay_off -m "$1"; }
+fault short_frames frame_short short 'whole SET:L:000.4.0000000000000000'
+check "short_frames: the operator reads how many bytes came" \
+  holds /tmp/fault.json 'node 0x31: .*frame has 4 bytes, 6 are mapped'
+
+start_machine long_frames vcan0 vcan1 /lab/sweep.toml
+within 20 engaged_times long_frames 1
+record long_frames vcan0
+long
+sleep 1
+check "long_frames: frames of 8 bytes came" test "$(grep -c ' 1B1#[0-9A-F]\{16\}$' "$result/long_frames.candump.log")" -gt 100
+stop recorder
+stop_machine long_frames
+whole SET:L:000.8.0000000000000000
+check "long_frames: their first bytes were used" of long_frames.slave '.faults == []'
+plan
