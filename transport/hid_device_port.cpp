@@ -1,8 +1,11 @@
 #include "transport/hid_device_port.h"
 
+#include <filesystem>
+#include <string_view>
 #include <utility>
 
 #include "core/realtime_thread.h"
+#include "core/text.h"
 #include "transport/hid_reports.h"
 
 namespace knuckle {
@@ -17,29 +20,65 @@ constexpr bool is_attached(std::uint32_t attachment) noexcept {
 
 }  // namespace
 
-const HidCandidate* choose_device(const std::vector<HidCandidate>& found, const std::string& serial,
+namespace {
+
+/// "serial number 7 at USB port 1-2 (/dev/hidraw0)"
+std::string described(const HidCandidate& candidate) {
+  const std::string port = candidate.usb_port.empty() ? "" : " at USB port " + candidate.usb_port;
+  const std::string serial = candidate.serial.empty() ? "no serial number" : "serial number " + candidate.serial;
+  return shortened(serial) + port + " (" + candidate.path + ")";
+}
+
+std::string described(const std::vector<const HidCandidate*>& candidates) {
+  std::string all;
+  for (const HidCandidate* candidate : candidates) all += (all.empty() ? "" : ", ") + described(*candidate);
+  return all;
+}
+
+}  // namespace
+
+const HidCandidate* choose_device(const std::vector<HidCandidate>& found, const HidChoice& choice,
                                   std::string& problem) {
-  std::string others;
+  std::vector<const HidCandidate*> all, right;
   for (const HidCandidate& candidate : found) {
-    if (!serial.empty() && candidate.serial == serial) return &candidate;
-    others += (others.empty() ? "" : ", ") + (candidate.serial.empty() ? "none" : candidate.serial);
+    all.push_back(&candidate);
+    const bool serial = choice.serial.empty() || candidate.serial == choice.serial;
+    const bool port = choice.usb_port.empty() || candidate.usb_port == choice.usb_port;
+    if (serial && port) right.push_back(&candidate);
   }
+  if (right.size() == 1) return right.front();
+  const std::string wanted = (choice.serial.empty() ? "" : " with serial number " + choice.serial) +
+                             (choice.usb_port.empty() ? "" : " at USB port " + choice.usb_port);
   if (found.empty()) {
     problem = "no haptic device is attached (USB " + std::string(kHidUsbId) + ")";
-  } else if (!serial.empty()) {
-    problem = "the attached haptic device is another one: serial number " + others + " instead of " + serial;
-  } else if (found.size() > 1) {
-    problem = "several haptic devices are attached: choose one by its serial number: " + others;
+  } else if (right.empty()) {
+    problem = "no haptic device" + wanted + " is attached; there is: " + described(all);
+  } else if (choice.serial.empty()) {
+    problem =
+        "several haptic devices are attached: choose one by its serial number or its USB port: " + described(right);
   } else {
-    return found.data();
+    problem = "several haptic devices have serial number " + choice.serial +
+              ": choose one by its USB port: " + described(right);
   }
+  problem = printable(problem);
   return nullptr;
+}
+
+std::string usb_port_of(const std::string& sysfs_folder) {
+  std::string port;
+  const auto is_port = [](std::string_view name) {  // of a root hub: "usb1"; of an interface: "1-2:1.0"
+    return name.find('-') != std::string_view::npos && name.find_first_not_of("0123456789-.") == std::string_view::npos;
+  };
+  for (const auto& name : std::filesystem::path(sysfs_folder)) {
+    if (is_port(name.string())) port = name.string();
+  }
+  return port;
 }
 
 HidDevicePort::HidDevicePort(HidOpen open, const HidDeviceOptions& options)
     : open_(std::move(open)),
       options_(options),
-      serial_(options.serial),
+      serial_(options.choice.serial),
       problem_("still looking for the haptic device"),
       reader_([this] { read_loop(); }),
       writer_([this] { write_loop(); }) {}
@@ -111,7 +150,7 @@ bool HidDevicePort::attach() {
     const std::lock_guard lock(told_mutex_);
     serial = serial_;
   }
-  HidOpening opened = open_(serial);
+  HidOpening opened = open_({serial, options_.choice.usb_port});
   {
     const std::lock_guard lock(told_mutex_);
     problem_ = opened.problem;

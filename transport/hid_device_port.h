@@ -38,20 +38,30 @@ struct HidOpening {
   std::string serial;   ///< Serial number as USB has it; may be empty.
   std::string problem;  ///< Empty with a connection.
 };
-/// Looks for a device with this serial number (empty: any), and opens it. Called by one thread, again and again.
-using HidOpen = std::function<HidOpening(const std::string& serial)>;
+/// Which device to open; what is empty may be anything.
+struct HidChoice {
+  std::string serial{};    ///< As USB has it.
+  std::string usb_port{};  ///< Where it is plugged in, as the kernel names it: bus and port of each hub, "1-2.3".
+};
+/// Looks for such a device and opens it. Called by one thread, again and again.
+using HidOpen = std::function<HidOpening(const HidChoice& choice)>;
 
 /// A device that was found.
 struct HidCandidate {
-  std::string path;
-  std::string serial;
+  std::string path;        ///< For opening it, and for people.
+  std::string serial;      ///< May be empty.
+  std::string usb_port{};  ///< Empty where it is not known.
 };
-/// The one to open, or nullptr and the reason: none there, none of this serial number, or several to choose from.
-[[nodiscard]] const HidCandidate* choose_device(const std::vector<HidCandidate>& found, const std::string& serial,
+/// The one to open, or nullptr and the reason in one printable line: none there, none that was chosen, or several to
+/// choose from, as two devices may have the same serial number.
+[[nodiscard]] const HidCandidate* choose_device(const std::vector<HidCandidate>& found, const HidChoice& choice,
                                                 std::string& problem);
+/// Of a device's folder in /sys/devices, "/sys/devices/.../usb1/1-2/1-2.3/1-2.3:1.0/...": "1-2.3"; empty where it is
+/// none of USB.
+[[nodiscard]] std::string usb_port_of(const std::string& sysfs_folder);
 
 struct HidDeviceOptions {
-  std::string serial;     ///< USB serial number; empty: the only device there is.
+  HidChoice choice{};     ///< Nothing: the only device there is.
   int fifo_priority = 0;  ///< Of the two threads; 0: none asked for. Above the loop's, or the loop waits for them.
 };
 
@@ -67,8 +77,9 @@ struct HidDeviceStatus {
 /// write may block for seconds: always the newest command, and the newest of all other reports before it. Neither a
 /// report nor a command outlives the attachment it was made in.
 ///
-/// Once lost, only the device with the same serial number is opened again. A device that was lost reads as not
-/// connected at least once, however quickly it came back, so that nobody goes on as if nothing had been.
+/// Once lost, only the device with the same serial number is opened again, at the same port where that was chosen. A
+/// device that was lost reads as not connected at least once, however quickly it came back, so that nobody goes on as
+/// if nothing had been.
 class HidDevicePort : public HidPort {
  public:
   explicit HidDevicePort(HidOpen open, const HidDeviceOptions& options = {});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 
 #include "transport/hid_reports.h"
 
@@ -18,6 +19,14 @@ std::string narrow(const wchar_t* text) {
 }
 
 using Handle = std::unique_ptr<hid_device, decltype(&hid_close)>;
+
+/// Of a device file such as /dev/hidraw0.
+std::string usb_port_of_file(const std::string& path) {
+  std::error_code error;
+  const auto name = std::filesystem::path(path).filename();
+  return usb_port_of(
+      std::filesystem::canonical(std::filesystem::path("/sys/class/hidraw") / name / "device", error).string());
+}
 
 /// Two handles on one device: hidapi keeps its last error in the handle, so that each serves one thread only.
 class HidapiConnection final : public HidConnection {
@@ -42,10 +51,10 @@ class HidapiConnection final : public HidConnection {
   Handle in_, out_;
 };
 
-HidOpening open_hidapi(const std::string& serial) {
+HidOpening open_hidapi(const HidChoice& wanted) {
   HidOpening opening;
   const std::vector<HidCandidate> found = hidapi_devices();
-  const HidCandidate* chosen = choose_device(found, serial, opening.problem);
+  const HidCandidate* chosen = choose_device(found, wanted, opening.problem);
   if (chosen == nullptr) return opening;
   Handle in(hid_open_path(chosen->path.c_str()), hid_close);
   Handle out(in ? hid_open_path(chosen->path.c_str()) : nullptr, hid_close);
@@ -65,7 +74,7 @@ std::vector<HidCandidate> hidapi_devices() {
   std::vector<HidCandidate> found;
   hid_device_info* all = hid_enumerate(kHidVendor, kHidProduct);
   for (const hid_device_info* info = all; info != nullptr; info = info->next) {
-    const HidCandidate candidate{info->path, narrow(info->serial_number)};
+    const HidCandidate candidate{info->path, narrow(info->serial_number), usb_port_of_file(info->path)};
     // One device may show several collections; only the vendor page's is ours.
     const bool known = std::any_of(found.begin(), found.end(),
                                    [&candidate](const HidCandidate& other) { return other.path == candidate.path; });

@@ -212,6 +212,16 @@ std::string serial_of(libusb_device_handle* handle, std::uint8_t index) {
   return size <= 0 ? "" : std::string(text.begin(), text.begin() + size);
 }
 
+std::string usb_port_of_device(libusb_device* device) {
+  std::array<std::uint8_t, 7> ports{};  // as many hubs as USB allows
+  const int count = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
+  std::string port;
+  for (int i = 0; i < count; ++i)
+    port += (i == 0 ? std::to_string(libusb_get_bus_number(device)) + "-" : std::string(".")) +
+            std::to_string(ports[static_cast<std::size_t>(i)]);
+  return port;
+}
+
 /// All haptic devices, opened where they may be. `candidates` in the same order.
 std::vector<UsbDevice> open_all(libusb_context* context, std::vector<HidCandidate>& candidates) {
   std::vector<UsbDevice> devices;
@@ -228,20 +238,21 @@ std::vector<UsbDevice> open_all(libusb_context* context, std::vector<HidCandidat
     device.handle.reset(handle);
     candidates.push_back({"USB bus " + std::to_string(libusb_get_bus_number(list[i])) + " device " +
                               std::to_string(libusb_get_device_address(list[i])),
-                          handle != nullptr ? serial_of(handle, descriptor.iSerialNumber) : ""});
+                          handle != nullptr ? serial_of(handle, descriptor.iSerialNumber) : "",
+                          usb_port_of_device(list[i])});
     devices.push_back(std::move(device));
   }
   if (count >= 0) libusb_free_device_list(list, 1);
   return devices;
 }
 
-HidOpening open_libusb(const std::string& serial) {
+HidOpening open_libusb(const HidChoice& wanted) {
   HidOpening opening;
   const std::shared_ptr<libusb_context> context = new_context(opening.problem);
   if (!context) return opening;
   std::vector<HidCandidate> found;
   std::vector<UsbDevice> devices = open_all(context.get(), found);
-  const HidCandidate* chosen = choose_device(found, serial, opening.problem);
+  const HidCandidate* chosen = choose_device(found, wanted, opening.problem);
   if (chosen == nullptr) return opening;
   UsbDevice& device = devices[static_cast<std::size_t>(chosen - found.data())];
   if (!device.handle) {

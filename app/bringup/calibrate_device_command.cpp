@@ -14,7 +14,8 @@ namespace knuckle::bringup {
 namespace {
 
 struct Options {
-  std::string back_end, file = "knuckle1", serial, out;
+  std::string back_end, file = "knuckle1", out;
+  HidChoice choice;
 };
 
 CalibrationDialogue on_terminal() {
@@ -42,7 +43,7 @@ int run(const Options& options) {
   places.configuration("--device-file", options.file);
   places.configuration_output("--out", options.out);
   const DeviceDescription file = load_device(find_config("device", options.file));
-  const auto port = open_device_port("--device", options.back_end, {.serial = options.serial});
+  const auto port = open_device_port("--device", options.back_end, {.choice = options.choice});
   const RealtimeClock clock;
   DeviceProbe probe(*port, [&clock](Duration time) { clock.sleep_until(clock.now() + time); });
   const CalibrationDialogue person = on_terminal();
@@ -81,7 +82,7 @@ cli::Command calibrate_device_entry() {
             const auto o = std::make_shared<Options>();
             c.add_option("--device", o->back_end, "Back end: hid (hidraw) or usb (libusb)").required();
             c.add_option("--device-file", o->file, "Device name or .toml file to start from").show_default();
-            c.add_option("--serial", o->serial, "USB serial number, where several are attached");
+            add_device_choice(c, o->choice);
             c.add_option("--out", o->out, "Write the calibrated device file (- = standard output)").required();
             return [o] { return run(*o); };
           }};

@@ -132,7 +132,7 @@ Findings examine_device(DeviceProbe& probe, const DeviceDescription& file) {
 
 Findings doctor_device(const DeviceDoctorOptions& options) {
   const DeviceDescription file = load_device(find_config("device", options.device));
-  const auto port = open_device_port("--device", options.back_end, {.serial = options.serial});
+  const auto port = open_device_port("--device", options.back_end, {.choice = options.choice});
   const RealtimeClock clock;
   const auto wait = [&clock](Duration time) { clock.sleep_until(clock.now() + time); };
   for (Duration waited{}; !port->status().attached && waited < kAttachPatience; waited += 10ms) wait(10ms);

@@ -11,7 +11,7 @@ namespace knuckle::bringup {
 
 struct DeviceDoctorOptions {
   std::string back_end;             ///< "hid" or "usb"
-  std::string serial;               ///< USB serial number; empty: the only device there is.
+  HidChoice choice;                 ///< Nothing: the only device there is.
   std::string device = "knuckle1";  ///< Name or .toml file that the device is compared with.
 };
 

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/cli/command.h"
 #include "core/error.h"
 #include "core/loop_table.h"
 #include "machine/device_joints.h"
@@ -84,6 +85,17 @@ DeviceListening DeviceProbe::listen(Duration length) {
   return heard;
 }
 
+void add_device_choice(const cli::OptionList& command, HidChoice& choice) {
+  command.add_option("--serial", choice.serial, "USB serial number of the device, where several are attached");
+  command.add_option("--usb-port", choice.usb_port,
+                     "USB port of the device, such as 1-2.3, where several have the same serial number");
+}
+
+void check_no_device_choice(const HidChoice& choice, const char* goes_with) {
+  if (!choice.serial.empty()) cli::refuse_option("--serial", choice.serial, goes_with);
+  if (!choice.usb_port.empty()) cli::refuse_option("--usb-port", choice.usb_port, goes_with);
+}
+
 std::unique_ptr<HidDevicePort> open_device_port(const std::string& option, const std::string& back_end,
                                                 const HidDeviceOptions& options) {
   if (back_end == "hid") return std::make_unique<HidapiPort>(options);
@@ -91,9 +103,9 @@ std::unique_ptr<HidDevicePort> open_device_port(const std::string& option, const
   throw InputError(option + " " + back_end + ": must be one of " + kDeviceBackEnds);
 }
 
-std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end, const std::string& serial) {
+std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end, const HidChoice& choice) {
   if (back_end != "hid" && back_end != "usb") return nullptr;
-  return open_device_port("--device", back_end, {.serial = serial, .fifo_priority = fifo_priority::kDevicePort});
+  return open_device_port("--device", back_end, {.choice = choice, .fifo_priority = fifo_priority::kDevicePort});
 }
 
 std::vector<HidCandidate> list_devices(const std::string& back_end) {

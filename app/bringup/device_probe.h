@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/options.h"
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/device_description.h"
@@ -41,6 +42,11 @@ class DeviceProbe {
   std::function<void(Duration)> wait_;
 };
 
+/// Options --serial and --usb-port of a command.
+void add_device_choice(const cli::OptionList& command, HidChoice& choice);
+/// @throws InputError where a device was chosen although none is used, with what it would go with.
+void check_no_device_choice(const HidChoice& choice, const char* goes_with);
+
 /// The back ends by name.
 inline constexpr const char* kDeviceBackEnds = "hid, usb";
 /// @param back_end "hid" or "usb". @throws InputError for others, naming `option`.
@@ -48,8 +54,7 @@ inline constexpr const char* kDeviceBackEnds = "hid, usb";
                                                               const HidDeviceOptions& options);
 /// The device that leads a machine, read with more urgency than the loop has which waits for its reports.
 /// @return nullptr where the back end is neither "hid" nor "usb": none, or a keyboard.
-[[nodiscard]] std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end,
-                                                                 const std::string& serial);
+[[nodiscard]] std::unique_ptr<HidDevicePort> open_leading_device(const std::string& back_end, const HidChoice& choice);
 /// The devices that back end can see.
 [[nodiscard]] std::vector<HidCandidate> list_devices(const std::string& back_end);
 

@@ -35,7 +35,7 @@ void add_options(const cli::OptionList& c, DoctorOptions& o) {
   c.add_option("--bit-rate", o.bit_rate_kbps,
                "Bit rate in kbit/s, to compute the bus load without --machine (default: 500)");
   c.add_option("--device", o.device.back_end, "Check a haptic device through hid or usb; commands no torque");
-  c.add_option("--serial", o.device.serial, "USB serial number of the device, where several are attached");
+  add_device_choice(c, o.device.choice);
   c.add_option("--device-file", o.device_file,
                "Compare the device with this file: name or .toml file (default: knuckle1)");
   c.add_option("--connect", o.link.address,
@@ -57,7 +57,7 @@ void check(const DoctorOptions& o) {
                        "port 0 cannot be used; give the port that the other side listens on");
   if (o.link.address.empty() && !o.link.keys.empty()) cli::refuse_option("--keys", o.link.keys, "needs --connect");
   if (bus && device) cli::refuse_option("--device", o.device.back_end, "check bus and device one after the other");
-  if (!device && !o.device.serial.empty()) cli::refuse_option("--serial", o.device.serial, "needs --device");
+  if (!device) check_no_device_choice(o.device.choice, "needs --device");
   if (!device && o.device_file) cli::refuse_option("--device-file", *o.device_file, "needs --device");
   if (!bus && o.listen_s) cli::refuse_option("--listen", "", "needs --can or --simulate");
   if (!bus && o.bit_rate_kbps) cli::refuse_option("--bit-rate", "", "needs --can");

@@ -31,7 +31,8 @@ using cli::Json;
 constexpr const char* kSchema = "knuckle-master/1";
 
 struct Options {
-  std::string machine, device, device_file, serial, mirror, control;
+  std::string machine, device, device_file, mirror, control;
+  HidChoice choice;
   pairing::LinkOptions link;
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
@@ -46,7 +47,7 @@ void add_options(const cli::OptionList& c, Options& o) {
       .required();
   c.add_option("--device-file", o.device_file,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
-  c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
+  bringup::add_device_choice(c, o.choice);
   c.add_option("--connect", o.link.address,
                "Machine's side, HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [::1]:5683");
   pairing::add_link_options(c, o.link);
@@ -92,8 +93,7 @@ void check(const Options& o) {
   if (o.link.observe) check_observer(o);
   if (!o.link.observe && o.machine.empty())
     cli::refuse_option("--machine", "", "is required, unless --observe is given");
-  if (o.device == "none" && !o.serial.empty())
-    cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.device == "none") bringup::check_no_device_choice(o.choice, "goes with --device hid or usb");
   if (!o.control.empty() && !control_law_named(o.control))
     cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
   cli::Places places;
@@ -238,7 +238,7 @@ int run(const Options& o) {
   std::optional<MirroredLink> mirrored;
   if (!o.mirror.empty()) mirrored.emplace(link.link(), screen.emplace(UdpLink::connect(o.mirror, "--mirror")));
   NoDevice nothing;
-  const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.serial);
+  const std::unique_ptr<HidDevicePort> device = bringup::open_leading_device(o.device, o.choice);
 
   recordings::ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
   log.begin();

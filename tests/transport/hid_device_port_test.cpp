@@ -30,20 +30,21 @@ class Cable {
   };
 
   HidOpen opener() {
-    return [this](const std::string& serial) {
+    return [this](const HidChoice& choice) {
       const std::lock_guard lock(mutex_);
       HidOpening opening;
       std::vector<HidCandidate> found;
-      if (plugged_ % 2 == 1) found.push_back({"memory", serial_});
-      if (choose_device(found, serial, opening.problem) == nullptr) return opening;
+      if (plugged_ % 2 == 1) found.push_back({"memory", serial_, port_});
+      if (choose_device(found, choice, opening.problem) == nullptr) return opening;
       opening.serial = serial_;
       opening.connection = std::make_shared<End>(*this, plugged_);
       return opening;
     };
   }
-  void plug(const std::string& serial = "A") {
+  void plug(const std::string& serial = "A", const std::string& port = "1-1") {
     const std::lock_guard lock(mutex_);
     serial_ = serial;
+    port_ = port;
     ++plugged_;
     changed_.notify_all();
   }
@@ -96,7 +97,7 @@ class Cable {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::string serial_;
+  std::string serial_, port_;
   int plugged_ = 0;  // odd: attached
   bool blocked_ = false, writing_ = false;
   std::deque<HidReport> to_host_;
@@ -190,8 +191,9 @@ TEST(HidDevicePortThreads, OnlyTheDeviceWithTheSameSerialNumberIsTakenBack) {
   cable.unplug();
   ASSERT_TRUE(eventually([&] { return !port.connected(); }));
   cable.plug("B");
-  ASSERT_TRUE(
-      eventually([&] { return port.status().problem.find("serial number B instead of A") != std::string::npos; }));
+  ASSERT_TRUE(eventually([&] {
+    return port.status().problem.find("serial number A is attached; there is: serial number B") != std::string::npos;
+  }));
   EXPECT_FALSE(port.connected());
   cable.unplug();
   cable.plug("A");
@@ -223,22 +225,71 @@ TEST(HidDevicePortThreads, TheLoopsCallsAllocateNothing) {
 
 TEST(HidDevicePort, ChoosesTheOnlyDeviceAndSaysWhyItCannotChoose) {
   std::string problem;
-  EXPECT_EQ(choose_device({}, "", problem), nullptr);
+  EXPECT_EQ(choose_device({}, {}, problem), nullptr);
   EXPECT_EQ(problem, "no haptic device is attached (USB 1209:0001)");
-  const std::vector<HidCandidate> one{{"/dev/hidraw0", "7"}};
-  EXPECT_EQ(choose_device(one, "", problem), &one[0]);
-  EXPECT_EQ(choose_device(one, "8", problem), nullptr);
-  EXPECT_EQ(problem, "the attached haptic device is another one: serial number 7 instead of 8");
-  const std::vector<HidCandidate> two{{"/dev/hidraw0", "7"}, {"/dev/hidraw1", ""}};
-  EXPECT_EQ(choose_device(two, "7", problem), &two[0]);
-  EXPECT_EQ(choose_device(two, "", problem), nullptr);
-  EXPECT_EQ(problem, "several haptic devices are attached: choose one by its serial number: 7, none");
+  const std::vector<HidCandidate> one{{"/dev/hidraw0", "7", "1-2"}};
+  EXPECT_EQ(choose_device(one, {}, problem), &one[0]);
+  EXPECT_EQ(choose_device(one, {.serial = "8"}, problem), nullptr);
+  EXPECT_EQ(problem,
+            "no haptic device with serial number 8 is attached; there is: serial number 7 at USB port 1-2 "
+            "(/dev/hidraw0)");
+  const std::vector<HidCandidate> two{{"/dev/hidraw0", "7", "1-2"}, {"/dev/hidraw1", "", ""}};
+  EXPECT_EQ(choose_device(two, {.serial = "7"}, problem), &two[0]);
+  EXPECT_EQ(choose_device(two, {}, problem), nullptr);
+  EXPECT_EQ(problem,
+            "several haptic devices are attached: choose one by its serial number or its USB port: serial number 7 at "
+            "USB port 1-2 (/dev/hidraw0), no serial number (/dev/hidraw1)");
+}
+
+TEST(HidDevicePort, OfTwinsChoosesByTheUsbPortAndNamesBothPortsWhereNoneIsGiven) {
+  std::string problem;
+  const std::vector<HidCandidate> twins{{"/dev/hidraw0", "7", "1-2"}, {"/dev/hidraw1", "7", "1-3.1"}};
+  EXPECT_EQ(choose_device(twins, {.serial = "7"}, problem), nullptr);
+  EXPECT_EQ(problem,
+            "several haptic devices have serial number 7: choose one by its USB port: serial number 7 at USB port 1-2 "
+            "(/dev/hidraw0), serial number 7 at USB port 1-3.1 (/dev/hidraw1)");
+  EXPECT_EQ(choose_device(twins, {.usb_port = "1-3.1"}, problem), &twins[1]);
+  EXPECT_EQ(choose_device(twins, {.serial = "7", .usb_port = "1-2"}, problem), &twins[0]);
+  EXPECT_EQ(choose_device(twins, {.serial = "8", .usb_port = "1-2"}, problem), nullptr);
+  EXPECT_TRUE(problem.starts_with("no haptic device with serial number 8 at USB port 1-2 is attached; there is: "))
+      << problem;
+}
+
+TEST(HidDevicePort, ADeviceCannotWriteControlCharactersIntoAMessage) {
+  std::string problem;
+  const std::vector<HidCandidate> rogue{{"/dev/hidraw0", "\x1b[2J\n7", "1-2"}};
+  EXPECT_EQ(choose_device(rogue, {.serial = "7"}, problem), nullptr);
+  EXPECT_NE(problem.find("serial number \\x1b[2J\\x0a7 at USB port 1-2"), std::string::npos) << problem;
+}
+
+TEST(HidDevicePort, ADeviceChosenByItsPortIsOpenedAgainAtThatPortOnly) {
+  Cable cable;
+  cable.plug("7", "1-2");
+  HidDevicePort port(cable.opener(), {.choice = {.serial = "", .usb_port = "1-2"}});
+  ASSERT_TRUE(eventually([&] { return port.connected(); }));
+  cable.unplug();
+  ASSERT_TRUE(eventually([&] { return !port.connected(); }));
+  cable.plug("7", "1-3");
+  ASSERT_TRUE(eventually([&] { return port.status().problem.find("USB port 1-2 is attached") != std::string::npos; }))
+      << port.status().problem;
+  EXPECT_FALSE(port.connected());
+  cable.unplug();
+  cable.plug("7", "1-2");
+  EXPECT_TRUE(eventually([&] { return port.connected(); }));
+}
+
+TEST(HidDevicePort, UsbPortsAreNamedAsTheKernelNamesThem) {
+  const std::string hub = "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2/1-2.3";
+  EXPECT_EQ(usb_port_of(hub + "/1-2.3:1.0/0003:1209:0001.0004"), "1-2.3");
+  EXPECT_EQ(usb_port_of("/sys/devices/platform/dummy_hcd.0/usb1/1-1/1-1:1.0/0003:1209:0001.0001"), "1-1");
+  EXPECT_EQ(usb_port_of("/sys/devices/virtual/misc/uhid/0003:1209:0001.0007"), "");
+  EXPECT_EQ(usb_port_of(""), "");
 }
 
 // This computer may have neither USB nor a device: both back ends must say so rather than fail.
 template <typename Port>
 void expect_one_line_for_a_device_that_is_not_there() {
-  Port port(HidDeviceOptions{.serial = "no such serial number"});
+  Port port(HidDeviceOptions{.choice = {.serial = "no such serial number"}});
   ASSERT_TRUE(eventually([&] { return port.status().problem != "still looking for the haptic device"; }));
   EXPECT_FALSE(port.connected());
   EXPECT_FALSE(port.status().problem.empty());

@@ -92,7 +92,7 @@ LogChoice log_of(const ConsoleOptions& o, const screens::ConsoleFacts& facts) {
 
 Behind behind(const ConsoleOptions& o, const screens::ConsoleFacts& facts, std::ostream* candump) {
   Behind b;
-  b.device = bringup::open_leading_device(o.device, o.serial);
+  b.device = bringup::open_leading_device(o.device, o.device_choice);
   if (o.simulate) {
     const auto led = o.demo ? LiveSession::Led::kByScenario : LiveSession::Led::kByPerson;
     b.host = std::make_unique<ConsoleHost>(o.session, led, b.device.get(), candump, log_of(o, facts));

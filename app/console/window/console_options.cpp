@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/bringup/device_probe.h"
 #include "app/cli/command.h"
 #include "app/cli/output_file.h"
 #include "app/programs/program_options.h"
@@ -57,8 +58,8 @@ void check_device(const ConsoleOptions& o) {
   constexpr std::array<const char*, 4> kDevices{"keyboard", "gamepad", "hid", "usb"};
   if (std::find(kDevices.begin(), kDevices.end(), o.device) == kDevices.end())
     cli::refuse_option("--device", o.device, "must be keyboard, gamepad, hid or usb");
-  if (o.device != "hid" && o.device != "usb" && !o.serial.empty())
-    cli::refuse_option("--serial", o.serial, "goes with --device hid or usb");
+  if (o.device != "hid" && o.device != "usb")
+    bringup::check_no_device_choice(o.device_choice, "goes with --device hid or usb");
   if (o.demo && (o.device == "hid" || o.device == "usb"))
     cli::refuse_option("--device", o.device, "does not go with --demo, where the scenario's operator leads");
 }
@@ -77,7 +78,7 @@ void check_window(const ConsoleOptions& o) {
 
 /// What is played takes everything from its files, and leads nothing.
 void check_replay(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 22> in_vain{{{"--simulate", o.simulate},
+  const std::array<std::pair<const char*, bool>, 23> in_vain{{{"--simulate", o.simulate},
                                                               {"--connect", !o.link.address.empty()},
                                                               {"--dial", !o.link.dial.rendezvous.empty()},
                                                               {"--insecure", o.link.insecure > 0},
@@ -85,7 +86,8 @@ void check_replay(const ConsoleOptions& o) {
                                                               {"--machine", !o.session.machine.empty()},
                                                               {"--device", o.device != "keyboard"},
                                                               {"--device-file", !o.session.device.empty()},
-                                                              {"--serial", !o.serial.empty()},
+                                                              {"--serial", !o.device_choice.serial.empty()},
+                                                              {"--usb-port", !o.device_choice.usb_port.empty()},
                                                               {"--scenario", o.scenario_given},
                                                               {"--seed", o.seed_given},
                                                               {"--delay-ms", o.session.delay_ms.has_value()},
@@ -161,7 +163,7 @@ void add_options(const cli::OptionList& c, ConsoleOptions& o) {
       .show_default();
   c.add_option("--device-file", o.session.device,
                "Haptic device name or .toml file (default: knuckle1, or knuckle1_MACHINE where there is one)");
-  c.add_option("--serial", o.serial, "USB serial number of the device, where there are several");
+  bringup::add_device_choice(c, o.device_choice);
   c.add_option("--scenario", o.session.scenario, "Scenario of the simulated session: name or .toml file")
       .show_default();
   c.add_option("--seed", o.session.seed, "Random seed of the simulated machine and its noise")

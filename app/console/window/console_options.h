@@ -13,6 +13,7 @@
 #include "app/recordings/program_log.h"
 #include "app/replay/changed_setup.h"
 #include "app/session/options.h"
+#include "transport/hid_device_port.h"
 #include "video/source.h"
 
 namespace knuckle::console::window {
@@ -26,7 +27,8 @@ struct ConsoleOptions {
   std::vector<std::string> replay;  ///< Parts of a recording to be shown; empty: something is led.
   std::vector<std::string> beside;  ///< Likewise, beside it.
   replay::Changes changes;          ///< Of its re-run, beside it.
-  std::string device = "keyboard", serial, candump;
+  std::string device = "keyboard", candump;
+  HidChoice device_choice;
   std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be programs::kSimulatedCamera.
   std::optional<double> duration_s, at_s;
   std::optional<double> pictures_per_s;  ///< Of each camera, into the recording.
