@@ -51,13 +51,16 @@ std::size_t bytes_of(std::string_view text, std::size_t count) {
 
 }  // namespace
 
-std::string printable(std::string_view text) {
+namespace {
+
+/// @param kept control characters that stay as they are.
+std::string printable_but(std::string_view text, std::string_view kept) {
   constexpr const char* kDigits = "0123456789abcdef";
   std::string result;
   for (std::size_t at = 0; at < text.size();) {
     const Character character = first_of(text.substr(at));
     for (const char c : text.substr(at, character.bytes)) {
-      if (character.printable) {
+      if (character.printable || kept.find(c) != std::string_view::npos) {
         result += c;
       } else {
         const auto byte = static_cast<std::uint8_t>(c);
@@ -67,6 +70,16 @@ std::string printable(std::string_view text) {
     at += character.bytes;
   }
   return result;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  return printable_but(text, "");
+}
+
+std::string printable_lines(std::string_view text) {
+  return printable_but(text, "\n\t");
 }
 
 std::string shortened(std::string_view text, std::size_t longest) {

@@ -11,6 +11,9 @@ namespace knuckle {
 /// is not UTF-8 as \xNN, all else as it is. What is printable already is returned unchanged.
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// Text of several lines: the same, but that line ends and tabs stay.
+[[nodiscard]] std::string printable_lines(std::string_view text);
+
 /// A key, value or name in a message: printable, and beyond `longest` characters its beginning and its length:
 /// "aaaa... (10000000 characters)".
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t longest = 60);

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/audit/audit_check.h"
+#include "app/cli/output_file.h"
 #include "core/error.h"
 
 namespace knuckle::audit {
@@ -20,8 +21,12 @@ int run(const Options& o) {
   if (o.json && o.quiet) cli::refuse_option("--json", "", "does not go with --quiet, which prints no lines");
   const Check check = check_trail(o.folder);
   if (check.files == 0 && !read_head(o.folder)) throw InputError(o.folder + ": no audit trail is there");
-  for (const std::string& line : check.lines) {
-    if (!o.quiet) std::cout << (o.json ? line : readable(line)) << '\n';
+  if (o.json) {
+    cli::OutputFile out("standard output", "-");
+    for (const std::string& line : check.lines) out.stream() << line << '\n';
+    out.commit();
+  } else if (!o.quiet) {
+    for (const std::string& line : check.lines) std::cout << readable(line) << '\n';
   }
   std::cout << std::flush;
   if (!std::cout) throw InputError("standard output: cannot be written");

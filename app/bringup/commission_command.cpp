@@ -15,6 +15,7 @@
 #include "app/cli/digest.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
+#include "core/text.h"
 #include "machine/load.h"
 #include "machine/pose.h"
 #include "machine/toml_reader.h"
@@ -184,8 +185,8 @@ int run_commission(CommissionCommandOptions options) {
     dialogue.finish();
     const bool lost = dynamic_cast<const ProgressLost*>(&ended) != nullptr;
     cli::BackgroundWriter(STDERR_FILENO).stream()
-        << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": " << ended.what()
-        << (lost ? "" : hint()) << '\n';
+        << "knuckle: commissioning ended, machine neutral, nothing written to " << options.out << ": "
+        << printable(ended.what()) << (lost ? "" : hint()) << '\n';
     return 1;
   } catch (const cli::Interrupted&) {
     throw cli::Interrupted("nothing was written to " + options.out + hint());

@@ -47,7 +47,7 @@ std::string text(const Question& question) {
 
 Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live) {
   Partner partner;
-  partner.say = [&out](const std::string& line) { out << line << '\n' << std::flush; };
+  partner.say = [&out](const std::string& line) { out << printable_lines(line) << '\n' << std::flush; };
   partner.begin = [&out](int number, const std::string& title) {
     out << '\n' << number << ". " << title << '\n' << std::flush;
   };

@@ -9,6 +9,7 @@
 #include "app/bringup/recover.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
+#include "core/text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
 #include "machine/whole_file.h"
@@ -48,7 +49,8 @@ int run_recover(const RecoverOptions& options) {
     return 0;
   } catch (const CommissionEnded& ended) {
     dialogue.finish();
-    cli::BackgroundWriter(STDERR_FILENO).stream() << "knuckle: ended, machine neutral: " << ended.what() << '\n';
+    cli::BackgroundWriter(STDERR_FILENO).stream()
+        << "knuckle: ended, machine neutral: " << printable(ended.what()) << '\n';
     return 1;
   }
 }

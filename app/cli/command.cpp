@@ -21,6 +21,7 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
+#include "app/cli/printable_output.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"
@@ -199,6 +200,7 @@ const char* precious(const std::filesystem::path& place) {
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
   take_closed_descriptors();
+  const PrintableOutput printable_out(std::cout), printable_err(std::cerr);
   constexpr int kBadInput = 2, kFailed = 1, kInterrupted = 130;
   // Whatever a file or the command line put into it, a terminal gets one printable line; and a reader that stalls does
   // not keep the program from ending.

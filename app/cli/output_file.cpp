@@ -15,6 +15,7 @@
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::cli {
 namespace fs = std::filesystem;
@@ -71,7 +72,9 @@ bool is_standard_output(const std::string& target) {
 OutputFile::OutputFile(std::string option, const std::string& target)
     : option_(std::move(option)),
       target_(target),
-      buffer_([this](std::string_view text) { return write(text); }),
+      buffer_([this](std::string_view text) {
+        return isatty(descriptor_) == 1 ? write(printable_lines(text)) : write(text);
+      }),
       stream_(&buffer_) {
   if (is_standard_output(target)) {
     descriptor_ = STDOUT_FILENO;

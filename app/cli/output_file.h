@@ -25,7 +25,7 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// May wait for whoever reads it.
+  /// May wait for whoever reads it. A terminal gets what is printable (printable_lines), whatever was put in.
   [[nodiscard]] std::ostream& stream() noexcept { return stream_; }
   /// Puts the finished file in place. @throws InputError where the disk refused what was written.
   void commit();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/programs/program_options.h"
+#include "core/text.h"
 
 namespace knuckle::programs {
 namespace {
@@ -65,7 +66,7 @@ void ProgramConsole::take_back() {
 
 void ProgramConsole::say(const std::string& line) {
   take_back();
-  out_ << program_ << ": " << line << '\n' << std::flush;
+  out_ << program_ << ": " << printable(line) << '\n' << std::flush;  // a peer's name, a device's words
 }
 
 void ProgramConsole::note(const std::string& what) {
@@ -123,7 +124,8 @@ void ProgramConsole::tell_left_out(Time now) {
 void ProgramConsole::status(Time now, const std::vector<std::string>& parts) {
   if (!terminal_ || now - shown_at_ < kStatusPeriod) return;
   take_back();
-  std::vector<std::string> line = parts;
+  std::vector<std::string> line;
+  for (const std::string& part : parts) line.push_back(printable(part));
   if (!line.empty()) line[0] = program_ + ": " + line[0];
   out_ << fitted(line, columns() - 1) << std::flush;  // the last column would begin the next line
   shown_ = true;

@@ -1,5 +1,7 @@
 #include "app/programs/program_options.h"
 
+#include <unistd.h>
+
 #include <chrono>
 #include <exception>
 
@@ -16,6 +18,11 @@ cli::Json percentiles_json(const Histogram& h, double units_per_s) {
 }
 
 }  // namespace
+
+AskedOutput::Open::Open(const char* option, const std::string& target)
+    : file(option, target), writer(file.descriptor()) {
+  if (isatty(file.descriptor()) == 1) on_terminal.emplace(writer.stream());
+}
 
 AskedOutput::AskedOutput(const char* option, const std::string& target, Content content)
     : name_(std::string(option) + " " + target), content_(content) {

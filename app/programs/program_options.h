@@ -11,6 +11,7 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
+#include "app/cli/printable_output.h"
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"
@@ -50,9 +51,10 @@ class AskedOutput {
 
  private:
   struct Open {
-    Open(const char* option, const std::string& target) : file(option, target), writer(file.descriptor()) {}
+    Open(const char* option, const std::string& target);
     cli::OutputFile file;
     cli::BackgroundWriter writer;
+    std::optional<cli::PrintableOutput> on_terminal;
   };
   std::string name_;
   Content content_;

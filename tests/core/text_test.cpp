@@ -14,6 +14,11 @@ TEST(Text, EscapesControlCharactersVisibly) {
   EXPECT_EQ(printable("\xe2\x80\xa8"), "\\xe2\\x80\\xa8") << "ends a line";
 }
 
+TEST(Text, OfSeveralLinesKeepsLineEndsAndTabs) {
+  EXPECT_EQ(printable_lines("a\tb\nc\x1b[2J\r\n"), "a\tb\nc\\x1b[2J\\x0d\n");
+  EXPECT_EQ(printable_lines("caf\xe9\n"), "caf\\xe9\n");
+}
+
 TEST(Text, LeavesWhatIsPrintableAsItIs) {
   for (const char* text : {"", "plain 'text' \\x1b",
                            "K\xc3\xbc"

@@ -32,6 +32,19 @@ TEST(ProgramConsole, TellsEventsInTheOrderOfTheirTimes) {
                                       "p: 0.042 s: policy", "p: the end"}));
 }
 
+TEST(ProgramConsole, WritesNoControlCharactersOfOthers) {
+  std::ostringstream out;
+  {
+    ProgramConsole console("p", out, true);
+    console.note("desk\x1b[2J has control");
+    console.event(Time(0ms), "desk\x07 asks\nfor control");
+    console.status(Time(0ms), {"led by desk\x1b]0;owned\x07"});
+  }
+  for (const char* shown :
+       {"desk\\x1b[2J has control\n", "desk\\x07 asks\\x0afor control\n", "led by desk\\x1b]0;owned\\x07"})
+    EXPECT_NE(out.str().find(shown), std::string::npos) << shown;
+}
+
 /// A far end that toggles its mode at every step, for a minute.
 TEST(ProgramConsole, AFloodOfEventsIsToldInPartAndCountedInFull) {
   std::ostringstream out;

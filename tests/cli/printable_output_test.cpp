@@ -1,0 +1,119 @@
+// What files, devices or the network say reaches a terminal as text, whoever prints it.
+#include "app/cli/printable_output.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+#include "app/cli/command.h"
+#include "app/cli/output_file.h"
+
+namespace knuckle::cli {
+namespace {
+
+constexpr const char* kForeign = "desk\x1b[2J\x1b]0;owned\x07 1";
+constexpr const char* kShown = "desk\\x1b[2J\\x1b]0;owned\\x07 1";
+
+std::string shown(const char* before, const char* after) {
+  std::string text = before;
+  text += kShown;
+  text += after;
+  return text;
+}
+
+TEST(PrintableOutput, MakesControlCharactersVisibleAndKeepsLinesAndTabs) {
+  std::ostringstream destination;
+  std::ostream out(destination.rdbuf());
+  {
+    const PrintableOutput printable(out);
+    out << "a\tb\n" << kForeign << "\r\n" << std::flush;
+    EXPECT_EQ(destination.str(), shown("a\tb\n", "\\x0d\n"));
+    out << "K\xc3\xbc"
+           "bel";
+  }
+  EXPECT_TRUE(
+      destination.str().ends_with("K\xc3\xbc"
+                                  "bel"))
+      << "what was not flushed is not lost";
+  out << kForeign;
+  EXPECT_TRUE(destination.str().ends_with(kForeign)) << "as before";
+}
+
+TEST(PrintableOutput, TellsThatItsDestinationRefuses) {
+  std::ofstream full("/dev/full");
+  std::ostream out(full.rdbuf());
+  const PrintableOutput printable(out);
+  out << "text" << std::flush;
+  EXPECT_FALSE(out);
+}
+
+TEST(PrintableOutput, CoversAllThatACommandPrints) {
+  const Program program{"prints", "", "", {{"print", "", [](CLI::App&) {
+                                              return [] {
+                                                std::cout << kForeign << '\n';
+                                                std::cerr << kForeign << '\n';
+                                                return 0;
+                                              };
+                                            }}}};
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  const int code = run_program(program, {"print"});
+  std::cout << std::flush;
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), shown("", "\n"));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), shown("", "\n"));
+  EXPECT_EQ(code, 0);
+}
+
+/// A terminal, and what it was sent.
+class Terminal {
+ public:
+  Terminal() : screen_(posix_openpt(O_RDWR | O_NOCTTY)) {
+    grantpt(screen_);
+    unlockpt(screen_);
+    name_ = ptsname(screen_);
+    kept_open_ = open(name_.c_str(), O_RDWR | O_NOCTTY);
+  }
+  ~Terminal() {
+    close(kept_open_);
+    close(screen_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::string shown() const {
+    std::array<char, 4096> text{};
+    const auto size = read(screen_, text.data(), text.size());
+    return size < 0 ? "" : std::string(text.data(), static_cast<std::size_t>(size));
+  }
+
+ private:
+  int screen_, kept_open_;
+  std::string name_;
+};
+
+TEST(PrintableOutput, DataGoToATerminalPrintableAndToAFileAsTheyAre) {
+  const Terminal terminal;
+  OutputFile out("--json", terminal.name());
+  out.stream() << kForeign << "\xc2\x9b" << '\n';
+  out.commit();
+  EXPECT_EQ(terminal.shown(), shown("", "\\xc2\\x9b\r\n"));
+  std::array<int, 2> pipe_ends{};
+  ASSERT_EQ(pipe(pipe_ends.data()), 0);
+  OutputFile piped("--json", "/dev/fd/" + std::to_string(pipe_ends[1]));
+  piped.stream() << kForeign;
+  piped.commit();
+  std::array<char, 64> read_back{};
+  const auto size = read(pipe_ends[0], read_back.data(), read_back.size());
+  EXPECT_EQ(std::string(read_back.data(), static_cast<std::size_t>(size)), kForeign);
+  for (const int end : pipe_ends) close(end);
+}
+
+}  // namespace
+}  // namespace knuckle::cli
