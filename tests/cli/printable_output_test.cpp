@@ -55,7 +55,7 @@ TEST(PrintableOutput, TellsThatItsDestinationRefuses) {
 }
 
 TEST(PrintableOutput, CoversAllThatACommandPrints) {
-  const Program program{"prints", "", "", {{"print", "", [](CLI::App&) {
+  const Program program{"prints", "", "", {{"print", "", [](const OptionList&) {
                                               return [] {
                                                 std::cout << kForeign << '\n';
                                                 std::cerr << kForeign << '\n';

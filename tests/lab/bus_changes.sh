@@ -14,7 +14,7 @@ check "... and named" holds "$result/refused.log" '"late0": no such interface'
 start late $alone --wait-for-can --json "$result/late.json"
 sleep 11
 waits() { [ "$(grep -c "$2" "$result/$1.log")" -eq "$3" ]; }
-check "told to wait, it says at once what for" waits late ' waiting for CAN interface late0: no such interface' 1
+check "told to wait, it says at once what for" waits late 'slave: waiting for CAN interface late0: no such interface' 1
 check "... and once more after 10 s" waits late 'still waiting for CAN interface late0: no such interface' 1
 ip link add dev late0 type vcan
 sleep 10
