@@ -25,6 +25,13 @@ Reason missing(std::uint8_t node, std::optional<std::uint8_t> short_bytes, const
   return reason(ReasonCode::kSensorStale, node, age_s * 1e3, limit_s * 1e3);
 }
 
+/// Of a node that rests after this command; nullopt where it works or starts anew.
+std::optional<canopen::NmtState> state_after(canopen::NmtCommand command) noexcept {
+  if (command == canopen::NmtCommand::kStop) return canopen::NmtState::kStopped;
+  if (command == canopen::NmtCommand::kEnterPreOperational) return canopen::NmtState::kPreOperational;
+  return std::nullopt;
+}
+
 /// An error-passive controller has counted 128 errors more than an eighth of its good frames: nobody acknowledges it,
 /// or the bus is no longer one to move a machine by.
 Reason bus_fault(CanState state) noexcept {
@@ -92,6 +99,15 @@ void CanopenClient::fail(const Reason& why) noexcept {
 void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
   watch_.receive(frame, now);
   on_pdo(frame, now);
+  // Somebody else takes one node out of its working state: that is known before its heartbeat says so.
+  if (const auto request = canopen::parse_nmt(frame); request && phase_ == Phase::kOperational) {
+    const auto left = state_after(request->command);
+    Node* told = find(request->node);
+    if (told != nullptr && left && !told->lost) {
+      told->lost = reason(ReasonCode::kNodeFault, told->id, static_cast<double>(*left),
+                          static_cast<double>(canopen::NmtState::kOperational));
+    }
+  }
   Node* node = find(canopen::node_of(frame.id));
   if (node == nullptr) return;
   const std::uint8_t id = node->id;
@@ -175,7 +191,10 @@ void CanopenClient::begin_step(Time now) noexcept {
   watch_.count_frames(phase_ == Phase::kActivating || phase_ == Phase::kOperational);
   if (const Reason why = bus_fault(bus_.state())) fail(why);
   if (const Reason why = watch_.foreign(now)) {
-    fail(why);
+    // First what has become of a node that was told to rest, then that somebody told it so.
+    const auto rests =
+        std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.lost && n.lost.value > 0; });
+    fail(phase_ == Phase::kOperational && rests != nodes_.end() ? rests->lost : why);
   } else if (const Reason id_twice = watch_.twice()) {
     fail(id_twice);
   }

@@ -67,6 +67,11 @@ fault short_frames frame_short short 'whole SET:L:000.4.0000000000000000'
 check "short_frames: the operator reads how many bytes came" \
   holds /tmp/fault.json 'node 0x31: .*frame has 4 bytes, 6 are mapped'
 
+# A service tool that sets a node to pre-operational.
+fault pre_operational node_fault 'cansend vcan1 000#8022' 'cansend vcan1 000#0122'
+check "pre_operational: the operator reads which node, and what it is" \
+  holds /tmp/fault.json 'node 0x22: .*it is pre-operational'
+
 start_machine long_frames vcan0 vcan1 /lab/sweep.toml
 within 20 engaged_times long_frames 1
 record long_frames vcan0

@@ -134,6 +134,29 @@ TEST_F(BusSupervision, AValveThatLeftItsWorkingStateIsMissedFirstAndThenToldAsTh
   EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << "it was cut off meanwhile, and gave up for that";
 }
 
+TEST_F(BusSupervision, ANodeThatSomebodyElseTellsToRestIsToldAtOnceAndThenWhoToldItSo) {
+  using canopen::NmtCommand;
+  const std::pair<NmtCommand, int> commands[] = {{NmtCommand::kEnterPreOperational, 127}, {NmtCommand::kStop, 4}};
+  for (const auto& [command, state] : commands) {
+    now += 2s;  // the last one is forgotten
+    up_again();
+    client.receive(canopen::nmt_frame(command, 0x22), now);
+    step();
+    expect_fault(ReasonCode::kNodeFault, 0x22, state, 5);
+    now += 5ms;
+    step();
+    EXPECT_EQ(client.fault().code, ReasonCode::kOtherController) << text(client.fault());
+  }
+  for (const NmtCommand command : {NmtCommand::kStart, NmtCommand::kResetNode}) {
+    now += 2s;  // the last one is forgotten
+    up_again();
+    client.receive(canopen::nmt_frame(command, 0x22), now);
+    if (command == NmtCommand::kResetNode) heartbeat(0x22, canopen::NmtState::kBootUp);
+    step();
+    EXPECT_EQ(client.fault().code, ReasonCode::kOtherController) << text(client.fault());
+  }
+}
+
 TEST_F(BusSupervision, ASpoolBeyondWhatIsPossibleIsNoPosition) {
   for (const double sign : {1.0, -1.0}) {
     up_again();
