@@ -6,6 +6,9 @@
 
 namespace knuckle::recordings {
 
+/// "1.2 MB", "3.4 kB".
+[[nodiscard]] std::string size_of_file(const std::string& path);
+
 struct FileInfo {
   std::vector<std::string> lines;
   bool whole = true;  ///< Not damaged, not cut off, and readable as what it is.

@@ -88,7 +88,7 @@ void describe_head(const HeadTexts& head, const mcap::Reader& file, std::vector<
     return;
   }
   lines.push_back(fmt::format("  kind      {} of {}", kind(head), sides(head)));
-  lines.push_back(fmt::format("  written   by {}, version {}", head.text("program"), head.text("version")));
+  lines.push_back(fmt::format("  written   by {} ({})", head.text("program"), head.text("version")));
 }
 
 void describe_time(const HeadTexts& head, const mcap::Reader& file, std::vector<std::string>& lines) {
@@ -141,6 +141,11 @@ void add_remarks(const std::vector<std::string>& remarks, std::vector<std::strin
 
 }  // namespace
 
+std::string size_of_file(const std::string& path) {
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+  return bytes < 1e6 ? fmt::format("{:.1f} kB", 1e-3 * bytes) : fmt::format("{:.1f} MB", 1e-6 * bytes);
+}
+
 FileInfo recording_info(const std::string& path) {
   mcap::Reader file(path, recording::kTopicNames);
   const HeadTexts head(file);
@@ -163,8 +168,7 @@ FileInfo recording_info(const std::string& path) {
   const char* const state = info.whole                ? "whole"
                             : !file.damages().empty() ? "damaged"
                                                       : "has no end: its program was killed, or the disk was full";
-  info.lines.push_back(
-      fmt::format("{}: {:.1f} MB, {}", path, 1e-6 * static_cast<double>(std::filesystem::file_size(path)), state));
+  info.lines.push_back(fmt::format("{}: {}, {}", path, size_of_file(path), state));
   describe_head(head, file, info.lines);
   describe_time(head, file, info.lines);
   describe_files(file, info.lines);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -137,9 +136,9 @@ FileInfo table_info(const std::string& path, const std::string& map_path) {
   FileInfo info;
   const auto rows = static_cast<std::size_t>(
       std::count_if(file.rows.begin() + 1, file.rows.end(), [](const Cells& row) { return !row.empty(); }));
-  info.lines.push_back(fmt::format("{}: table, {:.1f} MB, {} rows, {} columns", path,
-                                   1e-6 * static_cast<double>(std::filesystem::file_size(path)), rows,
-                                   file.rows.front().size()));
+  const Cells& header = file.rows.front();
+  const auto named = std::count_if(header.begin(), header.end(), [](const std::string& cell) { return !cell.empty(); });
+  info.lines.push_back(fmt::format("{}: table, {}, {} rows, {} columns", path, size_of_file(path), rows, named));
   if (!own && !mapping) {
     describe_cells(file, info);
     if (const std::string style = file.style(); !style.empty()) info.lines[0] += "; " + style;

@@ -53,8 +53,8 @@ void expect_says(const FileInfo& info, const std::vector<std::string>& parts) {
 TEST_F(Info, OfARecordingSaysWhatItIsOfAndThatItIsWhole) {
   const FileInfo info = recording_info(mcap_);
   EXPECT_TRUE(info.whole);
-  expect_says(info, {mcap_ + ": ", " MB, whole", "imported table of the machine's side",
-                     "by knuckle import table.csv, version 1.2.3", "virtual, 0.000 s to 4.995 s: 4.995 s",
+  expect_says(info, {mcap_ + ": ", "B, whole", "imported table of the machine's side",
+                     "by knuckle import table.csv (1.2.3)", "virtual, 0.000 s to 4.995 s: 4.995 s",
                      "machine.toml (9 bytes)", "/machine/state             1000      200.0        0.000        4.995"});
 }
 
@@ -64,10 +64,10 @@ TEST_F(Info, OfADamagedOrCutOffRecordingSaysSo) {
   damaged[whole.size() / 2] ^= 1;
   const FileInfo hurt = recording_info(put("damaged.mcap", damaged));
   EXPECT_FALSE(hurt.whole);
-  expect_says(hurt, {" MB, damaged", "imported table", "left out"});
+  expect_says(hurt, {"B, damaged", "imported table", "left out"});
   const FileInfo cut = recording_info(put("cut.mcap", whole.substr(0, whole.size() / 2)));
   EXPECT_FALSE(cut.whole);
-  expect_says(cut, {" MB, damaged", "cut off"});
+  expect_says(cut, {"B, damaged", "cut off"});
   EXPECT_THROW((void)recording_info(put("none.mcap", "time_s\n")), InputError);
 }
 
@@ -100,7 +100,7 @@ TEST_F(Info, OfOtherVersionsAndProgramsSaysWhatItCanAndDoubtsClocks) {
   constexpr std::uint64_t kSecond_ns = 1'000'000'000;
   const FileInfo first = recording_info(put_mcap(folder_.file("old.mcap"), {old}, 100 * kSecond_ns, false));
   EXPECT_FALSE(first.whole);
-  expect_says(first, {"has no end: its program was killed", "flight record of the machine's side", "version 0.0.1",
+  expect_says(first, {"has no end: its program was killed", "flight record of the machine's side", "by knuckle slave --can can0 (0.0.1)",
                       "1970-01-01 00:01:40.000 to 1970-01-01 00:01:41.000 UTC: 1.000 s (the clock was not set)"});
   const FileInfo other = recording_info(put_mcap(folder_.file("other.mcap"), {}, 4'000'000'000 * kSecond_ns, true));
   EXPECT_TRUE(other.whole);
@@ -122,12 +122,12 @@ TEST_F(Info, OfATableNamesItsSignalsTheirRangeAndWhatIsWrong) {
 
 TEST_F(Info, OfATableOfAnotherProgramSaysWhatAMappingMakesOfItOrWhatStandsInIt) {
   const std::string table = put("other.csv",
-                                "Zeit;Druck;Text\n1766147454,0;17,5;a\n1766147455,0;18,5;b\n1766147456,0;19,5;c\n"
+                                "Zeit;Druck;Text;\n1766147454,0;17,5;a\n1766147455,0;18,5;b\n1766147456,0;19,5;c\n"
                                 "1766147457,0;20,5;d\n");
   const FileInfo bare = table_info(table, "");
   EXPECT_TRUE(bare.whole);
   expect_says(bare,
-              {"4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
+              {"B, 4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
                "time, 2025-12-19 12:30:54 to 2025-12-19 12:30:57 UTC", "--map FILE.toml says what its columns are"});
   const std::string map = put("map.toml",
                               "[time]\ncolumn = \"Zeit\"\ngap_s = 2\n[[channel]]\nname = \"p_Pa\"\ncolumn = \"Druck\"\n"
