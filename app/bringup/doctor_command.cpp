@@ -12,6 +12,7 @@
 #include "app/cli/output_file.h"
 #include "machine/load.h"
 #include "machine/pose.h"
+#include "machine/room.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::bringup {
@@ -104,8 +105,10 @@ int run_doctor(DoctorOptions options) {
     const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
     SurveyOptions survey;
     if (options.listen_s) survey.listen_s = *options.listen_s;
-    const BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
-                                            machine ? &*machine : nullptr);
+    BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
+                                      machine ? &*machine : nullptr);
+    for (const std::string& note : machine ? limit_notes(*machine) : std::vector<std::string>())
+      diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
     findings = diagnosis.findings;
     for (const std::string& line : diagnosis_lines(diagnosis)) out << line << '\n';
     result.update(diagnosis_json(diagnosis));

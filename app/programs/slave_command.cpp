@@ -19,6 +19,7 @@
 #include "app/session/scenario.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
+#include "machine/room.h"
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 #include "slave/bus_listen.h"
@@ -305,6 +306,7 @@ int run(const Options& o, const DrawCamera& draw) {
   recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   log.begin();
   for (const std::string& note : link.notes()) console.note(note);
+  for (const std::string& note : limit_notes(setup.machine)) console.note(note);
   for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));

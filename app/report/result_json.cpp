@@ -1,7 +1,10 @@
 #include "app/report/result_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "app/session/limit_times.h"
 
 namespace knuckle::report {
 namespace {
@@ -100,6 +103,16 @@ Json events_json(const session::SessionRecord& record) {
   return list;
 }
 
+/// "force ceiling" becomes force_ceiling.
+Json limits_json(const session::SessionResult& session) {
+  Json object = Json::object();
+  for (session::LimitTime& one : session::limit_times(session.record, session.machine.limits)) {
+    std::replace(one.limit.begin(), one.limit.end(), ' ', '_');
+    object[one.limit] = one.time_s;
+  }
+  return object;
+}
+
 Json energy_json(const session::SessionRecord& record) {
   const session::PortEnergies e = session::port_energies(record);
   const auto port = [](double in_J, double out_J) {
@@ -145,6 +158,7 @@ Json result_json(const session::Judged& judged) {
   json["energy"] = energy_json(s.record);
   json["modes"] = modes_json(s.record);
   json["events"] = events_json(s.record);
+  json["limits_s"] = limits_json(s);
   json["notes"] = s.notes;
   return json;
 }

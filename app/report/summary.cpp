@@ -8,6 +8,7 @@
 #include "app/report/metric_words.h"
 #include "app/report/number_text.h"
 #include "app/report/verdict_words.h"
+#include "app/session/limit_times.h"
 
 namespace knuckle::report {
 namespace {
@@ -34,6 +35,17 @@ std::string block(const std::string& title, const std::vector<const CriterionRes
   return text;
 }
 
+/// A wall that held is seldom meant, so it is always told; other limits are part of every session.
+std::string limits_line(const session::SessionResult& session, bool all) {
+  constexpr double kWorthTelling_s = 0.1;
+  std::string list;
+  for (const session::LimitTime& one : session::limit_times(session.record, session.machine.limits)) {
+    if (one.time_s >= kWorthTelling_s && (one.wall || all))
+      list += fmt::format("{}{} for {:.1f} s", list.empty() ? "" : ", ", one.limit, one.time_s);
+  }
+  return list.empty() ? "" : "  held back by limits: " + list + "\n";
+}
+
 }  // namespace
 
 std::string shown(const std::optional<double>& value, const std::string& unit) {
@@ -50,6 +62,7 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
     text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason) + "\n";
   for (const session::WarningRecord& w : s.record.warnings)
     text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
+  text += limits_line(s, verbose);
   text += block("FAILED:", by.failed);
   text +=
       block("requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:", by.shown);
