@@ -22,6 +22,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/printable_output.h"
+#include "app/cli/wrapped.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"
@@ -211,7 +212,8 @@ int run_program(const Program& program, const std::vector<std::string>& argument
     const CommandLine line = parse_command_line(program, arguments);
     const int code = line.run ? line.run() : 0;
     const InterruptGuard pipes_only_fail;
-    std::cout << line.text;
+    const std::size_t width = terminal_width();
+    std::cout << (width > 0 ? wrapped(line.text, width) : line.text);
     if (std::cout.flush() || !anybody_reads_output()) return code;
     say("standard output: cannot be written");
     return kBadInput;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <iostream>
 #include <list>
 #include <memory>
@@ -130,8 +131,31 @@ void write_picture(const std::string& folder, const recording::CameraPicture& pi
   file.commit();
 }
 
-void write_recording(const Options& o, recording::Recording& recording, const cli::InterruptGuard& interrupt,
-                     Files& files) {
+/// What is now there, a line each, on standard output unless that was an output itself.
+void tell(const Options& o, const recording::Recording* recording, std::size_t pictures) {
+  std::vector<std::pair<std::string, std::string>> written{
+      {o.csv, recording != nullptr && !o.csv.empty()
+                  ? fmt::format("states of the {}'s side", name(side_of(o, *recording)))
+                  : ""},
+      {o.hdf5, "states of both sides, events and files"},
+      {o.candump, "CAN frames"},
+      {o.targets[0], "the arm as URDF"},
+      {o.targets[1], "the CAN bus as DBC"}};
+  const bool streams =
+      std::any_of(written.begin(), written.end(), [](const auto& one) { return cli::is_standard_output(one.first); });
+  std::ostream& out = streams ? std::cerr : std::cout;
+  for (const auto& [file, what] : written) {
+    if (file.empty() || cli::is_standard_output(file)) continue;
+    std::error_code unknown;  // a pipe has no size
+    const auto bytes = std::filesystem::file_size(file, unknown);
+    out << "written: " << file << ": " << what << (unknown ? "" : fmt::format(", {} bytes", bytes)) << '\n';
+  }
+  if (!o.pictures.empty()) out << "written: " << o.pictures << ": " << pictures << " pictures of cameras\n";
+}
+
+/// @return how many pictures were written.
+std::size_t write_recording(const Options& o, recording::Recording& recording, const cli::InterruptGuard& interrupt,
+                            Files& files) {
   RecordingOutputs outputs;
   outputs.check = [&interrupt] { interrupt.check(); };
   if (!o.csv.empty()) {
@@ -140,12 +164,17 @@ void write_recording(const Options& o, recording::Recording& recording, const cl
   }
   if (!o.hdf5.empty()) outputs.hdf5 = &files.emplace_back("--hdf5", o.hdf5);
   if (!o.candump.empty()) outputs.candump = &files.emplace_back("--candump", o.candump).stream();
+  std::size_t pictures = 0;
   if (!o.pictures.empty())
-    outputs.picture = [&o](const recording::CameraPicture& picture) { write_picture(o.pictures, picture); };
+    outputs.picture = [&](const recording::CameraPicture& picture) {
+      write_picture(o.pictures, picture);
+      ++pictures;
+    };
   if (o.from_s) outputs.from = Time(from_seconds(*o.from_s));
   if (o.to_s) outputs.to = Time(from_seconds(*o.to_s));
   export_recording(recording, outputs);
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle export: " << remark << '\n';
+  return pictures;
 }
 
 int run(const Options& o) {
@@ -154,14 +183,17 @@ int run(const Options& o) {
   const std::string machine_file = o.machine.empty() ? "" : find_config("machine", o.machine);
   check_places(o, machine_file);
   Files files;  // all written before the first is put in place
+  std::optional<recording::Recording> recording;
+  std::size_t pictures = 0;
   if (o.recordings.empty()) {
     write_machine(o, load_machine(machine_file), files);
   } else {
-    recording::Recording recording(o.recordings);
-    if (wants_machine(o)) write_machine(o, machine_of(recording), files);
-    if (wants_recording(o)) write_recording(o, recording, interrupt, files);
+    recording.emplace(o.recordings);
+    if (wants_machine(o)) write_machine(o, machine_of(*recording), files);
+    if (wants_recording(o)) pictures = write_recording(o, *recording, interrupt, files);
   }
   for (cli::OutputFile& file : files) file.commit();
+  tell(o, recording ? &*recording : nullptr, pictures);
   return 0;
 }
 

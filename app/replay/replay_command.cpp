@@ -76,17 +76,22 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command replay_entry() {
-  return {"replay", "Run the loops of a recording again on what they read, and compare bit by bit",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
-                .required();
-            command.add_option(
-                "--with", options->with,
-                "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
-            command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
-            return [options] { return run(*options); };
-          }};
+  return {
+      "replay", "Run the loops of a recording again on what they read, and compare bit by bit",
+      [](const cli::OptionList& command) {
+        const auto options = std::make_shared<Options>();
+        command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
+            .required();
+        command.add_option(
+            "--with", options->with,
+            "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
+        command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
+        command.add_note(
+            "A change is compared open loop: hand and machine move as recorded, whatever the changed loops command. A "
+            "changed gain shows other commands and forces, not the motion that it would lead to; for that run knuckle "
+            "simulate.");
+        return [options] { return run(*options); };
+      }};
 }
 
 }  // namespace knuckle::replay

@@ -30,12 +30,15 @@ void expect_refused(const ProgramRun& run, const std::string& line) {
   EXPECT_EQ(run.err, "knuckle: " + line + "\n");
 }
 
-TEST(ExportCommand, WritesWhatIsAskedFor) {
+TEST(ExportCommand, WritesWhatIsAskedForAndSaysSo) {
   const TemporaryFolder folder;
   const std::string urdf = folder.file("arm.urdf"), dbc = folder.file("new/bus.dbc");
   const ProgramRun run = run_export({"--machine", "solar015", "--urdf", urdf, "--dbc", dbc});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(run.out + run.err, "");
+  EXPECT_EQ(run.err, "");
+  const auto bytes = [](const std::string& file) { return std::to_string(content(file).size()) + " bytes\n"; };
+  EXPECT_EQ(run.out, "written: " + urdf + ": the arm as URDF, " + bytes(urdf) + "written: " + dbc +
+                         ": the CAN bus as DBC, " + bytes(dbc));
   EXPECT_TRUE(content(urdf).ends_with("</robot>\n"));
   EXPECT_NE(content(dbc).find("BO_ 128 SYNC: 0 controller"), std::string::npos);
   EXPECT_EQ(run_export({"--machine", "solar015", "--urdf", "-"}).out, content(urdf));
