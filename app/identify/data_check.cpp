@@ -42,6 +42,7 @@ class LabelChecker {
     }
     for (int j = 0; j < kJoints; ++j) {
       if (fit.believable(j)) continue;
+      if (touched()) return refuse("the bucket", contact_text(check_.contact, file_.recording));
       if (explain()) return;
       const auto i = static_cast<std::size_t>(j);
       return refuse(
@@ -54,6 +55,19 @@ class LabelChecker {
   }
 
  private:
+  /// Whether all is believable but where it looks like contact.
+  [[nodiscard]] bool touched() const {
+    constexpr double kMostOfIt = 0.7;
+    double sum_s = 0;
+    for (const Seconds& stretch : check_.contact) sum_s += stretch.to_s - stretch.from_s;
+    if (sum_s == 0 || sum_s > kMostOfIt * file_.recording.duration_s()) return false;
+    const WeightFit free = weigh(machine_, without(check_.contact, file_.recording));
+    const auto sure = [&](int joint) {
+      return free.decisive[static_cast<std::size_t>(joint)] && free.believable(joint);
+    };
+    return sure(kBoom) && sure(kArm) && free.believable(kBucket);
+  }
+
   void refuse(const std::string& column, const std::string& what) {
     check_.findings.push_back(
         {column, file_.rows.front(), file_.rows.back(), file_.recording.samples.size(), what, true});
@@ -130,6 +144,7 @@ DataCheck check_data(const MachineDescription& machine, recordings::RecordedFile
     return check;
   }
   if (check.refused()) return check;
+  check.contact = contact_seconds(machine, file.recording);
   labels.check_weight();
   if (check.refused()) return check;
   // Swapped lengths look like swapped valves: these are to blame only now that lengths are what they say.

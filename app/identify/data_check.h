@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/identify/contact_seconds.h"
 #include "app/recordings/recording_reader.h"
 #include "core/joints.h"
 #include "machine/description_fwd.h"
@@ -25,6 +26,9 @@ struct DataCheck {
   std::vector<DataFinding> findings;
   /// How well cylinder torques carry the drawing's weight, as recorded: per joint, 1 is perfect; NaN where unknown.
   JointVector weight_ratio = JointVector::Constant(std::numeric_limits<double>::quiet_NaN());
+
+  /// Where the bucket seems to have touched or carried something; nothing of it is left out.
+  std::vector<Seconds> contact;
 
   [[nodiscard]] bool refused() const;
   /// "boom 1.02, arm 0.98, bucket unknown"

@@ -6,9 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "estimation/regressor.h"
 #include "machine/description.h"
-#include "machine/kinematics.h"
 
 namespace knuckle::identify {
 namespace {
@@ -94,30 +92,8 @@ bool long_enough(const Sums& s) {
   return s.samples * kEvery_s >= kLeast_s;
 }
 
-struct Row {
-  JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
-};
-
-/// What one sample gives; none where a length has no angle.
-std::optional<Row> row_at(const MachineDescription& machine, const Kinematics& kinematics,
-                          const estimation::BaseParameters& nominal, const Measurement& now, const Measurement& before,
-                          const Measurement& after, double span_s) {
-  Row row;
-  JointVector angle;
-  for (int j = 0; j < kJoints; ++j) {
-    const auto i = static_cast<std::size_t>(j);
-    const auto theta = kinematics.joint_at(j, now.cylinder_m[j] - machine.sensors.encoder_offset_m[j]);
-    if (!theta) return std::nullopt;
-    angle[j] = *theta;
-    row.lever_m[j] = kinematics.cylinder_at(j, *theta)->lever_m;
-    const CylinderDescription& cylinder = machine.cylinders[i];
-    row.torque_Nm[j] = row.lever_m[j] * (now.pressure_Pa[2 * i] * cylinder.head_area_m2() -
-                                         now.pressure_Pa[2 * i + 1] * cylinder.rod_side_area_m2());
-  }
-  row.speed_mps = (after.cylinder_m - before.cylinder_m) / span_s;
-  row.gravity_Nm =
-      estimation::joint_torque(estimation::RigidArm::gravity(estimation::Pose(angle, now.hull_pitch_rad)) * nominal);
-  return row;
+std::size_t steps(const Recording& recording, double s) {
+  return static_cast<std::size_t>(std::max(1.0, std::round(s / recording.step_s)));
 }
 
 void swap_channels(Recording& recording, std::size_t a, std::size_t b) {
@@ -179,6 +155,37 @@ std::vector<Hypothesis> hypotheses() {
 
 }  // namespace
 
+WeightRows::WeightRows(const MachineDescription& machine, const Recording& recording)
+    : machine_(machine),
+      recording_(recording),
+      kinematics_(machine),
+      nominal_(estimation::lumped_parameters(machine)),
+      reach_(steps(recording, kRateSpan_s / 2)) {}
+
+std::optional<WeightRow> WeightRows::at(std::size_t i) const {
+  if (i < reach_ || i + reach_ >= recording_.samples.size() || recording_.usable[i] == 0 ||
+      recording_.usable[i - reach_] == 0 || recording_.usable[i + reach_] == 0)
+    return std::nullopt;
+  const Measurement &now = recording_.samples[i], &before = recording_.samples[i - reach_],
+                    &after = recording_.samples[i + reach_];
+  WeightRow row;
+  JointVector angle;
+  for (int j = 0; j < kJoints; ++j) {
+    const auto joint = static_cast<std::size_t>(j);
+    const auto theta = kinematics_.joint_at(j, now.cylinder_m[j] - machine_.sensors.encoder_offset_m[j]);
+    if (!theta) return std::nullopt;
+    angle[j] = *theta;
+    row.lever_m[j] = kinematics_.cylinder_at(j, *theta)->lever_m;
+    const CylinderDescription& cylinder = machine_.cylinders[joint];
+    row.torque_Nm[j] = row.lever_m[j] * (now.pressure_Pa[2 * joint] * cylinder.head_area_m2() -
+                                         now.pressure_Pa[2 * joint + 1] * cylinder.rod_side_area_m2());
+  }
+  row.speed_mps = (after.cylinder_m - before.cylinder_m) / (recording_.step_s * static_cast<double>(2 * reach_));
+  row.gravity_Nm =
+      estimation::joint_torque(estimation::RigidArm::gravity(estimation::Pose(angle, now.hull_pitch_rad)) * nominal_);
+  return row;
+}
+
 bool WeightFit::believable(int joint) const {
   if (!decisive[static_cast<std::size_t>(joint)]) return true;
   const double room = joint == kBucket ? kBucketRoom : 1;
@@ -203,16 +210,12 @@ double WeightFit::misfit() const {
 }
 
 WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
-  const Kinematics kinematics(machine);
-  const estimation::BaseParameters nominal = estimation::lumped_parameters(machine);
-  const auto steps = [&](double s) {
-    return static_cast<std::size_t>(std::max(1.0, std::round(s / recording.step_s)));
-  };
-  const std::size_t every = steps(kEvery_s), reach = steps(kRateSpan_s / 2);
+  const WeightRows rows(machine, recording);
+  const std::size_t every = steps(recording, kEvery_s);
   // While a rod stands its friction may be anything up to breakaway: where it has moved enough, that alone tells.
   std::array<Sums, kJoints> all, moving;
   WeightFit fit;
-  const std::size_t instants_in_mean = steps(kMean_s) / every;
+  const std::size_t instants_in_mean = steps(recording, kMean_s) / every;
   std::size_t gathered = 0;
   const auto close = [&] {
     for (std::array<Sums, kJoints>* sums : {&all, &moving}) {
@@ -220,11 +223,8 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
     }
     gathered = 0;
   };
-  for (std::size_t i = reach; i + reach < recording.samples.size(); i += every) {
-    std::optional<Row> row;
-    if (recording.usable[i] != 0 && recording.usable[i - reach] != 0 && recording.usable[i + reach] != 0)
-      row = row_at(machine, kinematics, nominal, recording.samples[i], recording.samples[i - reach],
-                   recording.samples[i + reach], recording.step_s * static_cast<double>(2 * reach));
+  for (std::size_t i = steps(recording, kRateSpan_s / 2); i < recording.samples.size(); i += every) {
+    const std::optional<WeightRow> row = rows.at(i);
     if (!row || gathered >= instants_in_mean) close();
     if (!row) continue;
     ++fit.samples;

@@ -8,9 +8,30 @@
 
 #include "app/recordings/recording_reader.h"
 #include "core/joints.h"
+#include "estimation/regressor.h"
 #include "machine/description_fwd.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::identify {
+
+/// What the cylinders do at one moment, and what the drawing's weight asks of them.
+struct WeightRow {
+  JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
+};
+/// Reads them from a recording.
+class WeightRows {
+ public:
+  WeightRows(const MachineDescription& machine, const estimation::Recording& recording);
+  /// nullopt where a sample is missing that is needed, or a length has no angle.
+  [[nodiscard]] std::optional<WeightRow> at(std::size_t sample) const;
+
+ private:
+  const MachineDescription& machine_;
+  const estimation::Recording& recording_;
+  Kinematics kinematics_;
+  estimation::BaseParameters nominal_;
+  std::size_t reach_;  // samples on either side, for speeds
+};
 
 /// Fit of joint torque = s * (drawing's gravity torque) + friction to means over a second.
 struct WeightFit {

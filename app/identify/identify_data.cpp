@@ -42,6 +42,8 @@ Recording checked(recordings::RecordedFile file, IdentifyData& data) {
   const DataCheck check = require_data(calibrated(data.machine), file);
   data.findings.push_back(name + "weight balanced, measured over the drawing's: " + check.weights());
   for (const std::string& line : check.lines()) data.findings.push_back(name + line);
+  if (!check.contact.empty())
+    data.findings.push_back(name + "the bucket " + contact_text(check.contact, file.recording));
   return std::move(file.recording);
 }
 

@@ -155,6 +155,7 @@ std::string identify_summary(const IdentifyData& data, const Identified& result)
     }
   }
   for (const HoldOut& held : result.hold_out) {
+    if (held.method != result.method) continue;  // the papers' are in report and JSON, to compare with
     std::string percent;
     for (const double nrmse : held.judged().nrmse)
       percent += (percent.empty() ? "" : "/") + (std::isfinite(nrmse) ? fmt::format("{:.1f}", 100 * nrmse) : "-");

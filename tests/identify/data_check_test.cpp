@@ -52,12 +52,54 @@ TEST(DataCheck, LeavesAGoodRecordingAsItIs) {
   recordings::RecordedFile file = as_file(recorded_motion());
   const DataCheck check = require_data(recorded_machine(), file);
   EXPECT_TRUE(check.findings.empty()) << check.lines().front();
+  EXPECT_TRUE(check.contact.empty()) << contact_text(check.contact, file.recording);
   EXPECT_EQ(unusable(file.recording), unusable(recorded_motion()));
   for (std::size_t i = 0; i < file.recording.samples.size(); ++i)
     for (std::size_t c = 0; c < recordings::kSignalChannels; ++c)
       ASSERT_EQ(recordings::signal(file.recording.samples[i], c), recordings::signal(recorded_motion().samples[i], c))
           << i << " " << c;
   for (int j = 0; j < kJoints; ++j) EXPECT_NEAR(check.weight_ratio[j], 1, 0.5) << j;
+}
+
+/// Soil that pushes at the tip while the arm moves, as in a cycle of digging.
+void push(recordings::RecordedFile& file, double from_s, double to_s, const PlanarVector& force_N) {
+  const MachineDescription& machine = recorded_machine();
+  const Kinematics kinematics(machine);
+  for (std::size_t i = 0; i < file.recording.samples.size(); ++i) {
+    const double t_s = file.recording.step_s * static_cast<double>(i);
+    if (t_s < from_s || t_s >= to_s) continue;
+    Measurement& m = file.recording.samples[i];
+    JointVector angle;
+    for (int j = 0; j < kJoints; ++j) angle[j] = kinematics.joint_at(j, m.cylinder_m[j]).value_or(0);
+    const JointVector torque_Nm = kinematics.tip_jacobian(angle).transpose() * force_N;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto joint = static_cast<std::size_t>(j);
+      const double force = -torque_Nm[j] / kinematics.cylinder_at(j, angle[j])->lever_m;
+      if (force > 0) m.pressure_Pa[2 * joint] += force / machine.cylinders[joint].head_area_m2();
+      if (force < 0) m.pressure_Pa[2 * joint + 1] -= force / machine.cylinders[joint].rod_side_area_m2();
+    }
+  }
+}
+
+TEST(DataCheck, ARecordingThatTouchedSoilIsToldWhenAndNotThatItsChannelsAreWrong) {
+  recordings::RecordedFile file = as_file(recorded_motion());
+  const double length_s = file.recording.duration_s();
+  ASSERT_GE(length_s, 40);
+  push(file, 10, 18, {-6000, 5000});
+  push(file, 24, 32, {-6000, 5000});
+  const std::string line = refusal(recorded_machine(), file);
+  EXPECT_TRUE(names(line, {"the bucket seems to touch or carry something at 10.0 to 18.0 s, 24.0 to 32.0 s (",
+                           "identification needs free motion"}))
+      << line;
+}
+
+TEST(DataCheck, ALightTouchIsKeptAndTold) {
+  recordings::RecordedFile file = as_file(recorded_motion());
+  push(file, 10, 12, {-2500, 2500});
+  const DataCheck check = require_data(recorded_machine(), file);
+  ASSERT_EQ(check.contact.size(), 1U);
+  EXPECT_NEAR(check.contact[0].from_s, 10, 0.51);
+  EXPECT_NEAR(check.contact[0].to_s, 12, 0.51);
 }
 
 /// As booms do whose position control is lively: by 5 mm, with more force than the weight, which means nothing wrong.

@@ -100,7 +100,8 @@ TEST_F(Info, OfOtherVersionsAndProgramsSaysWhatItCanAndDoubtsClocks) {
   constexpr std::uint64_t kSecond_ns = 1'000'000'000;
   const FileInfo first = recording_info(put_mcap(folder_.file("old.mcap"), {old}, 100 * kSecond_ns, false));
   EXPECT_FALSE(first.whole);
-  expect_says(first, {"has no end: its program was killed", "flight record of the machine's side", "by knuckle slave --can can0 (0.0.1)",
+  expect_says(first, {"has no end: its program was killed", "flight record of the machine's side",
+                      "by knuckle slave --can can0 (0.0.1)",
                       "1970-01-01 00:01:40.000 to 1970-01-01 00:01:41.000 UTC: 1.000 s (the clock was not set)"});
   const FileInfo other = recording_info(put_mcap(folder_.file("other.mcap"), {}, 4'000'000'000 * kSecond_ns, true));
   EXPECT_TRUE(other.whole);
