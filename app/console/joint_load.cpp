@@ -7,6 +7,7 @@
 #include "estimation/known_friction.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
+#include "machine/pose.h"
 
 namespace knuckle::console {
 namespace {
@@ -17,6 +18,7 @@ constexpr double kModelShare = 0.15;    // of the weight's torque, by which a dr
 constexpr double kLeastReach_m = 0.2;
 constexpr double kAngleError_rad = 0.009;  // half a degree: as well as joints are measured
 constexpr double kMoves_mps = 0.02;        // of a rod that goes on
+constexpr double kRest_mps = 0.012;        // of one that stands: two steps of its encoder at once are seen as 0.011
 
 /// What the weight of arm and load may be, joint by joint.
 struct Weight {
@@ -41,6 +43,22 @@ Weight weight_of(const SlaveMessage& m, const MachineDescription& machine, const
   const JointVector light_Nm = load_kg(-2) * per_kg_Nm, heavy_Nm = load_kg(2) * per_kg_Nm;
   return {up_Nm.cwiseMin(down_Nm) - unsure_Nm + light_Nm.cwiseMin(heavy_Nm),
           up_Nm.cwiseMax(down_Nm) + unsure_Nm + light_Nm.cwiseMax(heavy_Nm)};
+}
+
+/// From each joint to the farthest place that it may press with: a corner of the bucket, its linkage, the arm's pin.
+JointVector reaches_m(const MachineDescription& machine, const JointVector& joints_rad) {
+  const MachinePose pose = pose_of(machine, joints_rad);
+  const PerJoint<PlanarVector> origins_m{pose.boom.translation(), pose.arm.translation(), pose.bucket.translation()};
+  JointVector reaches_m = JointVector::Constant(kLeastReach_m);
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto reach_out = [&, origin_m = origins_m[static_cast<std::size_t>(joint)]](const PlanarVector& place_m) {
+      reaches_m[joint] = std::max(reaches_m[joint], (place_m - origin_m).norm());
+    };
+    for (const PlanarVector& corner : bucket_outline(machine)) reach_out(pose.bucket * corner);
+    reach_out(pose.linkage_pin_m);
+    if (joint == kBoom) reach_out(origins_m[kArm]);
+  }
+  return reaches_m;
 }
 
 /// One joint's oil against the weight that it may have to carry.
@@ -73,8 +91,8 @@ void add_push(const Rod& rod, const MachineDescription& machine, int joint, cons
   const estimation::CylinderFriction friction = estimation::known_friction(machine, joint);
   const double friction_N =
       friction.static_N(rod.oil_N, rod.head_Pa + rod.rod_Pa) + std::abs(friction.viscous_Ns_per_m * rod.out_mps);
-  const Push push = push_of(rod.lever_m * rod.oil_N, weight.least_Nm[joint], weight.most_Nm[joint],
-                            std::abs(rod.lever_m) * friction_N, kWorthSaying_N * load.reach_m);
+  const Push push = push_of(rod.lever_m * (rod.oil_N - friction.offset_N), weight.least_Nm[joint],
+                            weight.most_Nm[joint], std::abs(rod.lever_m) * friction_N, kWorthSaying_N * load.reach_m);
   const bool extends = (push.way > 0) == (rod.lever_m > 0);
   // Oil that slows a joint down presses on nothing.
   if (push.way == 0 || (extends ? rod.out_mps : -rod.out_mps) < -kMoves_mps) return;
@@ -86,9 +104,9 @@ void add_push(const Rod& rod, const MachineDescription& machine, int joint, cons
 
 }  // namespace
 
-int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad) noexcept {
+int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad, double error_rad) noexcept {
   const LinkDescription& link = machine.links[joint];
-  const double near_rad = machine.limits.joint_soft_margin_rad + kAngleError_rad;
+  const double near_rad = machine.limits.joint_soft_margin_rad + error_rad;
   return angle_rad > link.max_rad - near_rad ? 1 : angle_rad < link.min_rad + near_rad ? -1 : 0;
 }
 
@@ -100,17 +118,18 @@ JointLoads joint_loads(const SlaveMessage& m, const MachineDescription& machine,
   JointLoads loads;
   if (!m.position_rad.allFinite()) return loads;
   const Weight weight = weight_of(m, machine, kinematics);
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics.tip_jacobian(m.position_rad);
+  const JointVector reach_m = reaches_m(machine, m.position_rad);
   for (int joint = 0; joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
     const LinkDescription& link = machine.links[i];
     const double angle_rad = m.position_rad[joint];
     JointLoad& load = loads[i];
-    load.end = end_of_range(machine, i, angle_rad);
-    load.reach_m = std::max(kLeastReach_m, jacobian.col(joint).norm());
+    load.end = end_of_range(machine, i, angle_rad, kAngleError_rad);
+    load.reach_m = reach_m[joint];
     const auto at = kinematics.cylinder_at(joint, angle_rad);
     if (!at) continue;
     const Rod rod = rod_of(m, machine.cylinders[i], *at, joint);
+    load.at_rest = std::abs(rod.out_mps) < kRest_mps;
     add_push(rod, machine, joint, weight, load);
     if (estimation::to_steel_m(link, machine.cylinders[i], *at, angle_rad) >=
         estimation::steel_spread_m(machine.geometry_calibration.has_value()))
@@ -118,10 +137,23 @@ JointLoads joint_loads(const SlaveMessage& m, const MachineDescription& machine,
     // The steel may be here already: it is where the joint is led to that end, or pushed towards it, and gets no
     // farther.
     const int side = angle_rad - link.min_rad > link.max_rad - angle_rad ? 1 : -1;
-    const bool led = end_of_range(machine, i, angle_rad + m.ahead_rad[joint]) == side;
+    load.at_steel = side;
+    const bool led = end_of_range(machine, i, angle_rad + m.ahead_rad[joint], kAngleError_rad) == side;
     if (led || (load.pushes == side && std::abs(rod.out_mps) < kMoves_mps)) load.end = side;
   }
   return loads;
+}
+
+void PushWatch::watch(JointLoads& loads, Time now) noexcept {
+  const bool at_rest = std::all_of(loads.begin(), loads.end(), [](const JointLoad& load) { return load.at_rest; });
+  // What was between two looks is not known where another session has begun, or nobody has looked for too long.
+  const bool anew = now < seen_ || now - seen_ > kLasts;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const int way = at_rest ? loads[i].pushes : 0;
+    if (anew || way != pushes_[i].way) pushes_[i] = {way, now};
+    loads[i].lasts = way != 0 && now - pushes_[i].since >= kLasts;
+  }
+  seen_ = now;
 }
 
 }  // namespace knuckle::console

@@ -6,26 +6,30 @@
 #include <cstddef>
 
 #include "core/joints.h"
+#include "core/time.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::console {
 
-inline constexpr double kWorthSaying_N = 200;  ///< At the tip: who presses with less does no harm.
+inline constexpr double kWorthSaying_N = 200;  ///< At the bucket: who presses with less does no harm.
 
 struct JointLoad {
-  int end = 0;           ///< +1, -1: at the end of its way where its angle is largest, smallest; 0: at neither.
-  int pushes = 0;        ///< +1, -1: its oil pushes the angle up, down, beyond what weight and friction explain.
-  double beyond_Nm = 0;  ///< By so much at least.
-  double reach_m = 1;  ///< From the joint to the tip: what it presses on within that has at least beyond_Nm / reach_m.
+  int end = 0;             ///< +1, -1: at the end of its way where its angle is largest, smallest; 0: at neither.
+  int at_steel = 0;        ///< +1, -1: the end whose steel may be here already; 0: it is farther off.
+  int pushes = 0;          ///< +1, -1: its oil pushes the angle up, down, beyond what weight and friction explain.
+  double beyond_Nm = 0;    ///< By so much at least.
+  double reach_m = 1;      ///< To the farthest place that it presses with: there are at least beyond_Nm / reach_m.
   double pressure_Pa = 0;  ///< In the chamber that pushes.
   bool at_relief = false;  ///< That chamber is as full as a relief valve lets it be.
+  bool at_rest = false;    ///< Its rod.
+  bool lasts = false;      ///< So it has pushed for a while; said by a PushWatch.
 
   /// On something that stands in its way.
-  [[nodiscard]] bool presses() const noexcept { return pushes != 0 && pushes != end; }
+  [[nodiscard]] bool presses() const noexcept { return pushes != 0 && pushes != at_steel; }
   /// Against its own end: nothing moves when that oil is let out.
-  [[nodiscard]] bool pushes_on_its_end() const noexcept { return pushes != 0 && pushes == end; }
+  [[nodiscard]] bool pushes_on_its_end() const noexcept { return pushes != 0 && pushes == at_steel; }
 };
 using JointLoads = PerJoint<JointLoad>;
 
@@ -36,7 +40,26 @@ using JointLoads = PerJoint<JointLoad>;
                                      const Kinematics& kinematics);
 
 /// +1, -1: the end of its range that the joint is within the soft margin of, where the hand meets a wall; 0: neither.
-[[nodiscard]] int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad) noexcept;
+/// @param error_rad of a measured angle, by which it may be nearer.
+[[nodiscard]] int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad,
+                               double error_rad = 0) noexcept;
+/// Which pushes last. An arm that was stopped at speed swings on its oil, and pushes to and fro without touching
+/// anything.
+class PushWatch {
+ public:
+  static constexpr Duration kLasts = 500ms;  ///< Longer than an arm on its oil pushes one way.
+  /// For every view. @param loads of it: those are marked that have pushed one way for so long, all rods at rest.
+  void watch(JointLoads& loads, Time now) noexcept;
+
+ private:
+  struct Push {
+    int way = 0;
+    Time since{};
+  };
+  PerJoint<Push> pushes_{};
+  Time seen_ = kNever;
+};
+
 /// Whether a chamber is as full as the relief valve lets it be: the joint pushes, and cannot push harder.
 [[nodiscard]] bool at_relief(const HydraulicsDescription& hydraulics, double pressure_Pa) noexcept;
 

@@ -83,16 +83,19 @@ BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
 
 std::string still_pressing(const ConsoleView& view, const JointLoads& loads) {
   if (!idle(view)) return "";
+  const ForceWords said = force_words(view);
   const double force_N = view.machine.tip_force_N.norm();
-  if (force_words(view).contact && force_N >= kWorthSaying_N)
+  if (said.contact && force_N >= kWorthSaying_N)
     return fmt::format("the bucket still presses with {} N", 100 * std::lround(force_N / 100));
-  const std::string oil = pressures_of(loads, [](const JointLoad& load) { return load.presses(); });
+  if (said.known) return "";
+  const std::string oil = pressures_of(loads, [](const JointLoad& load) { return load.presses() && load.lasts; });
   return oil.empty() ? "" : "still pressing: " + oil;
 }
 
 std::string shut_in(const ConsoleView& view, const JointLoads& loads) {
   if (!idle(view)) return "";
-  const std::string oil = pressures_of(loads, [](const JointLoad& load) { return load.pushes_on_its_end(); });
+  const std::string oil =
+      pressures_of(loads, [](const JointLoad& load) { return load.pushes_on_its_end() && load.lasts; });
   return oil.empty() ? "" : "oil shut in, " + oil;
 }
 
@@ -109,10 +112,12 @@ LessFelt less_felt(const ConsoleView& view) {
   if (m.mode != Mode::kEngaged) return {};
   const std::string sure = fmt::format("{:.0f} %", 100 * m.confidence);
   const Reason& warning = view.hand.warning;
-  if (!(m.confidence > kLeastConfidence) && (!warning || warning.code == ReasonCode::kCuesEstimate))
+  const bool recorded = std::isfinite(m.confidence);
+  if (recorded && !(m.confidence > kLeastConfidence) && (!warning || warning.code == ReasonCode::kCuesEstimate))
     return {"force not known", "the machine's force is not known (confidence " + sure + "): what is felt is not it"};
   if (warning) return {"less force felt", text(warning)};
-  if (trust(m.confidence) < 1) return {"force not sure", "the machine's force is not sure: confidence " + sure};
+  if (recorded && trust(m.confidence) < 1)
+    return {"force not sure", "the machine's force is not sure: confidence " + sure};
   return {};
 }
 

@@ -38,7 +38,8 @@ struct BlindPress {
 [[nodiscard]] BlindPress blind_press(const ConsoleView& view, const JointLoads& loads);
 
 /// What a machine that nobody leads goes on pressing with, its oil being shut in: "the bucket still presses with 800
-/// N", or "still pressing: arm 220 bar". Empty: it does not.
+/// N", or, where the force is not known, "still pressing: arm 220 bar". Empty: it does not.
+/// @param loads marked by a PushWatch.
 [[nodiscard]] std::string still_pressing(const ConsoleView& view, const JointLoads& loads);
 /// The same where it pushes against the end of its own joint: "oil shut in, bucket 205 bar".
 [[nodiscard]] std::string shut_in(const ConsoleView& view, const JointLoads& loads);

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "app/console/machine_words.h"
 #include "estimation/regressor.h"
@@ -132,6 +136,96 @@ TEST(JointLoads, AJointThatIsPushedToAnEndThatMayBeHereIsAtItsEnd) {
   EXPECT_TRUE(still.load(kBucket).presses()) << "out, on something";
 }
 
+TEST(JointLoads, NearAnEndOfItsRangeButShortOfAnySteelAJointPressesOnSomething) {
+  Still still;
+  const double margin_rad = still.machine.limits.joint_soft_margin_rad;
+  still.m.position_rad[kBoom] = still.machine.links[kBoom].min_rad + 0.9 * margin_rad;
+  still.set_torque(kBoom, -60000);
+  EXPECT_EQ(still.load(kBoom).end, -1) << "the hand meets a wall";
+  EXPECT_TRUE(still.load(kBoom).presses());
+  EXPECT_FALSE(still.load(kBoom).pushes_on_its_end());
+}
+
+TEST(JointLoads, TheirLeastForceHoldsAtEachCornerOfTheBucketAndAtItsLinkage) {
+  for (const double bucket : {-2.4, -0.9, 0.5}) {
+    SCOPED_TRACE(bucket);
+    const Still still({0.5, -1.4, bucket});
+    const MachinePose pose = pose_of(still.machine, still.m.position_rad);
+    const PerJoint<PlanarVector> origins{pose.boom.translation(), pose.arm.translation(), pose.bucket.translation()};
+    std::vector<PlanarVector> places{pose.linkage_pin_m};
+    for (const PlanarVector& corner : bucket_outline(still.machine)) places.push_back(pose.bucket * corner);
+    for (int joint = 0; joint < kJoints; ++joint)
+      for (const PlanarVector& place : places)
+        EXPECT_GE(still.load(joint).reach_m, (place - origins[static_cast<std::size_t>(joint)]).norm() - 1e-12)
+            << joint;
+  }
+}
+
+TEST(JointLoads, TheOffsetOfACalibratedCylindersPressuresIsNoPush) {
+  Still drawn, calibrated;
+  DynamicsCalibration& found = calibrated.machine.dynamics_calibration.emplace();
+  found.parameters.head<kBaseCount>() = estimation::known_parameters(drawn.machine);
+  constexpr double kOffset_N = 3000;
+  for (const int joint : {kBoom, kArm, kBucket}) {
+    const FrictionDescription& friction = drawn.machine.cylinders[static_cast<std::size_t>(joint)].friction;
+    found.parameters[friction_index(joint, kCoulombExtend)] = friction.coulomb_N + kOffset_N;
+    found.parameters[friction_index(joint, kCoulombRetract)] = friction.coulomb_N - kOffset_N;
+    found.parameters[friction_index(joint, kBreakaway)] = friction.coulomb_N * (friction.static_ratio - 1);
+    const double lever_m = drawn.kinematics.cylinder_at(joint, drawn.m.position_rad[joint])->lever_m;
+    for (const int way : {1, -1}) {
+      const double beside_Nm = way * 8000 * drawn.load(joint).reach_m;
+      drawn.set_torque(joint, beside_Nm);
+      calibrated.set_torque(joint, beside_Nm + lever_m * kOffset_N);
+      EXPECT_EQ(calibrated.load(joint).pushes, way) << joint;
+      EXPECT_NEAR(calibrated.load(joint).beyond_Nm, drawn.load(joint).beyond_Nm, 1e-6) << joint << ' ' << way;
+    }
+  }
+}
+
+TEST(JointLoads, ARodIsAtRestThatMovesNoMoreThanTheStepsOfItsEncoderSeemTo) {
+  Still still;
+  const double lever_m = std::abs(still.kinematics.cylinder_at(kArm, still.m.position_rad[kArm])->lever_m);
+  EXPECT_TRUE(still.load(kArm).at_rest);
+  for (const int way : {1, -1}) {
+    still.m.velocity_radps[kArm] = way * 0.011 / lever_m;
+    EXPECT_TRUE(still.load(kArm).at_rest);
+    still.m.velocity_radps[kArm] = way * 0.015 / lever_m;
+    EXPECT_FALSE(still.load(kArm).at_rest);
+  }
+  still.m.velocity_radps[kArm] = std::nan("");
+  EXPECT_FALSE(still.load(kArm).at_rest);
+}
+
+TEST(PushWatch, APushLastsThatGoesOneWayForHalfASecondWithAllRodsAtRest) {
+  const auto push = [](int way, bool at_rest = true) {
+    JointLoads loads;
+    for (JointLoad& load : loads) load.at_rest = true;
+    loads[kBoom].at_rest = at_rest;
+    loads[kArm].pushes = way;
+    return loads;
+  };
+  PushWatch watch;
+  const auto lasts = [&](JointLoads loads, Duration at) {
+    watch.watch(loads, Time(at));
+    EXPECT_FALSE(loads[kBoom].lasts || loads[kBucket].lasts);
+    return loads[kArm].lasts;
+  };
+  EXPECT_FALSE(lasts(push(1), 1000ms));
+  EXPECT_FALSE(lasts(push(1), 1480ms));
+  EXPECT_TRUE(lasts(push(1), 1500ms));
+  EXPECT_FALSE(lasts(push(-1), 1520ms)) << "the other way";
+  EXPECT_FALSE(lasts(push(-1), 2000ms));
+  EXPECT_TRUE(lasts(push(-1), 2020ms));
+  EXPECT_FALSE(lasts(push(-1, false), 2040ms)) << "the boom moves";
+  EXPECT_FALSE(lasts(push(-1), 2060ms));
+  EXPECT_TRUE(lasts(push(-1), 2560ms));
+  EXPECT_FALSE(lasts({}, 2580ms));
+  EXPECT_FALSE(lasts(push(1), 2600ms));
+  EXPECT_FALSE(lasts(push(1), 3600ms)) << "nobody looked meanwhile";
+  EXPECT_FALSE(lasts(push(1), 100ms)) << "another session";
+  EXPECT_TRUE(lasts(push(1), 600ms));
+}
+
 TEST(JointLoads, SayNothingOfWhatIsNoNumber) {
   Still still;
   still.m.pressure_Pa.fill(std::nan(""));
@@ -148,7 +242,20 @@ struct Led : test::ConsoleRig {
     EXPECT_TRUE(engage());
   }
   [[nodiscard]] JointLoads loads() const { return joint_loads(view.machine, setup.machine, kinematics); }
+  /// Frame by frame. @param frame called with the loads of each. @return the last.
+  JointLoads watch(
+      double seconds, const std::function<void(const JointLoads&)>& frame = [](const JointLoads&) {}) {
+    JointLoads marked;
+    for (const Time until = now + from_seconds(seconds); now < until;) {
+      run(0.016);
+      marked = loads();
+      pushes.watch(marked, view.now);
+      frame(marked);
+    }
+    return marked;
+  }
   Kinematics kinematics{setup.machine};
+  PushWatch pushes;
 };
 
 TEST(LedByKeys, EachJointThatIsLedToItsEndSaysSoAndGoesOnSayingIt) {
@@ -179,10 +286,34 @@ TEST(LedByKeys, ABucketCurledToItsEndKeepsItsOilShutInAndPressesOnNothing) {
   led.keys.bucket_in = true;
   led.run(9);
   led.keys = {};
-  led.run(5);
+  const JointLoads loads = led.watch(5);
   ASSERT_EQ(led.view.machine.mode, Mode::kReady);
-  EXPECT_EQ(still_pressing(led.view, led.loads()), "");
-  EXPECT_EQ(shut_in(led.view, led.loads()).rfind("oil shut in, bucket 20", 0), 0U) << shut_in(led.view, led.loads());
+  EXPECT_EQ(still_pressing(led.view, loads), "");
+  EXPECT_EQ(shut_in(led.view, loads).rfind("oil shut in, bucket 20", 0), 0U) << shut_in(led.view, loads);
+}
+
+TEST(LedByKeys, AnArmThatIsLetGoOfAtSpeedInFreeAirIsNeverSaidToPress) {
+  const struct {
+    bool HeldKeys::*boom, HeldKeys::*arm;
+  } kWays[]{{&HeldKeys::boom_up, &HeldKeys::arm_out}, {&HeldKeys::boom_down, &HeldKeys::arm_in}};
+  for (const auto& way : kWays) {
+    Led led("free_motion");
+    led.keys.*way.boom = led.keys.*way.arm = true;
+    led.run(1);
+    ASSERT_GT(led.view.machine.velocity_radps.norm(), 0.2);
+    led.keys = {};
+    bool pushed = false;
+    led.watch(3, [&](const JointLoads& loads) {
+      ConsoleView view = led.view;
+      EXPECT_EQ(still_pressing(view, loads) + shut_in(view, loads), "") << to_seconds(led.now);
+      view.machine.confidence = 0;
+      EXPECT_EQ(still_pressing(view, loads) + shut_in(view, loads), "")
+          << "its force is not known; " << to_seconds(led.now);
+      pushed |= std::any_of(loads.begin(), loads.end(), [](const JointLoad& load) { return load.pushes != 0; });
+    });
+    EXPECT_EQ(led.view.machine.mode, Mode::kReady);
+    EXPECT_TRUE(pushed) << "it swings on its oil";
+  }
 }
 
 TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKnownAndAfterTheHandHasLetGo) {
@@ -198,9 +329,9 @@ TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKn
   EXPECT_TRUE(feels_end_of_range(led.view, led.setup.machine)) << "which is all that is felt of it";
   EXPECT_GT(led.view.hand.sent_force_N.norm(), 0.5);
   led.keys = {};
-  led.run(10);
+  const JointLoads loads = led.watch(10);
   ASSERT_EQ(led.view.machine.mode, Mode::kReady);
-  const std::string still = still_pressing(led.view, led.loads());
+  const std::string still = still_pressing(led.view, loads);
   EXPECT_EQ(still.rfind("still pressing: ", 0), 0U) << still;
   EXPECT_NE(still.find("boom"), std::string::npos) << still;
 }

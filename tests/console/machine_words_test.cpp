@@ -92,8 +92,10 @@ TEST(LimitsInWords, OilAtReliefIsThatAndNoContact) {
 /// The arm pushes out with 220 bar, the bucket in with 205 bar.
 JointLoads pressing() {
   JointLoads loads;
-  loads[kArm] = {.pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true};
-  loads[kBucket] = {.pushes = -1, .beyond_Nm = 1000, .reach_m = 0.5, .pressure_Pa = 205e5, .at_relief = true};
+  loads[kArm] = {
+      .pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true, .lasts = true};
+  loads[kBucket] = {
+      .pushes = -1, .beyond_Nm = 1000, .reach_m = 0.5, .pressure_Pa = 205e5, .at_relief = true, .lasts = true};
   return loads;
 }
 
@@ -108,6 +110,8 @@ TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastTha
   loads[kArm].at_relief = false;
   EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: arm 220 bar, bucket 205 bar");
   loads[kArm].end = 1;
+  EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 6000) << "near its end, but on no steel: on something else";
+  loads[kArm].at_steel = 1;
   EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: bucket 205 bar")
       << "the arm pushes on its own end";
   EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 2000);
@@ -125,7 +129,7 @@ TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
   EXPECT_EQ(still_pressing(rig.view, pressing()), "still pressing: arm 220 bar, bucket 205 bar");
   EXPECT_EQ(shut_in(rig.view, pressing()), "");
   JointLoads curled = pressing();
-  curled[kBucket].end = -1;
+  curled[kBucket].at_steel = -1;
   EXPECT_EQ(still_pressing(rig.view, curled), "still pressing: arm 220 bar");
   EXPECT_EQ(shut_in(rig.view, curled), "oil shut in, bucket 205 bar");
   for (const Mode mode : {Mode::kFault, Mode::kEStop}) {
@@ -136,6 +140,30 @@ TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
     rig.view.machine.mode = mode;
     EXPECT_EQ(still_pressing(rig.view, curled) + shut_in(rig.view, curled), "") << name(mode);
   }
+}
+
+TEST(StillPressing, IsNotSaidOfOilThatDoesNotLastNorOfAForceThatIsKnownToBeNone) {
+  Rig rig;
+  rig.view.machine.mode = Mode::kReady;
+  EXPECT_EQ(still_pressing(rig.view, pressing()), "") << "it is known not to touch anything";
+  rig.view.machine.confidence = 0.03;
+  JointLoads loads = pressing();
+  loads[kArm].lasts = loads[kBucket].lasts = false;
+  EXPECT_EQ(still_pressing(rig.view, loads), "");
+  loads[kBucket].at_steel = -1;
+  EXPECT_EQ(shut_in(rig.view, loads), "");
+}
+
+TEST(FeelsEndOfRange, WhereItsWallBeginsForTheHandsOwnRequestAndNotBefore) {
+  Rig rig;
+  rig.view.machine.mode = Mode::kEngaged;
+  rig.view.hand.presence = true;
+  rig.view.hand.ghost_rad = rig.view.machine.position_rad;
+  const double wall_rad = rig.machine.links[kArm].max_rad - rig.machine.limits.joint_soft_margin_rad;
+  rig.view.hand.ghost_rad[kArm] = wall_rad - 0.001;
+  EXPECT_FALSE(feels_end_of_range(rig.view, rig.machine));
+  rig.view.hand.ghost_rad[kArm] = wall_rad + 0.001;
+  EXPECT_TRUE(feels_end_of_range(rig.view, rig.machine));
 }
 
 TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
@@ -151,6 +179,10 @@ TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
   rig.view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
   EXPECT_EQ(less_felt(rig.view).brief, "less force felt");
   EXPECT_EQ(less_felt(rig.view).words, text(rig.view.hand.warning));
+  rig.view.hand.warning = {};
+  rig.view.machine.confidence = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(less_felt(rig.view).words, "") << "it was not recorded";
+  rig.view.machine.confidence = 0.07;
   rig.view.machine.mode = Mode::kReady;
   EXPECT_EQ(less_felt(rig.view).brief, "") << "nobody leads it: nothing is felt";
 }

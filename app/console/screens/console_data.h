@@ -44,7 +44,7 @@ struct ConsoleData {
   const ConsoleFacts& facts;
   const Kinematics& kinematics;
   const ConsoleView& view;
-  const JointLoads& loads;  ///< Of the view; none where what was measured is old.
+  const JointLoads& loads;  ///< Of the view, marked by a PushWatch; none where what was measured is old.
   const LoopHealth& loop;
   PlotWindow& plots;
   LivePlots& live_plots;  ///< Of a session that runs: what was shown in plots before.
@@ -78,6 +78,11 @@ void choose_time(const ConsoleData& data, Time at);
   widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.stamp.sent_at - m.sensor_at)));
   fresh.heard = fresh.heard && m.sensor_at >= Time{};
   return fresh;
+}
+/// Not marked yet.
+[[nodiscard]] inline JointLoads measured_loads(const ConsoleView& view, const MachineDescription& machine,
+                                               const Kinematics& kinematics) {
+  return measured_freshness(view).stale() ? JointLoads{} : joint_loads(view.machine, machine, kinematics);
 }
 [[nodiscard]] inline widgets::Freshness status_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.5;  // sent 20 times a second

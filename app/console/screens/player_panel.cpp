@@ -35,6 +35,7 @@ void PlayerPanel::pass(double seconds) {
   view_ = played_.run.view(at);
   played_.run.show_link(at, view_.link);
   kept_.show(at);
+  show_loads(at);
   if (beside_) {
     const Time there = at + beside_->later;
     beside_here_ = there >= beside_->run.first() && there <= beside_->run.last();
@@ -46,6 +47,14 @@ void PlayerPanel::pass(double seconds) {
   if (beside_)
     plots_.fill_beside(beside_->name.c_str(),
                        [&](std::int64_t step) { return sample(beside_->run, of_step(step) + beside_->later); });
+}
+
+void PlayerPanel::show_loads(Time at) {
+  PushWatch watch;
+  for (Time look = at - PushWatch::kLasts; look <= at; look += PushWatch::kLasts / 10) {
+    loads_ = measured_loads(played_.run.view(look), played_.machine, kinematics_);
+    watch.watch(loads_, look);
+  }
 }
 
 widgets::History::Sample PlayerPanel::sample(const player::Run& run, Time at) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/console/event_book.h"
+#include "app/console/joint_load.h"
 #include "app/console/player/load.h"
 #include "app/console/player/timeline.h"
 #include "app/console/screens/kept_of_run.h"
@@ -42,6 +43,8 @@ class PlayerPanel {
   [[nodiscard]] const std::optional<Beside>& beside() const noexcept { return beside_; }
   /// As of the last pass().
   [[nodiscard]] const ConsoleView& view() const noexcept { return view_; }
+  /// Of the same, as a window had them that was there in the time before.
+  [[nodiscard]] const JointLoads& loads() const noexcept { return loads_; }
   /// nullptr: nothing is beside, or not at this time.
   [[nodiscard]] const ConsoleView* beside_view() const noexcept { return beside_here_ ? &beside_view_ : nullptr; }
   /// The ten seconds around the cursor.
@@ -56,6 +59,7 @@ class PlayerPanel {
   [[nodiscard]] bool in_gap() const noexcept;
 
  private:
+  void show_loads(Time at);
   [[nodiscard]] widgets::History::Sample sample(const player::Run& run, Time at) const;
 
   player::Played played_;
@@ -65,6 +69,7 @@ class PlayerPanel {
   EventBook events_;
   KeptOfRun kept_;
   ConsoleView view_, beside_view_;
+  JointLoads loads_;
   bool beside_here_ = false;
   std::optional<Time> shown_;
   PlotWindow plots_;

@@ -73,6 +73,8 @@ void ConsoleWindow::watch(const ConsoleView& view) {
   live_plots_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
   link_history_.watch(view);
   machine_.watch(view);
+  loads_ = screens::measured_loads(view, facts_.machine, kinematics_);
+  push_watch_.watch(loads_, view.now);
   if (!heard) return;
   payload_.watch(view.machine, view.now);
   contacts_.watch(view, kinematics_, reach_m(facts_.machine));
@@ -187,9 +189,9 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   const widgets::Ui ui{window_.theme(), focus_, {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
-  const JointLoads loads = screens::measured_freshness(view).after(view_age_s).stale()
-                               ? JointLoads{}
-                               : joint_loads(view.machine, facts_.machine, kinematics_);
+  const JointLoads loads = screens::measured_freshness(view).after(view_age_s).stale() ? JointLoads{}
+                           : player_ != nullptr                                        ? player_->loads()
+                                                                                       : loads_;
   screens::open_canvas();
   const std::optional<widgets::Area> picture = screens::draw_console(
       ui,

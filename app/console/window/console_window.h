@@ -92,6 +92,8 @@ class ConsoleWindow {
   LinkHistory link_history_;
   screens::PayloadTotal payload_;
   screens::ContactTrail contacts_;
+  JointLoads loads_;  ///< Of the newest view of a session that runs.
+  PushWatch push_watch_;
   picture::MachinePanel machine_;
   std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   AlarmWatch alarms_;

@@ -91,10 +91,13 @@ TEST_F(Words, AMachineThatStillPressesHasNoTickAndAnAmberEdge) {
   view_.machine.mode = Mode::kReady;
   view_.machine.contact = false;
   view_.machine.pressure_Pa = {};
+  view_.machine.velocity_radps.setZero();
   const Pixels calm = pixels();
   EXPECT_LT(count_near(calm, kModeBlock, theme().colours.notice), 20);
   press_blindly();
   EXPECT_EQ(draws_exactly("READY"), 1);
+  EXPECT_FALSE(draws("still pressing")) << "an arm that swings on its oil does so, too";
+  view_.now += PushWatch::kLasts;
   EXPECT_EQ(draws_exactly("still pressing: arm 220 bar"), 2) << "below the mode, and as what there is to know now";
   const Pixels pressed = pixels();
   EXPECT_GT(count_near(pressed, kModeBlock, theme().colours.notice), 1000);

@@ -96,8 +96,10 @@ TEST(BannerReason, SaysThatAMachineThatNobodyLeadsStillPushes) {
 /// The arm pushes out with 220 bar; the bucket is at its end and its oil shut in.
 JointLoads pressing_arm() {
   JointLoads loads;
-  loads[kArm] = {.pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true};
-  loads[kBucket] = {.end = -1, .pushes = -1, .beyond_Nm = 700, .reach_m = 0.5, .pressure_Pa = 205e5};
+  loads[kArm] = {
+      .pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true, .lasts = true};
+  loads[kBucket] = {
+      .end = -1, .at_steel = -1, .pushes = -1, .beyond_Nm = 700, .reach_m = 0.5, .pressure_Pa = 205e5, .lasts = true};
   return loads;
 }
 
