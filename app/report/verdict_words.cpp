@@ -63,8 +63,10 @@ std::string faults_text(const session::Judged& judged) {
   if (count == 0) return "no fault";
   std::string text = std::to_string(count) + (count == 1 ? " fault" : " faults");
   if (const auto& ms = judged.metrics.spool_neutral_ms) {
-    text += std::isfinite(*ms) ? ", valves closed within " + shown(std::ceil(*ms), "ms") : ", valves not closed";
-    if (std::isfinite(*ms) && count > 1) text += " each time";
+    const auto open = [](const session::FaultRecord& fault) { return fault.spool_neutral_s == 0; };
+    const bool all_closed = std::ranges::none_of(judged.session.record.faults, open);
+    text += all_closed ? ", valves closed within " + shown(std::ceil(*ms), "ms") : ", valves not closed";
+    if (all_closed && count > 1) text += " each time";
   }
   const int resumed = judged.session.record.resumed_by_itself;
   return text + (resumed == 0 ? ", no motion resumed by itself"
@@ -128,7 +130,7 @@ std::string verdict_text(const session::Judged& judged) {
   add(share_text(judged, CriterionKind::kCriterion, "criterion", "criteria"));
   if (judged.session.requirements_decide)
     add(share_text(judged, CriterionKind::kRequirement, "requirement", "requirements"));
-  if (met.empty()) return "nothing was asked for";
+  if (met.empty()) return judged.criteria.empty() ? "nothing was asked for" : "nothing that decides was asked for";
   return (*judged.passed ? "passed" : "NOT passed") + met + " met";
 }
 

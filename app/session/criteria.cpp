@@ -13,14 +13,15 @@ std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, co
     const MetricEntry& entry = *find_metric(c.metric);
     const Metric& value = metrics.*entry.member;
     CriterionResult result{c.metric, value, std::string(entry.unit), "", 0, c.kind, {}, {}, ""};
-    if (value && *value != 0 && value.at_s) {
-      result.at_s = value.at_s;
-      result.phase = phase_at(record, *value.at_s);
-    }
     const auto add = [&](const char* relation, double bound, bool met, bool exceeded) {
       result.relation = relation;
       result.bound = bound;
       result.met = met;
+      // What is too small has no moment: that of the largest value says nothing of it.
+      if (value && *value != 0 && value.at_s && result.relation == "max") {
+        result.at_s = value.at_s;
+        result.phase = phase_at(record, *value.at_s);
+      }
       if (record.cut_short && !(exceeded && c.kind == CriterionKind::kSafety)) result.met.reset();
       results.push_back(result);
     };

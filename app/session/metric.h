@@ -13,9 +13,9 @@ struct Metric : std::optional<double> {
   std::optional<double> at_s{};
 };
 
-/// Keeps the larger value, and when it was.
+/// Keeps the larger value, and when it was; one that is no number is the worst of all.
 inline void keep_worst(Metric& worst, double value, double at_s) {
-  if (worst && !(value > *worst)) return;
+  if (worst && (std::isnan(*worst) || value <= *worst)) return;
   worst = value;
   worst.at_s = at_s;
 }

@@ -137,9 +137,11 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   if (hooks.progress) hooks.progress(1);
   result.simulated_s = outcome.elapsed_s;
   result.record = std::move(outcome.record);
-  result.record.cut_short = options.duration_s && !result.record.plan_finished;
+  // A session in which nothing was heard has failed, however short it was.
+  const bool heard = outcome.hops.master_to_slave.count() > 0;
+  result.record.cut_short = loaded.shortened && heard && !result.record.plan_finished;
   result.hops = hops_of(outcome.hops);
-  if (outcome.hops.master_to_slave.count() == 0) result.notes.push_back(unheard_text(setup));
+  if (!heard) result.notes.push_back(unheard_text(setup));
   result.loops = std::move(outcome.loops);
   result.digest = digest_of(result.record, outcome.frames);
   result.scene = scene_of(setup.scenario.world, result.record, reach_m(setup.machine));

@@ -99,6 +99,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   if (follows_plan) allow_for_path(setup.scenario, setup.path, options.scenario);
   if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
   setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;
+  loaded.shortened = options.duration_s && *options.duration_s < setup.scenario.duration_s;
   if (options.duration_s) setup.scenario.duration_s = *options.duration_s;
   const sim::LimbClass limb = limb_named(recorded.empty() ? options.operator_name : "", setup.scenario.limb,
                                          ", or path:FILE.csv with --map, or path:FILE.mcap");

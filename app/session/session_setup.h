@@ -13,6 +13,7 @@ struct LoadedSession {
   SessionSetup setup;
   std::string operator_name;       ///< Limb, or the recorded motion.
   std::vector<std::string> notes;  ///< What was done to the inputs.
+  bool shortened = false;          ///< --duration ends it before the scenario would give it up.
 };
 
 /// @param follows_plan false: the hand is moved otherwise, and the inputs of the scenario's plan are not required.

@@ -131,6 +131,8 @@ TEST(Summary, OfASessionCutShortJudgesNothing) {
   const std::string text = summary_text(session::judge(session), "");
   EXPECT_TRUE(has(text, "\nended by --duration: not judged\n")) << text;
   EXPECT_FALSE(has(text, "FAILED") || has(text, "not reached")) << text;
+  for (session::FaultRecord& fault : session.record.faults) fault.spool_neutral_s = 0;
+  EXPECT_TRUE(has(summary_text(session::judge(session), ""), "1 fault, valves not closed,"));
 }
 
 TEST(Report, HasTheVerdictFirstThenWhatFailedWithItsMomentInThePlots) {

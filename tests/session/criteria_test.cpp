@@ -3,13 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "app/session/options.h"
 #include "app/session/session_digest.h"
 #include "app/session/session_result.h"
+#include "app/session/session_setup.h"
 #include "tests/session/synthetic_session.h"
 
 namespace knuckle::session {
@@ -88,7 +91,7 @@ TEST(Verdict, SaysWhenAndInWhichPhaseEachValueWasWorst) {
   SessionResult session = synthetic_session();
   session.record.samples[5000].felt_N = {9, 9};  // at 25 s
   session.record.faults = {{{}, 20, 20, 20.1, 20.2}};
-  session.criteria = {{"max_slew_N_per_ms", {}, 0.5}, {"faults", {}, 0}, {"engaged_s", 1, {}}};
+  session.criteria = {{"max_slew_N_per_ms", {}, 0.5}, {"faults", {}, 0}, {"engaged_s", 1, {}}, {"faults", 4, {}}};
   const Judged judged = judge(session);
   EXPECT_NEAR(judged.criteria.at(0).at_s.value(), 25, 0.006);
   EXPECT_EQ(judged.criteria.at(0).phase, "scoop");
@@ -96,6 +99,26 @@ TEST(Verdict, SaysWhenAndInWhichPhaseEachValueWasWorst) {
   EXPECT_EQ(judged.criteria.at(1).phase, "release");
   EXPECT_EQ(judged.criteria.at(2).at_s, std::nullopt) << "a sum has no worst moment";
   EXPECT_EQ(judged.criteria.at(2).phase, "");
+  EXPECT_EQ(judged.criteria.at(3).at_s, std::nullopt) << "too few: no moment shows what is missing";
+}
+
+TEST(Criteria, AMetricThatIsNoNumberIsTheWorstWheneverItComes) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& values : {std::array{1.0, nan, 3.0}, {nan, 1.0, 3.0}, {1.0, 3.0, nan}}) {
+    Metric worst;
+    for (const double value : values) keep_worst(worst, value, 1);
+    EXPECT_TRUE(std::isnan(worst.value()));
+  }
+}
+
+TEST(Verdict, IsThereWhereTheDurationLeavesTheScenarioItsTime) {
+  SimulateOptions options;
+  options.scenario = "free_motion";
+  EXPECT_FALSE(load_session(options).shortened);
+  options.duration_s = 3600;
+  EXPECT_FALSE(load_session(options).shortened);
+  options.duration_s = 3;
+  EXPECT_TRUE(load_session(options).shortened);
 }
 
 TEST(StockSetUp, IsTheDefaultMachineWithSeeds1To20AndNothingElseChanged) {
