@@ -133,7 +133,7 @@ bool belongs(const std::string& subject, const std::string& name) {
   if (!common) own += "::" + std::regex_replace(subject, std::regex("^(app|transport|recording)/"), "");
   own = std::regex_replace(own, std::regex("/"), "::");
   own = std::regex_replace(own, std::regex("::export$"), "::exporting");  // a keyword names no namespace
-  own = std::regex_replace(own, std::regex("::check$"), "::checking");  // a function is called so
+  own = std::regex_replace(own, std::regex("::check$"), "::checking");    // a function is called so
   return name == own || name.rfind(own + "::", 0) == 0;
 }
 
