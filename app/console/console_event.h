@@ -26,6 +26,8 @@ enum class ConsoleEventKind : std::uint8_t {
   kWarning,   ///< reason; kNone: over
   kPaused,    ///< on
   kNewStart,  ///< the simulated session was restarted
+  kTooSmall,  ///< on: the window has no room for any screen, inputs count as released; off: it has again
+  kOwnPause,  ///< the loop did not run for value [s], and the machine's fault comes of that
 };
 
 struct ConsoleEvent {

@@ -32,6 +32,7 @@ struct ConsoleInput {
   /// The window is in front of the person: it has the keyboard and is not iconified. While it is not, a gamepad or a
   /// haptic device still moves, but its person looks elsewhere and Stop's key goes elsewhere: inputs count as released.
   bool attended = false;
+  bool too_small = false;                      ///< The window has no room for any screen: likewise.
   HandInput hand;                              ///< Without effect where a haptic device is in use.
   bool stop = false;                           ///< Software stop is pressed in; acts attended or not.
   double position_scale = 0, force_scale = 0;  ///< 0: as the device's file says. Taken while nothing is led.

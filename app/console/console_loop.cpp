@@ -10,6 +10,7 @@ namespace {
 
 constexpr Duration kShowPeriod = 5ms;
 constexpr std::int64_t kMostTicks = 5;  // that are made up for at once
+constexpr Duration kLately = 2s;        // a fault that comes of a pause is known that soon
 
 }  // namespace
 
@@ -52,11 +53,13 @@ void ConsoleLoop::begin_offered() noexcept {
   retired_.store(session_.release(), std::memory_order_release);
   session_.reset(begun);
   held_.released = false;
+  held_.dropped = Dropped::kNewStart;
   watch_.begin_anew();
 }
 
 void ConsoleLoop::step(Time now) noexcept {
   now_ = now;
+  note_pause(now);
   begin_offered();
   look_at_input(now);
   letting_go_ = let_go_asked_.load(std::memory_order_relaxed);
@@ -72,22 +75,51 @@ void ConsoleLoop::step(Time now) noexcept {
   Watched side = watched(station().master());
   side.force_most_N = input_.force_most_N;
   watch_.step(session_time(now), side, session_ ? &session_->plant().events : nullptr);
+  blame_own_pause(now);
   if (now >= shown_at_ && now - shown_at_ < kShowPeriod) return;
   shown_at_ = now;
   show();
 }
 
-/// Stale input counts as released, and so does that of a window without focus; after it, enable that was held meanwhile
-/// counts as released until it is.
+void ConsoleLoop::note_pause(Time now) noexcept {
+  if (stepped_at_ == kNever) return;
+  const Duration length = now - stepped_at_;
+  if (length >= pause_.length || now - pause_.ended > kLately) pause_ = {now, length};
+}
+
+/// What grew old while this loop did not run, grew old by it: neither device nor link is to be blamed.
+void ConsoleLoop::blame_own_pause(Time now) noexcept {
+  if (session_ && !station().has_device()) return;  // its time stands still meanwhile
+  const master::MasterLoop& master = station().master();
+  const Reason fault = master.machine() && master.machine()->fault ? master.machine()->fault : master.device().reason;
+  if (same_cause(fault, judged_fault_)) return;
+  judged_fault_ = fault;
+  const bool of_age = fault.code == ReasonCode::kDeviceStale || fault.code == ReasonCode::kLinkLost;
+  const bool own = of_age && now - pause_.ended <= kLately && 2e3 * to_seconds(pause_.length) >= double(fault.value);
+  blamed_ = own ? pause_.length : Duration::zero();
+  if (own) watch_.note(session_time(now), ConsoleEventKind::kOwnPause, true, to_seconds(blamed_));
+}
+
+/// Stale input counts as released, and so does that of a window without focus, or too small for any screen; after it,
+/// enable that was held meanwhile counts as released until it is.
 void ConsoleLoop::look_at_input(Time now) noexcept {
   inputs_.take(input_);
   const bool fresh = now - input_.at <= kInputAgeLimit;
   if (fresh != held_.fresh) note_input(ConsoleEventKind::kInput, fresh);
   if (input_.attended != held_.attended) note_input(ConsoleEventKind::kAttended, input_.attended);
+  if (input_.too_small != held_.too_small) note_input(ConsoleEventKind::kTooSmall, input_.too_small);
   held_.fresh = fresh;
   held_.attended = input_.attended;
+  held_.too_small = input_.too_small;
   held_.ever_fresh |= fresh;
-  held_.released = held_.counts() && (held_.released || !input_.hand.enable);
+  const bool counts = held_.counts();
+  held_.ever_counted |= counts;
+  if (held_.ever_counted && !counts && (held_.dropped == Dropped::kNo || !held_.attended))
+    held_.dropped = held_.cause();
+  held_.released = counts && (held_.released || !input_.hand.enable);
+  // Keys that were let go elsewhere, or are still held, read the same here: until the next press nobody knows.
+  const bool known = held_.dropped != Dropped::kNoFocus || input_.hand.enable;
+  if (!station().has_device() && held_.released && known) held_.dropped = Dropped::kNo;
 }
 
 void ConsoleLoop::note_input(ConsoleEventKind kind, bool on) noexcept {
@@ -109,6 +141,7 @@ void ConsoleLoop::apply(OperatorStation& station) noexcept {
     // either.
     held_.nobody = !held_.counts() || (held_.nobody && station.master().device().enable);
     station.set_nobody(held_.nobody);
+    if (!held_.nobody) held_.dropped = Dropped::kNo;
   }
   // A scenario brings its own settings.
   if (!held_.ever_fresh || led_by_scenario()) return;
@@ -148,7 +181,9 @@ void ConsoleLoop::show() noexcept {
   if (!led_by_scenario())
     view_.input = {.unattended = held_.fresh && !held_.attended,
                    .release_enable = held_.counts() &&
-                                     (station().has_device() ? held_.nobody : input_.hand.enable && !held_.released)};
+                                     (station().has_device() ? held_.nobody : input_.hand.enable && !held_.released),
+                   .dropped = held_.counts() ? held_.dropped : Dropped::kNo};
+  view_.input.own_pause_s = to_seconds(blamed_);
   views_.put(view_);
 }
 

@@ -56,12 +56,25 @@ class ConsoleLoop {
   /// What is held, as far as it counts.
   struct Held {
     bool nobody = true;  ///< With a haptic device.
-    bool ever_fresh = false, fresh = false, attended = false, released = false;
-    [[nodiscard]] bool counts() const noexcept { return fresh && attended; }
+    bool ever_fresh = false, fresh = false, attended = false, too_small = false, released = false;
+    bool ever_counted = false;
+    Dropped dropped = Dropped::kNo;
+    [[nodiscard]] bool counts() const noexcept { return fresh && attended && !too_small; }
+    /// Why it does not.
+    [[nodiscard]] Dropped cause() const noexcept {
+      return !attended ? Dropped::kNoFocus : too_small ? Dropped::kTooSmall : Dropped::kStalled;
+    }
+  };
+  /// Time in which the loop did not run.
+  struct Pause {
+    Time ended = kNever;
+    Duration length{};
   };
   void tap(LiveSession& session) noexcept;
   void begin_offered() noexcept;
   void look_at_input(Time now) noexcept;
+  void note_pause(Time now) noexcept;
+  void blame_own_pause(Time now) noexcept;
   void note_input(ConsoleEventKind kind, bool on) noexcept;
   [[nodiscard]] HandInput hand() const noexcept;
   void apply(OperatorStation& station) noexcept;
@@ -84,6 +97,9 @@ class ConsoleLoop {
   // The loop's thread.
   ConsoleInput input_;
   Held held_;
+  Pause pause_;          // the longest of late
+  Reason judged_fault_;  // whether it comes of a pause
+  Duration blamed_{};    // the pause that it comes of; zero: none
   EventWatch watch_{events_};
   ConsoleView view_;
   Time now_{}, stepped_at_ = kNever, shown_at_ = kNever;

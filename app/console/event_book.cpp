@@ -101,6 +101,12 @@ Told told(const ConsoleEvent& event, HandSource hand) {
       return {Severity::kInfo, "session", event.on ? "paused" : "resumed"};
     case ConsoleEventKind::kNewStart:
       return {Severity::kInfo, "session", "restarted"};
+    case ConsoleEventKind::kTooSmall:
+      return {Severity::kInfo, "input",
+              event.on ? "window is too small: inputs count as released"
+                       : "window is large enough again: release enable, then press it again"};
+    case ConsoleEventKind::kOwnPause:
+      return {Severity::kWarning, "input", own_pause_words(event.value) + ": that is what the fault comes of"};
   }
   return {Severity::kInfo, "?", "?"};
 }

@@ -22,9 +22,10 @@ ConsoleEvent EventWatch::event(Time now, ConsoleEventKind kind) const noexcept {
   return event;
 }
 
-void EventWatch::note(Time now, ConsoleEventKind kind, bool on) noexcept {
+void EventWatch::note(Time now, ConsoleEventKind kind, bool on, double value) noexcept {
   ConsoleEvent e = event(now, kind);
   e.on = on;
+  e.value = value;
   ring_.push(e);
 }
 

@@ -37,7 +37,7 @@ class EventWatch {
   /// After every step. @param world of a simulated session; nullptr: there is none.
   void step(Time now, const Watched& side, const sim::WorldEventRing* world) noexcept;
   /// What happens in the loop around.
-  void note(Time now, ConsoleEventKind kind, bool on) noexcept;
+  void note(Time now, ConsoleEventKind kind, bool on, double value = 0) noexcept;
   /// Another session from now on.
   void begin_anew() noexcept;
   [[nodiscard]] std::uint32_t run() const noexcept { return run_; }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/trust.h"
+#include "machine/bus_nodes.h"
 
 namespace knuckle::console {
 namespace {
@@ -161,6 +162,22 @@ std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineD
     if ((m.limits & (1U << bit)) != 0 && !named) words.emplace_back(limit_word(bit));
   }
   return words;
+}
+
+std::string with_node_names(std::string text, const BusDescription& bus) {
+  for (const NamedNode& named : named_nodes(bus)) {
+    const std::string number = fmt::format("node 0x{:02X}: ", named.node.id);  // as text(Reason) writes it
+    std::string words = named.name + ": ";
+    std::replace(words.begin(), words.end(), '_', ' ');
+    for (std::size_t at = text.find(number); at != std::string::npos; at = text.find(number, at + words.size()))
+      text.replace(at, number.size(), words);
+  }
+  return text;
+}
+
+std::string own_pause_words(double seconds) {
+  return fmt::format("this console itself did not run for {:.0f} ms: close other programs on this computer",
+                     1e3 * seconds);
 }
 
 }  // namespace knuckle::console

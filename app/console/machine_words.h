@@ -64,4 +64,9 @@ struct LessFelt {
                                                        const Kinematics& kinematics, const JointLoads& loads,
                                                        bool measured);
 
+/// "boom encoder: ..." in place of "node 0x11: ...", as far as the machine file names the node.
+[[nodiscard]] std::string with_node_names(std::string text, const BusDescription& bus);
+/// Of a console that did not run, and what to do.
+[[nodiscard]] std::string own_pause_words(double seconds);
+
 }  // namespace knuckle::console

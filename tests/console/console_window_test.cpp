@@ -60,7 +60,7 @@ struct DeviceRig {
     ASSERT_EQ(view.machine.mode, Mode::kEngaged) << text(view.machine.blocking);
   }
   /// Enable is held on while nobody is at the window, and after it.
-  void expect_has_to_press_again() {
+  void expect_has_to_press_again(console::Dropped dropped) {
     EXPECT_EQ(view.machine.mode, Mode::kReady);
     EXPECT_TRUE(view.hand.enable) << "the device still says so";
     stalled = false;
@@ -68,6 +68,12 @@ struct DeviceRig {
     run(3);
     EXPECT_EQ(view.machine.mode, Mode::kReady);
     EXPECT_TRUE(view.input.release_enable);
+    const console::Dropped why = view.input.dropped;
+    held.enable = false;
+    run(0.3);
+    EXPECT_FALSE(view.input.release_enable);
+    EXPECT_EQ(view.input.dropped, console::Dropped::kNo);
+    EXPECT_EQ(why, dropped);
   }
 };
 
@@ -78,7 +84,7 @@ TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
   rig.run(to_seconds(console::kInputAgeLimit) - 0.05);
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   rig.run(0.3);
-  rig.expect_has_to_press_again();
+  rig.expect_has_to_press_again(console::Dropped::kStalled);
 }
 
 TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarriedNothingOfIt) {
@@ -88,7 +94,7 @@ TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarried
   rig.run(to_seconds(console::kInputAgeLimit) + 0.003);
   rig.stalled = false;
   rig.run(0.5);
-  rig.expect_has_to_press_again();
+  rig.expect_has_to_press_again(console::Dropped::kStalled);
 }
 
 TEST(ConsoleWindow, ThatNobodyAttendsLetsNobodyLeadWithAHapticDevice) {
@@ -96,7 +102,7 @@ TEST(ConsoleWindow, ThatNobodyAttendsLetsNobodyLeadWithAHapticDevice) {
   rig.engage();
   rig.window.attended = false;
   rig.run(0.3);
-  rig.expect_has_to_press_again();
+  rig.expect_has_to_press_again(console::Dropped::kNoFocus);
 }
 
 TEST(ConsoleWindow, ThatNobodyAttendsHoldsNothingAndIsNeutralOnTheWire) {
@@ -123,10 +129,62 @@ TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
   EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
   EXPECT_FALSE(rig.view.input.unattended);
   EXPECT_TRUE(rig.view.input.release_enable);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNoFocus);
   EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, true));
   rig.keys = {};
   rig.run(0.5);
+  EXPECT_FALSE(rig.view.input.release_enable);
   EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
+}
+
+/// GLFW lets go of every key when the focus goes, and is not told of one that is held as it comes back.
+TEST(ConsoleWindow, WithoutFocusIsNotToldWhetherAKeyIsStillHeldAndSoGoesOnAskingForItsRelease) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.attended = false;
+  rig.keys = {};
+  rig.run(1);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo) << "what blocks now is the focus itself";
+  rig.attended = true;
+  rig.run(1);
+  EXPECT_FALSE(rig.view.input.release_enable);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNoFocus);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
+}
+
+TEST(ConsoleWindow, ThatIsTooSmallForAnyScreenHoldsNothingAndDoesNotResumeAsItGrows) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.input.too_small = true;
+  const Time small = rig.now;
+  rig.run(1);
+  expect_neutral_within(rig, small, 200ms);
+  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);
+  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+  EXPECT_TRUE(told(rig, ConsoleEventKind::kTooSmall, true));
+  EXPECT_FALSE(told(rig, ConsoleEventKind::kAttended, false)) << "the focus was there";
+  rig.input.too_small = false;
+  const Time again = rig.now;
+  rig.run(3);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_TRUE(rig.view.input.release_enable);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kTooSmall);
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+}
+
+TEST(ConsoleWindow, ThatIsTooSmallStopsAsEver) {
+  ConsoleRig rig;
+  lead(rig);
+  rig.input.too_small = true;
+  rig.run(0.2);
+  rig.input.stop = true;
+  rig.run(1);
+  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kOperatorStop);
 }
 
 TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
@@ -157,6 +215,7 @@ TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
   rig.run(3);
   EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
   EXPECT_TRUE(rig.view.input.release_enable);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kStalled);
   rig.keys = {};
   rig.run(0.5);
   EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);

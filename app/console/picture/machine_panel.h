@@ -44,6 +44,8 @@ class MachinePanel {
   void show_whole();
   /// The tip pulled by the mouse; nothing is held where it is not.
   [[nodiscard]] const HandInput& pulled() const noexcept { return pulled_; }
+  /// The pull is over, though its button is still down.
+  [[nodiscard]] bool pull_ended() const noexcept { return pull_ended_; }
 
  private:
   [[nodiscard]] MachinePicture picture_of(const ConsoleView& view, bool stale,

@@ -1,7 +1,10 @@
 #include "app/console/screens/banner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,6 +13,7 @@
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/recording_tag.h"
 #include "app/console/screens/timeline_bar.h"
+#include "slave/loss_policy.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -40,7 +44,9 @@ void add_notes(const widgets::Ui& ui, const ConsoleView& view, const JointLoads&
   }
 }
 
-Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded) {
+/// @param blocked whoever is here has to do something before enable counts.
+Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
+                  bool blocked) {
   const widgets::Palette& c = ui.theme.colours;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const Mode mode = view.machine.mode;
@@ -58,17 +64,20 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoa
                 mode == Mode::kFault || mode == Mode::kEStop};
   // Nothing is broken, so that it does not flash; but nothing else that stands still is as loud.
   if (stopped(view)) says = {"STOPPED", "", widgets::Icon::kStop, c.stop, false};
+  // The machine is ready, but not for whoever is here.
+  if (mode == Mode::kReady && blocked)
+    says = {mode_word(mode), "not led from here yet", widgets::Icon::kHand, c.notice, false};
   add_notes(ui, view, loads, says);
   if (stopped(view)) says.edge = c.stop_text;
   return says;
 }
 
 /// @param recorded false: a hole in the recording that is played.
-void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
+void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded, bool blocked,
                 const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const Headline says = headline(ui, view, loads, recorded);
+  const Headline says = headline(ui, view, loads, recorded, blocked);
   const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
   if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
@@ -139,35 +148,59 @@ bool put_tag(const widgets::Ui& ui, const Tag& tag, const widgets::Area& place) 
   return accepts;
 }
 
-/// From the right, as far as the area is cut.
-void put_tags(const widgets::Ui& ui, const ConsoleView& view, const std::vector<Tag>& tags, UiState& state,
-              widgets::Area& area) {
-  for (const Tag& tag : tags)
-    if (put_tag(ui, tag, area.cut_right(widgets::chip_width(ui, tag.text.c_str()), ui.theme.unit())))
+/// In a row that ends at the area's right. @return how many have room there.
+std::size_t put_tags(const widgets::Ui& ui, const ConsoleView& view, std::span<const Tag> tags, UiState& state,
+                     widgets::Area& area) {
+  std::size_t count = 0;
+  for (const Tag& tag : tags) {
+    const float width = widgets::chip_width(ui, tag.text.c_str());
+    if (width > area.width()) break;
+    if (put_tag(ui, tag, area.cut_right(width, ui.theme.unit())))
       state.accepted_uncalibrated = view.status.machine.text();
+    ++count;
+  }
+  return count;
 }
 
-/// On the right: tags above, the light of the recording below.
+/// On the right: tags above, the light of the recording below, and beside it the tags that have no room above.
 void draw_tags(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
   const std::vector<Tag> tags = session_tags(ui, data.view, state);
-  if (data.player != nullptr) return put_tags(ui, data.view, tags, state, area);
+  if (data.player != nullptr) return (void)put_tags(ui, data.view, tags, state, area);
   const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
-  float above = 0;
-  for (const Tag& tag : tags) above += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
-  const float below = std::min(recording_width(ui, words) + t.unit(), kMostShare * area.width());
-  widgets::Area block = area.cut_right(std::max(above, below), t.unit()).inset(0, t.px(5));
+  const float most = kMostShare * area.width();
+  float all = 0;
+  for (const Tag& tag : tags) all += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
+  const float light = std::min(recording_width(ui, words) + t.unit(), all > most ? most / 2 : most);
+  widgets::Area block = area.cut_right(std::min(most, std::max(all, light)), t.unit()).inset(0, t.px(5));
   widgets::Area upper = block.cut_top(block.height() / 2);
-  put_tags(ui, data.view, tags, state, upper);
-  draw_recording(ui, data.recording, words, block.cut_right(below));
+  const std::size_t above = put_tags(ui, data.view, tags, state, upper);
+  draw_recording(ui, data.recording, words, block.cut_right(light, t.unit()));
+  (void)put_tags(ui, data.view, std::span(tags).subspan(above), state, block);
 }
 
 /// What keeps this console from knowing how the machine is; nothing where it does.
 struct Silence {
-  std::string what;
-  const char* remedy = "";
+  std::string what, remedy;
 };
+
+/// Of a machine that is not heard: what it may do meanwhile, and how it does not (docs/safety.md, Link).
+std::string unheard_remedy(const ConsoleView& view, double silence_s) {
+  constexpr double kValvesClose_s = 0.15;
+  const SlaveMessage& m = view.machine;
+  const ReasonCode code = m.blocking.code;
+  const bool waits = code == ReasonCode::kEnableHeld || code == ReasonCode::kReleaseToRecover;
+  if (!view.hand.enable || !(led(m.mode) || (m.mode == Mode::kReady && !waits))) return "check the network";
+  const std::string instead = view.led_by_scenario ? "press Stop" : "let go of enable";
+  // Our messages may still arrive; without an answer to its own the machine holds.
+  const double follows_s = to_seconds(slave::kLossLimits.max_round_trip);
+  if (silence_s < follows_s + kValvesClose_s)
+    return fmt::format("the machine may still follow for {:.1f} s and may go on when the link returns: {}", follows_s,
+                       instead);
+  return "the machine no longer follows, but may go on when the link returns: " + instead;
+}
+
 Silence silence(const ConsoleView& view, double view_age_s) {
   const auto for_so_long = [](double seconds) { return std::string(widgets::shown_duration(seconds).c_str()); };
   if (view_age_s > widgets::kLoopSilent_s)
@@ -179,14 +212,41 @@ Silence silence(const ConsoleView& view, double view_age_s) {
   // It reports OFF only as it starts and in its last message.
   if (fresh.stale() && view.machine.mode == Mode::kOff)
     return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to continue"};
-  if (fresh.stale()) return {"nothing received from the machine for " + for_so_long(fresh.age_s), "check the network"};
+  if (fresh.stale())
+    return {"nothing received from the machine for " + for_so_long(fresh.age_s), unheard_remedy(view, fresh.age_s)};
   return {};
+}
+
+/// What enable was dropped for; nullptr: it was not.
+const char* dropped_words(Dropped dropped) {
+  switch (dropped) {
+    case Dropped::kNo:
+      return nullptr;
+    case Dropped::kNoFocus:
+      return "this window had no focus";
+    case Dropped::kTooSmall:
+      return "this window was too small";
+    case Dropped::kStalled:
+      return "this window stalled";
+    case Dropped::kNewStart:
+      return "the session began anew";
+  }
+  return nullptr;
+}
+
+std::string press_again(const std::string& why, HandSource hand) {
+  const char* enable = hand == HandSource::kKeyboard  ? "Shift (enable)"
+                       : hand == HandSource::kGamepad ? "the right bumper (enable)"
+                                                      : "enable";
+  return why + ": let go of " + enable + ", then press it again";
 }
 
 /// Why the machine does not follow, in terms of what this person has in hand.
 std::string blocking_words(const ConsoleView& view, HandSource hand) {
   const ReasonCode code = view.machine.blocking.code;
   const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
+  if (const char* dropped = dropped_words(view.input.dropped); waits && dropped != nullptr)
+    return press_again(dropped, hand);
   if (waits && view.led_by_scenario) return "the scenario's operator does not hold the device yet";
   return reason_words(view.machine.blocking, hand);
 }
@@ -212,16 +272,39 @@ std::string following(const ConsoleView& view, const JointLoads& loads, const st
   return notes.empty() && limited.empty() && !view.led_by_scenario ? words + "; letting go of enable stops it" : words;
 }
 
+/// Of what grew old while this console did not run: that.
+std::string cause_words(const ConsoleView& view, const Reason& reason) {
+  const bool of_age = reason.code == ReasonCode::kDeviceStale || reason.code == ReasonCode::kLinkLost;
+  return of_age && view.input.own_pause_s > 0 ? own_pause_words(view.input.own_pause_s) : text(reason);
+}
+
 /// What there is to do now, or nothing.
 std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads) {
-  if (view.hand.device) return text(view.hand.device);
+  if (view.hand.device) return cause_words(view, view.hand.device);
   if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
-  if (view.input.release_enable) return "release enable, then press it again: without the focus it counted as released";
+  if (const char* dropped = dropped_words(view.input.dropped); view.input.release_enable && dropped != nullptr)
+    return press_again(dropped, person.hand);
   if (person.typing && person.enable_ignored)
     return "enable is ignored while a text field is active: leave the field first";
-  if (person.enable_ignored) return "release enable, then press it again";
+  if (person.enable_ignored) return press_again("enable was held too early", person.hand);
+  if (person.pad_ignored) return press_again("the gamepad was disconnected", person.hand);
+  if (person.pull_ignored) return "the picture has changed: let go of the mouse button, then press it again";
   const std::string blocks = view.machine.blocking ? blocking_words(view, person.hand) : "";
   return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
+}
+
+/// In the largest type in which all of it has room: one large line, else smaller ones.
+void draw_reason(const widgets::Ui& ui, const widgets::Area& area, const std::string& reason) {
+  const widgets::Theme& t = ui.theme;
+  if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
+    return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,
+                             reason.c_str());
+  const auto height = [&](const ImFont* font) {
+    return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), reason.c_str()).y;
+  };
+  const ImFont* font = height(t.fonts.body) <= area.height() ? t.fonts.body : t.fonts.small;
+  const float spare = std::max(0.F, area.height() - height(font));
+  widgets::put_lines(font, t.colours.text, area.inset(0, spare / 2), reason.c_str());
 }
 
 }  // namespace
@@ -287,7 +370,8 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (const std::string own_end = shut_in(view, loads); !own_end.empty())
     pushing += (pushing.empty() ? "" : "; ") + own_end;
   const std::string also = pushing.empty() ? "" : "; " + pushing;
-  if (stop && !confirmed) return "Stop is pressed; the machine stands for another reason: " + text(m.fault) + also;
+  if (stop && !confirmed)
+    return "Stop is pressed; the machine stands for another reason: " + cause_words(view, m.fault) + also;
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace" + also;
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
@@ -295,7 +379,7 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (const std::string news = piece_news(view); !news.empty()) next = next.empty() ? news : news + "; " + next;
   if (!pushing.empty()) next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
-  const std::string cause = text(view.machine.fault);
+  const std::string cause = cause_words(view, view.machine.fault);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;
 }
 
@@ -307,21 +391,20 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
   const widgets::Theme& t = ui.theme;
   ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
-  mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(),
+  const AtWindow person{data.facts.hand, state.typing, state.enable_ignored, state.pad_ignored, state.pull_ignored};
+  const InputSide& input = data.view.input;
+  const bool leads = data.player == nullptr && !data.view.led_by_scenario;
+  const bool blocked = leads && (data.view.hand.device || input.unattended || input.dropped != Dropped::kNo ||
+                                 person.enable_ignored || person.pad_ignored || person.pull_ignored);
+  mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(), blocked,
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
-  const std::string reason = ui.units.in_words(
-      data.player != nullptr ? replay_reason(data.view, *data.player)
-                             : banner_reason(data.view, state.stop, ui.view_age_s,
-                                             {data.facts.hand, state.typing, state.enable_ignored}, data.loads));
-  // One large line where it fits, else two smaller ones.
-  if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
-    return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,
-                             reason.c_str());
-  const ImFont* font = t.fonts.body;
-  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), reason.c_str()).y;
-  widgets::put_lines(font, t.colours.text, {{area.min.x, area.centre().y - height / 2}, area.max}, reason.c_str());
+  draw_reason(
+      ui, area,
+      in_words(ui, data,
+               data.player != nullptr ? replay_reason(data.view, *data.player)
+                                      : banner_reason(data.view, state.stop, ui.view_age_s, person, data.loads)));
 }
 
 }  // namespace knuckle::console::screens

@@ -12,6 +12,8 @@ struct AtWindow {
   HandSource hand = HandSource::kDevice;
   bool typing = false;          ///< Text, into a field.
   bool enable_ignored = false;  ///< Enable's key is held, but was pressed while text was typed, or before the window.
+  bool pad_ignored = false;     ///< The bumper is held since before the gamepad was connected.
+  bool pull_ignored = false;    ///< The mouse's button is held, but the pull has ended.
 };
 /// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view.
 [[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,

@@ -87,7 +87,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   words.cut_left(t.px(32));
   widgets::put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, ui.units.in_words(text(hand.device)).c_str());
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, in_words(ui, data, text(hand.device)).c_str());
     return;
   }
   const char* present = source == HandSource::kDevice || data.view.led_by_scenario ? "Hand on the device" : "In use";

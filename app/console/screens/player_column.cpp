@@ -49,7 +49,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   if (hand.stop)
     widgets::lamp(ui, rest.cut_top(t.px(24)), "Stop pressed", true, t.colours.bad);
   else if (hand.device)
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, ui.units.in_words(text(hand.device)).c_str());
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, in_words(ui, data, text(hand.device)).c_str());
 }
 
 void recording_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {

@@ -139,7 +139,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
                       {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}},
                       row.code.c_str());
   ImGui::TableNextColumn();
-  const std::string text = ui.units.in_words(row.text);
+  const std::string text = in_words(ui, data, row.text);
   const ImVec2 words = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const ImFont* font = t.fonts.small;

@@ -42,9 +42,9 @@ void cursor_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
                       {head.min.x + widgets::text_width(t.fonts.mono, when.c_str()) + t.unit(2), head.centre().y},
                       widgets::Align::kLeft, ago_words(data.view.now - *at).c_str());
   const EventRow* row = event_at(data.events, data.view.run, shown_at);
-  const std::string words = row == nullptr
-                                ? "no event up to here"
-                                : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + ui.units.in_words(row->text);
+  const std::string words =
+      row == nullptr ? "no event up to here"
+                     : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + in_words(ui, data, row->text);
   widgets::put_fitted(t.fonts.small, t.colours.muted, rest, words.c_str());
 }
 

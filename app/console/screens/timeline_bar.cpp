@@ -146,7 +146,7 @@ void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area
                          : row->severity == Severity::kWarning ? t.colours.notice
                                                                : t.colours.bad;
     widgets::put_fitted(t.fonts.small, colour, words,
-                        (std::string(clock_words(row->at).c_str()) + "  " + ui.units.in_words(row->text)).c_str());
+                        (std::string(clock_words(row->at).c_str()) + "  " + in_words(ui, data, row->text)).c_str());
   }
 }
 

@@ -50,6 +50,8 @@ struct UiState {
   bool typing = false;                               ///< Into a field: keys lead nothing.
   bool typing_number = false;                        ///< Into one that takes no text: Space is Stop all the same.
   bool enable_ignored = false;                       ///< Its key is held without counting.
+  bool pad_ignored = false;                          ///< Likewise a gamepad's bumper.
+  bool pull_ignored = false;                         ///< Likewise the mouse's button.
   bool paused = false;
   std::uint32_t reset_count = 0;
   std::uint32_t bookmarks = 0;               ///< Set so far.

@@ -190,8 +190,7 @@ void add_options(const cli::OptionList& c, ConsoleOptions& o) {
   c.add_option("--size", o.size, "Size of the window in pixels, WxH, from 1280x720 to 8192x8192").show_default();
   c.add_option("--scale", o.scale,
                "Scale of the window's content, 0.75 to 3, on top of the monitor's own scale; reduced where the window "
-               "has no room")
-      .show_default();
+               "has no room (default: by the window's size)");
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
   c.add_option("--screen", o.screen,
@@ -263,7 +262,7 @@ WindowOptions ConsoleOptions::window() const {
   return {.title = "Knuckle console",
           .width = asked.width,
           .height = asked.height,
-          .scale = static_cast<float>(scale),
+          .scale = static_cast<float>(scale.value_or(0)),
           .light = light,
           .full_speed = false};
 }

@@ -32,7 +32,7 @@ struct ConsoleOptions {
   std::vector<std::string> cameras;  ///< NAME=SOURCE each; the source may be programs::kSimulatedCamera.
   std::optional<double> duration_s, at_s;
   std::optional<double> pictures_per_s;  ///< Of each camera, into the recording.
-  double scale = 1;
+  std::optional<double> scale;           ///< None: by the window.
   std::string size = "1280x800", screen = "operate", screenshot, json;
 
   /// A haptic device, or a machine that is elsewhere: recorded unless turned off.

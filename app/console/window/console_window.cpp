@@ -179,7 +179,29 @@ void ConsoleWindow::frame_of_player() {
   draw(player_->view(), {}, player_->events(), 0);
 }
 
+/// A window that has no room for any screen: one line, nobody leads, and Stop is a key or a click anywhere.
+void ConsoleWindow::draw_too_small(const ConsoleView& view) {
+  const widgets::Theme& t = window_.theme();
+  screens::open_canvas();
+  const bool live = player_ == nullptr;
+  if (live && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) state_.stop = true;
+  const widgets::Area all = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(t.px(6));
+  const std::string needed = fmt::format("This window is too small: {} x {} are needed", kLeastWidth, kLeastHeight);
+  widgets::put_fitted(t.fonts.body, t.colours.text, all,
+                      !live         ? needed.c_str()
+                      : state_.stop ? ("Stop is pressed. " + needed).c_str()
+                                    : (needed + ". Enable counts as let go; Stop: Space or a click").c_str());
+  focus_.end_frame();
+  machine_.take_mouse({}, state_.side_view, view);
+  ImGui::End();
+  layered_ = false;
+  machine_picture_.reset();
+  window_.clear();
+  window_.draw_widgets();
+}
+
 void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
+  if (window_.too_small()) return draw_too_small(view);
   const PlanarVector tip_m = kinematics_.tip(view.machine.position_rad);
   if (screens::measured_freshness(view).after(view_age_s).stale())
     state_.measures.drop();
@@ -201,6 +223,7 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
        player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, calibration_, cameras_,
        recording_, player_},
       state_);
+  machine_picture_ = picture;
   const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
   // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
   const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
@@ -209,6 +232,8 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   // A pull that began otherwise enables nothing, whatever is switched while it lasts.
   if (!machine_.pulled().presence) pointer_may_enable_ = state_.hold_to_run && state_.side_view;
   pointer_may_enable_ = pointer_may_enable_ && state_.hold_to_run;
+  state_.pull_ignored = state_.hold_to_run && state_.side_view &&
+                        (machine_.pull_ended() || (machine_.pulled().presence && !pointer_may_enable_));
   ImGui::End();
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
   const auto [width, height] = window_.framebuffer_size();
@@ -250,6 +275,7 @@ void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optio
 
 void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
   gamepad_ = {};
+  state_.pad_ignored = false;
   if (!state) {
     pad_enable_was_up_ = false;
     pad_came_back_ = true;
@@ -261,6 +287,7 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
   pad_enable_was_up_ |= !read.hand.enable && !pad_came_back_;
   gamepad_ = read.hand;
   gamepad_.enable = read.hand.enable && pad_enable_was_up_;
+  state_.pad_ignored = read.hand.enable && !pad_enable_was_up_;
   if (read.stop) state_.stop = true;
 }
 
@@ -389,10 +416,10 @@ void ConsoleWindow::act(KeyAction action) {
       window_.toggle_full_screen();
       return;
     case KeyAction::kLarger:
-      window_.set_scale(window_.scale() * kScaleStep);
+      window_.change_scale(kScaleStep);
       return;
     case KeyAction::kSmaller:
-      window_.set_scale(window_.scale() / kScaleStep);
+      window_.change_scale(1 / kScaleStep);
       return;
     case KeyAction::kFocusOn:
       focus_.ask(widgets::FocusOrder::Move::kOn);
@@ -455,6 +482,7 @@ ConsoleInput ConsoleWindow::input(Time now) const {
   if (player_ != nullptr) return input;
   input.at = now;
   input.attended = window_.attended();
+  input.too_small = window_.too_small();
   HandInput pulled = machine_.pulled();
   pulled.enable = pointer_may_enable_ && pulled.presence;
   input.hand = together(together(hand_from_keys(held_keys()), hand_from_keys(state_.pad)), together(pulled, gamepad_));

@@ -42,6 +42,8 @@ class ConsoleWindow {
   void frame_of_player();
   /// From now on alarms are heard, unless the person turns them off. @param muted they are turned off at first.
   void make_sounds(bool muted);
+  /// Where the machine was drawn last; nullopt: nowhere.
+  [[nodiscard]] const std::optional<widgets::Area>& machine_picture() const noexcept { return machine_picture_; }
   /// For the light on every screen.
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
@@ -81,6 +83,7 @@ class ConsoleWindow {
   void act(KeyAction action);
   void act_on_player(KeyAction action);
   void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
+  void draw_too_small(const ConsoleView& view);
   [[nodiscard]] HeldKeys held_keys() const;
 
   screens::ConsoleFacts facts_;
@@ -95,6 +98,7 @@ class ConsoleWindow {
   JointLoads loads_;  ///< Of the newest view of a session that runs.
   PushWatch push_watch_;
   picture::MachinePanel machine_;
+  std::optional<widgets::Area> machine_picture_;
   std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   AlarmWatch alarms_;
   std::unique_ptr<video::SoundPlayer> sounds_;

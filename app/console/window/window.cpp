@@ -42,6 +42,13 @@ std::array<int, 2> within_display(int width, int height) {
 
 }  // namespace
 
+float content_scale(float width, float height, float monitor, float person) noexcept {
+  constexpr float kLargest = 4;
+  const float room = std::min(width / kDesignWidth, height / kDesignHeight);
+  const float wanted = person > 0 ? monitor * person : std::max(monitor, room / 2);
+  return std::clamp(wanted, kSmallestScale, std::clamp(room, kSmallestScale, kLargest));
+}
+
 Window::Window(const WindowOptions& options) : scale_(options.scale), full_speed_(options.full_speed) {
   presses_.reserve(64);
   arriving_.reserve(64);
@@ -72,7 +79,7 @@ void Window::open(const WindowOptions& options) {
     throw InputError("OpenGL 3.3 is missing: this display has " + std::to_string(epoxy_gl_version() / 10) + "." +
                      std::to_string(epoxy_gl_version() % 10));
   glfwSwapInterval(full_speed_ ? 0 : 1);
-  glfwSetWindowSizeLimits(window_, 960, 600, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  glfwSetWindowSizeLimits(window_, kLeastWidth, kLeastHeight, GLFW_DONT_CARE, GLFW_DONT_CARE);
   glfwSetWindowUserPointer(window_, this);
   grab_.watch(window_);
   // ImGui's own come after and call these.
@@ -139,10 +146,11 @@ void Window::begin_frame() {
   grabbed_ = grab_.grabbed();
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);
-  // Never larger than what leaves the layout its least room.
-  const auto [width, height] = framebuffer_size();
-  const float most = std::min(static_cast<float>(width) / 1280.F, static_cast<float>(height) / 720.F);
-  const float wanted = std::clamp(std::max(x, y) * scale_, 0.75F, std::clamp(most, 0.75F, 4.F));
+  monitor_scale_ = std::max(x, y);
+  int width = 0, height = 0;
+  glfwGetWindowSize(window_, &width, &height);
+  too_small_ = width < kLeastWidth || height < kLeastHeight;
+  const float wanted = content_scale(static_cast<float>(width), static_cast<float>(height), monitor_scale_, scale_);
   if (wanted != theme_.scale || theme_.fonts.body == nullptr) {
     theme_.scale = wanted;
     rebuild_fonts();

@@ -20,10 +20,20 @@ struct GLFWwindow;
 
 namespace knuckle::console::window {
 
+/// The least size that the screens are laid out for, in pixels of the design; their scale gives way down to the
+/// smallest one. A window smaller than that has no layout: see Window::too_small().
+inline constexpr float kDesignWidth = 1280, kDesignHeight = 720, kSmallestScale = 0.75F;
+inline constexpr int kLeastWidth = int(kDesignWidth * kSmallestScale),
+                     kLeastHeight = int(kDesignHeight * kSmallestScale);
+
+/// Scale of the content of a window of this size. @param monitor its own scale. @param person chosen, multiplies that;
+/// 0: none, and a window of more than twice the design's size enlarges its content by itself.
+[[nodiscard]] float content_scale(float width, float height, float monitor, float person) noexcept;
+
 struct WindowOptions {
   std::string title = "Knuckle";
   int width = 1280, height = 800;
-  float scale = 1;  ///< The person's; multiplies the monitor's.
+  float scale = 0;  ///< The person's, on top of the monitor's; 0: by the window.
   bool light = false;
   bool full_speed = false;  ///< No cap: for measuring.
 };
@@ -47,6 +57,8 @@ class Window {
   [[nodiscard]] bool attended() const;
   /// Takes events in and opens ImGui's frame.
   void begin_frame();
+  /// For any layout, as of this frame: one line is all that is drawn.
+  [[nodiscard]] bool too_small() const noexcept { return too_small_; }
   /// Clears the framebuffer; what is drawn between this and end_frame() lies under ImGui's widgets.
   void clear();
   /// Draws ImGui's widgets.
@@ -68,9 +80,8 @@ class Window {
 
   [[nodiscard]] const widgets::Theme& theme() const noexcept { return theme_; }
   void set_light(bool light);
-  /// Takes effect with the next frame.
-  void set_scale(float scale) noexcept { scale_ = scale; }
-  [[nodiscard]] float scale() const noexcept { return scale_; }
+  /// Times what it is; takes effect with the next frame.
+  void change_scale(float by) noexcept { scale_ = by * theme_.scale / monitor_scale_; }
   void toggle_full_screen();
 
   [[nodiscard]] const std::vector<KeyPress>& key_presses() const noexcept { return presses_; }
@@ -92,8 +103,8 @@ class Window {
   GrabWatch grab_;
   widgets::FontFiles font_files_;
   widgets::Theme theme_;
-  float scale_ = 1;
-  bool widgets_started_ = false, full_speed_ = false, grabbed_ = false;
+  float scale_ = 0, monitor_scale_ = 1;
+  bool widgets_started_ = false, full_speed_ = false, grabbed_ = false, too_small_ = false;
   int pad_ = -1;
   PadEdges pad_edges_;
   PadEdges::Edges pad_since_;  ///< Since a state of the gamepad was returned.

@@ -32,7 +32,7 @@ double picture_error(const std::string& a, const std::string& b, double pixels) 
 
 struct Shot {
   std::string name, size = "1280x800";
-  float scale = 1;
+  float scale = 0;
   bool light = false;
   std::vector<std::string> keys{};
   double silence_s = 0.004;  ///< Since the machine was heard.
@@ -156,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(
         Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
         Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
         Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},
-        Shot{.name = "operate_4k", .size = "3840x2160", .scale = 2},
+        Shot{.name = "operate_4k", .size = "3840x2160"},
         Shot{.name = "not_recorded", .keys = {"F2"}, .prepare = real_machine, .recording = no_recording()},
         Shot{.name = "recording_stopped",
              .size = "1024x768",

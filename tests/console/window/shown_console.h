@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/console/picture/camera.h"
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/virtual_display.h"
 
@@ -69,7 +70,10 @@ class ShownConsole : public testing::Test {
   /// One more frame, not shown yet.
   [[nodiscard]] Pixels pixels() {
     console_->frame(view_, loop_, events_, 0);
-    Pixels p{1280, 800, std::vector<std::uint8_t>(std::size_t{3} * 1280 * 800)};
+    const auto [width, height] = console_->window().framebuffer_size();
+    Pixels p{
+        width, height,
+        std::vector<std::uint8_t>(std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, p.width, p.height, GL_RGB, GL_UNSIGNED_BYTE, p.bytes.data());
     console_->show();
@@ -91,6 +95,18 @@ class ShownConsole : public testing::Test {
     does("mousemove " + std::to_string(x) + " " + std::to_string(y));
     does("mousedown 1");
     does("mouseup 1");
+  }
+  /// Where a point of the arm's plane is on the screen, before anything was zoomed.
+  [[nodiscard]] Eigen::Vector2d seen_at(const PlanarVector& at_m) const {
+    const widgets::Area area = console_->machine_picture().value();
+    const auto pixel = picture::pixel_of(picture::side_camera(console_->facts().machine), picture::viewport_of(area),
+                                         {at_m.x(), 0, at_m.y()});
+    return Eigen::Vector2d(double(area.min.x), double(area.min.y)) + *pixel;
+  }
+  /// The machine's picture, without its border.
+  [[nodiscard]] Box picture_box() const {
+    const widgets::Area area = console_->machine_picture().value();
+    return {int(area.min.x) + 2, int(area.min.y) + 2, int(area.max.x) - 2, int(area.max.y) - 2};
   }
   [[nodiscard]] screens::UiState& state() { return console_->state(); }
   [[nodiscard]] const widgets::Theme& theme() { return console_->window().theme(); }

@@ -1,6 +1,7 @@
 // What the console shows of a machine it does not hear, or of a loop that stands still: nothing old passes for new.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/history.h"
 #include "app/console/window/console_program.h"
+#include "tests/console/far_rig.h"
 #include "tests/console/window/canned_console.h"
 
 namespace knuckle::console::window {
@@ -61,7 +63,115 @@ TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
   const std::string gone = screens::banner_reason(view, false, 0);
   EXPECT_TRUE(says(gone, text(view.machine.fault)) && says(gone, text(view.machine.blocking))) << gone;
   view.input.release_enable = true;
-  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "release enable, then press it again: without the focus"));
+  view.input.dropped = Dropped::kNoFocus;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "this window had no focus: let go of"));
+}
+
+TEST(BannerReason, SaysWhatAMachineThatIsNotHeardMayDoWhileEnableIsHeld) {
+  ConsoleView view = unheard_view();
+  const auto reason = [&view](double silence_s) {
+    view.link.silence_s = silence_s;
+    return screens::banner_reason(view, false, 0);
+  };
+  for (const Mode mode : {Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kHold}) {
+    view.machine.mode = mode;
+    EXPECT_TRUE(says(reason(0.3), "the machine may still follow for 0.5 s and may go on when the link returns: let go"))
+        << name(mode);
+    EXPECT_TRUE(says(reason(0.7), "the machine no longer follows, but may go on when the link returns: let go"))
+        << name(mode);
+  }
+  view.led_by_scenario = true;
+  EXPECT_TRUE(says(reason(0.3), "press Stop"));
+  view.led_by_scenario = false;
+  view.hand.enable = false;
+  EXPECT_TRUE(says(reason(0.3), "check the network") && !says(reason(0.3), "follow")) << "enable was let go";
+  view.hand.enable = true;
+  for (const Mode mode : {Mode::kSelfTest, Mode::kFault, Mode::kEStop}) {
+    view.machine.mode = mode;
+    EXPECT_FALSE(says(reason(0.3), "follow")) << name(mode) << ": nothing is led before enable was released";
+  }
+}
+
+/// The same words against a machine that runs, and hears, but is not heard.
+TEST(BannerReason, IsTrueOfAMachineWhoseMessagesAloneAreLost) {
+  test::FarRig rig;
+  rig.engage();
+  rig.keys.boom_up = true;
+  rig.run(1s);
+  rig.network.cut_b_to_a(true);
+  const Time cut = rig.now;
+  Time followed_until = kNever, said_to_follow = kNever, said_to_hold = kNever;
+  while (rig.now < cut + 3s) {
+    rig.run(1ms);
+    const bool led = !rig.far.slave.commands().isZero();
+    if (led) followed_until = rig.now;
+    const std::string reason = screens::banner_reason(rig.view, false, 0, {HandSource::kKeyboard});
+    if (said_to_follow == kNever && says(reason, "may still follow for 0.5 s")) said_to_follow = rig.now;
+    if (said_to_hold == kNever && says(reason, "no longer follows")) said_to_hold = rig.now;
+    ASSERT_FALSE(led && said_to_hold != kNever) << to_seconds(rig.now - cut);
+  }
+  EXPECT_LT(said_to_follow, cut + 300ms);
+  EXPECT_GT(followed_until, cut + 350ms) << "it does follow";
+  EXPECT_LT(followed_until, cut + 550ms);
+  EXPECT_GT(said_to_hold, followed_until);
+  EXPECT_EQ(rig.far.slave.mode(), Mode::kHold);
+  rig.keys.boom_up = false;
+  rig.network.cut_b_to_a(false);
+  rig.run(5s);
+  EXPECT_EQ(rig.far.slave.mode(), Mode::kEngaged) << "it goes on: " << text(rig.far.slave.blocking());
+}
+
+TEST(BannerReason, NamesItsOwnPauseAsTheCauseOfWhatGrewOldByIt) {
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kFault;
+  view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  view.input.own_pause_s = 0.026;
+  for (const ReasonCode code : {ReasonCode::kDeviceStale, ReasonCode::kLinkLost}) {
+    view.machine.fault = {code, 0, 26, 20};
+    const std::string own = screens::banner_reason(view, false, 0);
+    EXPECT_TRUE(says(own, "this console itself did not run for 26 ms")) << own;
+    EXPECT_FALSE(says(own, text(view.machine.fault))) << own;
+    EXPECT_TRUE(says(own, text(view.machine.blocking))) << own;
+  }
+  view.machine.fault = {ReasonCode::kSensorStale, 0x11, 26, 20};
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), text(view.machine.fault))) << "not of its making";
+}
+
+/// In every way in which enable may have been dropped while it is held.
+TEST(BannerReason, SaysToLetGoAndPressAgainWhereverEnableWasDropped) {
+  const std::array<std::pair<HandSource, std::string>, 3> hands{
+      {{HandSource::kKeyboard, "let go of Shift (enable), then press it again"},
+       {HandSource::kGamepad, "let go of the right bumper (enable), then press it again"},
+       {HandSource::kDevice, "let go of enable, then press it again"}}};
+  ConsoleView view = canned_view();
+  view.machine.mode = Mode::kReady;
+  view.machine.contact = false;
+  view.machine.blocking = {ReasonCode::kNoPresence};
+  for (const auto& [hand, words] : hands) {
+    const std::string waiting = screens::banner_reason(view, false, 0, {hand});
+    EXPECT_FALSE(says(waiting, "let go")) << waiting;
+    for (const auto dropped : {Dropped::kNoFocus, Dropped::kTooSmall, Dropped::kStalled, Dropped::kNewStart}) {
+      for (const bool known : {false, true}) {
+        view.input = {.release_enable = known, .dropped = dropped};
+        const std::string reason = screens::banner_reason(view, false, 0, {hand});
+        EXPECT_TRUE(says(reason, words)) << reason;
+        EXPECT_FALSE(says(reason, "hold ")) << reason;
+        EXPECT_EQ(says(reason, "focus"), dropped == Dropped::kNoFocus) << reason;
+      }
+    }
+    view.input = {};
+    for (const screens::AtWindow& person : {screens::AtWindow{.hand = hand, .enable_ignored = true},
+                                            screens::AtWindow{.hand = hand, .pad_ignored = true}})
+      EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), words));
+  }
+  const std::string pull =
+      screens::banner_reason(view, false, 0, {.hand = HandSource::kKeyboard, .pull_ignored = true});
+  EXPECT_TRUE(says(pull, "let go of the mouse button, then press it again")) << pull;
+  // Where something else is to be done first, that is said.
+  view.input.dropped = Dropped::kNoFocus;
+  view.machine.mode = Mode::kEStop;
+  view.machine.fault = view.machine.blocking = {ReasonCode::kEmergencyStop, 0, 0, 0};
+  EXPECT_EQ(screens::banner_reason(view, false, 0), text(view.machine.fault));
 }
 
 TEST(BannerReason, TellsOfALoopThatStandsStillInsteadOfTheLastReason) {
@@ -156,11 +266,11 @@ TEST(BannerReason, SaysWhatToDoWithTheInputInUse) {
   for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed}) {
     view.machine.blocking = {code};
     view.led_by_scenario = false;
-    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kKeyboard}), "hold Shift"));
-    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kGamepad}), "hold the right bumper"));
-    EXPECT_EQ(screens::banner_reason(view, false, 0, {screens::HandSource::kDevice}), text(view.machine.blocking));
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {HandSource::kKeyboard}), "hold Shift"));
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {HandSource::kGamepad}), "hold the right bumper"));
+    EXPECT_EQ(screens::banner_reason(view, false, 0, {HandSource::kDevice}), text(view.machine.blocking));
     view.led_by_scenario = true;
-    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {screens::HandSource::kKeyboard}), "scenario"));
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {HandSource::kKeyboard}), "scenario"));
   }
 }
 
@@ -168,12 +278,12 @@ TEST(BannerReason, SaysThatEnableDoesNotCountWhileTextIsTyped) {
   ConsoleView view = canned_view();
   view.machine.mode = Mode::kReady;
   view.machine.blocking = {ReasonCode::kNoPresence};
-  screens::AtWindow person{screens::HandSource::kKeyboard, true, false};
+  screens::AtWindow person{HandSource::kKeyboard, true, false};
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "hold Shift"));
   person.enable_ignored = true;
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "while a text field is active"));
   person.typing = false;
-  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "release enable"));
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), "let go of Shift"));
 }
 
 TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
@@ -191,6 +301,7 @@ TEST(BannerReason, SaysHowAPausedSessionGoesOnAndStopBeforeThat) {
 
 TEST(BannerReason, TellsAMachinesSideThatHasEndedFromOneThatIsLost) {
   ConsoleView view = unheard_view();
+  view.hand.enable = false;
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "check the network"));
   view.machine.mode = Mode::kOff;
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "machine's side has ended"))

@@ -1,0 +1,65 @@
+// A console whose loop drives a machine that is elsewhere, on virtual time: either may stand still while the other goes
+// on.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "app/console/console_loop.h"
+#include "app/session/session_sides.h"
+#include "slave/status_reporter.h"
+#include "tests/console/console_rig.h"
+#include "transport/impaired_link.h"
+
+namespace knuckle::test {
+
+/// A console with a simulated hand, over a link to a machine that goes on whatever the console does.
+struct FarRig {
+  session::SessionSetup setup = live_setup();
+  ImpairedLink network{{}, {}, 1};
+  session::MachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, network.b()};
+  slave::StatusReporter reporter{setup.machine, far.can, network.b(), true};
+  console::ConsoleLoop loop{
+      std::make_unique<console::OperatorStation>(console::StationSetup{.device = setup.device,
+                                                                       .machine = setup.machine,
+                                                                       .law = setup.law,
+                                                                       .start = {5, 2h},
+                                                                       .limb = setup.limb,
+                                                                       .hand_rad = setup.scenario.hand_rad,
+                                                                       .start_rad = setup.scenario.start_rad,
+                                                                       .seed = setup.seed},
+                                                 network.a(), nullptr)};
+  console::HeldKeys keys;
+  console::ConsoleInput input;
+  console::ConsoleView view;
+  Time now{};
+  bool runs = true, told = false;
+
+  void run(Duration time) {
+    for (const Time until = now + time; now < until;) {
+      now += 1ms;
+      network.advance(now);
+      far.step(now, [this] {
+        far.slave.step(now);
+        reporter.step(now, far.slave);
+      });
+      if (!runs) continue;
+      input.hand = console::hand_from_keys(keys);
+      input.at = now;
+      input.attended = true;
+      loop.put(input);
+      loop.step(now);
+      loop.take(view);
+      for (console::ConsoleEvent event; loop.next(event);) told |= event.kind == console::ConsoleEventKind::kOwnPause;
+    }
+  }
+  void engage() {
+    run(5s);
+    keys.enable = true;
+    run(5s);
+    ASSERT_EQ(view.machine.mode, Mode::kEngaged) << text(view.machine.blocking);
+  }
+};
+
+}  // namespace knuckle::test

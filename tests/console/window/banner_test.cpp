@@ -1,0 +1,110 @@
+// What the banner has to say is there whole, with what to do, whatever else stands beside it.
+#include "app/console/screens/banner.h"
+
+#include <algorithm>
+#include <string>
+
+#include "tests/console/window/drawn_texts.h"
+#include "tests/console/window/shown_console.h"
+
+namespace knuckle::console::window {
+namespace {
+
+constexpr auto kReasons = static_cast<std::uint16_t>(ReasonCode::kCount);
+
+class Banner : public ShownConsole {
+ protected:
+  void SetUp() override {
+    ShownConsole::SetUp();
+    if (!console_) return;
+    // As many tags as there can be.
+    view_.status.calibrated = false;
+    view_.link.loss = 0.31;
+    view_.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+    view_.paused = false;
+    state().sound_problem = "no audio device";
+    does("search --name '^Knuckle$' windowsize 1280 720");
+    frames();
+  }
+  /// The banner's texts right of the block with the mode.
+  [[nodiscard]] std::vector<DrawnText> drawn() {
+    std::vector<DrawnText> all = texts_of([this] { frames(1); });
+    std::erase_if(all, [](const DrawnText& text) { return text.min.y > 82 || text.min.x < 328; });
+    return all;
+  }
+  void expect_whole(const std::string& words) {
+    int seen = 0;
+    for (const DrawnText& text : drawn()) {
+      if (text.words.find(words.substr(0, 12)) == std::string::npos) continue;
+      ++seen;
+      EXPECT_NE(text.words.find(words), std::string::npos) << text.words << "\n is not\n" << words;
+      EXPECT_LE(text.cut_px, 0) << words;
+      EXPECT_GE(text.min.y, 10) << words;
+      EXPECT_LE(text.max.y, 82) << words;
+      EXPECT_LE(text.max.x, 1270) << words;
+    }
+    EXPECT_EQ(seen, 1) << words;
+  }
+};
+
+TEST_F(Banner, ShowsEveryFaultWholeWithWhatToDo) {
+  view_.machine.mode = Mode::kFault;
+  view_.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  const MachineDescription& machine = console_->facts().machine;
+  const JointLoads loads = joint_loads(view_.machine, machine, Kinematics(machine));
+  for (std::uint16_t code = 1; code < kReasons; ++code) {
+    view_.machine.fault = {static_cast<ReasonCode>(code), 2, 123.4F, 125.4F};
+    if (view_.machine.fault.code == ReasonCode::kReleaseToRecover) continue;
+    const std::string words = screens::banner_reason(view_, false, 0, {HandSource::kKeyboard}, loads);
+    EXPECT_NE(words.find("release enable"), std::string::npos) << words;
+    expect_whole(words);
+  }
+}
+
+TEST_F(Banner, NamesTheNodeInsteadOfItsNumber) {
+  const std::uint8_t node = console_->facts().machine.bus.encoders[kBoom].id;
+  view_.machine.mode = Mode::kFault;
+  view_.machine.fault = view_.machine.blocking = {ReasonCode::kSensorStale, node, 41, 25};
+  expect_whole("boom encoder: sensor has stopped sending: check node and cable");
+  ConsoleEvent event;
+  event.kind = ConsoleEventKind::kMachine;
+  event.mode = Mode::kFault;
+  event.reason = view_.machine.fault;
+  events_.add(event);
+  does("key F6");
+  const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
+  const auto says = [&texts](const char* words) {
+    return std::any_of(texts.begin(), texts.end(),
+                       [words](const DrawnText& text) { return text.words.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("machine: fault, boom encoder: sensor has stopped"));
+  EXPECT_FALSE(says("node 0x"));
+}
+
+TEST_F(Banner, OfALinkThatIsLostShowsWhatTheMachineMayDoWhole) {
+  view_.link.silence_s = 0.31;
+  expect_whole("the machine may still follow for 0.5 s and may go on when the link returns: let go of enable");
+}
+
+TEST_F(Banner, ShowsNoTickWhereThisPersonCannotLead) {
+  view_.machine.mode = Mode::kReady;
+  view_.machine.contact = false;
+  view_.machine.blocking = {ReasonCode::kNoPresence, 0, 0, 0};
+  const ImU32 ready = theme().mode_colour(Mode::kReady), amber = theme().colours.notice;
+  const auto block = [this](ImU32 colour) { return count_near(pixels(), {20, 20, 310, 70}, colour); };
+  EXPECT_GT(block(ready), 8000);
+  for (const InputSide& input : {InputSide{.unattended = true}, InputSide{.dropped = Dropped::kNoFocus},
+                                 InputSide{.release_enable = true, .dropped = Dropped::kStalled}}) {
+    view_.input = input;
+    EXPECT_EQ(block(ready), 0);
+    EXPECT_GT(block(amber), 8000);
+  }
+  view_.input = {};
+  state().pad_ignored = true;
+  EXPECT_GT(block(amber), 8000);
+  view_.led_by_scenario = true;
+  EXPECT_GT(block(ready), 8000) << "nobody here leads";
+}
+
+}  // namespace
+}  // namespace knuckle::console::window

@@ -1,0 +1,111 @@
+// Whatever size the window is given, the program goes on: a layout that has room for all of it, or one line.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "tests/console/window/drawn_texts.h"
+#include "tests/console/window/shown_console.h"
+
+namespace knuckle::console::window {
+namespace {
+
+TEST(ContentScale, IsByTheWindowUnlessThePersonChoseOneAndNeverLeavesTheLayoutWithoutRoom) {
+  EXPECT_FLOAT_EQ(content_scale(1280, 800, 1, 0), 1);
+  EXPECT_FLOAT_EQ(content_scale(1920, 1080, 1, 0), 1);
+  EXPECT_FLOAT_EQ(content_scale(2560, 1440, 1, 0), 1);
+  EXPECT_FLOAT_EQ(content_scale(3840, 2160, 1, 0), 1.5) << "4K: by the window";
+  EXPECT_FLOAT_EQ(content_scale(3840, 2160, 2, 0), 2) << "by the monitor, which asks for more";
+  EXPECT_FLOAT_EQ(content_scale(3840, 2160, 1, 1), 1) << "chosen";
+  EXPECT_FLOAT_EQ(content_scale(3840, 2160, 2, 1.25), 2.5);
+  EXPECT_FLOAT_EQ(content_scale(1280, 720, 1, 3), 1) << "no room for more";
+  EXPECT_FLOAT_EQ(content_scale(1024, 768, 2, 0), 0.8F);
+  EXPECT_FLOAT_EQ(content_scale(kLeastWidth, kLeastHeight, 1, 0), kSmallestScale);
+  EXPECT_FLOAT_EQ(content_scale(1, 1, 1, 3), kSmallestScale);
+  EXPECT_FLOAT_EQ(content_scale(0, 0, 1, 0), kSmallestScale);
+}
+
+class SmallWindow : public ShownConsole {
+ protected:
+  void resize(int width, int height) {
+    does("search --name '^Knuckle$' windowsize " + std::to_string(width) + " " + std::to_string(height));
+    for (int i = 0; i < 100 && console_->window().framebuffer_size() != std::array{width, height}; ++i) frames(1);
+    ASSERT_EQ(console_->window().framebuffer_size(), (std::array{width, height}));
+    frames(2);
+  }
+  [[nodiscard]] std::vector<DrawnText> drawn() {
+    std::vector<DrawnText> all = texts_of([this] { frames(1); });
+    std::erase_if(all, [](const DrawnText& text) { return text.words.starts_with("Debug"); });  // ImGui's, never shown
+    return all;
+  }
+  [[nodiscard]] static bool one_line(const std::vector<DrawnText>& texts) {
+    return texts.size() == 1 && texts[0].max.y - texts[0].min.y < 30;
+  }
+};
+
+TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneLine) {
+  constexpr std::array<std::pair<int, int>, 11> kSizes{{{500, 400},
+                                                        {1280, 1},
+                                                        {1, 800},
+                                                        {1, 1},
+                                                        {kLeastWidth - 1, 800},
+                                                        {1280, kLeastHeight - 1},
+                                                        {kLeastWidth, kLeastHeight},
+                                                        {1280, 720},
+                                                        {1600, kLeastHeight},
+                                                        {kLeastWidth, 1200},
+                                                        {1280, 800}}};
+  state().hold_to_run = state().measures.grade_on = true;  // as much to be laid out as there can be
+  for (const auto& [width, height] : kSizes) {
+    SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
+    resize(width, height);
+    const bool layout = width >= kLeastWidth && height >= kLeastHeight;
+    for (int screen = 0; screen <= static_cast<int>(screens::Screen::kCount); ++screen) {
+      SCOPED_TRACE(screen);
+      state().help = screen == static_cast<int>(screens::Screen::kCount);
+      state().screen = static_cast<screens::Screen>(state().help ? 0 : screen);
+      frames(2);
+      const std::vector<DrawnText> texts = drawn();
+      if (!layout) {
+        EXPECT_TRUE(one_line(texts)) << (texts.empty() ? "nothing" : texts.back().words);
+        continue;
+      }
+      const auto says = [&](const char* words) {
+        return std::any_of(texts.begin(), texts.end(), [&](const DrawnText& text) {
+          const bool inside =
+              text.min.x >= 0 && text.min.y >= 0 && text.max.x <= float(width) && text.max.y <= float(height);
+          return text.words == words && inside;
+        });
+      };
+      EXPECT_TRUE(says("STOP") && says("ENGAGED"));
+    }
+  }
+}
+
+TEST_F(SmallWindow, LetsNobodyLeadSaysSoAndStopsAsEver) {
+  frames();
+  does("keydown shift");
+  ASSERT_TRUE(console_->input(view_.now).hand.enable);
+  EXPECT_FALSE(console_->input(view_.now).too_small);
+  resize(900, 400);
+  EXPECT_TRUE(console_->input(view_.now).too_small);
+  const std::vector<DrawnText> texts = drawn();
+  ASSERT_TRUE(one_line(texts));
+  EXPECT_NE(texts[0].words.find("960 x 540"), std::string::npos) << texts[0].words;
+  EXPECT_NE(texts[0].words.find("Enable counts as let go"), std::string::npos) << texts[0].words;
+  EXPECT_FALSE(console_->input(view_.now).stop);
+  does("key space");
+  EXPECT_TRUE(console_->input(view_.now).stop);
+  EXPECT_EQ(drawn()[0].words.rfind("Stop is pressed", 0), 0U);
+  does("keyup shift");
+  state().stop = false;
+  does("mousemove 300 200 mousedown 1");
+  EXPECT_TRUE(console_->input(view_.now).stop) << "there is no other place for a button";
+  does("mouseup 1");
+  EXPECT_TRUE(console_->input(view_.now).stop);
+  resize(1280, 800);
+  EXPECT_FALSE(console_->input(view_.now).too_small);
+  EXPECT_TRUE(console_->input(view_.now).stop) << "until it is released";
+}
+
+}  // namespace
+}  // namespace knuckle::console::window
