@@ -8,9 +8,6 @@
 namespace knuckle::console::screens {
 namespace {
 
-constexpr float kLegend_px = 36;      // at the pane's foot, what the colours mean
-constexpr float kSmallShare = 0.36F;  // of the pane's width that the small picture takes
-
 ImDrawList& canvas() {
   return *ImGui::GetWindowDrawList();
 }
@@ -40,12 +37,6 @@ Eigen::Vector2d share_at_mouse(const widgets::Area& picture) {
 }
 
 }  // namespace
-
-widgets::Area fitted(const widgets::Area& into, double aspect) {
-  const auto a = static_cast<float>(aspect);
-  const float width = std::min(into.width(), into.height() * a), x = into.centre().x;
-  return {{x - width / 2, into.min.y}, {x + width / 2, into.min.y + width / a}};
-}
 
 std::string video_alarm(video::VideoState state, double age_s) {
   const char* what = state == video::VideoState::kFrozen ? "FROZEN"
@@ -95,17 +86,13 @@ std::optional<estimation::CameraFit> CameraPane::align(const MachineDescription&
 }
 
 /// On the picture, and the marks of those before: a cross where the tip was clicked, a ring where the fit sees it.
-/// The machine's small picture has its own clicks. @param small where it is.
-void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture,
-                             const widgets::Area& small) {
+void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture) {
   const widgets::Theme& t = ui.theme;
-  if (!ImGui::IsMouseHoveringRect(small.min, small.max, false)) {
-    widgets::pointer_area("align", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
-    if (ImGui::IsItemActivated() && ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
-      align_->undo();
-    } else if (ImGui::IsItemActivated()) {
-      align_->click(share_at_mouse(picture), camera.video->width_px(), camera.video->height_px());
-    }
+  widgets::pointer_area("align", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  if (ImGui::IsItemActivated() && ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
+    align_->undo();
+  } else if (ImGui::IsItemActivated()) {
+    align_->click(share_at_mouse(picture), camera.video->width_px(), camera.video->height_px());
   }
   const auto at = [&picture](const Eigen::Vector2d& share) {
     return ImVec2(picture.min.x + static_cast<float>(share.x()) * picture.width(),
@@ -149,38 +136,23 @@ const CameraPane::Placed* CameraPane::drawn_large() const noexcept {
   return holds ? &*drawn_ : nullptr;
 }
 
-float CameraPane::small_width(const widgets::Area& pane) const noexcept {
-  return cameras_.empty() ? 0 : kSmallShare * pane.width();
+std::optional<double> CameraPane::aspect() const {
+  if (cameras_.empty()) return std::nullopt;
+  const Camera& camera = cameras_[shown_];
+  return camera.video ? camera.video->aspect() : 16.0 / 9;
 }
 
-widgets::Area CameraPane::place(const widgets::Ui& ui, const widgets::Area& pane) {
-  if (cameras_.empty()) return pane;
-  const widgets::Theme& t = ui.theme;
+void CameraPane::place(const widgets::Ui& ui, const widgets::Area& picture) {
   const Camera& camera = cameras_[shown_];
-  const double aspect = camera.video ? camera.video->aspect() : 16.0 / 9;
-  const float margin = t.unit();
-  const float width = small_width(pane);
-  const float height = large() ? width / 1.6F : width / static_cast<float>(aspect);
-  const ImVec2 corner{pane.max.x - margin, pane.max.y - margin};
-  const widgets::Area small{{corner.x - width, corner.y - height}, corner};
-  canvas().AddRect({small.min.x - 1, small.min.y - 1}, {small.max.x + 1, small.max.y + 1}, t.colours.border, 0, 0,
-                   t.px(2));
-  widgets::Area above = pane;
-  above.cut_bottom(t.px(kLegend_px));
-  const widgets::Area picture = large() ? fitted(above, aspect) : small;
   placed_ = {picture,
              large(),
              camera.watch.state() == video::VideoState::kLive,
              camera.watch.damaged(),
-             aspect,
+             *aspect(),
              &camera.watch.name(),
              camera.video.get()};
   write(ui, camera, picture);
-  if (align_ && large() && placed_->live) take_clicks(ui, camera, picture, small);
-  if (large())
-    widgets::put_text(t.fonts.small, t.colours.muted, {small.min.x - t.unit(), pane.max.y - t.px(46)},
-                      widgets::Align::kRight, "V: view  X: machine");
-  return large() ? small : pane;
+  if (align_ && large() && placed_->live) take_clicks(ui, camera, picture);
 }
 
 void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const {

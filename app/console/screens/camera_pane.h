@@ -52,11 +52,10 @@ class CameraPane {
   /// Whether the camera, not the machine, fills the pane. One that never gave a picture does not.
   [[nodiscard]] bool large() const noexcept;
 
-  /// Divides the pane between the chosen camera and the machine, and writes what is said of the picture. Once a frame,
-  /// on the screen that has the pane. @return where the machine's picture goes.
-  [[nodiscard]] widgets::Area place(const widgets::Ui& ui, const widgets::Area& pane);
-  /// What place() takes of the pane's lower right corner for the small picture; 0: there is none.
-  [[nodiscard]] float small_width(const widgets::Area& pane) const noexcept;
+  /// Of the chosen camera's picture; nullopt: there is no camera.
+  [[nodiscard]] std::optional<double> aspect() const;
+  /// Where the chosen camera's picture goes, and what is said of it. Once a frame, on the screen that has the pane.
+  void place(const widgets::Ui& ui, const widgets::Area& picture);
 
   /// What place() has found, until draw_done().
   struct Placed {
@@ -81,8 +80,7 @@ class CameraPane {
     bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
   };
   void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
-  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture,
-                   const widgets::Area& small);
+  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture);
 
   std::vector<Camera> cameras_;
   std::vector<Taken> taken_;
@@ -93,8 +91,6 @@ class CameraPane {
   std::optional<Placed> placed_, drawn_;
 };
 
-/// The largest area of this aspect inside another, at its top.
-[[nodiscard]] widgets::Area fitted(const widgets::Area& into, double aspect);
 /// "VIDEO FROZEN 0.4 s"; empty while it is live.
 [[nodiscard]] std::string video_alarm(video::VideoState state, double age_s);
 

@@ -50,28 +50,18 @@ std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by, c
   return all;
 }
 
-void draw_backdrop(const widgets::Ui& ui, const widgets::Area& area) {
-  constexpr ImU32 kAlpha = 0xB0U << IM_COL32_A_SHIFT;
-  const ImU32 colour = (ui.theme.colours.background & ~IM_COL32_A_MASK) | kAlpha;
-  ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, colour, ui.theme.px(6));
-}
-
-void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiState& state,
-                    const widgets::Area& picture) {
+void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& area) {
   if (measured_freshness(data.view).after(ui.view_age_s).stale()) return;
   const widgets::Theme& t = ui.theme;
   const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
-  const float number = picture.min.x + t.px(84), label = number + t.unit();
-  const std::vector<Distance> all = distances(tip_m, state.measures, data.facts.machine.limits, data.contacts);
-  float y = picture.min.y + t.px(52);
-  draw_backdrop(ui, {{picture.min.x + t.unit(), y - t.px(12)},
-                     {picture.min.x + t.px(224), y + t.px(20) * static_cast<float>(all.size()) - t.px(8)}});
-  for (const Distance& d : all) {
+  const float number = area.min.x + t.px(70), label = number + t.unit();
+  float y = area.min.y + t.px(12);
+  for (const Distance& d : distances(tip_m, state.measures, data.facts.machine.limits, data.contacts)) {
     widgets::put_text(t.fonts.mono_small, t.colours.text, {number, y}, widgets::Align::kRight,
                       widgets::shown("%s%s", d.has_sign && d.m >= 0 ? "+" : "",
                                      ui.units.text(widgets::Quantity::kLength, d.m).c_str())
                           .c_str());
-    widgets::put_text(t.fonts.small, t.colours.muted, {label, y}, widgets::Align::kLeft, d.label);
+    widgets::put_fitted(t.fonts.small, t.colours.muted, {{label, y - t.px(9)}, {area.max.x, y + t.px(9)}}, d.label);
     y += t.px(20);
   }
 }

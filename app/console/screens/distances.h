@@ -62,9 +62,7 @@ struct Distance {
 [[nodiscard]] std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by,
                                               const LimitsDescription& limits, const ContactTrail& last);
 
-/// So that words can be read over a camera's picture.
-void draw_backdrop(const widgets::Ui& ui, const widgets::Area& area);
-/// Into the upper left of the picture; nothing while the pose is not known.
-void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& picture);
+/// One below the other; nothing while the pose is not known.
+void draw_distances(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& area);
 
 }  // namespace knuckle::console::screens

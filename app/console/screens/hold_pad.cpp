@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "app/console/screens/distances.h"
+#include "app/console/widgets/widgets.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -35,22 +35,20 @@ bool hold_button(const widgets::Ui& ui, const widgets::Area& area, const char* l
 
 }  // namespace
 
-void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& picture) {
-  if (data.player != nullptr || data.facts.hand == HandSource::kDevice || data.view.led_by_scenario) return;
+bool has_hold_pad(const ConsoleData& data) {
+  return data.player == nullptr && data.facts.hand != HandSource::kDevice && !data.view.led_by_scenario;
+}
+
+void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& tools,
+                   const widgets::Area& buttons) {
+  if (!has_hold_pad(data)) return;
   const widgets::Theme& t = ui.theme;
-  widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
+  widgets::Area rest = tools.inset(t.unit(1.5F), t.unit());
   rest.cut_top(t.px(26));
-  widgets::Area line = rest.cut_top(t.px(26));
-  const widgets::Area choice = line.cut_right(t.px(186));
-  draw_backdrop(ui, choice);
-  widgets::toggle(ui, choice, "Hold to run (M)", state.hold_to_run);
-  if (!state.hold_to_run) return;
-  rest.cut_bottom(t.px(28), t.unit());
-  if (const float taken = data.cameras.small_width(picture); taken > 0) rest.cut_right(taken, t.unit());
-  const widgets::Area row = rest.cut_bottom(t.px(44));
-  for (std::size_t i = 0; i < kPads.size(); ++i) {
+  widgets::toggle(ui, rest.cut_top(t.px(26)).cut_right(t.px(186)), "Hold to run (M)", state.hold_to_run);
+  for (std::size_t i = 0; i < kPads.size() && buttons.width() > 0; ++i) {
     const Pad& pad = kPads[i];
-    const widgets::Area place = row.column(static_cast<int>(i), static_cast<int>(kPads.size()), t.unit());
+    const widgets::Area place = buttons.column(static_cast<int>(i), static_cast<int>(kPads.size()), t.unit());
     if (hold_button(ui, place, pad.label)) state.pad.*pad.held = state.pad.enable = true;
   }
 }

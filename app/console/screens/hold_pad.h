@@ -1,4 +1,4 @@
-// Leading without a keyboard: buttons over the picture that enable and move one joint for as long as they are held, by
+// Leading without a keyboard: buttons below the picture that enable and move one joint for as long as they are held, by
 // mouse or touch; and what turns them on.
 #pragma once
 
@@ -7,8 +7,10 @@
 
 namespace knuckle::console::screens {
 
-/// Over the picture, where the person leads by this window. Takes nothing of the picture while it is
-/// off.
-void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& picture);
+/// The person leads by this window.
+[[nodiscard]] bool has_hold_pad(const ConsoleData& data);
+/// Its switch among the tools, and its buttons. @param buttons empty: none.
+void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& tools,
+                   const widgets::Area& buttons);
 
 }  // namespace knuckle::console::screens

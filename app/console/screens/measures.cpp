@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/console/screens/distances.h"
+#include "app/console/widgets/widgets.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -82,31 +82,20 @@ void Measures::say(const std::string& line) {
   said_s = -1;
 }
 
-namespace {
-
-/// What was not done, below the panel.
-void draw_said(const widgets::Ui& ui, Measures& measures, const widgets::Area& row) {
+void draw_said(const widgets::Ui& ui, Measures& measures, widgets::Area& area) {
   constexpr double kShown_s = 8;
   if (measures.said_s < 0) measures.said_s = ui.now_s;
   if (measures.said.empty() || ui.now_s - measures.said_s > kShown_s) return;
   const widgets::Theme& t = ui.theme;
-  const std::string words = ui.units.in_words(measures.said);
-  const float width = widgets::text_width(t.fonts.small, words.c_str());
-  const float right = row.max.x - t.unit();
-  draw_backdrop(ui, {{right - width, row.min.y}, {row.max.x, row.max.y}});
-  widgets::put_text(t.fonts.small, t.colours.notice, {right, row.centre().y}, widgets::Align::kRight, words.c_str());
+  area.cut_top(widgets::put_lines(t.fonts.small, t.colours.notice, area, ui.units.in_words(measures.said).c_str()),
+               t.px(4));
 }
 
-}  // namespace
-
-void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& picture) {
+void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& tools) {
   const widgets::Theme& t = ui.theme;
-  widgets::Area rest = picture.inset(t.unit(1.5F), t.unit());
+  widgets::Area rest = tools.inset(t.unit(1.5F), t.unit());
   rest.cut_top(t.px(58));
-  widgets::Area panel = rest.cut_right(t.px(186));
-  draw_backdrop(ui, panel.cut_top(t.px(measures.grade_on ? 128.F : 26.F)));
-  draw_said(ui, measures, {{picture.min.x, panel.min.y + t.px(8)}, {panel.max.x, panel.min.y + t.px(30)}});
-  rest = {{panel.min.x, rest.min.y}, panel.max};
+  rest.min.x = std::max(rest.min.x, rest.max.x - t.px(186));
   widgets::toggle(ui, rest.cut_top(t.px(26), t.px(4)), "Grade line", measures.grade_on);
   if (!measures.grade_on) return;
   const double per_m = ui.units.convert(widgets::Quantity::kLength, 1);

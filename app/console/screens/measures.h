@@ -37,8 +37,9 @@ struct Measures {
   void say(const std::string& line);
 };
 
-/// The grade line's settings, into the picture's upper right below the other choices; each can be typed or taken from
-/// where the tip is.
-void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& picture);
+/// The grade line's settings, below the other switches; each can be typed or taken from where the tip is.
+void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& tools);
+/// What was not done, at the top of the area; leaves the rest of it.
+void draw_said(const widgets::Ui& ui, Measures& measures, widgets::Area& area);
 
 }  // namespace knuckle::console::screens

@@ -45,13 +45,14 @@ class Plane {
   const widgets::Area& area_;
 };
 
-/// Heights on the right, forward distances below.
+/// Heights right of the picture, forward distances below it.
 void grid_figures(const widgets::Ui& ui, const picture::Grid& grid, const Measures& measures, const Plane& plane,
                   const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const double unit = ui.units.convert(widgets::Quantity::kLength, 1);
   const int digits = std::max(0, static_cast<int>(std::ceil(-std::log10(grid.step_m * unit) - 1e-9)));
   constexpr int kMost = 48;
+  const float right = area.max.x + t.px(32), below = area.max.y + t.px(9), margin = t.px(12);
   const auto figure = [&](double value_m, ImVec2 at, widgets::Align align) {
     const double value = value_m * unit;
     const widgets::Shown words = widgets::fixed(std::abs(value) < 1e-9 ? 0 : value, digits);
@@ -61,13 +62,33 @@ void grid_figures(const widgets::Ui& ui, const picture::Grid& grid, const Measur
     const PlanarVector p = grid.middle_m + PlanarVector::Constant(i * grid.step_m);
     const auto at = plane.at(p);
     if (!at) continue;
-    if (at->y > area.min.y + t.px(150) && at->y < area.max.y - t.px(64))
-      figure(p.y() - measures.zero_m(), {area.max.x - t.px(4), at->y}, widgets::Align::kRight);
-    if (at->x > area.min.x + t.px(12) && at->x < area.max.x - t.px(56))
-      figure(p.x(), {at->x, area.max.y - t.px(42)}, widgets::Align::kCentre);
+    if (at->y > area.min.y + margin && at->y < area.max.y - margin)
+      figure(p.y() - measures.zero_m(), {right, at->y}, widgets::Align::kRight);
+    if (at->x > area.min.x + margin && at->x < area.max.x - margin)
+      figure(p.x(), {at->x, below}, widgets::Align::kCentre);
   }
-  widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.px(4), area.max.y - t.px(42)},
-                    widgets::Align::kRight, ui.units.unit(widgets::Quantity::kLength));
+  widgets::put_text(t.fonts.small, t.colours.muted, {right, below}, widgets::Align::kRight,
+                    ui.units.unit(widgets::Quantity::kLength));
+}
+
+/// At the picture's edge, where the bucket's tip is beyond it.
+void bucket_arrow(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane, const widgets::Area& picture) {
+  const widgets::Theme& t = ui.theme;
+  const auto tip = plane.at(data.kinematics.tip(data.view.machine.position_rad));
+  if (!tip) return;
+  if (tip->x >= picture.min.x && tip->x <= picture.max.x && tip->y >= picture.min.y && tip->y <= picture.max.y) return;
+  const widgets::Area edge = picture.inset(t.px(14));
+  const ImVec2 middle = edge.centre(), d{tip->x - middle.x, tip->y - middle.y};
+  const float reach =
+      std::min(edge.width() / 2 / std::max(std::abs(d.x), 1e-3F), edge.height() / 2 / std::max(std::abs(d.y), 1e-3F));
+  const ImVec2 at{middle.x + reach * d.x, middle.y + reach * d.y};
+  const float length = std::hypot(d.x, d.y), size = t.px(12);
+  const ImVec2 u{d.x / length * size, d.y / length * size}, n{-u.y, u.x};
+  canvas().AddTriangleFilled({at.x + u.x, at.y + u.y}, {at.x - u.x + n.x, at.y - u.y + n.y},
+                             {at.x - u.x - n.x, at.y - u.y - n.y}, t.colours.notice);
+  const float half = widgets::text_width(t.fonts.small, "bucket") / 2;
+  const ImVec2 words{std::clamp(at.x - 2.5F * u.x, edge.min.x + half, edge.max.x - half), at.y - 2.5F * u.y};
+  widgets::put_text(t.fonts.small, t.colours.notice, words, widgets::Align::kCentre, "bucket");
 }
 
 /// Across the whole picture; dashed where it only says a height.
@@ -133,7 +154,7 @@ void load(const widgets::Ui& ui, const std::vector<ImVec2>& points) {
 }
 
 /// On the pin of each joint that is at its end.
-void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
+void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane, const widgets::Area& picture) {
   const widgets::Theme& t = ui.theme;
   const MachinePose pose = pose_of(data.facts.machine, data.view.machine.position_rad);
   const PerJoint<PlanarVector> pins_m{pose.boom.translation(), pose.arm.translation(), pose.bucket.translation()};
@@ -143,9 +164,11 @@ void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
     if (!at) continue;
     canvas().AddCircle(*at, t.px(9), t.colours.notice, 0, t.px(3));
     const std::string words = std::string(kJointNames[i]) + " at its end";
-    const ImVec2 left{at->x + t.px(14), at->y - t.px(16)};
     const float width = widgets::text_width(t.fonts.small, words.c_str());
-    draw_backdrop(ui, {{left.x - t.px(4), left.y - t.px(9)}, {left.x + width + t.px(4), left.y + t.px(9)}});
+    const bool fits = at->x + t.px(18) + width < picture.max.x;
+    const ImVec2 left{fits ? at->x + t.px(14) : at->x - t.px(14) - width, at->y - t.px(16)};
+    canvas().AddRectFilled({left.x - t.px(4), left.y - t.px(9)}, {left.x + width + t.px(4), left.y + t.px(9)},
+                           with_alpha(t.colours.background, 0.69), t.px(6));
     widgets::put_text(t.fonts.small, t.colours.notice, left, widgets::Align::kLeft, words.c_str());
   }
 }
@@ -160,30 +183,19 @@ std::optional<picture::Grid> shown_grid(const widgets::Units& units, const UiSta
 }
 
 void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& picture,
-                const widgets::Area& covered) {
+                bool figures) {
   if (picture.width() < 1 || picture.height() < 1) return;
   const picture::Camera& camera = data.machine.camera(state.side_view);
   const Plane plane(camera, picture);
-  const bool measured = !measured_freshness(data.view).after(ui.view_age_s).stale();
-  const std::vector<ImVec2> loaded = measured ? load_corners(data, plane) : std::vector<ImVec2>();
-  const bool covers = covered.width() > 0 && covered.height() > 0;
-  // Left of what is covered, and above it.
-  const std::array<widgets::Area, 2> parts{
-      {{picture.min, {covers ? covered.min.x : picture.max.x, picture.max.y}},
-       {{covered.min.x, picture.min.y}, {covers ? picture.max.x : covered.min.x, covered.min.y}}}};
-  for (const widgets::Area& part : parts) {
-    if (part.width() < 1 || part.height() < 1) continue;
-    canvas().PushClipRect(part.min, part.max, true);
-    if (const auto grid = shown_grid(ui.units, state, camera, picture)) {
-      // In a small picture they would lie on the machine.
-      if (picture.height() > ui.theme.px(200)) grid_figures(ui, *grid, state.measures, plane, picture);
-      levels(ui, state.measures, plane, picture);
-    }
-    load(ui, loaded);
-    trail(ui, data, plane);
-    ends(ui, data, plane);
-    canvas().PopClipRect();
-  }
+  const auto grid = shown_grid(ui.units, state, camera, picture);
+  if (grid && figures) grid_figures(ui, *grid, state.measures, plane, picture);
+  canvas().PushClipRect(picture.min, picture.max, true);
+  if (grid) levels(ui, state.measures, plane, picture);
+  if (!measured_freshness(data.view).after(ui.view_age_s).stale()) load(ui, load_corners(data, plane));
+  trail(ui, data, plane);
+  ends(ui, data, plane, picture);
+  if (measured_freshness(data.view).heard) bucket_arrow(ui, data, plane, picture);
+  canvas().PopClipRect();
 }
 
 }  // namespace knuckle::console::screens

@@ -1,5 +1,5 @@
-// What is drawn over the machine's picture to judge distances by: figures on the grid, the chosen ground, the grade
-// line, where the bucket touched something, and what it carries.
+// What is drawn over the machine's picture to judge distances by: the chosen ground, the grade line, where the bucket
+// touched something, what it carries, and where it is when it is out of the picture; and beside it figures of the grid.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace knuckle::console::screens {
 [[nodiscard]] std::optional<picture::Grid> shown_grid(const widgets::Units& units, const UiState& state,
                                                       const picture::Camera& camera, const widgets::Area& picture);
 
-/// @param picture where the machine's picture is. @param covered a part of it that shows something else; empty: none.
+/// @param picture where the machine's picture is. @param figures of the grid are drawn right of it and below.
 void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& picture,
-                const widgets::Area& covered);
+                bool figures);
 
 }  // namespace knuckle::console::screens

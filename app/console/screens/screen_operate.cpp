@@ -6,6 +6,7 @@
 #include "app/console/screens/distances.h"
 #include "app/console/screens/hold_pad.h"
 #include "app/console/screens/picture_marks.h"
+#include "app/console/screens/picture_pane.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 
@@ -241,28 +242,16 @@ void pressures_card(const widgets::Ui& ui, const ConsoleData& data, const widget
   }
 }
 
-/// Frame around the picture, its title, and what its colours mean.
-widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const UiState& state,
-                           const widgets::Area& area) {
+/// What the picture's colours mean, and the key that exchanges it for a camera's.
+void legend(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  const float y = area.max.y - t.px(18);
+  const float y = area.centre().y;
   float x = area.min.x + t.unit(1.5F);
   const auto key = [&](ImU32 colour, const char* word) {
     canvas().AddCircleFilled({x + t.px(5), y}, t.px(5), colour);
     widgets::put_text(t.fonts.small, t.colours.text, {x + t.px(16), y}, widgets::Align::kLeft, word);
     x += t.px(32) + widgets::text_width(t.fonts.small, word);
   };
-  const widgets::Shown title =
-      widgets::shown("%s  %s", data.facts.machine.name.c_str(), state.side_view ? "side view" : "orbit");
-  if (!data.cameras.large()) {
-    widgets::put_text(t.fonts.small, t.colours.muted, {area.min.x + t.unit(1.5F), area.min.y + t.px(18)},
-                      widgets::Align::kLeft, title.c_str());
-    const char* hint = data.player != nullptr && data.player->played().world ? "surroundings as at the start   V: view"
-                       : data.cameras.empty()                                ? "V: view"
-                                                                             : "V: view  X: camera";
-    widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(1.5F), area.min.y + t.px(18)},
-                      widgets::Align::kRight, hint);
-  }
   const picture::PictureColours colours = t.light ? picture::light_picture_colours() : picture::dark_picture_colours();
   const auto packed = [](const picture::Rgb& c) { return ImGui::ColorConvertFloat4ToU32({c.x(), c.y(), c.z(), 1}); };
   key(packed(colours.commanded), "commanded");
@@ -270,7 +259,22 @@ widgets::Area picture_area(const widgets::Ui& ui, const ConsoleData& data, const
   if (data.player != nullptr && data.player->beside()) key(packed(colours.beside), data.player->beside()->name.c_str());
   key(packed(colours.force), "force");
   key(t.colours.series[1], "load");
-  return area;
+  const char* hint = data.cameras.empty()   ? "V: view"
+                     : data.cameras.large() ? "V: view  X: machine"
+                                            : "V: view  X: camera";
+  widgets::put_text(t.fonts.small, t.colours.muted, {area.max.x - t.unit(), y}, widgets::Align::kRight, hint);
+}
+
+/// Above the tools: whose picture it is, and from where.
+void picture_title(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area tools) {
+  const widgets::Theme& t = ui.theme;
+  tools = tools.inset(t.unit(), t.px(2));
+  const auto line = [&](const char* words) {
+    widgets::put_fitted(t.fonts.small, t.colours.muted, tools.cut_top(t.px(17)), words);
+  };
+  line(data.facts.machine.name.c_str());
+  line(state.side_view ? "side view" : "orbit");
+  if (data.player != nullptr && data.player->played().world) line("surroundings as at the start");
 }
 
 }  // namespace
@@ -285,13 +289,28 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
   widgets::Area bottom = area.cut_bottom(t.px(228), gap);
   scales_card(ui, data, state, bottom.cut_right(t.px(286), gap));
   pressures_card(ui, data, bottom);
-  const widgets::Area picture = data.cameras.place(ui, picture_area(ui, data, state, area));
-  const auto& camera = data.cameras.placed();
-  draw_marks(ui, data, state, picture, camera && !camera->large ? camera->picture : widgets::Area{});
-  draw_hold_pad(ui, data, state, area);
-  draw_grade_panel(ui, state.measures, area);
-  draw_distances(ui, data, state, area);
-  return picture;
+  const bool large = data.cameras.large();
+  const PicturePane pane = divide(t, area,
+                                  {.figures = state.side_view,
+                                   .pad = state.hold_to_run && has_hold_pad(data),
+                                   .grade = state.measures.grade_on,
+                                   .camera_aspect = data.cameras.aspect(),
+                                   .camera_large = large});
+  if (pane.camera) {
+    const widgets::Area& small = large ? pane.machine : *pane.camera;
+    canvas().AddRect({small.min.x - 1, small.min.y - 1}, {small.max.x + 1, small.max.y + 1}, t.colours.border, 0, 0,
+                     t.px(2));
+    data.cameras.place(ui, *pane.camera);
+  }
+  legend(ui, data, pane.legend);
+  if (!large) picture_title(ui, data, state, pane.tools);
+  draw_marks(ui, data, state, pane.machine, !large);
+  draw_hold_pad(ui, data, state, pane.tools, pane.pad);
+  draw_grade_panel(ui, state.measures, pane.tools);
+  widgets::Area distances = pane.distances;
+  draw_said(ui, state.measures, distances);
+  draw_distances(ui, data, state, distances);
+  return pane.machine;
 }
 
 }  // namespace knuckle::console::screens

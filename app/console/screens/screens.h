@@ -29,7 +29,8 @@ void open_canvas();
 /// machine's picture goes, on the screen that has one.
 std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state);
 
-/// Chips for all limits being hit, in rows; how many have no room is said. @return false where nothing is limited.
+/// All limits being hit: chips in rows, or, where they have no room, their words alone. @return false where nothing is
+/// limited.
 bool limit_chips(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area);
 /// Why the force is not known better, in a few words, as reported by the machine's side.
 [[nodiscard]] std::string confidence_words(const ConsoleView& view);

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/console/picture/camera.h"
+#include "app/console/screens/picture_pane.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/console/window/canned_console.h"
@@ -31,7 +32,7 @@ class CamerasInWindow : public testing::Test {
  protected:
   static constexpr Duration kNotYet = -10s;  // live, however slowly the window is drawn
   // Of the window of 1280x800: on the camera's picture and on the small one, clear of all words.
-  static constexpr std::array<int, 2> kLarge{260, 300}, kSmall{520, 430}, kSmallCamera{520, 500};
+  static constexpr std::array<int, 2> kLarge{260, 300}, kSmall{610, 470}, kSmallCamera{610, 500};
 
   void SetUp() override {
     if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
@@ -69,12 +70,12 @@ class CamerasInWindow : public testing::Test {
     glReadPixels(place[0], 799 - place[1], 1, 1, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
     return {rgb[0], rgb[1], rgb[2]};
   }
-  /// Share of the camera's picture that is covered by something; the small picture's side and the distances left out.
+  /// Share of the camera's picture that is covered by something, below its title.
   [[nodiscard]] static double share_covered() {
     constexpr int kStep = 4;
     int covered = 0, all = 0;
-    for (int x = 120; x < 480; x += kStep)
-      for (int y = 230; y < 420; y += kStep, ++all) covered += at({x, y}).is_red() ? 0 : 1;
+    for (int x = 140; x < 680; x += kStep)
+      for (int y = 140; y < 400; y += kStep, ++all) covered += at({x, y}).is_red() ? 0 : 1;
     return static_cast<double>(covered) / all;
   }
   /// How many pixels of the chips at the upper edge of the camera's picture stand out.

@@ -1,6 +1,5 @@
 // The mouse pulls the tip towards the place under it: that place must not move by anything but the mouse, or an enabled
 // machine would run.
-#include "app/console/picture/camera.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -11,12 +10,13 @@ class PulledTip : public ShownConsole {
   [[nodiscard]] HandInput hand() const { return console_->input(view_.now).hand; }
   /// The button goes down a little beside the requested tip, so that the rate is not a limit's.
   void pull() {
-    const MachineDescription machine = canned_facts().machine;
-    const PlanarVector tip_m = Kinematics(machine).tip(view_.hand.ghost_rad);
-    const picture::Viewport port{.width_px = 602, .height_px = 460};
-    const auto at = picture::pixel_of(picture::side_camera(machine), port, {tip_m.x(), 0, tip_m.y()});
-    does("mousemove " + std::to_string(int(112 + at->x()) + 4) + " " + std::to_string(int(92 + at->y()) - 3));
+    hover();
     does("mousedown 1");
+  }
+  void hover() {
+    frames(2);
+    const Eigen::Vector2d at = seen_at(Kinematics(console_->facts().machine).tip(view_.hand.ghost_rad));
+    does("mousemove " + std::to_string(int(at.x()) + 4) + " " + std::to_string(int(at.y()) - 3));
   }
 };
 
@@ -35,14 +35,14 @@ TEST_F(PulledTip, StaysWhereItIsPulledToWhateverWouldChangeTheView) {
   does("mouseup 1");
   const Pixels still = pixels();
   does("key Prior");
-  EXPECT_GT(count_changed(still, pixels(), {114, 94, 712, 550}), 5000) << "afterwards the keys act again";
+  EXPECT_GT(count_changed(still, pixels(), picture_box()), 5000) << "afterwards the keys act again";
 }
 
 TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouse) {
   state().hold_to_run = true;
   pull();
   ASSERT_TRUE(hand().enable);
-  console_->window().set_scale(0.8F * console_->window().scale());  // larger does not fit into the window
+  console_->window().change_scale(0.8F);  // larger does not fit into the window
   frames();
   EXPECT_FALSE(hand().presence);
   EXPECT_FALSE(hand().enable);
@@ -57,10 +57,9 @@ TEST_F(PulledTip, DoesNotGoOnByItselfWhereThePictureGetsItsOldSizeAgain) {
   state().hold_to_run = true;
   pull();
   ASSERT_TRUE(hand().enable);
-  const float scale = console_->window().scale();
-  console_->window().set_scale(0.8F * scale);
+  console_->window().change_scale(0.8F);
   frames();
-  console_->window().set_scale(scale);
+  console_->window().change_scale(1 / 0.8F);
   frames();
   EXPECT_FALSE(hand().presence);
   EXPECT_FALSE(hand().enable);
@@ -68,8 +67,9 @@ TEST_F(PulledTip, DoesNotGoOnByItselfWhereThePictureGetsItsOldSizeAgain) {
 
 TEST_F(PulledTip, DoesNotBeginWithAPressThatTurnedTheView) {
   state().hold_to_run = true;
+  hover();
   does("key v");
-  pull();
+  does("mousedown 1");
   does("key v");  // to the side view, with the button still down
   does("mousemove_relative 5 0");
   EXPECT_FALSE(hand().presence);
