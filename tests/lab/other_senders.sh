@@ -22,7 +22,10 @@ start second.commission knuckle commission --machine solar015 --can vcan1 --out 
 check "second commission: ends with exit code 2" ended_with 2 second.commission
 check "second commission: ... and says what it heard" holds "$result/second.commission.log" "vcan1: $another"
 start led.doctor knuckle doctor --machine solar015 --can vcan1
-check "doctor: finds nothing wrong with a machine that is led" ended_with 0 led.doctor
+within 60 not runs led.doctor
+# Pilot pressure is on, which the doctor does not like: exit code 1.
+check "doctor: finds nothing else wrong with a machine that is led" sh -c \
+  '[ "$(grep -c "^FAULT" "$0")" = "$(grep -c "^FAULT.*pilot pressure is on\|^FAULT.*its spool is at" "$0")" ]' "$result/led.doctor.log"
 check "doctor: the machine's side says that somebody reads" holds "$result/led.slave.log" 'another program reads objects of the nodes over SDO'
 stop_machine led
 check "the machine that was led: no fault, and still engaged at the end" of led.slave \
