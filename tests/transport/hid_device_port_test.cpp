@@ -260,6 +260,8 @@ TEST(HidDevicePort, ADeviceCannotWriteControlCharactersIntoAMessage) {
   const std::vector<HidCandidate> rogue{{"/dev/hidraw0", "\x1b[2J\n7", "1-2"}};
   EXPECT_EQ(choose_device(rogue, {.serial = "7"}, problem), nullptr);
   EXPECT_NE(problem.find("serial number \\x1b[2J\\x0a7 at USB port 1-2"), std::string::npos) << problem;
+  EXPECT_EQ(choose_device({{"/dev/hidraw0", "7", "1-2"}}, {.serial = rogue[0].serial}, problem), nullptr);
+  EXPECT_TRUE(problem.starts_with("no haptic device with serial number \\x1b[2J\\x0a7 is attached")) << problem;
 }
 
 TEST(HidDevicePort, ADeviceChosenByItsPortIsOpenedAgainAtThatPortOnly) {
