@@ -35,7 +35,7 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
       });
   const std::string summary = testing::internal::GetCapturedStdout();
   EXPECT_EQ(code, 1);
-  EXPECT_NE(summary.find("FAIL  hold_error_N"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("[hold_error_N]\nNOT passed"), std::string::npos) << summary;
   EXPECT_EQ(folder.count(), 3);
   EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
 }
