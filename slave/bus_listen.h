@@ -9,11 +9,12 @@
 
 namespace knuckle::slave {
 
-/// Listens for a little more than two periods of heartbeat and SYNC, and sends nothing. What has arrived before counts
+/// Listens for three periods of heartbeat and SYNC, and sends nothing. What has arrived before counts
 /// as well. @return what was heard of that only a controller sends: "SYNC 0x080, heartbeat 0x701"; empty: nothing.
 [[nodiscard]] std::string heard_of_other_controller(const BusDescription& bus, BusAccess& access);
 
-/// @throws InputError in one line where there is another controller.
+/// @throws InputError in one line where there is another controller: heard, and when listened to once more, heard
+/// again.
 void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 
 }  // namespace knuckle::slave

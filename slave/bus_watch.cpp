@@ -23,7 +23,9 @@ Reason heard(ReasonCode code, std::uint8_t node, const CanFrame& frame) noexcept
 
 BusWatch::BusWatch(const BusDescription& bus) {
   const auto every = [](int nth_sync) { return 1.0 / nth_sync; };
-  const auto watch = [&](const NodeDescription& node, const Stream& process_data) {
+  const auto watch = [&](const NodeDescription& node, Stream process_data) {
+    const double per_s = process_data.per_sync * bus.sync_Hz + process_data.per_s;
+    process_data.most_over = std::max(process_data.most_over, 2 * bus.sensor_age_limit_s * per_s);
     add_stream(node.tpdo_id(), process_data);
     add_stream(canopen::heartbeat_id(node.id), {.node = node.id, .heartbeat = true, .per_s = 1 / bus.node_heartbeat_s});
     add(canopen::sdo_request_id(node.id), Kind::kRequest, node.id);
@@ -33,7 +35,10 @@ BusWatch::BusWatch(const BusDescription& bus) {
   for (const NodeDescription& node : bus.pressures) watch(node, {.node = node.id, .per_sync = 1});
   for (const NodeDescription& node : bus.encoders) watch(node, {.node = node.id, .per_sync = 1});
   watch(bus.tilt, {.node = bus.tilt.id, .per_sync = every(bus.tilt_every_nth_sync)});
-  watch(bus.enable, {.node = bus.enable.id, .per_s = 1 / bus.controller_heartbeat_s, .most_over = kMostOverWithEvents});
+  watch(bus.enable, {.node = bus.enable.id,
+                     .per_s = 1 / bus.controller_heartbeat_s,
+                     .most_over = kMostOverWithEvents,
+                     .by_change = true});
   for (const NodeDescription& node : bus.valves) add(node.rpdo_id(), Kind::kSetPoint, node.id);
   add(bus.enable.rpdo_id(), Kind::kSetPoint, bus.enable.id);
   for (const std::uint32_t id : controllers_own(bus)) add(id, Kind::kController, 0);
@@ -62,7 +67,9 @@ void BusWatch::receive(const CanFrame& frame, Time now) noexcept {
   Stream& stream = streams_[identifier.which];
   // A node that starts anew says so out of turn.
   const bool boots = stream.heartbeat && canopen::parse_heartbeat(frame) == canopen::NmtState::kBootUp;
-  if (counting_ && !boots) ++stream.frames;
+  const bool changed = stream.by_change && frame != stream.newest;
+  stream.newest = frame;
+  if (counting_ && !boots && !changed) ++stream.frames;
 }
 
 void BusWatch::on_request(const CanFrame& frame, std::uint8_t node, Time now) noexcept {

@@ -17,9 +17,10 @@ namespace knuckle::slave {
 class BusWatch {
  public:
   static constexpr Duration kStands = 1s;  ///< A foreign frame is a reason for so long.
-  /// Frames beyond those that are due, as many as no delay explains. Half of them are a sign.
+  /// Frames beyond those that are due, as many as no delay explains; more where the file lets a sensor's value grow so
+  /// old that more could be held up. Half of them are a sign.
   static constexpr double kMostOver = 12;
-  /// Likewise where a node also sends whenever its inputs change: contacts bounce.
+  /// Likewise where a node also sends whenever its inputs change: contacts bounce faster than it reads them.
   static constexpr double kMostOverWithEvents = 40;
   /// Room for a node's clock, and for single frames that an error on the bus makes arrive twice.
   static constexpr double kSpareBySync = 0.02, kSpareByClock = 0.05;
@@ -58,6 +59,8 @@ class BusWatch {
     bool heartbeat = false;
     double per_sync = 0, per_s = 0;
     double most_over = kMostOver;
+    bool by_change = false;  ///< A frame that is not as the one before it was sent for that.
+    CanFrame newest{};
     double frames = 0, due = 0;
     [[nodiscard]] double over() const noexcept {
       return frames - due * (1 + (per_sync > 0 ? kSpareBySync : kSpareByClock));

@@ -327,6 +327,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
 
 void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
   if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
+  commanded_ = true;
   if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
     send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;

@@ -46,6 +46,8 @@ class CanopenClient {
   void restart() noexcept;
 
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  /// A frame of ours was sent: whoever has heard it may wait for the next.
+  [[nodiscard]] bool commanded() const noexcept { return commanded_; }
   [[nodiscard]] bool operational() const noexcept { return phase_ == Phase::kOperational; }
   /// Why start-up failed or operation ended; kNone while healthy.
   [[nodiscard]] const Reason& fault() const noexcept { return fault_; }
@@ -105,7 +107,7 @@ class CanopenClient {
   SetupFailure setup_failure_;
   EmergencyLog emergencies_;
   BusWatch watch_;
-  bool commanded_ = false;  // a frame of ours was sent
+  bool commanded_ = false;
   Time inputs_seen_at_ = kNever;
   std::optional<std::uint8_t> short_inputs_;  // bytes of the last ones, where they were shorter than mapped
   bool inputs_closed_ = false, pilot_on_ = false;

@@ -258,6 +258,11 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
   }
   if (failed_at_ == kNever) failed_at_ = now;
   if (enable() || now - failed_at_ < kRestartAfter) return;
+  // Another controller's nodes are not started anew, and what they say, such as an open E-stop, is not forgotten. Over
+  // a bus that has failed they cannot be: once is enough, as nothing that was said before holds any more.
+  const bool bus_failed = bus_.state() != CanState::kActive;
+  if (client_.watch().foreign(now) || (bus_failed && restarted_in_vain_)) return;
+  restarted_in_vain_ = bus_failed;
   client_.restart();
   sensors_.restart();
 }

@@ -111,6 +111,7 @@ class SlaveLoop {
   SetPointLimits set_point_limits_;
 
   Time stepped_at_ = kNever, failed_at_ = kNever;
+  bool restarted_in_vain_ = false;  // over a bus that had failed
   Duration gap_{};
   std::optional<estimation::JointState> state_;
   LowPass<JointVector> rest_rate_;

@@ -80,7 +80,10 @@ class Surveyor {
     found_.name = access.name();
   }
 
+  /// What waited since the interface was opened tells of the nodes, but is no measure of the time that begins now.
   void listen(std::uint32_t bit_rate) {
+    hear_what_waits();
+    errors_ = access_.bus().errors();
     const Time start = access_.now(), end = start + from_seconds(options_.listen_s);
     listening_ = true;
     while (access_.now() < end) tick();
@@ -118,14 +121,18 @@ class Surveyor {
   void tick() {
     if (check_) check_();
     access_.wait_until(access_.now() + 1ms);
-    CanFrame frame;
-    while (access_.bus().receive(frame)) hear(frame);
+    hear_what_waits();
     bool may_ask = access_.now() - asked_at_ >= kApart;
     for (Reader& reader : busy_) {
       if (!reader.step(access_.bus(), access_.now(), from_seconds(options_.answer_s), may_ask)) continue;
       may_ask = false;
       asked_at_ = access_.now();
     }
+  }
+
+  void hear_what_waits() {
+    CanFrame frame;
+    while (access_.bus().receive(frame)) hear(frame);
   }
 
   void hear(const CanFrame& frame) {
@@ -159,7 +166,7 @@ class Surveyor {
   BusSurvey found_;
   std::vector<Reader> busy_;
   Time asked_at_ = kNever;
-  std::uint64_t errors_ = access_.bus().errors();
+  std::uint64_t errors_ = 0;  // before it listened
   bool listening_ = false;
 };
 

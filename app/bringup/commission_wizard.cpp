@@ -147,9 +147,9 @@ class Wizard {
     });
   }
 
-  /// Whatever happened before. Nodes that were not configured are left as they are.
+  /// Whatever happened before. Nodes that were not configured, or are somebody else's, are left as they are.
   void out_of_service() noexcept {
-    if (!bench_) return;
+    if (!bench_ || !bench_->client().commanded()) return;
     dialogue_.say('\n' + take_out_of_service(machine_, access_));
   }
   [[nodiscard]] WizardResult take() {

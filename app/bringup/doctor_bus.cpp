@@ -18,6 +18,7 @@ namespace {
 
 using canopen::Object;
 using Level = Finding::Level;
+using slave::BusWatch;
 using slave::NodeScript;
 using slave::SdoStep;
 
@@ -202,6 +203,7 @@ class Doctor {
 
   struct Signs {
     int count = 0;
+    bool counts = false;  ///< One of them is a number of frames.
     std::string text;
     void add(int signs, const std::string& what) {
       count += signs;
@@ -210,14 +212,14 @@ class Doctor {
   };
 
   /// More frames under an identifier than are due: a sign, and enough where they are far too many.
-  void judge_count(Signs& signs, std::uint32_t id, double due) const {
-    using slave::BusWatch;
+  void judge_count(Signs& signs, std::uint32_t id, double due, double most_over = BusWatch::kMostOver) const {
     const auto heard = survey_.heard.find(id);
     if (heard == survey_.heard.end()) return;
     const double frames = static_cast<double>(heard->second.count), over = frames - due * (1 + BusWatch::kSpareByClock);
-    if (over <= BusWatch::kMostOver / 2) return;
-    signs.add(over > BusWatch::kMostOver ? 2 : 1, fmt::format("{:.0f} frames 0x{:03X} in {:.1f} s where {:.0f} are due",
-                                                              frames, id, survey_.listened_s, due));
+    if (over <= most_over / 2) return;
+    signs.counts = true;
+    signs.add(over > most_over ? 2 : 1, fmt::format("{:.0f} frames 0x{:03X} in {:.1f} s where {:.0f} are due", frames,
+                                                    id, survey_.listened_s, due));
   }
 
   /// Two signs of two devices with this node id are a fault, one is a note. @return whether it is a fault
@@ -231,13 +233,16 @@ class Doctor {
     const auto syncs = survey_.heard.find(canopen::kSyncId);
     const std::uint32_t type = node.value(canopen::kTpdo1Type).value_or(0);
     const std::uint32_t timer_ms = node.value(canopen::kTpdo1Timer).value_or(0);
+    const bool by_change = expected.id == machine_->bus.enable.id;
+    const double most_over = by_change ? BusWatch::kMostOverWithEvents : BusWatch::kMostOver;
     if (type >= 1 && type <= 240) {
       const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
-      judge_count(signs, expected.tpdo_id(), sync_count / type);
+      judge_count(signs, expected.tpdo_id(), sync_count / type, most_over);
     } else if (timer_ms > 0) {
-      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms);
+      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms, most_over);
     }
-    if (signs.count > 0 && survey_.errors > 0)
+    // One disturbance makes an error frame and has a frame sent again: both are one sign.
+    if (signs.counts && survey_.errors > 0)
       signs.add(1, fmt::format("{} errors on the bus, as where two devices send at once", survey_.errors));
     if (signs.count == 0) return false;
     const bool fault = signs.count >= 2;

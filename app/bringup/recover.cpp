@@ -89,7 +89,7 @@ void recover(const MachineDescription& machine, int joint, BusAccess& access, Pa
     bench->idle(500ms);
     bring_in(machine, joint, *bench, dialogue);
   } catch (...) {
-    dialogue.say(take_out_of_service(machine, access));
+    if (bench->client().commanded()) dialogue.say(take_out_of_service(machine, access));
     throw;
   }
   dialogue.say(take_out_of_service(machine, access));

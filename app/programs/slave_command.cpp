@@ -232,7 +232,8 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
     json["faults"].push_back(std::move(fault));
   }
   json.update(nodes_json(outcome));
-  json["stop"] = {{"confirmed", outcome.unconfirmed.empty()}, {"unconfirmed", outcome.unconfirmed}};
+  json["stop"] = {
+      {"commanded", outcome.commanded}, {"confirmed", outcome.stop_confirmed()}, {"unconfirmed", outcome.unconfirmed}};
   json["malformed_datagrams"] = outcome.malformed_datagrams;
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
@@ -343,7 +344,7 @@ int run(const Options& o, const DrawCamera& draw) {
   link.close();
   log.close();
   for (const cli::News& news : program.news()) console.note(news.what);
-  if (audit) audit->ended(outcome.unconfirmed.empty());
+  if (audit) audit->ended(outcome.stop_confirmed());
   outcome.records_lost += finish_records(console, {&candump, &csv});
 
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());

@@ -174,7 +174,8 @@ void SlaveRunner::observe_reads(Time now) noexcept {
 /// Every step reports to the operator that the machine is off: a single datagram may be lost.
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
-  stop_.step(now);
+  const bool commanded = slave_.client().commanded();
+  if (commanded) stop_.step(now);
   if (!said_off_) {
     said_off_ = true;
     farewell_ = slave_.sent();
@@ -186,7 +187,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
   farewell_.stamp = slave_.session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
   tape_.end_step(now, ReasonCode::kNone);
-  if (stop_.done()) stopped_.store(true, std::memory_order_release);
+  if (!commanded || stop_.done()) stopped_.store(true, std::memory_order_release);
 }
 
 void SlaveRunner::write(const SlaveRecords& records) {
@@ -199,6 +200,8 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = slave_.malformed_datagrams();
   outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
+  outcome.commanded = slave_.client().commanded();
+  if (!outcome.commanded) return;
   const auto valves = stop_.unconfirmed_valves();
   for (const NamedNode& node : named_nodes(machine_.bus)) {
     const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint)];
@@ -208,6 +211,7 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
 }
 
 std::string stop_text(const SlaveOutcome& outcome) {
+  if (!outcome.commanded) return "stopped: nothing was commanded, so nothing was sent";
   if (outcome.unconfirmed.empty()) return "stopped: valves disabled, pilot pressure off";
   std::string open;
   for (const std::string& node : outcome.unconfirmed) open += (open.empty() ? "" : ", ") + node;
@@ -284,9 +288,10 @@ class Teller {
     ForeignRead read;
     while (runner.next(read)) {
       say(read.at,
-          fmt::format("another program reads objects of the nodes over SDO, first of node 0x{:02X}: knuckle doctor, or "
-                      "a service tool",
-                      read.node),
+          fmt::format(
+              "another program reads objects of the nodes over SDO, just now of node 0x{:02X}: knuckle doctor, or "
+              "a service tool",
+              read.node),
           kind_of(read), Severity::kInfo);
     }
   }

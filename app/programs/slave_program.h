@@ -66,13 +66,16 @@ struct SlaveOutcome {
   RealtimeReport loop;
   double ran_s = 0;
   std::uint32_t malformed_datagrams = 0;
-  std::uint64_t records_lost = 0;        ///< Frames, rows, events, set-up failures, emergencies: no room for them.
+  std::uint64_t records_lost = 0;  ///< Frames, rows, events, set-up failures, emergencies: no room for them.
+  bool commanded = true;           ///< False where nothing was sent, as the machine was somebody else's all the time.
   std::vector<std::string> unconfirmed;  ///< Nodes that did not say that they are off, by their names in the file.
+  [[nodiscard]] bool stop_confirmed() const noexcept { return commanded && unconfirmed.empty(); }
   /// @return whether it is the first of its node and code. Beyond kMostEmergencies such kinds it is lost, and counted.
   bool add(const slave::EmergencyRecord& record);
 };
 
-/// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence.
+/// Runs until the run is over, then stops in order: neutral, pilot pressure and valves off, then silence. What it has
+/// never commanded it does not stop: that is somebody else's machine.
 /// @param machine as calibrated. @param bus, @param link used by the loop's thread alone while this runs.
 /// @throws InputError where the machine file cannot be worked with.
 /// @param start drawn anew for each run.

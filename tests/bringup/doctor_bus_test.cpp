@@ -171,14 +171,17 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
       {"clocks", [](BusSurvey& s) { s.heard[0x722].count = 25, s.heard[0x1A2].count = 405; }, false, false},
       {"errors on the bus alone", [](BusSurvey& s) { s.errors = 100; }, false, false},
       {"one answer more", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1; }, true, false},
-      {"one and errors", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1, s.errors = 3; }, false, true},
+      {"one and errors, both of one disturbance", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1, s.errors = 3; },
+       true, false},
       {"answers", [](BusSurvey& s) { s.nodes[0x22].second_answers = 2; }, false, true},
       {"another identity", contradict, true, false},
       {"a heartbeat more often", [](BusSurvey& s) { s.heard[0x722].count = 30; }, true, false},
+      {"... with errors", [](BusSurvey& s) { s.heard[0x722].count = 30, s.errors = 3; }, false, true},
       {"... with another identity", [&](BusSurvey& s) { s.heard[0x722].count = 30, contradict(s); }, false, true},
       {"two heartbeats", [](BusSurvey& s) { s.heard[0x722].count = 40; }, false, true},
       {"two of its values to a SYNC", [](BusSurvey& s) { s.heard[0x1A2].count = 800; }, false, true},
-      {"two sets of inputs", [](BusSurvey& s) { s.heard[0x1C0].count = 80; }, false, true}};
+      {"inputs that change", [](BusSurvey& s) { s.heard[0x1C0].count = 60; }, false, false},
+      {"two sets of inputs", [](BusSurvey& s) { s.heard[0x1C0].count = 90; }, false, true}};
   for (const auto& [what, show, note, fault] : stories) {
     BusSurvey survey = running();
     show(survey);
@@ -188,6 +191,36 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
     EXPECT_EQ(said(diagnosis, Finding::Level::kNote).find(words) != std::string::npos, note)
         << what << ": " << said(diagnosis, Finding::Level::kNote);
   }
+}
+
+/// A bus that has told of errors and frames once its first frame is read.
+class Waited final : public CanBus {
+ public:
+  explicit Waited(std::shared_ptr<CanBus> bus) noexcept : bus_(std::move(bus)) {}
+  bool send(const CanFrame& frame) noexcept override { return bus_->send(frame); }
+  bool receive(CanFrame& frame) noexcept override {
+    errors_ = 7;
+    return bus_->receive(frame);
+  }
+  [[nodiscard]] CanState state() const noexcept override { return bus_->state(); }
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return errors_; }
+
+ private:
+  std::shared_ptr<CanBus> bus_;
+  std::uint64_t errors_ = 0;
+};
+
+TEST(DoctorBus, WhatWaitedBeforeItListensCountsNeitherAsFramesNorAsErrorsOfThatTime) {
+  const auto machine = simulated_bus();
+  for (int i = 0; i < 50; ++i)
+    ASSERT_TRUE(machine->nodes_end().send(canopen::heartbeat_frame(0x22, canopen::NmtState::kOperational)));
+  BusAccess access("can0", std::make_shared<Waited>(std::shared_ptr<CanBus>(machine, &machine->controllers_end())),
+                   [machine](Time due) { return machine->advance(due); });
+  access.wait_until(access.now() + 100ms);
+  const BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), brief());
+  EXPECT_FALSE(survey.heard.contains(0x722));
+  EXPECT_EQ(survey.errors, 0U);
+  EXPECT_EQ(survey.nodes.at(0x22).state, canopen::NmtState::kOperational) << "what it says of a node is still known";
 }
 
 TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {

@@ -67,6 +67,41 @@ TEST(ProgramThreads, AnEngagedSessionGoesThroughItsModesInOrder) {
   EXPECT_TRUE(site.slave_said.says("engaged"));
 }
 
+/// A bus on which somebody else's SYNC is heard, one before each step.
+class LedByAnother final : public CanBus {
+ public:
+  bool send(const CanFrame&) noexcept override {
+    ++sent;
+    return true;
+  }
+  bool receive(CanFrame& frame) noexcept override {
+    frame = canopen::sync_frame();
+    const bool more = !drained_;
+    drained_ = more;
+    if (more) ++heard;
+    return more;
+  }
+  [[nodiscard]] CanState state() const noexcept override { return CanState::kActive; }
+  std::atomic<int> sent{0}, heard{0};
+
+ private:
+  bool drained_ = false;
+};
+
+TEST(ProgramThreads, WhoHasNeverCommandedEndsWithoutAFrameOnAnothersMachine) {
+  LedByAnother bus;
+  UdpLink link = UdpLink::listen("127.0.0.1:0");
+  Heard said;
+  programs::ProgramConsole console("slave", said.stream, false);
+  constexpr double kPatience_s = 60;
+  const programs::SlaveOutcome outcome = programs::run_slave(machine(), bus, link, random_start(),
+                                                             {[&bus] { return bus.heard < 20; }, console, kPatience_s});
+  EXPECT_GE(bus.heard, 20);
+  EXPECT_EQ(bus.sent, 0);
+  EXPECT_TRUE(said.says("stopped: nothing was commanded, so nothing was sent")) << said.text();
+  EXPECT_TRUE(outcome.unconfirmed.empty());
+}
+
 TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
   Site site;
   Hand hand(site.address());

@@ -85,6 +85,24 @@ TEST(BusFault, BusOffIsNotForgottenBecauseTheControllerWasRestarted) {
   EXPECT_TRUE(m.frames(0x701).empty());
 }
 
+TEST(BusFault, AnEStopThatWasOpenBeforeDoesNotHideTheQuestionAfterABusOff) {
+  BenchMachine m;
+  lead(m);
+  m.nodes.set_estop(true);
+  m.run(200ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kEStop);
+  m.bus.bus_off(0);
+  set_enable(m, false, 2s);
+  m.nodes.set_estop(false);
+  m.bus.recover(0);
+  m.run(100ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kBusOff) << text(m.loop.blocking());
+  set_enable(m, true, 100ms);
+  set_enable(m, false, 4s);
+  set_enable(m, true, 0ms);
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
 TEST(BusFault, StartedWithoutAnybodyOnTheBusItSaysSoAndGoesOnOnceTheyAreThere) {
   BenchMachine m;
   m.bus.cut(true);

@@ -76,6 +76,17 @@ TEST(ListensFirst, EachFrameThatOnlyAControllerSendsIsEnoughAndTwoPeriodsAreHear
   }
 }
 
+TEST(ListensFirst, WhatAProgramThatWasKilledLeftInTheInterfacesQueueIsNoControllerAsItDoesNotGoOn) {
+  BenchMachine m;
+  m.hung = true;
+  BusAccess access = stranger_on(m);
+  for (const CanFrame& left : {canopen::valve_command_frame(0x210, {}), canopen::enable_output_frame(0x240, 0),
+                               canopen::heartbeat_frame(1, canopen::NmtState::kOperational), canopen::sync_frame()})
+    ASSERT_TRUE(m.bus.port(0).send(left));
+  EXPECT_NO_THROW(refuse_other_controller(m.description.bus, access));
+  EXPECT_EQ(m.frames(canopen::kSyncId).size(), 1U) << "it was there to be heard";
+}
+
 TEST(ListensFirst, SendsNothing) {
   BenchMachine m;
   m.hung = true;

@@ -106,6 +106,19 @@ TEST(ForeignSender, IsAReasonUntilItWasQuietForASecondAndTheOperatorAsksAnew) {
   EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
 }
 
+TEST(ForeignSender, HidesNoOpenEStopHoweverLongItIsHeard) {
+  BenchMachine m;
+  lead(m);
+  m.hand.enable = false;
+  m.nodes.set_estop(true);
+  m.run(500ms);
+  for (int i = 0; i < 4000; ++i) {
+    if (i % 100 == 0) stranger(m).send(canopen::valve_command_frame(0x210, {}));
+    m.tick();
+    ASSERT_EQ(m.loop.blocking().code, ReasonCode::kEmergencyStop) << i << " ms: " << text(m.loop.blocking());
+  }
+}
+
 TEST(ForeignSender, TheFirstOfSeveralIsNamedAndAControllerBeforeAll) {
   BusWatch watch(test::test_machine().bus);
   const Time now{10s};
@@ -330,6 +343,32 @@ TEST(NodeIdTwice, WhatADelayHeldUpIsNotTooMuch) {
     for (int i = 0; i < 5; ++i) watch.synced();
     for (int i = 0; i < 5; ++i) watch.receive(pressure, Time{1s});
     ASSERT_FALSE(watch.twice()) << round;
+  }
+}
+
+TEST(NodeIdTwice, WhatMayBeHeldUpForAsLongAsAFileLetsASensorsValueAgeIsNoSign) {
+  BusDescription bus = test::test_machine().bus;
+  bus.sensor_age_limit_s = 0.2;
+  const int held_up = static_cast<int>(bus.sensor_age_limit_s * bus.sync_Hz);
+  BusWatch watch(bus);
+  watch.count_frames(true);
+  watch.note_second_answers(0x22, 1);
+  for (int i = 0; i < held_up; ++i) watch.synced();
+  for (int i = 0; i < held_up; ++i) watch.receive(canopen::pressure_frame(0x1A2, {20e5, 0}), Time{1s});
+  EXPECT_FALSE(watch.twice()) << text(watch.twice());
+}
+
+TEST(NodeIdTwice, InputsThatChangeAgainAndAgainForMinutesAreOneNodes) {
+  BusWatch watch(test::test_machine().bus);
+  watch.count_frames(true);
+  std::uint8_t inputs = canopen::kInputEStopClosed;
+  for (int i = 0; i < 5 * 60 * 100; ++i) {
+    const Time now{i * 10ms};
+    watch.step(now);
+    const bool bounces = i % 200 < 5;  // five changes, every two seconds
+    if (bounces) inputs ^= canopen::kInputPilotOn;
+    if (bounces || i % 5 == 0) watch.receive(canopen::enable_inputs_frame(0x1C0, inputs), now);
+    ASSERT_FALSE(watch.twice()) << text(watch.twice()) << " after " << to_seconds(now) << " s";
   }
 }
 
