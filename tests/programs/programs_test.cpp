@@ -92,13 +92,17 @@ TEST(ProgramThreads, WhoHasNeverCommandedEndsWithoutAFrameOnAnothersMachine) {
   LedByAnother bus;
   UdpLink link = UdpLink::listen("127.0.0.1:0");
   Heard said;
-  programs::ProgramConsole console("slave", said.stream, false);
   constexpr double kPatience_s = 60;
-  const programs::SlaveOutcome outcome = programs::run_slave(machine(), bus, link, random_start(),
-                                                             {[&bus] { return bus.heard < 20; }, console, kPatience_s});
+  programs::SlaveOutcome outcome;
+  {
+    programs::ProgramConsole console("slave", said.stream, false);  // says the last at its end
+    outcome = programs::run_slave(machine(), bus, link, random_start(),
+                                  {[&bus] { return bus.heard < 20; }, console, kPatience_s});
+  }
   EXPECT_GE(bus.heard, 20);
   EXPECT_EQ(bus.sent, 0);
   EXPECT_TRUE(said.says("stopped: nothing was commanded, so nothing was sent")) << said.text();
+  EXPECT_FALSE(outcome.commanded);
   EXPECT_TRUE(outcome.unconfirmed.empty());
 }
 
