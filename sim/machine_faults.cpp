@@ -48,7 +48,7 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineO
       }
       return;
     case FaultKind::kNodeIdTwice:
-      return port.double_node(broken ? node : 0);
+      return port.double_node(node, broken);
     case FaultKind::kEStop:
       return machine.set_estop(broken);
     case FaultKind::kSyncDropped:
@@ -75,8 +75,9 @@ void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far
 }
 
 void MachineFaults::send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& port) noexcept {
-  if (++foreign_ms_ % kForeignPeriod_ms != 0) return;
-  if (kind == FaultKind::kOtherController) {
+  const bool controller = kind == FaultKind::kOtherController;
+  if (++foreign_ms_[controller ? 0 : node & 0x7FU] % kForeignPeriod_ms != 0) return;
+  if (controller) {
     port.shout(canopen::heartbeat_frame(bus_.controller_id, canopen::NmtState::kOperational));
     port.shout(canopen::sync_frame());
     return;

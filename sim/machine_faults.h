@@ -1,6 +1,7 @@
 // Breaks and mends what is behind the machine's bus, be the bus a virtual or a real one.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "machine/bus_description.h"
@@ -23,7 +24,7 @@ class MachineFaults {
   void send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& port) noexcept;
 
   BusDescription bus_;
-  int foreign_ms_ = 0;  ///< Since somebody else's last frames.
+  std::array<int, 128> foreign_ms_{};  ///< By node: since somebody else's last frames to it; 0: the controller's.
   double babble_bits_per_ms_, babble_bits_ = 0;
   int babblers_ = 0;  ///< They share what is left of the bus.
 };

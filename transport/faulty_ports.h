@@ -1,6 +1,7 @@
 // Wires of the simulated machine and device, with what can be done to them: they lose, swallow and cut short.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 
 #include "core/ring.h"
@@ -21,8 +22,8 @@ class FaultyPort final : public CanBus {
 
   void cut(bool on) noexcept { cut_ = on; }
   void drop_sync(bool on) noexcept { drop_sync_ = on; }
-  /// What the node of this id sends is sent twice, as if a second device had its id; 0: no node's.
-  void double_node(std::uint8_t id) noexcept { doubled_ = id; }
+  /// What the node of this id sends is sent twice, as if a second device had its id.
+  void double_node(std::uint8_t id, bool on) noexcept { doubled_[id & 0x7FU] = on; }
   /// Only the nodes on this port hear it, before anything else. As many between two steps as there are node ids.
   void whisper(const CanFrame& frame) noexcept { whispered_.push(frame); }
   /// Past everything else, onto the bus.
@@ -31,7 +32,7 @@ class FaultyPort final : public CanBus {
  private:
   CanBus& bus_;
   bool cut_ = false, drop_sync_ = false;
-  std::uint8_t doubled_ = 0;
+  std::bitset<128> doubled_;
   Ring<CanFrame, 128> whispered_;
 };
 

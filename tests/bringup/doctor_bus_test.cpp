@@ -119,7 +119,7 @@ TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
 /// A second device with a node's id, that answers and sends what the first one does.
 std::shared_ptr<sim::MachineOnBus> doubled(std::uint8_t node) {
   auto bus = simulated_bus();
-  bus->nodes_end().double_node(node);
+  bus->nodes_end().double_node(node, true);
   return bus;
 }
 

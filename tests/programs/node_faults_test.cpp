@@ -57,5 +57,30 @@ TEST(NodeFaults, WhoeverBabblesTogetherFillsTheBusNoFullerThanOne) {
   EXPECT_NEAR(static_cast<double>(in_turn), static_cast<double>(one), 2);
 }
 
+TEST(NodeFaults, EveryForeignSenderSendsAsIfItWereAlone) {
+  const BusDescription& bus = solar().bus;
+  const std::uint32_t boom = bus.valves[kBoom].rpdo_id(), arm = bus.valves[kArm].rpdo_id();
+  const auto valves = frames_with({"foreign_sender:boom_valve@0.1", "foreign_sender:arm_valve@0.1"});
+  EXPECT_EQ(count(valves, boom), 20);
+  EXPECT_EQ(count(valves, arm), 20);
+  const auto controller_too = frames_with({"foreign_sender:boom_valve@0.1", "other_controller@0.1"});
+  EXPECT_EQ(count(controller_too, boom), 20);
+  EXPECT_EQ(count(controller_too, canopen::kSyncId), 20);
+}
+
+TEST(NodeFaults, EveryNodeIdThatIsTwiceStaysSoWhileAnotherComesAndGoes) {
+  const BusDescription& bus = solar().bus;
+  const std::uint32_t boom = canopen::heartbeat_id(bus.valves[kBoom].id), tilt = canopen::heartbeat_id(bus.tilt.id);
+  const std::vector<std::string> reboots{"node_reset:boom_valve@0.2", "node_reset:tilt@0.2"};
+  const auto boot_ups = [&](std::vector<std::string> faults) {
+    faults.insert(faults.end(), reboots.begin(), reboots.end());
+    const auto frames = frames_with(faults);
+    return std::pair(count(frames, boom), count(frames, tilt));
+  };
+  EXPECT_EQ(boot_ups({}), std::pair(1L, 1L));
+  EXPECT_EQ(boot_ups({"node_id_twice:boom_valve@0.1", "node_id_twice:tilt@0.1"}), std::pair(2L, 2L));
+  EXPECT_EQ(boot_ups({"node_id_twice:boom_valve@0.1", "node_id_twice:tilt@0.1+0.05"}), std::pair(2L, 1L));
+}
+
 }  // namespace
 }  // namespace knuckle::programs
