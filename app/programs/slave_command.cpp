@@ -285,13 +285,23 @@ int run(const Options& o, const DrawCamera& draw) {
   const std::vector<video::SenderSetup> camera_setups =
       check_cameras(o.cameras, o.link.insecure, o.link.address, setup.simulation ? &setup.machine : nullptr);
   ProgramConsole console("knuckle slave");
-  std::unique_ptr<SocketCanBus> interface;
-  if (!setup.simulation) {
-    interface = open_interface(o, setup.machine, interrupt, console);
-    if (!interface) return 0;
-  }
   AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
       json("--json", o.json, AskedOutput::Content::kResult);
+  const auto put = [&](const Json& result) {
+    if (auto* out = json.stream()) *out << result.dump(2) << '\n';
+    commit_all({&candump, &csv, &json});
+    return 0;
+  };
+  std::unique_ptr<SocketCanBus> interface;
+  if (!setup.simulation) {
+    const double waiting_unix_s = unix_time_s();
+    interface = open_interface(o, setup.machine, interrupt, console);
+    if (!interface) {
+      Json waited = result_json(o, setup, waiting_unix_s, {}, console.lines_lost());
+      waited["path"] = waited["recording"] = nullptr;
+      return put(waited);
+    }
+  }
   SlaveCameras cameras(camera_setups, setup.machine,
                        setup.simulation ? setup.simulation->scenario.world : sim::WorldDescription{}, draw);
   MachineBus machine(std::move(interface), setup, cameras);
@@ -358,9 +368,7 @@ int run(const Options& o, const DrawCamera& draw) {
     result["simulated"]["happened"] = machine.happened();
     result["realtime"]["machine"] = loop_json(machine.machine_thread()->report());
   }
-  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
-  commit_all({&candump, &csv, &json});
-  return 0;
+  return put(result);
 }
 
 }  // namespace

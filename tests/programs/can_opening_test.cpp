@@ -8,6 +8,7 @@
 
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::programs {
 namespace {
@@ -65,6 +66,30 @@ TEST(CanOpening, TheMachinesSideWaitsUntilItIsAskedToEndAndSaysForWhat) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(run.err.empty() || run.err.find("waiting for CAN interface nosuch7: no such interface") == 15U)
       << run.err;
+}
+
+TEST(CanOpening, TheMachinesSideThatOnlyWaitedLeavesTheAskedResultOfNoTime) {
+  const test::TemporaryFolder folder;
+  const std::string json = folder.file("result.json");
+  std::vector<std::string> words = slave("nosuch7", true);
+  words.insert(words.end(), {"--json", json});
+  test::RunningProgram program(test::program("knuckle"), words);
+  ASSERT_TRUE(program.interrupt_when_it_listens());
+  const test::ProgramRun run = program.wait();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string result = test::content(json);
+  EXPECT_NE(result.find("\"ran_s\": 0.0"), std::string::npos) << result;
+}
+
+TEST(CanOpening, OutputsThatCannotBeWrittenAreRefusedBeforeItWaits) {
+  std::vector<std::string> words = slave("nosuch7", true);
+  words.insert(words.end(), {"--csv", "/dev/null/x.csv"});
+  test::RunningProgram program(test::program("knuckle"), words);
+  EXPECT_TRUE(program.ends_within(std::chrono::seconds(20)));
+  program.signal(SIGINT);
+  const test::ProgramRun run = program.wait();
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("--csv"), std::string::npos) << run.err;
 }
 
 TEST(CanOpening, NobodyWaitsForWhatNeverWillBeACanInterface) {
