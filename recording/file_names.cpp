@@ -44,10 +44,11 @@ bool ours(const std::string& name) {
   return std::regex_match(name, kReal) || std::regex_match(name, kVirtual);
 }
 
-/// A FileWriter holds a lock, which ends with its program however that ends. What cannot be opened is not ours.
+/// A FileWriter holds a lock, which ends with its program however that ends. A file of somebody else that may not be
+/// opened is deleted in its turn: else it would count for ever, and newer ones would go instead.
 bool being_written(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return true;
+  if (file < 0) return errno != EACCES;
   const bool locked = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   ::close(file);
   return locked;

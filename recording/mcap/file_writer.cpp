@@ -22,7 +22,9 @@ bool FileWriter::open(const std::string& path, const Topics& topics) {
     error_ = errno;
     return false;
   }
-  (void)::flock(file, LOCK_SH | LOCK_NB);  // says to others that it is being written
+  // Says to others that it is being written; waits for one that is just looking.
+  while (::flock(file, LOCK_SH) != 0 && errno == EINTR) {
+  }
   file_ = file;
   torn_ = false;
   bytes_ = crc_ = 0;

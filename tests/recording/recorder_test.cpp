@@ -238,6 +238,35 @@ TEST(Recorder, RecordingOfAKilledProgramIsTheNewestAlsoWhereTheClockIsBehind) {
   EXPECT_EQ(recording::make_room(folder.path().string(), 0), std::vector{files.back().path}) << "its lock has ended";
 }
 
+/// While one lives, files may keep this program out: it is not root.
+class WithoutRights {
+ public:
+  WithoutRights() {
+    constexpr uid_t kNobody = 65534;
+    if (root_ && seteuid(kNobody) != 0) ADD_FAILURE() << "still root";
+  }
+  ~WithoutRights() {
+    if (root_ && seteuid(0) != 0) ADD_FAILURE() << "not root again";
+  }
+  WithoutRights(const WithoutRights&) = delete;
+  WithoutRights& operator=(const WithoutRights&) = delete;
+
+ private:
+  bool root_ = geteuid() == 0;
+};
+
+TEST(Recorder, AFileThatMayNotBeOpenedIsDeletedInItsTurnAndSavesTheNewerOnes) {
+  TemporaryFolder folder;
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
+  const std::string closed = put_part(folder, "2026-11-25T10-00-00Z", -2h),
+                    own = put_part(folder, "2026-11-25T11-00-00Z", -1h);
+  std::filesystem::permissions(closed, std::filesystem::perms::none);
+  const WithoutRights nobody;
+  ASSERT_FALSE(std::ifstream(closed).is_open());
+  EXPECT_EQ(recording::make_room(folder.path().string(), 600'000), std::vector{closed});
+  EXPECT_TRUE(std::filesystem::exists(own));
+}
+
 TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
   SmallDisk disk(1'500'000);
   if (!disk.mounted()) GTEST_SKIP() << "may not mount";
