@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/quantile.h"
 
@@ -100,7 +104,17 @@ bool jumps_by(const Series& series, std::size_t at, double log_ratio) {
   return quantile(large, 0.1) > quantile(small, 0.9);
 }
 
-void refuse_unit_change(const MappedTable& table, const MappedChannel& channel, const Quantity& quantity) {
+struct UnitJump {
+  const MappedChannel* channel;
+  std::size_t index;  ///< In the table.
+  double log_ratio;   ///< Of cells, behind it over before it.
+  double cell, before;
+  std::string units;  ///< "MPa after bar"
+};
+
+/// All that look like a change of its unit.
+std::vector<UnitJump> unit_jumps(const MappedChannel& channel, const Quantity& quantity) {
+  std::vector<UnitJump> jumps;
   const Series series = series_of(channel);
   const double own = std::abs(channel.factor);
   const auto is_own = [&](const Unit& unit) { return std::abs(unit.si / own - 1) < 1e-6; };
@@ -119,11 +133,34 @@ void refuse_unit_change(const MappedTable& table, const MappedChannel& channel, 
       const bool from = !to && believable(series.cell[i], log_ratio) && jumps_by(series, i, -log_ratio);
       if (!to && !from) continue;
       const char* const own_name = said == quantity.units.end() ? "its own unit" : said->name;
-      table.refuse(
-          fmt::format("column '{}' changes its unit: from row {} on it is {:.5g}, before it {:.5g}: {} after {}",
-                      channel.column, table.rows[series.index[i]], series.cell[i], series.cell[i - 1],
-                      to ? other.name : own_name, to ? own_name : other.name));
+      jumps.push_back({&channel, series.index[i], to ? log_ratio : -log_ratio, series.cell[i], series.cell[i - 1],
+                       fmt::format("{} after {}", to ? other.name : own_name, to ? own_name : other.name)});
     }
+  }
+  return jumps;
+}
+
+[[noreturn]] void refuse_unit_change(const MappedTable& table, const UnitJump& jump) {
+  table.refuse(fmt::format("column '{}' changes its unit: from row {} on it is {:.5g}, before it {:.5g}: {}",
+                           jump.channel->column, table.rows[jump.index], jump.cell, jump.before, jump.units));
+}
+
+/// A logger that was set up anew writes its other pressures in the other unit, too.
+void judge_pressure_jumps(MappedTable& table, const std::vector<UnitJump>& jumps) {
+  std::map<std::size_t, std::vector<const UnitJump*>> at;
+  for (const UnitJump& jump : jumps) at[jump.index].push_back(&jump);
+  const MappedChannel* noted = nullptr;
+  for (const UnitJump& jump : jumps) {
+    const auto& same_row = at[jump.index];
+    const auto likewise = [&](const UnitJump* other) {
+      return other->channel != jump.channel && std::abs(other->log_ratio - jump.log_ratio) < 1e-6;
+    };
+    if (std::any_of(same_row.begin(), same_row.end(), likewise)) refuse_unit_change(table, jump);
+    if (jump.channel == noted) continue;
+    noted = jump.channel;
+    table.notes.push_back(
+        fmt::format("column '{}' jumps from {:.5g} to {:.5g} at row {} (as {}), no other one does: used",
+                    jump.channel->column, jump.before, jump.cell, table.rows[jump.index], jump.units));
   }
 }
 
@@ -183,9 +220,18 @@ void refuse_exchange(const MappedTable& table, const MappedChannel& a, const Map
 
 }  // namespace
 
-void refuse_halfway_changes(const MappedTable& table) {
-  for (const MappedChannel& channel : table.channels)
-    if (const auto quantity = quantity_of(channel.name)) refuse_unit_change(table, channel, *quantity);
+void refuse_halfway_changes(MappedTable& table) {
+  std::vector<UnitJump> of_pressures;
+  for (const MappedChannel& channel : table.channels) {
+    const auto quantity = quantity_of(channel.name);
+    if (!quantity) continue;
+    for (UnitJump& jump : unit_jumps(channel, *quantity)) {
+      const bool pressure = quantity->units.data() == kPressures;
+      if (!pressure || of_thousands(jump.log_ratio)) refuse_unit_change(table, jump);
+      of_pressures.push_back(std::move(jump));
+    }
+  }
+  judge_pressure_jumps(table, of_pressures);
   for (auto a = table.channels.begin(); a != table.channels.end(); ++a) {
     const auto quantity = quantity_of(a->name);
     if (!quantity) continue;

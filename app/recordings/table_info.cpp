@@ -59,6 +59,13 @@ std::string utc(double unix_s) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(static_cast<std::time_t>(unix_s)));
 }
 
+/// @param from_s, to_s since 1970.
+std::string time_range(double from_s, double to_s) {
+  constexpr double k1980_s = 315'532'800, k2200_s = 7'258'118'400;
+  if (from_s < k1980_s || to_s > k2200_s) return "time, not certain: not all are of 1980 to 2200";
+  return fmt::format("time, {} to {} UTC", utc(from_s), utc(to_s));
+}
+
 void describe_read(const MappedTable& table, FileInfo& info) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < table.time_s.size(); ++i) steps.push_back(table.time_s[i] - table.time_s[i - 1]);
@@ -115,9 +122,7 @@ void describe_cells(CsvFile& file, FileInfo& info) {
     std::string what;
     if (is_time(header[c], c, numbers)) {
       const auto unit = unix_unit(times_seen(file, c));
-      what = unit ? fmt::format("time, {} to {} UTC", utc(numbers.front() * unit->factor),
-                                utc(numbers.back() * unit->factor))
-                  : "time perhaps";
+      what = unit ? time_range(numbers.front() * unit->factor, numbers.back() * unit->factor) : "time perhaps";
     }
     columns.add(header[c], extent, what);
   }
@@ -147,8 +152,13 @@ FileInfo table_info(const std::string& path, const std::string& map_path) {
   try {
     MappedTable table = own ? read_own_table(std::move(file)) : read_mapped_csv(std::move(file), *mapping);
     forget_unmeasured(table);
+    try {
+      refuse_halfway_changes(table);
+    } catch (const InputError&) {
+      describe_read(table, info);
+      throw;
+    }
     describe_read(table, info);
-    refuse_halfway_changes(table);
   } catch (const InputError& refusal) {
     info.whole = false;
     info.lines.push_back("  cannot be used: " + std::string(refusal.what()));

@@ -47,7 +47,7 @@ MappedTable logged() {
   return table;
 }
 
-std::string refusal(const MappedTable& table) {
+std::string refusal(MappedTable table) {
   try {
     refuse_halfway_changes(table);
   } catch (const InputError& error) {
@@ -64,26 +64,34 @@ constexpr std::size_t kChanges[] = {150, 411, 800, 1203, 1777};
 
 TEST(HalfwayChange, OfAUnitIsToldWithItsColumnAndRow) {
   struct Case {
-    const char* channel;
-    double ratio;  ///< Of cells, from the change on.
+    std::vector<const char*> channels;  ///< In the table's order, of which the first is told.
+    double ratio;                       ///< Of cells, from the change on.
     const char* what;
   };
-  const Case cases[] = {{"boom_head_Pa", 1e5, "Pa after bar"},    {"arm_head_Pa", 0.1, "MPa after bar"},
-                        {"bucket_head_Pa", 100, "kPa after bar"}, {"arm_rod_Pa", 14.5037738, "psi after bar"},
-                        {"boom_cylinder_m", 1000, "mm after m"},  {"arm_cylinder_m", 100, "cm after m"},
-                        {"boom_rad", kDeg, "rad after deg"}};
+  const Case cases[] = {{{"boom_head_Pa"}, 1e5, "Pa after bar"},
+                        {{"boom_head_Pa", "arm_head_Pa"}, 0.1, "MPa after bar"},
+                        {{"boom_head_Pa", "bucket_head_Pa"}, 100, "kPa after bar"},
+                        {{"boom_head_Pa", "arm_rod_Pa"}, 14.5037738, "psi after bar"},
+                        {{"boom_cylinder_m"}, 1000, "mm after m"},
+                        {{"arm_cylinder_m"}, 100, "cm after m"},
+                        {{"boom_rad"}, kDeg, "rad after deg"}};
   int told = 0;
   for (const Case& c : cases) {
     for (const std::size_t at : kChanges) {
       for (const bool first : {false, true}) {  // the other unit before, or behind
         MappedTable table = logged();
-        MappedChannel& changed = channel(table, c.channel);
-        const bool open_to_tank = changed.name.ends_with("_Pa") && changed.values[at] < 5e5;
+        const bool open_to_tank = std::any_of(c.channels.begin(), c.channels.end(), [&](const char* name) {
+          return std::string(name).ends_with("_Pa") && channel(table, name).values[at] < 5e5;
+        });
         if (open_to_tank && std::abs(std::log(c.ratio)) < std::log(500)) continue;
         ++told;
-        const std::size_t begin = first ? 0 : at, end = first ? at : changed.values.size();
-        for (std::size_t i = begin; i < end; ++i)
-          changed.values[i] = (changed.values[i] - changed.offset) * c.ratio + changed.offset;
+        for (const char* name : c.channels) {
+          MappedChannel& other = channel(table, name);
+          const std::size_t begin = first ? 0 : at, end = first ? at : other.values.size();
+          for (std::size_t i = begin; i < end; ++i)
+            other.values[i] = (other.values[i] - other.offset) * c.ratio + other.offset;
+        }
+        const MappedChannel& changed = channel(table, c.channels.front());
         const std::string said = refusal(table);
         EXPECT_EQ(said.find("log.csv: column '" + changed.column + "' changes its unit: from row " +
                             std::to_string(at + 2) + " on it is "),
@@ -106,6 +114,33 @@ TEST(HalfwayChange, OfAUnitIsToldAlsoWhereItChangesBackAndWhereCellsAreMissing) 
   for (std::size_t i = 600; i < 650; ++i) changed.values[i] *= 1e5;
   for (std::size_t i = 590; i < 602; ++i) changed.values[i] = std::nan("");
   EXPECT_NE(refusal(table).find("' changes its unit: from row 604 on it is "), std::string::npos) << refusal(table);
+}
+
+/// A load that is held, then let down within one sample: what a release valve does, 20 samples a second.
+void release(MappedChannel& pressure, std::size_t at, double held_bar, double released_bar) {
+  for (std::size_t i = 0; i < pressure.values.size(); ++i)
+    pressure.values[i] = 1e5 * (i < at ? held_bar : released_bar) * (1 + 1e-3 * std::sin(static_cast<double>(i)));
+}
+
+TEST(HalfwayChange, IsNotedOnlyWhereOnePressureAloneJumpsByFewerThanHundreds) {
+  struct Case {
+    double held_bar, released_bar;
+    const char* what;
+  };
+  for (const Case& c : {Case{150, 15, "MPa after bar"},
+                        {15, 150, "bar after MPa"},
+                        {220, 15.2, "bar after psi"},
+                        {600, 6, "bar after kPa"}}) {
+    MappedTable table = logged();
+    release(channel(table, "boom_head_Pa"), 800, c.held_bar, c.released_bar);
+    release(channel(table, "arm_rod_Pa"), 900, c.held_bar, c.released_bar);
+    EXPECT_EQ(refusal(table), "accepted") << c.what << ": also where another one jumps later";
+    refuse_halfway_changes(table);
+    ASSERT_EQ(table.notes.size(), 2u) << c.what;
+    EXPECT_EQ(table.notes[0].find("column 'col boom_head_Pa' jumps "), 0u) << table.notes[0];
+    EXPECT_NE(table.notes[0].find(" at row 802 "), std::string::npos) << table.notes[0];
+    EXPECT_NE(table.notes[0].find(c.what), std::string::npos) << table.notes[0];
+  }
 }
 
 TEST(HalfwayChange, ThatExchangesTwoChannelsIsToldWithBothAndTheRow) {

@@ -130,6 +130,11 @@ TEST_F(Info, OfATableOfAnotherProgramSaysWhatAMappingMakesOfItOrWhatStandsInIt) 
   expect_says(bare,
               {"B, 4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
                "time, 2025-12-19 12:30:54 to 2025-12-19 12:30:57 UTC", "--map FILE.toml says what its columns are"});
+  for (const char* odd : {"1766147457000000000", "1e300"}) {  // one in nanoseconds, or nonsense
+    const std::string last =
+        put("last.csv", std::string("Zeit,Druck\n1766147454,17\n1766147455,18\n1766147456,19\n") + odd + ",20\n");
+    expect_says(table_info(last, ""), {"time, not certain: not all are of 1980 to 2200"});
+  }
   const std::string map = put("map.toml",
                               "[time]\ncolumn = \"Zeit\"\ngap_s = 2\n[[channel]]\nname = \"p_Pa\"\ncolumn = \"Druck\"\n"
                               "unit = \"bar\"\nsign = 1\noffset = 0\n");
