@@ -45,7 +45,7 @@ TEST(PairedConsoleThreads, ShowsTheSealedPicturesOfItsSessionAndOfTheOneAfterIt)
       program("knuckle"),
       std::vector<std::string>{"console", "--no-log", "--mute", "--connect", link, "--machine", "solar015", "--keys",
                                folder.file("desk"), "--camera", "mast=knuckle:" + video});
-  const console::window::ScreenPixel in_picture(150, 300);  // of the camera's, beside all that is drawn over it
+  const console::window::ScreenPixel in_picture(400, 300);  // of the camera's
   const auto red = [&] {
     const auto [r, g, b] = in_picture.look();
     return r > 200 && g < 60 && b < 60;
