@@ -124,7 +124,7 @@ TEST_F(ServiceWatchTest, WithoutAWatchdogNothingIsFed) {
 TEST_F(ServiceWatchTest, TheMachinesSideTellsItsStartItsModeItsStepsAndItsEnd) {
   const test::ProgramRun run = test::run_program(
       test::program("knuckle"),
-      {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--no-log", "--duration", "0.7"});
+      {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--no-log", "--duration", "2"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const Lines heard = systemd_.heard();
   ASSERT_GE(heard.size(), 4u);
