@@ -122,6 +122,8 @@ TEST_F(ServiceWatchTest, WithoutAWatchdogNothingIsFed) {
 }
 
 TEST_F(ServiceWatchTest, TheMachinesSideTellsItsStartItsModeItsStepsAndItsEnd) {
+  // Fed every 0.5 s: nobody reads until the program has ended, and a socket keeps 10 lines (net.unix.max_dgram_qlen).
+  setenv("WATCHDOG_USEC", "2000000", 1);
   const test::ProgramRun run = test::run_program(
       test::program("knuckle"),
       {"slave", "--simulate", "--listen", "127.0.0.1:0", "--insecure", "--no-log", "--duration", "2"});
