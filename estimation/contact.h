@@ -14,7 +14,7 @@ class ContactCusum {
   static constexpr double kHighPass_Hz = 2;
   static constexpr double kDrift = 2;  ///< k, in standard deviations of the free signal.
   /// h, likewise, for a step of 5 ms. With 10, an hour of free air has four times as many false events
-  /// (docs/results.md). A hit that is clipped is noticed 6 ms later than with 10, one of four deviations 25 ms later.
+  /// (docs/theory.md). A hit that is clipped is noticed 6 ms later than with 10, one of four deviations 25 ms later.
   static constexpr double kThreshold = 20;
   static constexpr double kReferenceStep_s = 5e-3;
   static constexpr double kClip = 10;  ///< One sample adds no more: a single outlier is no contact.

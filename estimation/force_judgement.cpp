@@ -29,7 +29,7 @@ constexpr double kFreeTime_s = 1.0;      // untouched for so long: free motion
 constexpr double kTurningFade_s = 0.15;  // how long a rod's turning is felt in filtered torques
 constexpr double kSwingFade_s = 0.3;     // half a period of the slowest swing
 // A boom that brakes hard swings on hull and steel near their own frequencies, where they yield by more than the static
-// amount that is taken off. Of the torque that accelerates the masses so much is not believed (docs/results.md).
+// amount that is taken off. Of the torque that accelerates the masses so much is not believed (docs/theory.md).
 constexpr double kSlowInertialDoubt = 0.15, kContactInertialDoubt = 0.25;
 constexpr double kMoving_mps = 5e-3;
 

@@ -93,7 +93,7 @@ struct ObserverChannel {
 
   static constexpr double kTinyLever_m = 1e-6;
   /// Encoders show a creep in steps, and of some rods that stand as well. A friction that turns with each of them keeps
-  /// a press from standing still (docs/estimation-results.md): as slowly as a single step can look, so many of them
+  /// a press from standing still (docs/theory.md): as slowly as a single step can look, so many of them
   /// turn it, or the bristles' own distance where that is more.
   static constexpr double kStepsToTurn = 8;
   /// What vibrates less than it goes one way is not released. All of the speed that encoders show cannot be taken off,

@@ -17,7 +17,7 @@ enum class LinkQuality : std::uint8_t { kGood, kFair, kPoor, kBad };
 struct QualityBounds {
   double fair, poor, bad;
 };
-// Felt contacts hold to 10 % in 9 sessions of 10 up to 0.1 s, become soft up to 0.4 s (docs/stability.md); beyond
+// Felt contacts hold to 10 % in 9 sessions of 10 up to 0.1 s, become soft up to 0.4 s (docs/evaluation.md); beyond
 // 0.45 s no force is felt.
 inline constexpr QualityBounds kRoundTripBounds_s{0.1, 0.2, 0.4};
 inline constexpr QualityBounds kLossBounds{0.02, 0.1, 0.3};

@@ -79,7 +79,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--flights", o.flights, "Folder for flight records: the last half minute of every fault and stop");
   c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
-  c.add_option("--json", o.json, "Write the result as JSON (described in docs/results.md)");
+  c.add_option("--json", o.json, "Write the result as JSON (described in docs/scenarios.md)");
 }
 
 void check_places(const session::SimulateOptions& o) {

@@ -6,7 +6,7 @@
 
 namespace knuckle::report {
 
-/// "felt force, error of a hold" of "hold_error_N"; docs/results.md says exactly how each is measured. The name itself
+/// "felt force, error of a hold" of "hold_error_N"; docs/scenarios.md says exactly how each is measured. The name itself
 /// where there are no words for it.
 [[nodiscard]] std::string metric_words(std::string_view name);
 

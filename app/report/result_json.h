@@ -1,4 +1,4 @@
-// The machine-readable result of a session. docs/results.md documents every key.
+// The machine-readable result of a session. docs/scenarios.md documents every key.
 #pragma once
 
 #include "app/cli/json.h"

@@ -1,4 +1,4 @@
-// The numbers a session is judged by, computed from its record alone. docs/results.md says how each is defined.
+// The numbers a session is judged by, computed from its record alone. docs/scenarios.md says how each is defined.
 #pragma once
 
 #include <span>

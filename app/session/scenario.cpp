@@ -324,7 +324,7 @@ Criterion read_criterion(TomlTable& table, CriterionKind kind, const Scale& scal
   criterion.kind = kind;
   criterion.metric = table.text("metric");
   const MetricEntry* const entry = find_metric(criterion.metric);
-  table.require(entry != nullptr, "metric", "is not a metric: docs/results.md lists them");
+  table.require(entry != nullptr, "metric", "is not a metric: docs/scenarios.md lists them");
   if (kind == CriterionKind::kSafety) {
     std::string known;
     for (const std::string_view metric : kSafetyMetrics) known += (known.empty() ? "" : ", ") + std::string(metric);

@@ -135,7 +135,7 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
     return last_frame_before(machine_book.frames, node.tpdo_id(), broken.at).value_or(broken.at);
   };
   switch (broken.fault.kind) {
-    case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/results.md.
+    case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/scenarios.md.
       for (int joint = 0; joint < kJoints; ++joint) {
         if (wire.valves[static_cast<std::size_t>(joint)].id != broken.fault.subject) continue;
         return last_following(machine_book.frames, setup.machine, joint, latched_at).value_or(broken.at);

@@ -113,7 +113,7 @@ cli::Command contact_loop_entry() {
             command.add_flag(
                 "--sensitivity", o->sensitivity,
                 "Instead: by how much single changes of the machine change the predicted gain of the loop");
-            command.add_option("--json", o->json, "Write the rows as JSON (described in docs/contact-loop.md)");
+            command.add_option("--json", o->json, "Write the rows as JSON (described in docs/evaluation.md)");
             return [o] { return run(*o); };
           }};
 }

@@ -1,4 +1,4 @@
-// `knuckle-studies contact-loop`: the machine-side contact loop without an operator (docs/contact-loop.md).
+// `knuckle-studies contact-loop`: the machine-side contact loop without an operator (docs/evaluation.md).
 #pragma once
 
 #include "app/cli/command.h"

@@ -50,7 +50,7 @@ struct ContactRow {
 [[nodiscard]] ContactRow contact_row(const MachineDescription& machine, const ContactCell& cell, std::uint64_t seed);
 
 void print_contact_rows(const std::vector<ContactRow>& rows, const MachineDescription& machine, std::ostream& out);
-/// Described in docs/contact-loop.md.
+/// Described in docs/evaluation.md.
 void write_contact_rows(const std::vector<ContactRow>& rows, const MachineDescription& machine, std::ostream& out);
 /// Every hold calm as on file, and every border within the bound.
 [[nodiscard]] bool all_passed(const std::vector<ContactRow>& rows);

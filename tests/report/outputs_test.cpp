@@ -91,7 +91,7 @@ TEST(ResultJson, ListsEachKindApartWithTheMomentOfItsWorst) {
 }
 
 TEST(ResultJson, IsDocumentedKeyByKey) {
-  const std::string documentation = test::content(test::source_dir() + "/docs/results.md");
+  const std::string documentation = test::content(test::source_dir() + "/docs/scenarios.md");
   const auto json = nlohmann::json::parse(result_json(session::judge(session::synthetic_session())).dump());
   for (const auto& [key, value] : json.items()) {
     EXPECT_NE(documentation.find('`' + key), std::string::npos) << key;
