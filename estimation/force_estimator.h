@@ -1,6 +1,6 @@
 // The force of the world on the bucket tip, from cylinder pressures: momentum observer on the machine's model (as
 // calibrated, else as drawn) minus friction ("dynamic tare"), with covariance, confidence and contact event. Runs in
-// the slave loop. Mechanisms and figures: docs/force-estimation.md.
+// the slave loop. Mechanisms and figures: docs/theory.md, docs/evaluation.md.
 #pragma once
 
 #include <array>

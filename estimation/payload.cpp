@@ -21,7 +21,7 @@ constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about 
 // A lift starts where the mean innovation of about half a second passes this many standard deviations.
 constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 // A wall overhead pushes the bucket down like a load, along which it also slides, but does not let it rise: bucket and
-// wall give way, and the bucket turns, by up to 2 cm of the load's usual place (docs/evaluation.md).
+// wall give way, and the bucket turns, by up to 2 cm of the load's usual place (docs/theory.md).
 constexpr double kLifted_m = 0.03;
 // The bucket is called empty when a load beyond this is out of the question.
 constexpr double kEmpty_kg = 3;

@@ -1,5 +1,5 @@
 // Rigid-body dynamics of the planar three-link arm, linear in nine base parameters, with and without acceleration.
-// Force estimation and identification share it. Equations: docs/force-estimation.md ("The model").
+// Force estimation and identification share it. Equations: docs/theory.md ("Model").
 //
 // Coordinates. The regressors are in *absolute* link angles phi_1 = theta_boom + hull pitch, phi_2 = phi_1 + theta_arm,
 // phi_3 = phi_2 + theta_bucket, with generalised forces Q_i = tau_i - tau_{i+1}. Everything that leaves this file as

@@ -1,4 +1,4 @@
-// The bilateral laws by name, as device files and --control name them. What each does: docs/laws.md.
+// The bilateral laws by name, as device files and --control name them. What each does: docs/theory.md.
 #pragma once
 
 #include <array>

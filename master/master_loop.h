@@ -56,7 +56,7 @@ class MasterLoop {
   /// stop or a release of enable has just been noticed.
   void step(Time now) noexcept;
 
-  static constexpr double kStiffest = 2;  ///< 4 throws a light grip (docs/control.md).
+  static constexpr double kStiffest = 2;  ///< 4 throws a light grip (docs/theory.md).
   /// @param position_scale machine metres per hand metre, @param force_scale hand newtons per machine newton.
   /// @return false, and nothing changes, while the machine is led, where a scale is not positive and finite, or where
   /// the spring, which both scales make, would be stiffer than kStiffest times the device file's.

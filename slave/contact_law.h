@@ -1,5 +1,5 @@
 // What the machine does where it touches something: it gives way to the force at the point that is touched, presses no
-// further than the hand is shown, and moves no faster than its own oil lets it stay steady. Equations: docs/control.md.
+// further than the hand is shown, and moves no faster than its own oil lets it stay steady. Equations: docs/theory.md.
 #pragma once
 
 #include <Eigen/Core>

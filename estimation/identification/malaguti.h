@@ -6,7 +6,7 @@
 //
 // The boom is a known moving base: its angle (tilt sensor and encoder) carries the links, its own parameters do not
 // show. The paper treats the two rows as two problems; they share parameters, so here they are one, each row weighted
-// with what it leaves over. Its misprints are listed in docs/baselines.md.
+// with what it leaves over. Its misprints are listed in docs/theory.md.
 #pragma once
 
 #include <span>
