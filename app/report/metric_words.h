@@ -6,8 +6,8 @@
 
 namespace knuckle::report {
 
-/// "felt force, error of a hold" of "hold_error_N"; docs/scenarios.md says exactly how each is measured. The name itself
-/// where there are no words for it.
+/// "felt force, error of a hold" of "hold_error_N"; docs/scenarios.md says exactly how each is measured. The name
+/// itself where there are no words for it.
 [[nodiscard]] std::string metric_words(std::string_view name);
 
 /// "from the hand to the valve" of the hop "hand_to_valve"; likewise.
