@@ -19,7 +19,7 @@ struct DeviceTruth {
 };
 
 /// A smooth one is as its file says. Serviced: torque constants +-3 %, joints' zeros +-0.1 deg. Worn: +-10 %, +-0.5
-/// deg, friction up to 5 times and cogging up to 3 times as large, backlash to 0.3 deg. Sources: docs/batteries.md.
+/// deg, friction up to 5 times and cogging up to 3 times as large, backlash to 0.3 deg. Sources: sim/README.md.
 [[nodiscard]] DeviceTruth sample_device(const DeviceDescription& nominal, Family family, std::uint64_t seed);
 
 }  // namespace knuckle::sim

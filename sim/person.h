@@ -1,5 +1,5 @@
 // The operator's hand and eyes as far as they do not follow the plan: tremor, drift, giving way in a hold, slips, and
-// late, slow correction by what the screen shows. Sizes and sources: docs/batteries.md.
+// late, slow correction by what the screen shows. Sizes and sources: sim/README.md.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,7 +43,7 @@ struct Person {
 [[nodiscard]] double strength_N(LimbClass limb) noexcept;
 
 /// Crossover of a person who follows by eye, rad/s: 2 pi 0.16 / (T + 0.15)^0.85 with T the delay beyond the 0.15 s of
-/// the person (human frequency response against visual feedback delay; docs/batteries.md).
+/// the person (human frequency response against visual feedback delay; sim/README.md).
 [[nodiscard]] double correction_1ps(Duration reaction) noexcept;
 /// Fastest correction that this limb with a device in it follows without being made to swing, 1/s: an integrator of
 /// gain g in front of a mass on a damped spring is stable below g = b/m; half of it.

@@ -1,5 +1,5 @@
 // Which machines there are: the drawing with the errors that machines of one make have, and two families of rougher
-// ones. Where the sizes come from: docs/batteries.md.
+// ones. Where the sizes come from: sim/README.md.
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -28,7 +28,7 @@ struct LinkImpairment {
 
   double loss = 0;  ///< Each by itself.
   /// Gilbert-Elliott: the path is good or bad, for exponentially distributed times. Per unit of time and not per
-  /// datagram, so that one path is the same for all rates of sending; docs/relay.md has the conversion.
+  /// datagram, so that one path is the same for all rates of sending; docs/network.md has the conversion.
   struct BurstLoss {
     Duration mean_good{};  ///< Zero: always good.
     Duration mean_bad = 50ms;

@@ -1,4 +1,4 @@
-// What a battery of sessions draws from: a TOML file in config/grids. docs/batteries.md has every key.
+// What a battery of sessions draws from: a TOML file in config/grids. docs/studies.md has every key.
 #pragma once
 
 #include <cstdint>

@@ -29,7 +29,7 @@ struct CommissionPlan {
   }
 };
 
-/// How well the surveyor finds the axes of machines of this family. Sources: docs/batteries.md.
+/// How well the surveyor finds the axes of machines of this family. Sources: sim/README.md.
 void set_surveyor(sim::Family family, CommissionPlan& plan);
 
 struct CommissionRuns {

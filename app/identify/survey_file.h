@@ -1,4 +1,4 @@
-// A survey as a table that a surveyor fills in: one pose a row. Format: docs/geometry.md.
+// A survey as a table that a surveyor fills in: one pose a row. Format: docs/from-nothing-to-a-real-machine.md.
 #pragma once
 
 #include <ostream>

@@ -40,7 +40,7 @@ void print_rows(const std::vector<StudyRow>& rows, std::ostream& out);
 void print_left_out(const std::vector<MeasuredRecording>& recordings, std::ostream& out);
 /// One row for each recording, with all its metrics; what is none is empty.
 void write_csv(const std::vector<MeasuredRecording>& recordings, std::ostream& out);
-/// Schema knuckle-operators/1 (docs/operator-studies.md).
+/// Schema knuckle-operators/1 (docs/studies.md).
 void write_json(const std::vector<MeasuredRecording>& recordings, const std::vector<StudyRow>& rows,
                 const std::string& by, std::ostream& out);
 

@@ -28,8 +28,8 @@ void add_dial_options(const cli::OptionList& command, DialOptions& options, secu
   const bool operates = role == secure::Role::kOperator;
   command.add_option(
       "--dial", options.rendezvous,
-      operates ? "Instead of --connect: meet the machine's side at this rendezvous, HOST:PORT (docs/paths.md)"
-               : "Instead of --listen or beside it: meet operators at this rendezvous, HOST:PORT (docs/paths.md)");
+      operates ? "Instead of --connect: meet the machine's side at this rendezvous, HOST:PORT (docs/network.md)"
+               : "Instead of --listen or beside it: meet operators at this rendezvous, HOST:PORT (docs/network.md)");
   if (operates)
     command.add_option("--peer", options.peer, "With --dial: the machine's side, by its name in knuckle pair");
   command.add_option("--stun", options.stun,

@@ -183,7 +183,7 @@ void PolicyNote::tell(ProgramConsole& console, Time now, const RealtimeThread& t
   told_ = true;
   const bool real_time = policy->rfind("SCHED_FIFO", 0) == 0, all = policy->find(',') == std::string::npos;
   console.event(now, std::string(loop_) + " loop runs as " + *policy +
-                         (real_time && all ? "" : ": real time was not granted in full, see docs/realtime.md"));
+                         (real_time && all ? "" : ": real time was not granted in full, see docs/installing.md"));
 }
 
 double unix_time_s() {

@@ -59,7 +59,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
   c.add_option("--bursts-per-s", o.bursts_per_s, "Mean rate of link outages of 50 ms, 0 to 10");
   c.add_option("--impairment", o.impairment,
-               "What the link does, name or .toml file, such as lte (docs/relay.md); instead of the options above");
+               "What the link does, name or .toml file, such as lte (docs/network.md); instead of the options above");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
@@ -75,7 +75,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--truth", o.truth,
                "The simulated machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
-  c.add_option("--log", o.log, "Record all that the loops read, know and do (.mcap; docs/recording.md)");
+  c.add_option("--log", o.log, "Record all that the loops read, know and do (.mcap; docs/recordings.md)");
   c.add_option("--flights", o.flights, "Folder for flight records: the last half minute of every fault and stop");
   c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");

@@ -36,7 +36,7 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--impairment", o.impairment, "What happens to datagrams: name or .toml file, such as lte").required();
   c.add_option("--seed", o.seed, "Random seed (default: 1)").check(cli::seed_error);
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
-  c.add_option("--json", o.json, "Write counts and delays as JSON (described in docs/relay.md)");
+  c.add_option("--json", o.json, "Write counts and delays as JSON (described in docs/network.md)");
 }
 
 void check(const Options& o) {

@@ -29,7 +29,7 @@ int run(const std::string& listen) {
 
 cli::Command rendezvous_entry() {
   return {
-      "rendezvous", "Where two sides behind NAT find each other: passes their signed messages on (docs/paths.md)",
+      "rendezvous", "Where two sides behind NAT find each other: passes their signed messages on (docs/network.md)",
       [](const cli::OptionList& command) {
         const auto listen = std::make_shared<std::string>();
         command.add_option("--listen", *listen, "Address and TCP port, such as 0.0.0.0:5684 or [::]:5684").required();

@@ -1,5 +1,5 @@
 // Link files: what a network between operator and machine does, each way, and when. For sessions on virtual time and
-// for `knuckle relay`; docs/relay.md describes the keys.
+// for `knuckle relay`; docs/network.md describes the keys.
 #pragma once
 
 #include <string>

@@ -30,7 +30,7 @@ void add_options(const cli::OptionList& c, SweepOptions& o) {
   c.add_option("--jobs", o.jobs, "Threads, up to 1024; 0: one per processor")
       .show_default()
       .check(cli::count_within(0, 1024));
-  c.add_option("--json", o.json, "Write the result as JSON (docs/batteries.md)");
+  c.add_option("--json", o.json, "Write the result as JSON (docs/studies.md)");
   c.add_option("--shard", o.shard, "K/N: every N-th session (estimation: machine) from the K-th on");
   c.add_option("--rows", o.rows,
                "Keep the row of each session or machine in this file; what is there is not run again");

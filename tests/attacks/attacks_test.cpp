@@ -1,6 +1,6 @@
 // The machine's side as it is shipped, attacked: by OpenSSL's own client, with records that somebody on the way
 // changes, repeats, holds back and cuts, with a recorded session, and with floods. The right key does get in, so that
-// the refusals mean something. What each of these is worth: docs/security.md.
+// the refusals mean something. What each of these is worth: docs/network.md.
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -246,7 +246,7 @@ TEST_F(Attacks, FloodsCostNeitherMemoryNorLinesNorTheSession) {
   EXPECT_LT(lines_of(said_), 100) << said_;
 }
 
-/// Flooded and not, in one run: what a flood costs the machine's loop. Figures for docs/security.md.
+/// Flooded and not, in one run: what a flood costs the machine's loop.
 class DeepAttacks : public Attacks {
  protected:
   struct Cost {

@@ -104,7 +104,7 @@ TEST(Geometry, SurveyMakesLeversAsIfPinsWereKnownToHalfAMillimetre) {
   EXPECT_GT(inside / told, 0.85) << "95 % intervals of the link lengths";
 }
 
-// The table of docs/geometry.md: median / 95th percentile of machines.
+// Errors of levers: median / 95th percentile of machines.
 TEST(DeepGeometry, TwoHundredMachinesOfEachDrawingAreAsIfPinsWereKnownToHalfAMillimetre) {
   for (const char* name : {"solar015", "compact080"}) {
     const MachineDescription machine = load_machine(find_config("machine", name));

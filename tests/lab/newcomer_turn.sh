@@ -1,11 +1,11 @@
-# A newcomer behind NAT: the section "Step by step" of docs/paths.md, its commands word for word. Two computers are paired in
+# A newcomer behind NAT: the section "Step by step" of docs/network.md, its commands word for word. Two computers are paired in
 # one network, go behind symmetric NATs, and work through a TURN server.
 #
 #   host "machine" - "nat1" - this host: rendezvous and TURN server - "nat2" - host "operator"
 # shellcheck shell=dash disable=SC2154
 . /lab/lib/common.sh
 
-awk '/^## / { here = $0 == "## Step by step" } /^ *```/ { code = !code; next } here && code' /lab/paths.md |
+awk '/^## / { here = $0 == "## Step by step" } /^ *```/ { code = !code; next } here && code' /lab/network.md |
   sed 's/^ *//' > /tmp/section
 grep -e ' ' /tmp/section > /tmp/commands
 # The section's one command of this kind.

@@ -1,5 +1,5 @@
 // A recorded session's loops run again with something changed, on what they had read: what they would have known and
-// commanded at first, not what would have become of it (docs/recording.md).
+// commanded at first, not what would have become of it (docs/recordings.md).
 #pragma once
 
 #include <string>
