@@ -10,7 +10,7 @@
 
 namespace knuckle::battery {
 
-/// Name in docs/studies.md's words -> mean over the joints, or the value itself.
+/// Name in sim/README.md's words -> mean over the joints, or the value itself.
 [[nodiscard]] nlohmann::ordered_json effects_of(const sim::MachineTruth& truth);
 
 /// Spearman's rank correlation of an effect with a metric over the sessions that have both.
