@@ -1,14 +1,6 @@
-// Plain structs as recorded messages. Such a struct lists its members once, in a static function
-//
-//   template <typename Self, typename Visit>
-//   static void fields(Self& self, Visit&& visit) { visit("joint_rad", self.joint_rad); ... }
-//
-// and from that list come its schema (ROS 2's), its bytes (CDR) and its columns in tables. A name ends in the unit of
-// its value. What may be a member: numbers, bool, enums, Time, fixed vectors of doubles, Reason, and structs like
-// these.
+// Plain structs (core/fields.h) as recorded messages: their schema (ROS 2's) and their bytes (CDR).
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -17,59 +9,11 @@
 #include <string_view>
 #include <type_traits>
 
-#include "core/joints.h"
+#include "core/fields.h"
 #include "core/reason.h"
-#include "core/time.h"
 #include "recording/cdr.h"
 
 namespace knuckle::recording {
-
-/// Members of a struct that does not list them itself.
-template <typename Self, typename Visit>
-requires std::is_same_v<std::remove_const_t<Self>, Reason>
-void visit_fields(Self& self, Visit&& visit) {
-  visit("code", self.code);
-  visit("subject", self.subject);
-  visit("value", self.value);
-  visit("limit", self.limit);
-}
-template <typename Self, typename Visit>
-requires requires(Self& self, Visit& visit) {
-  std::remove_const_t<Self>::fields(self, visit);
-}
-void visit_fields(Self& self, Visit&& visit) {
-  std::remove_const_t<Self>::fields(self, visit);
-}
-
-template <typename T>
-concept ScalarField = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, Time>;
-template <typename T>
-concept VectorField = requires(const T& v) {
-  { *v.data() } -> std::convertible_to<double>;
-  v.size();
-};
-
-/// A scalar as it is recorded: bool as a byte, an enum as its number, a time in nanoseconds.
-template <ScalarField T>
-[[nodiscard]] auto number_of(T value) noexcept {
-  if constexpr (std::is_same_v<T, bool>) {
-    return static_cast<std::uint8_t>(value);
-  } else if constexpr (std::is_enum_v<T>) {
-    return static_cast<std::underlying_type_t<T>>(value);
-  } else if constexpr (std::is_same_v<T, Time>) {
-    return static_cast<std::int64_t>(value.time_since_epoch().count());
-  } else {
-    return value;
-  }
-}
-template <ScalarField T, typename Number>
-[[nodiscard]] T scalar_of(Number number) noexcept {
-  if constexpr (std::is_same_v<T, Time>) {
-    return Time(Duration(number));
-  } else {
-    return static_cast<T>(number);
-  }
-}
 
 /// Appends a value to a message. Allocates nothing.
 template <typename T>

@@ -21,6 +21,9 @@ inline constexpr double kSetPointRateCutoff_Hz = 30;
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
 [[nodiscard]] const char* name(Mode mode) noexcept;
+[[nodiscard]] constexpr unsigned number_of_words(Mode) noexcept {
+  return static_cast<unsigned>(Mode::kEStop) + 1;
+}
 /// Somebody leads the machine, holds it, or is about to: nothing that changes how it feels may be changed.
 [[nodiscard]] constexpr bool led(Mode mode) noexcept {
   return mode == Mode::kAligning || mode == Mode::kEngaged || mode == Mode::kHold;

@@ -26,7 +26,7 @@ Row run_cell(const Cell& cell) {
       row["metrics"][std::string(entry.name)] = number(judged.metrics.*entry.member);
     row["faults"] = Row::array();
     for (const session::FaultRecord& fault : session.record.faults) row["faults"].push_back(name(fault.reason.code));
-    row["digest"] = session.digest;
+    row["digest"] = session.digest.whole;
     row["failed"] = Row::array();
     for (const session::CriterionResult& criterion : judged.criteria) {
       if (criterion.missed() && decides(criterion.kind, session.requirements_decide))

@@ -54,7 +54,8 @@ void LiveSession::step(const HandInput& held) noexcept {
 }
 
 sim::OperatorView LiveSession::seen_by_operator() const noexcept {
-  return session::person_view(session::view_of(station_.master(), station_.start_rad()), station_.hand(), breaks_);
+  return session::person_view(session::view_of(now_, station_.master()), station_.start_rad(), station_.hand(),
+                              breaks_);
 }
 
 void LiveSession::count_breaks() noexcept {

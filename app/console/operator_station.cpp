@@ -31,7 +31,7 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
 
 void OperatorStation::step(Time now, const HandInput& held) noexcept {
   if (!hand_) return step_master(now);
-  const sim::OperatorView seen = session::person_view(session::view_of(master_, start_rad_), hand(), 0);
+  const sim::OperatorView seen = session::person_view(session::view_of(now, master_), start_rad_, hand(), 0);
   step(now, person_.step(now, held, seen, master_.set_point().scale()));
 }
 

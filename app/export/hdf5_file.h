@@ -4,25 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "app/cli/output_file.h"
+#include "core/fields.h"
 
 namespace knuckle::exporting {
-
-/// Of a dataset's numbers.
-enum class NumberType : std::uint8_t { kUint8, kUint16, kUint32, kUint64, kInt64, kFloat, kDouble };
-template <typename Number>
-[[nodiscard]] constexpr NumberType type_of() noexcept {
-  if constexpr (std::is_same_v<Number, std::uint8_t>) return NumberType::kUint8;
-  if constexpr (std::is_same_v<Number, std::uint16_t>) return NumberType::kUint16;
-  if constexpr (std::is_same_v<Number, std::uint32_t>) return NumberType::kUint32;
-  if constexpr (std::is_same_v<Number, std::uint64_t>) return NumberType::kUint64;
-  if constexpr (std::is_same_v<Number, std::int64_t>) return NumberType::kInt64;
-  if constexpr (std::is_same_v<Number, float>) return NumberType::kFloat;
-  if constexpr (std::is_same_v<Number, double>) return NumberType::kDouble;
-}
 
 class Hdf5File {
  public:

@@ -7,11 +7,14 @@
 
 #include "app/export/hdf5_file.h"
 #include "app/export/state_datasets.h"
-#include "app/export/state_fields.h"
-#include "app/export/state_table.h"
+#include "app/recordings/state_table.h"
 #include "core/error.h"
+#include "core/fields.h"
+#include "master/master_state.h"
 #include "recording/events.h"
+#include "recording/fields.h"
 #include "recording/wire_events.h"
+#include "slave/slave_state.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::exporting {
@@ -25,7 +28,7 @@ template <typename State>
 class StateOutputs {
  public:
   StateOutputs(std::ostream* csv, Hdf5File* hdf5, const char* group) : hdf5_(hdf5), group_(group) {
-    if (csv != nullptr) table_.emplace(*csv);
+    if (csv != nullptr) table_.emplace(*csv, fields_of<State>());
   }
 
   /// @throws InputError where it is none of this version's.
@@ -35,9 +38,9 @@ class StateOutputs {
       throw InputError(fmt::format("{}: {} at {:.3f} s: {} bytes are not the {} of this version of Knuckle", source,
                                    recording::kTopicNames[static_cast<std::size_t>(entry.topic)], to_seconds(entry.at),
                                    entry.data.size(), State::kSchemaName));
-    if (hdf5_ != nullptr && !datasets_) datasets_.emplace(*hdf5_, group_);
-    if (datasets_) datasets_->add(state);
-    if (table_) table_->add(state);
+    if (hdf5_ != nullptr && !datasets_) datasets_.emplace(*hdf5_, group_, fields_of<State>());
+    if (datasets_) datasets_->add(&state);
+    if (table_) table_->add(&state);
     any_ = true;
   }
   [[nodiscard]] bool wanted() const noexcept { return table_ || hdf5_ != nullptr; }
@@ -46,8 +49,8 @@ class StateOutputs {
  private:
   Hdf5File* hdf5_;
   std::string group_;
-  std::optional<StateTable<State>> table_;
-  std::optional<StateDatasets<State>> datasets_;
+  std::optional<recordings::StateTable> table_;
+  std::optional<StateDatasets> datasets_;
   bool any_ = false;
 };
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <memory>
 
-#include "app/programs/master_table.h"
+#include "app/recordings/state_table.h"
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
@@ -36,12 +36,12 @@ struct MasterStatus {
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class MasterRunner {
  public:
-  /// @param recorder null: nothing is recorded.
-  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, bool wants_rows, recording::Recorder* recorder)
-      : wants_rows_(wants_rows),
-        port_(port, tape_),
+  /// @param csv null: no table. @param recorder null: nothing is recorded.
+  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, std::ostream* csv, recording::Recorder* recorder)
+      : port_(port, tape_),
         link_(link, tape_),
         master_(setup.device, setup.machine, port_, link_, setup.start, setup.law) {
+    if (csv != nullptr) table_.emplace(*csv, fields_of<master::MasterState>());
     if (recorder != nullptr) tape_.record_to(recorder->operator_steps());
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
@@ -54,9 +54,11 @@ class MasterRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(MasterEvent& event) noexcept { return events_.pop(event); }
-  void write(std::ostream* csv) {
+  void write() {
+    if (!table_) return;
     master::MasterState row;
-    while (rows_.pop(row)) write_master_row(*csv, row);
+    while (rows_.pop(row)) table_->add(&row);
+    table_->flush();
   }
   [[nodiscard]] const MasterStatus& status() noexcept {
     status_.take(shown_);
@@ -71,7 +73,7 @@ class MasterRunner {
  private:
   void observe(Time now) noexcept;
 
-  bool wants_rows_;
+  std::optional<recordings::StateTable> table_;  // where one is asked for
   int steps_ = 0;
   recording::LoopTape tape_;
   recording::TapedHid port_;
@@ -92,7 +94,7 @@ void MasterRunner::step(Time now) noexcept {
   recording::end_step(tape_, now, master_);
   if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
-  if (wants_rows_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, master_));
+  if (table_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, master_));
 }
 
 void MasterRunner::observe(Time now) noexcept {
@@ -233,8 +235,7 @@ std::string event_text(const MasterEvent& event) {
 MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
                          const std::function<std::string()>& device_problem, std::ostream* csv,
                          recording::Recorder* recorder) {
-  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv != nullptr, recorder);
-  if (csv != nullptr) write_master_header(*csv);
+  const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);
   MasterOutcome outcome;
   Teller teller(run.console, device_problem, recorder);
   PolicyNote policy("master");
@@ -246,7 +247,7 @@ MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, co
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       teller.tell(now, *runner);
-      runner->write(csv);
+      runner->write();
     };
     tend_until_over(run, clock, tend);
     runner->ask_to_stop();

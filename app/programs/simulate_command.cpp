@@ -235,7 +235,7 @@ int simulate_command(
   } catch (const cli::Interrupted&) {
     throw cli::Interrupted(kept(log));
   }
-  if (!options.cell_digest.empty() && session.digest != options.cell_digest)
+  if (!options.cell_digest.empty() && session.digest.whole != options.cell_digest)
     session.notes.push_back(fmt::format(
         "{}: this is not the session that the battery ran: another build, or another machine, device or scenario file",
         options.from_cell));

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "app/programs/service_watch.h"
-#include "app/programs/slave_table.h"
+#include "app/recordings/state_table.h"
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
@@ -68,10 +68,10 @@ class SlaveRunner {
         can_(bus, machine.bus.bit_rate, records.candump != nullptr),
         taped_can_(can_, tape_),
         link_(link, tape_),
-        wants_rows_(records.csv != nullptr),
         slave_(machine, taped_can_, link_, start),
         reporter_(machine, can_, link_, records.simulated, &health),
         stop_(machine, taped_can_) {
+    if (records.csv != nullptr) table_.emplace(*records.csv, fields_of<slave::SlaveState>());
     if (records.recorder != nullptr) tape_.record_to(records.recorder->machine_steps());
   }
 
@@ -106,7 +106,7 @@ class SlaveRunner {
   recording::LoopTape tape_;
   recording::TapedCan taped_can_;
   recording::TapedLink link_;
-  bool wants_rows_;
+  std::optional<recordings::StateTable> table_;  // where one is asked for
   slave::SlaveLoop slave_;
   slave::StatusReporter reporter_;
   slave::OrderlyStop stop_;
@@ -146,7 +146,7 @@ void SlaveRunner::observe(Time now) noexcept {
   last_ = event;
   status_.put({event.mode, event.blocking, event.fault, slave_.master_at(), slave_.round_trip(),
                now - slave_.master_at() > slave::kLossLimits.neutral, slave_.master().assist});
-  if (wants_rows_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
+  if (table_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
 }
 
 void SlaveRunner::observe_nodes(Time now) noexcept {
@@ -192,8 +192,10 @@ void SlaveRunner::step_stop(Time now) noexcept {
 
 void SlaveRunner::write(const SlaveRecords& records) {
   if (records.candump != nullptr) can_.write(*records.candump, records.interface);
+  if (!table_) return;
   slave::SlaveState row;
-  while (rows_.pop(row)) write_slave_row(*records.csv, row);
+  while (rows_.pop(row)) table_->add(&row);
+  table_->flush();
 }
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
@@ -346,7 +348,6 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
                        const ProgramRun& run, const SlaveRecords& records) {
   Mailbox<LoopHealth> health;
   const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, start, records, health);
-  if (records.csv != nullptr) write_slave_header(*records.csv);
   SlaveOutcome outcome;
   Teller teller(run.console, outcome, records);
   PolicyNote policy("slave");

@@ -57,6 +57,10 @@ class RowWriter {
     row_is_empty_ = true;
     if (text_.size() >= kFlushBytes) flush();
   }
+  void flush() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
 
  private:
   static constexpr std::size_t kFlushBytes = 1 << 16;
@@ -70,10 +74,6 @@ class RowWriter {
     if (!row_is_empty_) text_ += ',';
     row_is_empty_ = false;
     text_.append(value);
-  }
-  void flush() {
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
   }
 
   std::ostream& out_;

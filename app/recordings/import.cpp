@@ -33,10 +33,10 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 /// Of which no number is known.
 slave::SlaveState unknown_state() {
   slave::SlaveState state;
-  recording::visit_fields(state, [](const char*, auto& member) {
+  visit_fields(state, [](const char*, auto& member) {
     using Member = std::remove_reference_t<decltype(member)>;
     if constexpr (std::is_same_v<Member, double>) member = kUnknown;
-    if constexpr (recording::VectorField<Member>) std::fill_n(member.data(), member.size(), kUnknown);
+    if constexpr (VectorField<Member>) std::fill_n(member.data(), member.size(), kUnknown);
   });
   return state;
 }

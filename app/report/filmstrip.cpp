@@ -27,11 +27,11 @@ struct Stage {
     box.extend(PlanarVector(0.75 * size_m, 0.3 * size_m));
     double most_N = 1;
     for (const session::Sample& s : session.record.samples) {
-      box.extend(s.truth_tip_m);
-      most_N = std::max(most_N, s.truth_tip_force_N.norm());
+      box.extend(s.truth.tip_m);
+      most_N = std::max(most_N, s.truth.tip_force_N.norm());
     }
     for (const Moment& m : moments)
-      for (const PlanarVector& p : outline(session.machine, session.record.samples[m.row].truth_joint_rad))
+      for (const PlanarVector& p : outline(session.machine, session.record.samples[m.row].truth.joint_rad))
         box.extend(p);
     // Of what stands around, at least the near face is seen.
     for (const session::SceneLine& line : session.scene) {
@@ -105,8 +105,8 @@ std::vector<PlanarVector> trail(const session::SessionRecord& record, std::size_
   std::size_t i = row;
   while (i > 0 && record.samples[row].t_s - record.samples[i].t_s < kTrail_s) --i;
   for (; i <= row; ++i)
-    if (points.empty() || (record.samples[i].truth_tip_m - points.back()).norm() > 0.01)
-      points.push_back(record.samples[i].truth_tip_m);
+    if (points.empty() || (record.samples[i].truth.tip_m - points.back()).norm() > 0.01)
+      points.push_back(record.samples[i].truth.tip_m);
   return points;
 }
 
@@ -127,9 +127,9 @@ std::string frame_svg(const session::SessionResult& session, const Stage& stage,
   SvgCanvas canvas(svg);
   draw_scene(canvas, session.scene, stage, s.t_s);
   canvas.polyline("trail", trail(session.record, row));
-  draw_machine(canvas, session.machine, s.truth_joint_rad, stage.ground_m);
-  draw_force(canvas, "truth", "truthhead", s.truth_tip_m, s.truth_tip_force_N, stage);
-  draw_force(canvas, "estimate", "estimatehead", s.truth_tip_m, s.tip_force_N, stage);
+  draw_machine(canvas, session.machine, s.truth.joint_rad, stage.ground_m);
+  draw_force(canvas, "truth", "truthhead", s.truth.tip_m, s.truth.tip_force_N, stage);
+  draw_force(canvas, "estimate", "estimatehead", s.truth.tip_m, s.machine.tip_force_N, stage);
   draw_scale_bar(svg, stage);
   svg << "</svg>";
   return svg.str();

@@ -231,7 +231,7 @@ void write_report(const session::Judged& judged, const Origin& origin, std::ostr
   write_latencies(out, session.hops);
   write_all_metrics(out, judged.metrics);
   out << "<p class=\"soft\" style=\"margin-top:18px\">Knuckle " << KNUCKLE_VERSION
-      << ". Digest of the run: <span class=\"digest\">" << session.digest << "</span></p>\n";
+      << ". Digest of the run: <span class=\"digest\">" << session.digest.whole << "</span></p>\n";
   write_page_end(out);
 }
 

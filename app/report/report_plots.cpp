@@ -29,12 +29,12 @@ PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
   plot.panel("joint angle, deg");
   for (int j = 0; j < kJoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
-    plot.line([j](const session::Sample& s) { return s.joint_rad[j] * kDegPerRad; }, kJointNames[at],
+    plot.line([j](const session::Sample& s) { return s.machine.joint_rad[j] * kDegPerRad; }, kJointNames[at],
               kJointColours[at]);
   }
   for (int j = 0; j < kJoints; ++j)
-    plot.line([j](const session::Sample& s) { return s.setpoint_rad[j] * kDegPerRad; }, j == 0 ? "set-point" : "", kInk,
-              "dt 2 lw 0.9");
+    plot.line([j](const session::Sample& s) { return s.machine.setpoint_rad[j] * kDegPerRad; },
+              j == 0 ? "set-point" : "", kInk, "dt 2 lw 0.9");
   return stacked(kAngles, "Measured angles, and the operator's set-point as received by the machine.", 1, plot);
 }
 
@@ -42,9 +42,10 @@ PageFigure pressures(const session::SessionRecord& record, const Marks& marks) {
   PlotScript plot(record, kJoints, marks);
   for (std::size_t j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[j]) + ", bar");
-    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
+    plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
               "lw 1");
-    plot.line([j](const session::Sample& s) { return s.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGreen, "lw 1");
+    plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGreen,
+              "lw 1");
   }
   return stacked("Cylinder pressures", "As measured by the pressure transmitters.", kJoints, plot);
 }
@@ -53,8 +54,8 @@ PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
   PlotScript plot(record, kJoints, marks);
   for (int j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(j)]) + ", %");
-    plot.line([j](const session::Sample& s) { return 100 * s.truth_spool[j]; }, "spool, true", kGrey, "lw 1");
-    plot.line([j](const session::Sample& s) { return 100 * s.valve_command[j]; }, "command", kBlue, "lw 1");
+    plot.line([j](const session::Sample& s) { return 100 * s.truth.spool[j]; }, "spool, true", kGrey, "lw 1");
+    plot.line([j](const session::Sample& s) { return 100 * s.machine.valve_command[j]; }, "command", kBlue, "lw 1");
   }
   return stacked(
       "Valve commands",
@@ -70,13 +71,14 @@ PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
     const std::size_t cov = axis == 0 ? 0 : 2;
     const auto edge = [axis, cov](double side) {
       return [=](const session::Sample& s) {
-        return 1e-3 * (s.tip_force_N[axis] + side * kTwoSided95 * std::sqrt(std::max(0.0, s.force_cov_N2[cov])));
+        return 1e-3 * (s.machine.tip_force_N[axis] +
+                       side * kTwoSided95 * std::sqrt(std::max(0.0, s.machine.covariance_N2[cov])));
       };
     };
     plot.panel(axis == 0 ? "forward, kN" : "up, kN");
     plot.band(edge(-1), edge(1), "95 % band", kBlue);
-    plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth_tip_force_N[axis]; }, "true", kVermilion);
-    plot.line([axis](const session::Sample& s) { return 1e-3 * s.tip_force_N[axis]; }, "estimated", kBlue);
+    plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth.tip_force_N[axis]; }, "true", kVermilion);
+    plot.line([axis](const session::Sample& s) { return 1e-3 * s.machine.tip_force_N[axis]; }, "estimated", kBlue);
   }
   return stacked(kForces,
                  "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.", 2,
@@ -86,7 +88,7 @@ PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
 /// What there is to feel: the load's weight, too.
 Signal truth_at_hand(const session::SessionRecord& record) {
   return [scale = record.force_scale](const session::Sample& s) {
-    return scale * (s.truth_tip_force_N + s.truth_weight_N).norm();
+    return scale * (s.truth.tip_force_N + s.truth.weight_N).norm();
   };
 }
 
@@ -94,7 +96,7 @@ PageFigure felt(const session::SessionRecord& record, const Marks& marks) {
   PlotScript plot(record, 1, marks);
   plot.panel("felt force, N");
   plot.line(truth_at_hand(record), "contact and load, true, scaled", kVermilion);
-  plot.line([](const session::Sample& s) { return s.felt_N.norm(); }, "felt by the hand", kBlue);
+  plot.line([](const session::Sample& s) { return s.hand.felt_N.norm(); }, "felt by the hand", kBlue);
   return stacked(
       kFelt,
       "Force on the operator's hand, compared with what there is to feel: true contact force and weight of the "
@@ -113,13 +115,13 @@ double largest(const session::SessionRecord& record, const Signal& signal) {
 PageFigure felt_against_true(const session::SessionRecord& record) {
   constexpr std::size_t kMostPoints = 2000;
   const Signal truth = truth_at_hand(record);
-  const Signal felt = [](const session::Sample& s) { return s.felt_N.norm(); };
+  const Signal felt = [](const session::Sample& s) { return s.hand.felt_N.norm(); };
   const double most = 1.05 * std::max(largest(record, truth), largest(record, felt));
   std::ostringstream s;
   s << "$felt << EOD\n";
   const std::size_t step = std::max<std::size_t>(1, record.samples.size() / kMostPoints);
   for (std::size_t i = 0; i < record.samples.size(); i += step) {
-    if (record.samples[i].mode != Mode::kEngaged) continue;
+    if (record.samples[i].machine.mode != Mode::kEngaged) continue;
     s << truth(record.samples[i]) << ' ' << felt(record.samples[i]) << '\n';
   }
   s << "EOD\n$equal << EOD\n0 0\n"
@@ -140,9 +142,9 @@ PageFigure felt_against_true(const session::SessionRecord& record) {
 PageFigure energy(const session::SessionRecord& record, const Marks& marks) {
   PlotScript plot(record, 2, marks);
   plot.panel("hand, mJ");
-  plot.line([](const session::Sample& s) { return 1e3 * s.hand_energy_J; }, "work of the device on the hand", kBlue);
+  plot.line([](const session::Sample& s) { return 1e3 * s.hand.energy_J; }, "work of the device on the hand", kBlue);
   plot.panel("machine, kJ");
-  plot.line([](const session::Sample& s) { return 1e-3 * s.truth_energy_to_machine_J; },
+  plot.line([](const session::Sample& s) { return 1e-3 * s.truth.energy_to_machine_J; },
             "work of the valves on the machine", kOrange);
   return stacked(
       kEnergy,
@@ -207,15 +209,15 @@ PageFigure timeline(const session::SessionRecord& record, const Marks& marks) {
   Timeline bars(record);
   for (const PlotMark& mark : marks) bars.mark(mark);
   bars.row(
-      "mode", [](const session::Sample& s) { return std::string(name(s.mode)); }, kBlue);
+      "mode", [](const session::Sample& s) { return std::string(name(s.machine.mode)); }, kBlue);
   bars.row(
       "phase", [&record](const session::Sample& s) { return std::string(session::phase_name(record, s)); }, kGreen);
   bars.row(
       "contact", [](const session::Sample& s) { return session::in_contact(s) ? "contact" : ""; }, kVermilion);
   bars.row(
-      "detected", [](const session::Sample& s) { return s.contact ? "detected" : ""; }, kBlue);
+      "detected", [](const session::Sample& s) { return s.machine.contact ? "detected" : ""; }, kBlue);
   bars.row(
-      "limited", [](const session::Sample& s) { return s.limits != 0 ? "limited" : ""; }, kOrange);
+      "limited", [](const session::Sample& s) { return s.machine.limits != 0 ? "limited" : ""; }, kOrange);
   return {
       kTimeline,
       "Machine mode, phase of the operator's plan, true contact, contact detected by the estimator, and active limits "
@@ -246,20 +248,22 @@ const char* scene_colour(session::SceneLine::Kind kind) {
 }
 
 /// Rows far enough from the last one kept to be told apart in the plot.
-std::vector<PlanarVector> thinned_path(const session::SessionRecord& record, const PlanarVector session::Sample::*point,
-                                       bool engaged_only) {
+std::vector<PlanarVector> thinned_path(const session::SessionRecord& record,
+                                       const PlanarVector& (*point)(const session::Sample&), bool engaged_only) {
   constexpr double kStep_m = 0.004;
   std::vector<PlanarVector> path;
   for (const session::Sample& s : record.samples) {
-    if (engaged_only && s.mode != Mode::kEngaged) continue;
-    if (path.empty() || (s.*point - path.back()).norm() > kStep_m) path.push_back(s.*point);
+    if (engaged_only && s.machine.mode != Mode::kEngaged) continue;
+    if (path.empty() || (point(s) - path.back()).norm() > kStep_m) path.push_back(point(s));
   }
   return path;
 }
 
 PageFigure tip_path(const session::SessionResult& session) {
-  const auto tip = thinned_path(session.record, &session::Sample::truth_tip_m, false);
-  const auto commanded = thinned_path(session.record, &session::Sample::hand_setpoint_tip_m, true);
+  const auto tip = thinned_path(
+      session.record, [](const session::Sample& s) -> const PlanarVector& { return s.truth.tip_m; }, false);
+  const auto commanded = thinned_path(
+      session.record, [](const session::Sample& s) -> const PlanarVector& { return s.hand_setpoint_tip_m; }, true);
   Eigen::AlignedBox2d box;
   for (const auto* path : {&tip, &commanded})
     for (const PlanarVector& p : *path) box.extend(p);

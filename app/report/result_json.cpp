@@ -139,7 +139,8 @@ Json result_json(const session::Judged& judged) {
   json["link"] = {
       {"delay_ms", s.delay_ms}, {"jitter_ms", s.jitter_ms}, {"loss", s.loss}, {"bursts_per_s", s.bursts_per_s}};
   if (!s.impairment.empty()) json["link"]["impairment"] = s.impairment;
-  json["digest"] = s.digest;
+  json["digest"] = s.digest.whole;
+  for (const session::SessionDigest::Line& line : s.digest.lines) json["digests"][line.field] = line.digest;
   json["passed"] = judged.passed ? Json(*judged.passed) : Json();
   json["requirements_decide"] = s.requirements_decide;
   json["safety"] = criteria_json(judged.criteria, session::CriterionKind::kSafety);

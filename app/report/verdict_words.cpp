@@ -44,7 +44,7 @@ std::string load_text(const session::Judged& judged) {
     const bool weighed = std::ranges::find(record.phases, "weigh") != record.phases.end();
     text += std::string(weighed ? " and weighed" : ", known") + " within " + within_kg(*m.payload_error_kg);
   }
-  const bool down = !record.samples.empty() && record.samples.back().truth_payload_kg < kLifted_kg;
+  const bool down = !record.samples.empty() && record.samples.back().truth.payload_kg < kLifted_kg;
   return text + (down ? ", put down" : "");
 }
 

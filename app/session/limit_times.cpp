@@ -34,7 +34,7 @@ std::vector<LimitTime> limit_times(const SessionRecord& record, const LimitsDesc
     const Sample& sample = record.samples[i];
     const double held_s = sample.t_s - record.samples[i - 1].t_s;
     for (unsigned bit = 0; limit_word(bit) != nullptr; ++bit) {
-      if ((sample.limits & (1U << bit)) == 0) continue;
+      if ((sample.machine.limits & (1U << bit)) == 0) continue;
       add((1U << bit) == kLimitVirtualWall ? nearest_wall(sample.tip_m, limits) : limit_word(bit), held_s);
     }
   }

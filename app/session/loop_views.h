@@ -8,7 +8,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/kinematics.h"
-#include "master/master_loop.h"
+#include "master/master_state.h"
 #include "sim/haptic_device.h"
 #include "sim/operator.h"
 #include "sim/plant.h"
@@ -25,24 +25,22 @@ struct HandView {
 
 /// Master loop.
 struct MasterView {
-  Mode mode = Mode::kOff;                            ///< As the machine told; kOff while it is not heard.
-  JointVector machine_rad = JointVector::Zero();     ///< Likewise; the start before it did.
-  JointVector ghost_rad = JointVector::Zero();       ///< Machine pose that the hand asks for, not clamped.
-  JointVector set_point_rad = JointVector::Zero();   ///< Clamped, as sent.
-  PlanarVector sent_force_N = PlanarVector::Zero();  ///< Rendered, tip.
-  double round_trip_s = 0;
-  double slew_N_per_ms = 0;  ///< See Sample::felt_slew_N_per_ms.
+  master::MasterState state;
+  JointVector ghost_rad = JointVector::Zero();  ///< Machine pose that the hand asks for, not clamped.
+  double slew_N_per_ms = 0;                     ///< See Sample::felt_slew_N_per_ms.
 };
 
 /// @param phases number of phases of the plan; a press that holds counts as one more.
 [[nodiscard]] HandView view_of(const sim::HandAndDevice& hand, const sim::Operator& person,
                                const sim::OperatorIntent& intent, std::size_t phases) noexcept;
 
-/// @param start_rad shown as the machine's pose until the machine has told it. slew_N_per_ms is left to the caller.
-[[nodiscard]] MasterView view_of(const master::MasterLoop& master, const JointVector& start_rad) noexcept;
+/// slew_N_per_ms is left to the caller.
+[[nodiscard]] MasterView view_of(Time now, const master::MasterLoop& master) noexcept;
 
-/// What the person sees and feels. @param breaks pieces seen to give way so far.
-[[nodiscard]] sim::OperatorView person_view(const MasterView& master, const sim::HandTruth& hand, int breaks) noexcept;
+/// What the person sees and feels. @param start_rad shown as the machine's pose until the machine has told it.
+/// @param breaks pieces seen to give way so far.
+[[nodiscard]] sim::OperatorView person_view(const MasterView& master, const JointVector& start_rad,
+                                            const sim::HandTruth& hand, int breaks) noexcept;
 
 /// One row of the record.
 [[nodiscard]] Sample sample_of(Time now, const slave::SlaveLoop& slave, const sim::PlantState& plant,

@@ -82,7 +82,7 @@ class PastSetpoint {
   std::optional<PlanarVector> at(double t_s) {
     while (row_ + 1 < rows_.size() && rows_[row_ + 1].t_s <= t_s) ++row_;
     const Sample& a = rows_[row_];
-    if (t_s < a.t_s || a.mode != Mode::kEngaged) return std::nullopt;
+    if (t_s < a.t_s || a.machine.mode != Mode::kEngaged) return std::nullopt;
     if (row_ + 1 == rows_.size()) return a.hand_setpoint_tip_m;
     const Sample& b = rows_[row_ + 1];
     const double share = (t_s - a.t_s) / (b.t_s - a.t_s);
@@ -131,7 +131,7 @@ void measure_tracking(const SessionRecord& record, const std::vector<bool>& free
     const Sample& s = record.samples[i];
     const auto wanted_m = hand.at(s.t_s - record.link_delay_s);
     if (!free[i] || !wanted_m) continue;
-    const PlanarVector error_m = s.truth_tip_m - *wanted_m;
+    const PlanarVector error_m = s.truth.tip_m - *wanted_m;
     squares.add(error_m.squaredNorm(), s.t_s);
     if (phase_name(record, s) == "path") path_squares.add(error_m.squaredNorm(), s.t_s);
     keep_worst(metrics.tip_max_m, error_m.norm(), s.t_s);
@@ -145,10 +145,10 @@ void measure_no_load(const SessionRecord& record, const std::vector<bool>& free,
   Mean squares;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
-    const bool tared = (s.confidence_reasons & estimation::kNotTared) == 0;
-    if (!free[i] || !tared || s.truth_payload_kg != 0) continue;
-    squares.add(s.tip_force_N.squaredNorm(), s.t_s);
-    if (s.confidence > kBelieved) keep_worst(metrics.free_estimate_peak_N, s.tip_force_N.norm(), s.t_s);
+    const bool tared = (s.machine.confidence_reasons & estimation::kNotTared) == 0;
+    if (!free[i] || !tared || s.truth.payload_kg != 0) continue;
+    squares.add(s.machine.tip_force_N.squaredNorm(), s.t_s);
+    if (s.machine.confidence > kBelieved) keep_worst(metrics.free_estimate_peak_N, s.machine.tip_force_N.norm(), s.t_s);
   }
   metrics.no_load_rms_N = squares.root();
 }
@@ -173,8 +173,8 @@ double angle_between_deg(const PlanarVector& a, const PlanarVector& b) {
 
 void measure_peaks(const SessionRecord& record, Metrics& metrics) {
   for (const Sample& s : record.samples) {
-    keep_worst(metrics.peak_N, s.truth_tip_force_N.norm(), s.t_s);
-    if (s.truth_pipe_N > 0) keep_worst(metrics.pipe_peak_N, s.truth_pipe_N, s.t_s);
+    keep_worst(metrics.peak_N, s.truth.tip_force_N.norm(), s.t_s);
+    if (s.truth.pipe_N > 0) keep_worst(metrics.pipe_peak_N, s.truth.pipe_N, s.t_s);
   }
 }
 
@@ -185,10 +185,10 @@ void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
   LateForce late((rows.back().t_s - rows.front().t_s) / static_cast<double>(rows.size() - 1));
   Mean error, angle_deg;
   for (const Sample& s : rows) {
-    const PlanarVector truth_N = late.step(s.truth_tip_force_N);
-    if (s.mode != Mode::kEngaged || truth_N.norm() <= kPress_N) continue;
-    error.add(std::abs(s.tip_force_N.norm() / truth_N.norm() - 1), s.t_s);
-    angle_deg.add(angle_between_deg(s.tip_force_N, truth_N), s.t_s);
+    const PlanarVector truth_N = late.step(s.truth.tip_force_N);
+    if (s.machine.mode != Mode::kEngaged || truth_N.norm() <= kPress_N) continue;
+    error.add(std::abs(s.machine.tip_force_N.norm() / truth_N.norm() - 1), s.t_s);
+    angle_deg.add(angle_between_deg(s.machine.tip_force_N, truth_N), s.t_s);
   }
   metrics.contact_error_rel = error.value();
   metrics.direction_error_deg = angle_deg.value();
@@ -199,14 +199,14 @@ void measure_contact_force(const SessionRecord& record, Metrics& metrics) {
 void measure_detection(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
   const auto& rows = record.samples;
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    if (!free[i - 1] || rows[i - 1].contact || !in_contact(rows[i])) continue;
+    if (!free[i - 1] || rows[i - 1].machine.contact || !in_contact(rows[i])) continue;
     std::optional<double> onset_s, noticed_s;
     double peak_N = 0;
     for (; i < rows.size() && in_contact(rows[i]); ++i) {
-      const double force_N = rows[i].truth_tip_force_N.norm();
+      const double force_N = rows[i].truth.tip_force_N.norm();
       peak_N = std::max(peak_N, force_N);
       if (!onset_s && force_N > kOnset_N) onset_s = rows[i].t_s;
-      if (!noticed_s && rows[i].contact) noticed_s = rows[i].t_s;
+      if (!noticed_s && rows[i].machine.contact) noticed_s = rows[i].t_s;
     }
     if (peak_N < kDetectable_N) continue;
     const double ms = 1e3 * (noticed_s.value_or(rows[i - 1].t_s) - *onset_s);
@@ -217,7 +217,7 @@ void measure_detection(const SessionRecord& record, const std::vector<bool>& fre
 void measure_false_contact(const SessionRecord& record, const std::vector<bool>& free, Metrics& metrics) {
   Mean alarms;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
-    if (free[i]) alarms.add(record.samples[i].contact ? 1 : 0, record.samples[i].t_s);
+    if (free[i]) alarms.add(record.samples[i].machine.contact ? 1 : 0, record.samples[i].t_s);
   }
   metrics.false_contact_share = alarms.value();
 }
@@ -228,17 +228,17 @@ void measure_payload(const SessionRecord& record, Metrics& metrics) {
   const Sample* surest = nullptr;
   for (const Sample& s : record.samples) {
     if (phase_name(record, s) == "weigh") weighed = &s;
-    if (s.truth_payload_kg >= kLiftedPayload_kg && s.truth_tip_force_N.norm() > kOnset_N)
-      keep_worst(metrics.payload_contact_error_kg, std::abs(s.payload_kg - s.truth_payload_kg), s.t_s);
-    if (s.truth_payload_kg < kLiftedPayload_kg || s.payload_sigma_kg <= 0) continue;
-    if (surest == nullptr || s.payload_sigma_kg < surest->payload_sigma_kg) surest = &s;
+    if (s.truth.payload_kg >= kLiftedPayload_kg && s.truth.tip_force_N.norm() > kOnset_N)
+      keep_worst(metrics.payload_contact_error_kg, std::abs(s.machine.payload_kg - s.truth.payload_kg), s.t_s);
+    if (s.truth.payload_kg < kLiftedPayload_kg || s.machine.payload_sigma_kg <= 0) continue;
+    if (surest == nullptr || s.machine.payload_sigma_kg < surest->machine.payload_sigma_kg) surest = &s;
   }
   const Sample* s = weighed != nullptr ? weighed : surest;
   if (s == nullptr) return;
-  metrics.payload_truth_kg = s->truth_payload_kg;
-  metrics.payload_estimate_kg = s->payload_kg;
-  metrics.payload_sigma_kg = s->payload_sigma_kg;
-  keep_worst(metrics.payload_error_kg, std::abs(s->payload_kg - s->truth_payload_kg), s->t_s);
+  metrics.payload_truth_kg = s->truth.payload_kg;
+  metrics.payload_estimate_kg = s->machine.payload_kg;
+  metrics.payload_sigma_kg = s->machine.payload_sigma_kg;
+  keep_worst(metrics.payload_error_kg, std::abs(s->machine.payload_kg - s->truth.payload_kg), s->t_s);
 }
 
 void measure_session(const SessionRecord& record, Metrics& metrics) {
@@ -266,10 +266,10 @@ void measure_session(const SessionRecord& record, Metrics& metrics) {
   double engaged_s = 0, short_s = 0;
   for (std::size_t i = 1; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
-    if (s.mode != Mode::kEngaged) continue;
+    if (s.machine.mode != Mode::kEngaged) continue;
     const double step_s = s.t_s - record.samples[i - 1].t_s;
     engaged_s += step_s;
-    if (s.truth_pump_flow_share < kPumpShort) short_s += step_s;
+    if (s.truth.pump_flow_share < kPumpShort) short_s += step_s;
   }
   metrics.engaged_s = engaged_s;
   if (engaged_s > 0) metrics.pump_short_share = short_s / engaged_s;
@@ -306,7 +306,7 @@ Metrics compute_metrics(const SessionRecord& record) {
 std::vector<ModeVisit> modes_visited(const SessionRecord& record) {
   std::vector<ModeVisit> visits;
   for (const Sample& s : record.samples) {
-    if (visits.empty() || visits.back().mode != s.mode) visits.push_back({s.mode, s.t_s, 0});
+    if (visits.empty() || visits.back().mode != s.machine.mode) visits.push_back({s.machine.mode, s.t_s, 0});
     visits.back().duration_s = s.t_s - visits.back().at_s;
   }
   return visits;
@@ -319,8 +319,8 @@ PortEnergies port_energies(const SessionRecord& record) noexcept {
   };
   for (std::size_t i = 1; i < record.samples.size(); ++i) {
     const Sample &a = record.samples[i - 1], &b = record.samples[i];
-    split(b.hand_energy_J - a.hand_energy_J, energies.hand_in_J, energies.hand_out_J);
-    split(b.truth_energy_to_machine_J - a.truth_energy_to_machine_J, energies.machine_in_J, energies.machine_out_J);
+    split(b.hand.energy_J - a.hand.energy_J, energies.hand_in_J, energies.hand_out_J);
+    split(b.truth.energy_to_machine_J - a.truth.energy_to_machine_J, energies.machine_in_J, energies.machine_out_J);
   }
   return energies;
 }

@@ -87,8 +87,8 @@ std::size_t catches_up(const Response& felt, const Response& truth, std::size_t 
 /// Rise: from the first touch until the felt force has caught up with the true one. Settling: from the moment the true
 /// force has come to 90 % of its own level for kStay_s.
 void measure_response(const SessionRecord& record, const Window& press, Metrics& metrics) {
-  const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth_tip_force_N.norm(); });
-  const Response felt(record, press, [](const Sample& s) { return s.felt_N.norm(); });
+  const Response truth(record, press, [&](const Sample& s) { return record.force_scale * s.truth.tip_force_N.norm(); });
+  const Response felt(record, press, [](const Sample& s) { return s.hand.felt_N.norm(); });
   if (truth.plateau_N < kLeastPlateau_N) return;
   const auto time_s = [&](std::size_t row) { return record.samples[press.begin + row].t_s; };
   const double row_s = record.samples[press.begin + 1].t_s - record.samples[press.begin].t_s;
@@ -122,13 +122,13 @@ void measure_hold(const SessionRecord& record, const Window& hold, Metrics& metr
   const double judged_from_s = record.samples[hold.end - 1].t_s - kHoldJudged_s;
   for (std::size_t i = hold.begin; i < hold.end; ++i) {
     const Sample& s = record.samples[i];
-    const double error_N = (record.force_scale * s.truth_tip_force_N - s.felt_N).norm();
+    const double error_N = (record.force_scale * s.truth.tip_force_N - s.hand.felt_N).norm();
     error += error_N;
     keep_worst(largest, error_N, s.t_s);
-    true_sum_N += s.truth_tip_force_N.norm();
+    true_sum_N += s.truth.tip_force_N.norm();
     if (s.t_s < judged_from_s) continue;
-    felt.add(s.felt_N.norm());
-    truth.add(s.truth_tip_force_N.norm());
+    felt.add(s.hand.felt_N.norm());
+    truth.add(s.truth.tip_force_N.norm());
   }
   const auto rows = static_cast<double>(hold.size());
   const double held_N = kAllowedShare * true_sum_N / rows;
@@ -144,7 +144,7 @@ double slew_N_per_ms(const SessionRecord& record, std::size_t i) {
   const Sample& s = record.samples[i];
   if (i == 0) return s.felt_slew_N_per_ms;
   const Sample& before = record.samples[i - 1];
-  return std::max(s.felt_slew_N_per_ms, (s.felt_N - before.felt_N).norm() / (1e3 * (s.t_s - before.t_s)));
+  return std::max(s.felt_slew_N_per_ms, (s.hand.felt_N - before.hand.felt_N).norm() / (1e3 * (s.t_s - before.t_s)));
 }
 
 /// For kAfterFault_s after each thing that was broken: how far the true force rises above where it was then, and how
@@ -156,7 +156,7 @@ void measure_faults(const SessionRecord& record, Metrics& metrics) {
       const Sample& s = record.samples[i];
       if (s.t_s <= broken_s) before = &s;
       if (before == nullptr || s.t_s <= broken_s || s.t_s > broken_s + kAfterFault_s) continue;
-      keep_worst(metrics.fault_rise_N, s.truth_tip_force_N.norm() - before->truth_tip_force_N.norm(), s.t_s);
+      keep_worst(metrics.fault_rise_N, s.truth.tip_force_N.norm() - before->truth.tip_force_N.norm(), s.t_s);
       keep_worst(metrics.fault_slew_N_per_ms, slew_N_per_ms(record, i), s.t_s);
     }
   }
@@ -177,8 +177,8 @@ void measure_felt(const SessionRecord& record, Metrics& metrics) {
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
     keep_worst(metrics.max_slew_N_per_ms, slew_N_per_ms(record, i), s.t_s);
-    keep_worst(metrics.net_energy_J, s.hand_energy_J - record.samples.front().hand_energy_J, s.t_s);
-    if (empty[i]) squares.add(s.felt_N.squaredNorm(), s.t_s);
+    keep_worst(metrics.net_energy_J, s.hand.energy_J - record.samples.front().hand.energy_J, s.t_s);
+    if (empty[i]) squares.add(s.hand.felt_N.squaredNorm(), s.t_s);
   }
   metrics.drag_rms_N = squares.root();
 }

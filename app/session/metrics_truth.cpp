@@ -36,9 +36,9 @@ std::vector<Row> rows_of(const SessionRecord& record) {
   for (const Sample& s : record.samples) {
     while (past + 1 < record.samples.size() && record.samples[past + 1].t_s <= s.t_s - record.link_delay_s) ++past;
     const Sample& then = record.samples[past];
-    rows.push_back({s.t_s, s.mode == Mode::kEngaged && then.mode == Mode::kEngaged,
-                    record.force_scale * then.truth_tip_force_N, record.force_scale * then.truth_weight_N, s.felt_N,
-                    s.truth_tip_force_N.norm(), at_end[rows.size()]});
+    rows.push_back({s.t_s, s.machine.mode == Mode::kEngaged && then.machine.mode == Mode::kEngaged,
+                    record.force_scale * then.truth.tip_force_N, record.force_scale * then.truth.weight_N,
+                    s.hand.felt_N, s.truth.tip_force_N.norm(), at_end[rows.size()]});
   }
   return rows;
 }
@@ -190,8 +190,8 @@ void measure_presses(const SessionRecord& record, Metrics& metrics) {
   double asked_N = 0;
   for (const Sample& s : record.samples) {
     if (s.phase < record.asked_N.size()) asked_N = record.asked_N[s.phase];  // else it holds
-    if (asked_N > 0 && s.mode == Mode::kEngaged)
-      keep_worst(metrics.peak_over_asked, s.truth_tip_force_N.norm() / asked_N, s.t_s);
+    if (asked_N > 0 && s.machine.mode == Mode::kEngaged)
+      keep_worst(metrics.peak_over_asked, s.truth.tip_force_N.norm() / asked_N, s.t_s);
   }
 }
 

@@ -136,14 +136,14 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
     slave_tape_.record_to(recorder->machine_steps());
   }
   master_.set_assist(setup.scenario.assist);
-  seen_.machine_rad = master_seen_.machine_rad = setup.scenario.start_rad;
   machine_.set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
 }
 
 void Loops::step_hand(Time now) noexcept {
   master_to_hand_.take(seen_);
-  const sim::OperatorIntent intent = person_.step(now, person_view(seen_, hand_.truth(), breaks_));
+  const sim::OperatorIntent intent =
+      person_.step(now, person_view(seen_, setup_.scenario.start_rad, hand_.truth(), breaks_));
   hand_.step(now, intent);
   hand_to_record_.put(view_of(hand_, person_, intent, setup_.scenario.phases.size()));
   phase_ = person_.phase();
@@ -153,9 +153,9 @@ void Loops::step_hand(Time now) noexcept {
 void Loops::step_master(Time now) noexcept {
   master_.step(now);
   recording::end_step(master_tape_, now, master_);
-  MasterView view = view_of(master_, setup_.scenario.start_rad);
-  view.slew_N_per_ms = slew_.step((view.sent_force_N - last_force_N_).norm());
-  last_force_N_ = view.sent_force_N;
+  MasterView view = view_of(now, master_);
+  view.slew_N_per_ms = slew_.step((view.state.sent_force_N - last_force_N_).norm());
+  last_force_N_ = view.state.sent_force_N;
   master_to_hand_.put(view);
   master_to_record_.put(view);
   master_book_.note(now, master_);

@@ -19,7 +19,7 @@ std::vector<bool> free_motion(const SessionRecord& record) {
   for (std::size_t i = 0; i < free.size(); ++i) {
     const Sample& s = record.samples[i];
     if (in_contact(s)) last_contact_s = s.t_s;
-    free[i] = s.mode == Mode::kEngaged && s.t_s - last_contact_s >= kFreeAfterContact_s;
+    free[i] = s.machine.mode == Mode::kEngaged && s.t_s - last_contact_s >= kFreeAfterContact_s;
   }
   return free;
 }
@@ -29,7 +29,7 @@ std::vector<bool> empty_free_motion(const SessionRecord& record) {
   double loaded_s = -kFreeAfterContact_s;
   for (std::size_t i = 0; i < empty.size(); ++i) {
     const Sample& s = record.samples[i];
-    if (s.truth_payload_kg > 0) loaded_s = s.t_s;
+    if (s.truth.payload_kg > 0) loaded_s = s.t_s;
     if (s.t_s - loaded_s < kFreeAfterContact_s) empty[i] = false;
   }
   return empty;
@@ -41,8 +41,8 @@ std::vector<bool> at_joint_end(const SessionRecord& record) {
   double until_s = -1e9;
   for (std::size_t i = 0; i < at_end.size(); ++i) {
     const Sample& s = record.samples[i];
-    const bool beyond = (s.setpoint_rad.array() < record.joint_end_low_rad.array()).any() ||
-                        (s.setpoint_rad.array() > record.joint_end_high_rad.array()).any();
+    const bool beyond = (s.machine.setpoint_rad.array() < record.joint_end_low_rad.array()).any() ||
+                        (s.machine.setpoint_rad.array() > record.joint_end_high_rad.array()).any();
     while (first < i && record.samples[first].t_s < s.t_s - record.link_delay_s - kBesideEnd_s) ++first;
     if (beyond) {
       std::fill(at_end.begin() + std::ptrdiff_t(first), at_end.begin() + std::ptrdiff_t(i), true);
@@ -61,7 +61,7 @@ bool is_break(const EventRecord& event) noexcept {
 std::vector<Window> press_windows(const SessionRecord& record) {
   const auto pressing = [&](const Sample& s) {
     const std::string_view phase = phase_name(record, s);
-    return s.mode == Mode::kEngaged && (phase == "press" || phase == "hold");
+    return s.machine.mode == Mode::kEngaged && (phase == "press" || phase == "hold");
   };
   std::vector<Window> windows;
   const auto& rows = record.samples;

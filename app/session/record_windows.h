@@ -20,7 +20,7 @@ inline constexpr double kFreeAfterContact_s = 1;  ///< Free motion begins this l
 inline constexpr double kBesideEnd_s = 0.1;       ///< Jitter and filters, either side of a wall at a joint's end.
 
 [[nodiscard]] inline bool in_contact(const Sample& s) noexcept {
-  return s.truth_tip_force_N.norm() > kContactForce_N;
+  return s.truth.tip_force_N.norm() > kContactForce_N;
 }
 
 /// Name of a row's phase; empty where the record has none.

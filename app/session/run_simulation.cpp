@@ -44,13 +44,6 @@ HopLatency hop(const char* name, const Histogram& h) {
   return {name, h.count(), {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())}};
 }
 
-std::string digest_of(const SessionRecord& record, const FrameLog& frames) {
-  cli::Digest digest;
-  for (const Sample& sample : record.samples) add(digest, sample);
-  for (const TimedFrame& frame : frames) add(digest, frame.at, frame.frame);
-  return digest.finish();
-}
-
 std::vector<HopLatency> hops_of(const HopHistograms& h) {
   return {hop("hand_to_master", h.hand_to_master),   hop("master_to_slave", h.master_to_slave),
           hop("hand_to_valve", h.hand_to_valve),     hop("pressure_to_slave", h.pressure_to_slave),
@@ -143,7 +136,7 @@ SessionResult run_simulation(const SimulateOptions& options, const SessionHooks&
   result.hops = hops_of(outcome.hops);
   if (!heard) result.notes.push_back(unheard_text(setup));
   result.loops = std::move(outcome.loops);
-  result.digest = digest_of(result.record, outcome.frames);
+  result.digest = digest_of(result.record.samples, outcome.frames);
   result.scene = scene_of(setup.scenario.world, result.record, reach_m(setup.machine));
   if (hooks.candump != nullptr) {
     for (const TimedFrame& f : outcome.frames) *hooks.candump << candump_line(f.at, f.frame) << '\n';

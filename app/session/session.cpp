@@ -93,8 +93,8 @@ Session::Impl::Impl(const SessionSetup& s)
 void Session::Impl::step() noexcept {
   now += kTick;
   network.advance(now);
-  const MasterView shown = view_of(master, setup.scenario.start_rad);
-  const sim::OperatorIntent intent = person.step(now, person_view(shown, hand.device.truth(), machine_book.breaks));
+  const sim::OperatorIntent intent = person.step(
+      now, person_view(view_of(now, master), setup.scenario.start_rad, hand.device.truth(), machine_book.breaks));
   faults.step(now, person.phase(), person.in_phase(now), far, hand);
   hand.step(now, intent);
   const Time operator_now = now + faults.operator_clock();
@@ -124,7 +124,7 @@ void Session::Impl::note_slew() noexcept {
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
   latched.step(now, far.slave.mode(), far.slave.fault(), intent.enable);
   const HandView held = view_of(hand.device, person, intent, setup.scenario.phases.size());
-  MasterView asked = view_of(master, setup.scenario.start_rad);
+  MasterView asked = view_of(now, master);
   asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
   keep(record.samples, sample_of(now, far.slave, far.simulated.plant(), held, asked, kinematics), record.records_lost);
 }

@@ -1,59 +1,58 @@
 #include "app/session/session_digest.h"
 
-#include <array>
-#include <cstring>
+#include <cstddef>
+#include <cstdint>
 #include <string_view>
-#include <type_traits>
+
+#include "app/cli/digest.h"
+#include "core/fields.h"
 
 namespace knuckle::session {
 namespace {
 
-/// Packs values without padding, so that the digest depends on values only.
-class Packed {
- public:
-  template <typename T>
-  void add(const T& value) noexcept {
-    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    std::memcpy(bytes_.data() + size_, &value, sizeof value);
-    size_ += sizeof value;
-  }
-  template <typename T, std::size_t n>
-  void add(const std::array<T, n>& values) noexcept {
-    for (const T& value : values) add(value);
-  }
-  template <int n>
-  void add(const Eigen::Matrix<double, n, 1>& v) noexcept {
-    for (int i = 0; i < n; ++i) add(v[i]);
-  }
-  [[nodiscard]] std::string_view bytes() const noexcept { return {bytes_.data(), size_}; }
+constexpr std::size_t kDigits = 16;
 
- private:
-  std::array<char, 2 * sizeof(Sample)> bytes_;  // more than any packed value needs
-  std::size_t size_ = 0;
-};
+void append(std::string& bytes, const void* from, std::size_t size) {
+  bytes.append(static_cast<const char*>(from), size);
+}
 
-template <typename... T>
-Packed pack(const T&... values) noexcept {
-  Packed packed;
-  (packed.add(values), ...);
-  return packed;
+std::string digest_of(std::string_view bytes) {
+  cli::Digest digest;
+  digest.add(bytes);
+  return digest.finish();
+}
+
+/// Without padding: values only.
+std::string bytes_of(const FrameLog& frames) {
+  std::string bytes;
+  for (const TimedFrame& timed : frames) {
+    const std::int64_t at_ns = timed.at.time_since_epoch().count();
+    append(bytes, &at_ns, sizeof at_ns);
+    append(bytes, &timed.frame.id, sizeof timed.frame.id);
+    append(bytes, &timed.frame.size, sizeof timed.frame.size);
+    append(bytes, timed.frame.data.data(), timed.frame.data.size());
+  }
+  return bytes;
 }
 
 }  // namespace
 
-void add(cli::Digest& digest, const Sample& s) {
-  digest.add(pack('s', s.t_s, s.mode, s.blocking, s.fault, s.joint_rad, s.joint_radps, s.setpoint_rad, s.setpoint_radps,
-                  s.valve_command, s.pressure_Pa, s.tip_force_N, s.force_cov_N2, s.confidence, s.confidence_reasons,
-                  s.contact, s.limits, s.payload_kg, s.payload_sigma_kg, s.truth_joint_rad, s.truth_joint_radps,
-                  s.truth_spool, s.truth_tip_m, s.truth_tip_force_N, s.truth_contact_m, s.truth_pipe_N,
-                  s.truth_payload_kg, s.truth_weight_N, s.truth_pump_flow_share, s.truth_energy_to_machine_J,
-                  s.hand_rad, s.hand_radps, s.intent_rad, s.hand_tip_m, s.hand_setpoint_tip_m, s.tip_m, s.felt_N,
-                  s.drag_N, s.hand_energy_J, s.rtt_s, s.phase, s.felt_slew_N_per_ms)
-                 .bytes());
-}
-
-void add(cli::Digest& digest, Time at, const CanFrame& frame) {
-  digest.add(pack('c', std::int64_t{at.time_since_epoch().count()}, frame.id, frame.size, frame.data).bytes());
+SessionDigest digest_of(const std::vector<Sample>& rows, const FrameLog& frames) {
+  SessionDigest session;
+  std::string bytes, all;
+  const auto add = [&](const std::string& field) {
+    session.lines.push_back({field, digest_of(bytes).substr(0, kDigits)});
+    all += field + ' ' + session.lines.back().digest + '\n';
+    bytes.clear();
+  };
+  for (const Field& field : fields_of<Sample>()) {
+    for (const Sample& row : rows) append(bytes, reinterpret_cast<const std::byte*>(&row) + field.offset, field.size);
+    add(field.part.empty() ? field.name : field.part + "_" + field.name);
+  }
+  bytes = bytes_of(frames);
+  add("frames");
+  session.whole = digest_of(all);
+  return session;
 }
 
 }  // namespace knuckle::session

@@ -1,14 +1,24 @@
-// One number for a whole session: SHA-256 over every sample and every CAN frame. Equal digests mean equal sessions.
+// Whether two sessions are the same: SHA-256 of each field over all rows, and of all CAN frames. A new field is a new
+// line and leaves those of the others as they are.
 #pragma once
 
-#include "app/cli/digest.h"
+#include <string>
+#include <vector>
+
+#include "app/session/frame_log.h"
 #include "app/session/session_record.h"
-#include "core/time.h"
-#include "transport/can_bus.h"
 
 namespace knuckle::session {
 
-void add(cli::Digest& digest, const Sample& sample);
-void add(cli::Digest& digest, Time at, const CanFrame& frame);
+struct SessionDigest {
+  struct Line {
+    std::string field;   ///< "truth_tip_m"; "frames": of the bus.
+    std::string digest;  ///< The first 16 digits.
+  };
+  std::vector<Line> lines;
+  std::string whole;  ///< Hex, of all lines: equal ones mean equal sessions.
+};
+
+[[nodiscard]] SessionDigest digest_of(const std::vector<Sample>& rows, const FrameLog& frames);
 
 }  // namespace knuckle::session

@@ -10,60 +10,89 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "transport/link_messages.h"
+#include "master/master_state.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::session {
 
-/// SI units; columns named truth_ are the simulator's own and known to no controller. Forces are of the world on the
-/// machine (machine side) and of the device on the hand (hand side).
+/// The simulator's own, known to no controller. SI units, frame M; forces of the world on the machine.
+struct Truth {
+  JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero();
+  JointVector spool = JointVector::Zero();  ///< [-1, 1]
+  PlanarVector tip_m = PlanarVector::Zero();
+  PlanarVector tip_force_N = PlanarVector::Zero();  ///< Of the world incl. soil, payload excluded.
+  PlanarVector contact_m = PlanarVector::Zero();    ///< Where it acts on the bucket, bucket axes; 0: nowhere.
+  double pipe_N = 0;                                ///< Of it, what a buried pipe takes.
+  double payload_kg = 0;
+  PlanarVector weight_N = PlanarVector::Zero();  ///< Of the payload.
+  double pump_flow_share = 1;                    ///< Delivered over asked flow: < 1 where the pump is short.
+  double energy_to_machine_J = 0;                ///< Cumulative work of the valves' port on the machine.
+
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    auto& [joint_rad, joint_radps, spool, tip_m, tip_force_N, contact_m, pipe_N, payload_kg, weight_N, pump_flow_share,
+           energy_to_machine_J] = s;
+    visit("joint_rad", joint_rad);
+    visit("joint_radps", joint_radps);
+    visit("spool", spool);
+    visit("tip_m", tip_m);
+    visit("tip_force_N", tip_force_N);
+    visit("contact_m", contact_m);
+    visit("pipe_N", pipe_N);
+    visit("payload_kg", payload_kg);
+    visit("weight_N", weight_N);
+    visit("pump_flow_share", pump_flow_share);
+    visit("energy_to_machine_J", energy_to_machine_J);
+  }
+};
+
+/// Hand and device as they are. SI units, frame D.
+struct Hand {
+  JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero();  ///< Of the device.
+  JointVector intent_rad = JointVector::Zero();                                    ///< Where the operator means to be.
+  PlanarVector tip_m = PlanarVector::Zero();                                       ///< The device's.
+  PlanarVector felt_N = PlanarVector::Zero();  ///< Force of the device on the hand at its tip, from true motor torque.
+  double energy_J = 0;                         ///< Cumulative work of the device on the hand (net).
+
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    auto& [joint_rad, joint_radps, intent_rad, tip_m, felt_N, energy_J] = s;
+    visit("joint_rad", joint_rad);
+    visit("joint_radps", joint_radps);
+    visit("intent_rad", intent_rad);
+    visit("tip_m", tip_m);
+    visit("felt_N", felt_N);
+    visit("energy_J", energy_J);
+  }
+};
+
+/// One step of the slave loop, and what else was so at that time.
 struct Sample {
   double t_s = 0;
-  Mode mode = Mode::kOff;
-  ReasonCode blocking = ReasonCode::kNone, fault = ReasonCode::kNone;
-
-  // Machine side, as the slave knows it.
-  JointVector joint_rad = JointVector::Zero();
-  JointVector joint_radps = JointVector::Zero();
-  JointVector setpoint_rad = JointVector::Zero();  ///< Newest received from the master.
-  JointVector setpoint_radps = JointVector::Zero();
-  JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
-  std::array<double, 6> pressure_Pa{};
-  PlanarVector tip_m = PlanarVector::Zero();        ///< From the measured joints with the nominal geometry, frame M.
-  PlanarVector tip_force_N = PlanarVector::Zero();  ///< Estimated, frame M.
-  std::array<double, 3> force_cov_N2{};             ///< xx, xz, zz
-  double confidence = 0;
-  std::uint8_t confidence_reasons = 0;  ///< ConfidenceReason bits.
-  bool contact = false;
-  std::uint16_t limits = 0;  ///< LimitFlag bits.
-  double payload_kg = 0, payload_sigma_kg = 0;
-
-  // Simulated truth, machine side.
-  JointVector truth_joint_rad = JointVector::Zero();
-  JointVector truth_joint_radps = JointVector::Zero();
-  JointVector truth_spool = JointVector::Zero();          ///< [-1, 1]
-  PlanarVector truth_tip_m = PlanarVector::Zero();        ///< Frame M.
-  PlanarVector truth_tip_force_N = PlanarVector::Zero();  ///< Frame M; of the world incl. soil, payload excluded.
-  PlanarVector truth_contact_m = PlanarVector::Zero();    ///< Where it acts on the bucket, bucket axes; 0: nowhere.
-  double truth_pipe_N = 0;                                ///< Of it, what a buried pipe takes.
-  double truth_payload_kg = 0;
-  PlanarVector truth_weight_N = PlanarVector::Zero();  ///< Of the payload, frame M.
-  double truth_pump_flow_share = 1;                    ///< Delivered over asked flow: < 1 where the pump is short.
-  double truth_energy_to_machine_J = 0;                ///< Cumulative work of the valves' port on the machine.
-
-  // Hand side.
-  JointVector hand_rad = JointVector::Zero();  ///< Device joints, truth.
-  JointVector hand_radps = JointVector::Zero();
-  JointVector intent_rad = JointVector::Zero();    ///< Where the operator means to be.
-  PlanarVector hand_tip_m = PlanarVector::Zero();  ///< Device tip in D scaled by nothing.
+  slave::SlaveState machine;   ///< As the machine's side knows it.
+  master::MasterState master;  ///< As the operator's side knew it last.
+  Truth truth;
+  Hand hand;
+  PlanarVector tip_m = PlanarVector::Zero();  ///< From the measured joints with the nominal geometry, frame M.
   /// Machine tip that the hand asks for at this time (master's set-point, no delay), frame M.
   PlanarVector hand_setpoint_tip_m = PlanarVector::Zero();
-  PlanarVector felt_N = PlanarVector::Zero();  ///< Force of the device on the hand at its tip, from true motor torque.
-  PlanarVector drag_N = PlanarVector::Zero();  ///< Rendered force (what the law asked for), tip.
-  double hand_energy_J = 0;                    ///< Cumulative work of the device on the hand (net).
-  double rtt_s = 0;
-  std::uint8_t phase = 0;         ///< Of the operator's plan: index into SessionRecord::phases.
-  double felt_slew_N_per_ms = 0;  ///< Largest change of the felt force in one millisecond since the last row (real
-                                  ///< time: of the force asked for).
+  /// Largest change of the felt force in one millisecond since the last row (real time: of the force asked for).
+  double felt_slew_N_per_ms = 0;
+  std::uint8_t phase = 0;  ///< Of the operator's plan: index into SessionRecord::phases.
+
+  /// In tables and digests. t_s is the machine's time.
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    auto& [t_s, machine, master, truth, hand, tip_m, hand_setpoint_tip_m, felt_slew_N_per_ms, phase] = s;
+    visit("", machine);
+    visit("operator", master);
+    visit("truth", truth);
+    visit("hand", hand);
+    visit("tip_m", tip_m);
+    visit("hand_setpoint_tip_m", hand_setpoint_tip_m);
+    visit("felt_slew_N_per_ms", felt_slew_N_per_ms);
+    visit("phase", phase);
+  }
 };
 
 struct FaultRecord {

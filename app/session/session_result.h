@@ -12,6 +12,7 @@
 #include "app/session/metrics.h"
 #include "app/session/options.h"
 #include "app/session/scene.h"
+#include "app/session/session_digest.h"
 #include "app/session/session_record.h"
 #include "machine/description.h"
 #include "recording/recorder.h"
@@ -47,7 +48,7 @@ struct SessionResult {
   std::vector<std::string> notes;  ///< What was done to the inputs (gaps filled, angles scaled): shown everywhere.
   // What happened.
   SessionRecord record;
-  std::string digest;  ///< Hex, over every sample and every CAN frame.
+  SessionDigest digest;
   double simulated_s = 0, wall_s = 0;
   std::vector<HopLatency> hops;
   std::vector<LoopTiming> loops;  ///< Empty on virtual time.

@@ -13,7 +13,7 @@ constexpr double kMost_N = 4700;
 
 bool stopped_at_object(const session::SessionRecord& record) {
   return std::any_of(record.samples.begin(), record.samples.end(), [](const session::Sample& s) {
-    return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
+    return s.machine.mode == Mode::kHold && s.machine.blocking.code == ReasonCode::kBuriedObject;
   });
 }
 

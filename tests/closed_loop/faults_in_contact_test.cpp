@@ -30,7 +30,7 @@ void expect_pressed(const session::SessionRecord& record) {
                                [&](const session::Sample& s) { return s.t_s >= record.injected_s[0]; });
   ASSERT_NE(at, record.samples.end());
   EXPECT_EQ((at - 1)->mode, Mode::kEngaged);
-  EXPECT_GT((at - 1)->truth_tip_force_N.norm(), kPressed_N);
+  EXPECT_GT((at - 1)->truth.tip_force_N.norm(), kPressed_N);
   EXPECT_GT((at - 1)->felt_N.norm(), kFelt_N);
 }
 
@@ -91,7 +91,7 @@ TEST(RecoveryInContact, HandsDoNotTakeAMachineThatTheyDoNotHearForEngaged) {
   for (const std::uint64_t seed : {4U, 17U, 20U}) {
     const FinishedSession session = broken_in_contact(FaultKind::kLinkCut, 0, seed);
     EXPECT_EQ(session.metrics.phases_timed_out, 0) << "seed " << seed;
-    EXPECT_EQ(session.record.samples.back().truth_tip_force_N.norm(), 0) << "seed " << seed;
+    EXPECT_EQ(session.record.samples.back().truth.tip_force_N.norm(), 0) << "seed " << seed;
   }
 }
 

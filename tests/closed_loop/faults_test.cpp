@@ -111,7 +111,7 @@ double kept_since(const std::vector<WireFrame>& wire, bool (*breaks)(const WireF
 double truly_closed_since(const session::SessionRecord& record, double from, double until) {
   double last = from;
   for (const session::Sample& s : record.samples) {
-    if (s.t_s < until && s.truth_spool.cwiseAbs().maxCoeff() > kDeadBandShare) last = std::max(last, s.t_s);
+    if (s.t_s < until && s.truth.spool.cwiseAbs().maxCoeff() > kDeadBandShare) last = std::max(last, s.t_s);
   }
   return last;
 }
@@ -125,8 +125,8 @@ double turned_rad(const session::SessionRecord& record, double from, double unti
   JointVector low = JointVector::Constant(1e9), high = -low;
   for (const session::Sample& s : record.samples) {
     if (s.t_s < from || s.t_s >= until) continue;
-    low = low.cwiseMin(s.truth_joint_rad);
-    high = high.cwiseMax(s.truth_joint_rad);
+    low = low.cwiseMin(s.truth.joint_rad);
+    high = high.cwiseMax(s.truth.joint_rad);
   }
   return (high - low).maxCoeff();
 }

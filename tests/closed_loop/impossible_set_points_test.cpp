@@ -66,8 +66,9 @@ struct ChangedSession {
   void step() {
     now += 1ms;
     network.advance(now);
-    const session::MasterView shown = session::view_of(master, setup.scenario.start_rad);
-    const sim::OperatorIntent intent = person.step(now, session::person_view(shown, hand.device.truth(), 0));
+    const session::MasterView shown = session::view_of(now, master);
+    const sim::OperatorIntent intent =
+        person.step(now, session::person_view(shown, setup.scenario.start_rad, hand.device.truth(), 0));
     enable_held = enable_held && intent.enable;
     hand.step(now, intent);
     master.step(now);

@@ -56,10 +56,10 @@ TEST(LateCopies, DoNotEndAnOutageNorLetAnythingResumeByItself) {
       EXPECT_EQ(record.faults[0].reason.code, ReasonCode::kLinkLost);
       bool moved = false;
       for (const session::Sample& s : record.samples) {
-        const double most = s.valve_command.cwiseAbs().maxCoeff();
+        const double most = s.machine.valve_command.cwiseAbs().maxCoeff();
         if (s.t_s < cut_s) moved = moved || (s.t_s > cut_s - 0.1 && most > 0.1);
         if (s.t_s < cut_s + 0.2 + kRow_s || s.t_s >= start_of(record, kWaiting + 1)) continue;
-        ASSERT_EQ(s.mode, Mode::kFault) << s.t_s - cut_s;
+        ASSERT_EQ(s.machine.mode, Mode::kFault) << s.t_s - cut_s;
         ASSERT_EQ(most, 0);
       }
       EXPECT_TRUE(moved) << "nothing moved that an outage could stop";

@@ -54,7 +54,7 @@ std::string warm_up_trouble(const session::SessionRecord& record) {
     if (session::phase_name(record, s) != "warm_up") continue;
     missing = false;
     if (session::in_contact(s)) {
-      return "the warm-up touches something with " + std::to_string(s.truth_tip_force_N.norm()) + " N at " +
+      return "the warm-up touches something with " + std::to_string(s.truth.tip_force_N.norm()) + " N at " +
              std::to_string(s.t_s) + " s";
     }
   }

@@ -33,8 +33,8 @@ struct TwoSides {
     now += 1ms;
     network.advance(now);
     if (by_plan) {
-      const session::MasterView shown = session::view_of(*master, setup.scenario.start_rad);
-      intent = person.step(now, session::person_view(shown, hand.device.truth(), 0));
+      const session::MasterView shown = session::view_of(now, *master);
+      intent = person.step(now, session::person_view(shown, setup.scenario.start_rad, hand.device.truth(), 0));
     }
     hand.step(now, intent);
     if (master) master->step(now);

@@ -154,7 +154,7 @@ TEST(RecordingExport, EveryDoubleHasAUnitOrIsKnownToHaveNone) {
       "spool",     "energy_gain", "setting_position_scale", "setting_force_scale"};
   const auto check = [&](const char* name, const char* suffix, const auto& value) {
     using Value = std::remove_cvref_t<decltype(value)>;
-    constexpr bool kDoubles = !recording::ScalarField<Value> || std::is_same_v<Value, double>;
+    constexpr bool kDoubles = !ScalarField<Value> || std::is_same_v<Value, double>;
     EXPECT_TRUE(!kDoubles || unit_of(name).empty() == none.contains(name)) << name << suffix;
   };
   for_each_field(slave::SlaveState{}, check);

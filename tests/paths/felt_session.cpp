@@ -47,7 +47,7 @@ class Person {
   }
   void step(Time now, int changes) noexcept {
     const auto seen =
-        session::person_view(session::view_of(station_.master(), station_.start_rad()), station_.hand(), 0);
+        session::person_view(session::view_of(now, station_.master()), station_.start_rad(), station_.hand(), 0);
     const sim::OperatorIntent intent = person_.step(now, seen);
     station_.step(now, intent);
     const master::MasterLoop& master = station_.master();

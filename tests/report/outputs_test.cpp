@@ -117,8 +117,8 @@ TEST(CsvTable, HasOneHeaderOneRowPerSampleAndTheSameColumnsInEach) {
 
 TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
   session::SessionRecord record = session::engaged_record(0.005);
-  record.samples[0].pressure_Pa[3] = 123.4e5;
-  record.samples[0].truth_tip_force_N = {7, -8};
+  record.samples[0].machine.pressure_Pa[3] = 123.4e5;
+  record.samples[0].truth.tip_force_N = {7, -8};
   std::ostringstream out;
   write_csv(record, out);
   const auto lines = split(out.str(), '\n');

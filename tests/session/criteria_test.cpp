@@ -89,7 +89,7 @@ TEST(Verdict, OfAFaultAtTheEndOfASessionCutShortWaitsForItsBound) {
 
 TEST(Verdict, SaysWhenAndInWhichPhaseEachValueWasWorst) {
   SessionResult session = synthetic_session();
-  session.record.samples[5000].felt_N = {9, 9};  // at 25 s
+  session.record.samples[5000].hand.felt_N = {9, 9};  // at 25 s
   session.record.faults = {{{}, 20, 20, 20.1, 20.2}};
   session.criteria = {{"max_slew_N_per_ms", {}, 0.5}, {"faults", {}, 0}, {"engaged_s", 1, {}}, {"faults", 4, {}}};
   const Judged judged = judge(session);

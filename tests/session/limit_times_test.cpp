@@ -19,8 +19,8 @@ TEST(LimitTimes, AddUpForEachLimitAndForTheWallThatIsNear) {
     Sample sample;
     sample.t_s = 0.01 * i;
     sample.tip_m = i <= 60 ? PlanarVector(3.2, 0) : PlanarVector(1, -2.5);
-    if (i > 40 && i <= 90) sample.limits |= kLimitVirtualWall;  // 0.2 s at the reach, 0.3 s at the floor
-    if (i > 50 && i <= 60) sample.limits |= kLimitPressure;
+    if (i > 40 && i <= 90) sample.machine.limits |= kLimitVirtualWall;  // 0.2 s at the reach, 0.3 s at the floor
+    if (i > 50 && i <= 60) sample.machine.limits |= kLimitPressure;
     record.samples.push_back(sample);
   }
   const auto times = limit_times(record, {.floor_m = -2.6, .ceiling_m = 3.3, .reach_m = 3.3});

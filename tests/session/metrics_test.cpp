@@ -31,9 +31,9 @@ SessionRecord pressed_record() {
   during(record, 3, 10, [](Sample& s) { s.phase = 2; });
   during(record, 10, 12, [](Sample& s) { s.phase = 3; });
   during(record, 2, 10, [](Sample& s) {
-    s.truth_tip_force_N = {-2000, 0};
-    s.tip_force_N = {-2000, 0};
-    s.felt_N = {-1.8, 0};
+    s.truth.tip_force_N = {-2000, 0};
+    s.machine.tip_force_N = {-2000, 0};
+    s.hand.felt_N = {-1.8, 0};
   });
   return record;
 }
@@ -43,7 +43,7 @@ TEST(Metrics, TipErrorIsTakenAgainstTheHandOneLinkDelayAgo) {
   record.link_delay_s = 0.05;
   during(record, 0, 5, [](Sample& s) {
     s.hand_setpoint_tip_m = {0.2 * s.t_s, 0};
-    s.truth_tip_m = {0.2 * (s.t_s - 0.05), 0.03};  // exactly the delay behind, and 3 cm high
+    s.truth.tip_m = {0.2 * (s.t_s - 0.05), 0.03};  // exactly the delay behind, and 3 cm high
   });
   const Metrics metrics = compute_metrics(record);
   EXPECT_NEAR(metrics.tip_rms_m.value(), 0.03, 1e-9);
@@ -55,15 +55,15 @@ TEST(Metrics, TipErrorInterpolatesTheHandBetweenRows) {
   record.link_delay_s = 0.0025;
   during(record, 0, 5, [](Sample& s) {
     s.hand_setpoint_tip_m = {0.2 * s.t_s, 0};
-    s.truth_tip_m = {0.2 * (s.t_s - 0.0025), 0};
+    s.truth.tip_m = {0.2 * (s.t_s - 0.0025), 0};
   });
   EXPECT_NEAR(compute_metrics(record).tip_rms_m.value(), 0, 1e-12);
 }
 
 TEST(Metrics, TrackingLeavesOutContactAndTheSecondAfterIt) {
   SessionRecord record = engaged_record(6);
-  during(record, 2, 3.9, [](Sample& s) { s.truth_tip_m = {1, 0}; });
-  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-100, 0}; });
+  during(record, 2, 3.9, [](Sample& s) { s.truth.tip_m = {1, 0}; });
+  during(record, 2, 3, [](Sample& s) { s.truth.tip_force_N = {-100, 0}; });
   EXPECT_EQ(compute_metrics(record).tip_rms_m, 0.0);
 }
 
@@ -77,14 +77,14 @@ TEST(Metrics, DriftIsTheMeanErrorWhileTheHandStandsStill) {
 
 TEST(Metrics, NoLoadForceCountsOnlyTaredUnloadedFreeRows) {
   SessionRecord record = engaged_record(10);
-  during(record, 0, 10, [](Sample& s) { s.tip_force_N = {60, 80}; });
+  during(record, 0, 10, [](Sample& s) { s.machine.tip_force_N = {60, 80}; });
   during(record, 0, 2, [](Sample& s) {
-    s.tip_force_N = {9000, 0};
-    s.confidence_reasons = estimation::kNotTared;
+    s.machine.tip_force_N = {9000, 0};
+    s.machine.confidence_reasons = estimation::kNotTared;
   });
   during(record, 5, 6, [](Sample& s) {
-    s.tip_force_N = {9000, 0};
-    s.truth_payload_kg = 50;
+    s.machine.tip_force_N = {9000, 0};
+    s.truth.payload_kg = 50;
   });
   EXPECT_NEAR(compute_metrics(record).no_load_rms_N.value(), 100, 1e-9);
 }
@@ -94,7 +94,7 @@ void report_force(SessionRecord& record, double gain, double turned_rad, double 
   estimation::FohFilter<PlanarVector> first(8, kRow_s), second(8, kRow_s), observer(observer_Hz, kRow_s);
   const Eigen::Rotation2Dd turn(turned_rad);
   for (Sample& s : record.samples) {
-    s.tip_force_N = gain * (turn * observer.step(second.step(first.step(s.truth_tip_force_N))));
+    s.machine.tip_force_N = gain * (turn * observer.step(second.step(first.step(s.truth.tip_force_N))));
   }
 }
 
@@ -102,7 +102,7 @@ void report_force(SessionRecord& record, double gain, double turned_rad, double 
 /// bucket by friction. Nowhere does it stay within 20 % for half a second.
 SessionRecord swinging_press() {
   SessionRecord record = pressed_record();
-  during(record, 2, 10, [](Sample& s) { s.truth_tip_force_N = {-1500, 1500 * std::sin(2 * M_PI * 0.7 * s.t_s)}; });
+  during(record, 2, 10, [](Sample& s) { s.truth.tip_force_N = {-1500, 1500 * std::sin(2 * M_PI * 0.7 * s.t_s)}; });
   return record;
 }
 
@@ -132,11 +132,11 @@ TEST(Metrics, ContactErrorCountsLagBeyondTheOneOfTheReportedForce) {
 
 TEST(Metrics, ALightPressGivesNoContactErrorAndAShortHardOneDoes) {
   SessionRecord record = pressed_record();
-  during(record, 2, 10, [](Sample& s) { s.truth_tip_force_N = {-490, 0}; });
+  during(record, 2, 10, [](Sample& s) { s.truth.tip_force_N = {-490, 0}; });
   report_force(record, 0.92, 0);
   EXPECT_FALSE(compute_metrics(record).contact_error_rel.has_value());
   EXPECT_FALSE(compute_metrics(record).direction_error_deg.has_value());
-  during(record, 3, 3.3, [](Sample& s) { s.truth_tip_force_N = {-1500, 0}; });
+  during(record, 3, 3.3, [](Sample& s) { s.truth.tip_force_N = {-1500, 0}; });
   report_force(record, 0.92, 0);
   EXPECT_NEAR(compute_metrics(record).contact_error_rel.value(), 0.08, 1e-9);
 }
@@ -145,15 +145,15 @@ TEST(Metrics, ContactErrorLeavesOutWhatIsNotEngaged) {
   SessionRecord record = pressed_record();
   report_force(record, 0.92, 0);
   during(record, 5, 6, [](Sample& s) {
-    s.mode = Mode::kHold;
-    s.tip_force_N = {9000, 0};
+    s.machine.mode = Mode::kHold;
+    s.machine.tip_force_N = {9000, 0};
   });
   EXPECT_NEAR(compute_metrics(record).contact_error_rel.value(), 0.08, 1e-9);
 }
 
 TEST(Metrics, DetectionRunsFromTrueOnsetToTheContactEvent) {
   SessionRecord record = pressed_record();
-  during(record, 2.04, 10, [](Sample& s) { s.contact = true; });
+  during(record, 2.04, 10, [](Sample& s) { s.machine.contact = true; });
   EXPECT_NEAR(compute_metrics(record).detection_ms.value(), 40, 1e-6);
 }
 
@@ -165,9 +165,9 @@ TEST(Metrics, PayloadIsReadAtTheEndOfWeighing) {
   SessionRecord record = engaged_record(5);
   during(record, 3, 4, [](Sample& s) {
     s.phase = 5;
-    s.truth_payload_kg = 50;
-    s.payload_kg = s.t_s < 3.9 ? 10 : 47;
-    s.payload_sigma_kg = 1;
+    s.truth.payload_kg = 50;
+    s.machine.payload_kg = s.t_s < 3.9 ? 10 : 47;
+    s.machine.payload_sigma_kg = 1;
   });
   const Metrics metrics = compute_metrics(record);
   EXPECT_EQ(metrics.payload_truth_kg, 50);
@@ -178,12 +178,12 @@ TEST(Metrics, PayloadIsReadAtTheEndOfWeighing) {
 TEST(Metrics, APayloadThatIsTakenForContactIsAnError) {
   SessionRecord record = pressed_record();
   during(record, 0, 20, [](Sample& s) {
-    s.truth_payload_kg = 50;
-    s.payload_sigma_kg = s.t_s < 1 ? 40 : 1;
-    s.payload_kg = s.t_s < 1 ? 0 : 49;  // unsure at first, in free air
+    s.truth.payload_kg = 50;
+    s.machine.payload_sigma_kg = s.t_s < 1 ? 40 : 1;
+    s.machine.payload_kg = s.t_s < 1 ? 0 : 49;  // unsure at first, in free air
   });
   EXPECT_EQ(compute_metrics(record).payload_contact_error_kg, 1);
-  during(record, 4, 4.1, [](Sample& s) { s.payload_kg = 30; });
+  during(record, 4, 4.1, [](Sample& s) { s.machine.payload_kg = 30; });
   EXPECT_EQ(compute_metrics(record).payload_contact_error_kg, 20);
   EXPECT_FALSE(compute_metrics(pressed_record()).payload_contact_error_kg) << "no load";
   EXPECT_FALSE(compute_metrics(engaged_record(5)).payload_contact_error_kg);
@@ -191,7 +191,7 @@ TEST(Metrics, APayloadThatIsTakenForContactIsAnError) {
 
 TEST(Metrics, ContactLossesAreGapsOverFiftyMilliseconds) {
   SessionRecord record = pressed_record();
-  const auto lift = [](Sample& s) { s.truth_tip_force_N.setZero(); };
+  const auto lift = [](Sample& s) { s.truth.tip_force_N.setZero(); };
   during(record, 4, 4.04, lift);  // bounce
   during(record, 5, 5.06, lift);
   during(record, 6, 6.5, lift);
@@ -200,7 +200,7 @@ TEST(Metrics, ContactLossesAreGapsOverFiftyMilliseconds) {
 
 TEST(Metrics, AWallThatBreaksIsNoContactLoss) {
   SessionRecord record = pressed_record();
-  during(record, 8, 10, [](Sample& s) { s.truth_tip_force_N.setZero(); });
+  during(record, 8, 10, [](Sample& s) { s.truth.tip_force_N.setZero(); });
   EXPECT_EQ(compute_metrics(record).contact_losses, 1);
   record.events.push_back({8.0, "piece broke"});
   EXPECT_EQ(compute_metrics(record).contact_losses, 0);
@@ -209,8 +209,8 @@ TEST(Metrics, AWallThatBreaksIsNoContactLoss) {
 
 TEST(Metrics, RiseAndSettlingRunFromTrueForceToFeltForce) {
   SessionRecord record = pressed_record();
-  during(record, 2, 2.2, [](Sample& s) { s.felt_N.setZero(); });
-  during(record, 2.3, 2.6, [](Sample& s) { s.felt_N = {-2.4, 0}; });  // overshoot
+  during(record, 2, 2.2, [](Sample& s) { s.hand.felt_N.setZero(); });
+  during(record, 2.3, 2.6, [](Sample& s) { s.hand.felt_N = {-2.4, 0}; });  // overshoot
   const Metrics metrics = compute_metrics(record);
   EXPECT_NEAR(metrics.rise_t90_s.value(), 0.2, 1e-9);
   EXPECT_NEAR(metrics.settle_s.value(), 0.6, 1e-9);
@@ -218,35 +218,35 @@ TEST(Metrics, RiseAndSettlingRunFromTrueForceToFeltForce) {
 
 TEST(Metrics, APressThatIsNeverFeltOrNeverSettlesMeetsNoBound) {
   SessionRecord record = pressed_record();
-  during(record, 2, 10, [](Sample& s) { s.felt_N = {-0.05, 0}; });
+  during(record, 2, 10, [](Sample& s) { s.hand.felt_N = {-0.05, 0}; });
   EXPECT_FALSE(all_passed(evaluate({{"rise_t90_s", {}, 1e9}}, compute_metrics(record))));
   EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
   record = pressed_record();
-  during(record, 9.9, 10, [](Sample& s) { s.felt_N = {-2.4, 0}; });  // limit cycle to the end
+  during(record, 9.9, 10, [](Sample& s) { s.hand.felt_N = {-2.4, 0}; });  // limit cycle to the end
   EXPECT_TRUE(all_passed(evaluate({{"rise_t90_s", {}, 1}}, compute_metrics(record))));
   EXPECT_FALSE(all_passed(evaluate({{"settle_s", {}, 1e9}}, compute_metrics(record))));
 }
 
 TEST(Metrics, TheLargestEstimateInFreeMotionCountsOnlyWhereItIsBelieved) {
   SessionRecord record = pressed_record();
-  during(record, 0, 12, [](Sample& s) { s.confidence = 1; });
-  during(record, 1, 1.3, [](Sample& s) { s.tip_force_N = {300, -400}; });
+  during(record, 0, 12, [](Sample& s) { s.machine.confidence = 1; });
+  during(record, 1, 1.3, [](Sample& s) { s.machine.tip_force_N = {300, -400}; });
   EXPECT_NEAR(compute_metrics(record).free_estimate_peak_N.value(), 500, 1e-9);
-  during(record, 1, 1.3, [](Sample& s) { s.confidence = 0.5; });
+  during(record, 1, 1.3, [](Sample& s) { s.machine.confidence = 0.5; });
   EXPECT_LT(compute_metrics(record).free_estimate_peak_N.value(), 300) << "of low confidence, and of a true press";
 }
 
 TEST(Metrics, FalseContactIsAShareOfFreeMotion) {
   SessionRecord record = pressed_record();  // free: 2 s before it and the last second
   EXPECT_EQ(compute_metrics(record).false_contact_share, 0);
-  during(record, 1, 1.3, [](Sample& s) { s.contact = true; });
-  during(record, 2, 10.9, [](Sample& s) { s.contact = true; });  // true, and just after
+  during(record, 1, 1.3, [](Sample& s) { s.machine.contact = true; });
+  during(record, 2, 10.9, [](Sample& s) { s.machine.contact = true; });  // true, and just after
   EXPECT_NEAR(compute_metrics(record).false_contact_share.value(), 0.1, 1e-3);
 }
 
 TEST(Metrics, HoldIsJudgedByErrorAndPeakToPeak) {
   SessionRecord record = pressed_record();
-  during(record, 8, 10, [](Sample& s) { s.felt_N.x() += 0.1 * (static_cast<int>(s.t_s * 20) % 2 == 0 ? 1 : -1); });
+  during(record, 8, 10, [](Sample& s) { s.hand.felt_N.x() += 0.1 * (static_cast<int>(s.t_s * 20) % 2 == 0 ? 1 : -1); });
   const Metrics metrics = compute_metrics(record);
   EXPECT_NEAR(metrics.hold_error_N.value(), 0.2, 1e-3);
   EXPECT_NEAR(metrics.hold_peak_to_peak_N.value(), 0.2, 1e-9);
@@ -260,8 +260,8 @@ TEST(Metrics, AHoldsErrorAndTrueSwingAreAllowedATenthOfTheForceAndALeastValue) {
     SessionRecord record = pressed_record();
     during(record, 2, 10, [&](Sample& s) {
       const double swing_N = static_cast<int>(s.t_s * 20) % 2 == 0 ? 120 : -120;
-      s.truth_tip_force_N = {-true_N + swing_N, 0};
-      s.felt_N = {record.force_scale * (-true_N + swing_N) + 0.15, 0};
+      s.truth.tip_force_N = {-true_N + swing_N, 0};
+      s.hand.felt_N = {record.force_scale * (-true_N + swing_N) + 0.15, 0};
     });
     const Metrics metrics = compute_metrics(record);
     EXPECT_NEAR(metrics.hold_error_share.value(), error_share, 1e-3) << true_N;
@@ -272,13 +272,13 @@ TEST(Metrics, AHoldsErrorAndTrueSwingAreAllowedATenthOfTheForceAndALeastValue) {
 
 TEST(Metrics, DragIsFeltForceInFreeMotion) {
   SessionRecord record = pressed_record();
-  during(record, 0, 2, [](Sample& s) { s.felt_N = {0, 0.1}; });
-  during(record, 10, 12, [](Sample& s) { s.felt_N = {s.t_s < 10.9 ? 5.0 : 0.1, 0}; });
+  during(record, 0, 2, [](Sample& s) { s.hand.felt_N = {0, 0.1}; });
+  during(record, 10, 12, [](Sample& s) { s.hand.felt_N = {s.t_s < 10.9 ? 5.0 : 0.1, 0}; });
   EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
   // The weight of a load is no drag.
   for (std::size_t i = record.samples.size() / 2; i < record.samples.size(); ++i) {
-    record.samples[i].truth_payload_kg = 50;
-    record.samples[i].felt_N = {0, -0.5};
+    record.samples[i].truth.payload_kg = 50;
+    record.samples[i].hand.felt_N = {0, -0.5};
   }
   EXPECT_NEAR(compute_metrics(record).drag_rms_N.value(), 0.1, 1e-6);
 }
@@ -287,14 +287,14 @@ TEST(Metrics, SlewIsThePeakBetweenRowsAndNeverLessThanTheRowsShow) {
   SessionRecord record = engaged_record(2);
   record.samples[50].felt_slew_N_per_ms = 0.3;
   EXPECT_EQ(compute_metrics(record).max_slew_N_per_ms, 0.3);
-  during(record, 1, 2, [](Sample& s) { s.felt_N = {2.5, 0}; });  // 2.5 N in one row of 5 ms
+  during(record, 1, 2, [](Sample& s) { s.hand.felt_N = {2.5, 0}; });  // 2.5 N in one row of 5 ms
   EXPECT_NEAR(compute_metrics(record).max_slew_N_per_ms.value(), 0.5, 1e-9);
 }
 
 TEST(Metrics, NetEnergyIsTheMostEverGivenToTheHand) {
   SessionRecord record = engaged_record(3);
-  during(record, 1, 2, [](Sample& s) { s.hand_energy_J = 0.02; });
-  during(record, 2, 3, [](Sample& s) { s.hand_energy_J = -1; });
+  during(record, 1, 2, [](Sample& s) { s.hand.energy_J = 0.02; });
+  during(record, 2, 3, [](Sample& s) { s.hand.energy_J = -1; });
   EXPECT_EQ(compute_metrics(record).net_energy_J, 0.02);
   const PortEnergies ports = port_energies(record);
   EXPECT_NEAR(ports.hand_in_J, 0.02, 1e-12);
@@ -303,7 +303,7 @@ TEST(Metrics, NetEnergyIsTheMostEverGivenToTheHand) {
 
 TEST(Metrics, PumpShortageIsAShareOfEngagedTime) {
   SessionRecord record = engaged_record(10);
-  during(record, 4, 5, [](Sample& s) { s.truth_pump_flow_share = 0.5; });
+  during(record, 4, 5, [](Sample& s) { s.truth.pump_flow_share = 0.5; });
   EXPECT_NEAR(compute_metrics(record).pump_short_share.value(), 0.1, 1e-3);
 }
 
@@ -343,7 +343,7 @@ TEST(Metrics, NamesAreUnique) {
 
 TEST(Metrics, ModesAreListedInOrderWithTheirLengths) {
   SessionRecord record = engaged_record(4);
-  during(record, 0, 1, [](Sample& s) { s.mode = Mode::kReady; });
+  during(record, 0, 1, [](Sample& s) { s.machine.mode = Mode::kReady; });
   const auto visits = modes_visited(record);
   ASSERT_EQ(visits.size(), 2u);
   EXPECT_EQ(visits[0].mode, Mode::kReady);
@@ -352,7 +352,7 @@ TEST(Metrics, ModesAreListedInOrderWithTheirLengths) {
 
 TEST(MetricsOfTruth, FeelingNothingIsAnErrorOfOne) {
   SessionRecord record = engaged_record(6);
-  during(record, 2, 4, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
+  during(record, 2, 4, [](Sample& s) { s.truth.tip_force_N = {-2000, 0}; });
   const Metrics metrics = compute_metrics(record);
   EXPECT_NEAR(metrics.felt_error_rel.value(), 1, 1e-9);
   EXPECT_NEAR(metrics.felt_error_rms_N.value(), 2 / std::sqrt(3), 1e-2);
@@ -363,8 +363,8 @@ TEST(MetricsOfTruth, FeelingNothingIsAnErrorOfOne) {
 TEST(MetricsOfTruth, FeelingTheScaledForceOneLinkDelayLateIsNoError) {
   SessionRecord record = engaged_record(6);
   record.link_delay_s = 0.1;
-  during(record, 2, 4, [](Sample& s) { s.truth_tip_force_N = {-2000, 300}; });
-  during(record, 2.1, 4.1, [](Sample& s) { s.felt_N = {-2, 0.3}; });
+  during(record, 2, 4, [](Sample& s) { s.truth.tip_force_N = {-2000, 300}; });
+  during(record, 2.1, 4.1, [](Sample& s) { s.hand.felt_N = {-2, 0.3}; });
   const Metrics metrics = compute_metrics(record);
   EXPECT_LT(metrics.felt_error_rel.value(), 0.1);  // but for a row at each edge
   EXPECT_LE(metrics.felt_onset_ms.value(), 5 + 1e-6);
@@ -373,34 +373,34 @@ TEST(MetricsOfTruth, FeelingTheScaledForceOneLinkDelayLateIsNoError) {
 
 TEST(MetricsOfTruth, CarriedLoadIsToBeFelt) {
   SessionRecord record = engaged_record(6);
-  during(record, 2, 6, [](Sample& s) { s.truth_payload_kg = 100, s.truth_weight_N = {0, -980.665}; });
+  during(record, 2, 6, [](Sample& s) { s.truth.payload_kg = 100, s.truth.weight_N = {0, -980.665}; });
   EXPECT_NEAR(compute_metrics(record).felt_error_rel.value(), 1, 1e-9);
-  during(record, 2, 6, [](Sample& s) { s.felt_N = {0, -0.980665}; });
+  during(record, 2, 6, [](Sample& s) { s.hand.felt_N = {0, -0.980665}; });
   EXPECT_LT(compute_metrics(record).felt_error_rel.value(), 0.1);
 }
 
 TEST(MetricsOfTruth, ForceThatNobodyIsToldOfCountsFromThreeTenthsOfASecondOn) {
   SessionRecord record = engaged_record(10);
-  during(record, 2, 2.25, [](Sample& s) { s.truth_tip_force_N = {-9000, 0}; });  // a knock
+  during(record, 2, 2.25, [](Sample& s) { s.truth.tip_force_N = {-9000, 0}; });  // a knock
   EXPECT_EQ(compute_metrics(record).unfelt_s.value(), 0);
   during(record, 4, 5, [](Sample& s) {
-    s.truth_tip_force_N = {-4500, 0};
-    s.felt_N = {-2.6, 0};  // 1.9 N short: bad, but told
+    s.truth.tip_force_N = {-4500, 0};
+    s.hand.felt_N = {-2.6, 0};  // 1.9 N short: bad, but told
   });
   EXPECT_EQ(compute_metrics(record).unfelt_s.value(), 0);
   during(record, 6, 7, [](Sample& s) {
-    s.truth_tip_force_N = {-4500, 0};
-    s.felt_N = {-2.4, 0};
+    s.truth.tip_force_N = {-4500, 0};
+    s.hand.felt_N = {-2.4, 0};
   });
   EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
 }
 
 TEST(MetricsOfTruth, HammeringIsASwingAndAHandThatPressesSlowlyIsNone) {
   SessionRecord record = engaged_record(8);
-  during(record, 2, 6, [](Sample& s) { s.truth_tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 0.5 * s.t_s), 0}; });
+  during(record, 2, 6, [](Sample& s) { s.truth.tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 0.5 * s.t_s), 0}; });
   const double slow = compute_metrics(record).contact_swing_N.value();
   EXPECT_LT(slow, 900);
-  during(record, 2, 6, [](Sample& s) { s.truth_tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 8 * s.t_s), 0}; });
+  during(record, 2, 6, [](Sample& s) { s.truth.tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 8 * s.t_s), 0}; });
   EXPECT_NEAR(compute_metrics(record).contact_swing_N.value(), 1800, 40);
   EXPECT_EQ(compute_metrics(record).contact_bounces.value(), 0);
 }
@@ -409,17 +409,17 @@ TEST(MetricsOfTruth, BouncesAreCountedInAllContact) {
   SessionRecord record = engaged_record(8);
   EXPECT_FALSE(compute_metrics(record).contact_bounces);
   for (const double at : {2.0, 2.3, 2.6, 5.0})
-    during(record, at, at + 0.2, [](Sample& s) { s.truth_tip_force_N = {-1000, 0}; });
+    during(record, at, at + 0.2, [](Sample& s) { s.truth.tip_force_N = {-1000, 0}; });
   EXPECT_EQ(compute_metrics(record).contact_bounces.value(), 2);
 }
 
 TEST(MetricsOfTruth, FeltForceInFreeAirIsTakenAtItsPeak) {
   SessionRecord record = engaged_record(8);
-  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
-  during(record, 3, 3.9, [](Sample& s) { s.felt_N = {-2, 0}; });  // within a second of the contact: not yet free
-  during(record, 6, 6.1, [](Sample& s) { s.felt_N = {0, 1.2}; });
-  during(record, 4.5, 5, [](Sample& s) { s.truth_payload_kg = 50; });
-  during(record, 4.5, 5.9, [](Sample& s) { s.felt_N = {0, -3}; });  // nor within a second of a load
+  during(record, 2, 3, [](Sample& s) { s.truth.tip_force_N = {-2000, 0}; });
+  during(record, 3, 3.9, [](Sample& s) { s.hand.felt_N = {-2, 0}; });  // within a second of the contact: not yet free
+  during(record, 6, 6.1, [](Sample& s) { s.hand.felt_N = {0, 1.2}; });
+  during(record, 4.5, 5, [](Sample& s) { s.truth.payload_kg = 50; });
+  during(record, 4.5, 5.9, [](Sample& s) { s.hand.felt_N = {0, -3}; });  // nor within a second of a load
   EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 1.2, 1e-12);
 }
 
@@ -427,12 +427,12 @@ TEST(MetricsOfTruth, WallsAtTheJointsEndsAreNoError) {
   SessionRecord record = engaged_record(8);
   record.link_delay_s = 0.2;
   record.joint_end_high_rad = JointVector::Constant(1);
-  during(record, 3.0, 3.5, [](Sample& s) { s.felt_N = {4, 0}; });
-  during(record, 6.0, 6.5, [](Sample& s) { s.felt_N = {0.5, 0}; });
-  during(record, 7.0, 8.0, [](Sample& s) { s.truth_tip_force_N = {-2000, 0}; });
+  during(record, 3.0, 3.5, [](Sample& s) { s.hand.felt_N = {4, 0}; });
+  during(record, 6.0, 6.5, [](Sample& s) { s.hand.felt_N = {0.5, 0}; });
+  during(record, 7.0, 8.0, [](Sample& s) { s.truth.tip_force_N = {-2000, 0}; });
   const double blamed = compute_metrics(record).felt_error_worst_N.value();
   EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 4, 1e-12);
-  during(record, 3.2, 3.7, [](Sample& s) { s.setpoint_rad[1] = 1.01; });  // as received
+  during(record, 3.2, 3.7, [](Sample& s) { s.machine.setpoint_rad[1] = 1.01; });  // as received
   EXPECT_NEAR(compute_metrics(record).free_felt_peak_N.value(), 0.5, 1e-12);
   EXPECT_LT(compute_metrics(record).felt_error_worst_N.value(), blamed);
   record.link_delay_s = 0;  // then half of the force was not at the end
@@ -446,9 +446,9 @@ TEST(MetricsOfTruth, PeakOfEachPressIsJudgedByWhatThatPressAsksFor) {
   record.phases = {"approach", "press", "release"};
   during(record, 3, 10, [](Sample& s) { s.phase = 9; });  // holds
   during(record, 10, 12, [](Sample& s) { s.phase = 2; });
-  during(record, 11, 11.5, [](Sample& s) { s.truth_tip_force_N = {-9000, 0}; });  // no press
+  during(record, 11, 11.5, [](Sample& s) { s.truth.tip_force_N = {-9000, 0}; });  // no press
   EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 1.25, 1e-12);
-  during(record, 5, 5.1, [](Sample& s) { s.truth_tip_force_N = {-4000, 0}; });
+  during(record, 5, 5.1, [](Sample& s) { s.truth.tip_force_N = {-4000, 0}; });
   EXPECT_NEAR(compute_metrics(record).peak_over_asked.value(), 2.5, 1e-12);
 }
 
@@ -456,9 +456,9 @@ TEST(Metrics, AfterAFaultTheTrueForceIsTakenFromWhereItWasAndTheFeltOneByItsStep
   SessionRecord record = engaged_record(8);
   for (Sample& s : record.samples) {
     const bool late = s.t_s > 1.5;
-    s.truth_tip_force_N = PlanarVector(s.t_s < 0.5 ? -9000 : late ? -2300 : -2000, 0);
-    s.felt_N = PlanarVector(s.t_s < 0.5 ? -9 : -2, 0);
-    if (s.t_s > 6.5) s.truth_tip_force_N.x() = -5000;  // later than a fault has effects
+    s.truth.tip_force_N = PlanarVector(s.t_s < 0.5 ? -9000 : late ? -2300 : -2000, 0);
+    s.hand.felt_N = PlanarVector(s.t_s < 0.5 ? -9 : -2, 0);
+    if (s.t_s > 6.5) s.truth.tip_force_N.x() = -5000;  // later than a fault has effects
   }
   EXPECT_FALSE(compute_metrics(record).fault_rise_N);
   EXPECT_FALSE(compute_metrics(record).fault_slew_N_per_ms);
@@ -472,15 +472,15 @@ TEST(Metrics, AfterAFaultTheTrueForceIsTakenFromWhereItWasAndTheFeltOneByItsStep
 TEST(MetricsOfTruth, WhereNothingWasThereToBeFeltNothingIsMeasured) {
   SessionRecord record = engaged_record(6);
   EXPECT_FALSE(compute_metrics(record).unfelt_s);
-  during(record, 2, 3, [](Sample& s) { s.truth_tip_force_N = {-1000, 0}; });
+  during(record, 2, 3, [](Sample& s) { s.truth.tip_force_N = {-1000, 0}; });
   EXPECT_EQ(compute_metrics(record).unfelt_s, 0);
 }
 
 TEST(MetricsOfTruth, ForceFeltTheWrongWayRoundIsNotTold) {
   SessionRecord record = engaged_record(6);
   during(record, 2, 3, [](Sample& s) {
-    s.truth_tip_force_N = {-3000, 0};
-    s.felt_N = {3, 0};
+    s.truth.tip_force_N = {-3000, 0};
+    s.hand.felt_N = {3, 0};
   });
   EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
   EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 1000, 10);
@@ -489,21 +489,21 @@ TEST(MetricsOfTruth, ForceFeltTheWrongWayRoundIsNotTold) {
 TEST(MetricsOfTruth, TouchOfALoadedBucketHasAnOnsetOfItsOwn) {
   SessionRecord record = engaged_record(10);
   during(record, 1, 10, [](Sample& s) {
-    s.truth_payload_kg = 100;
-    s.truth_weight_N = {0, -980};
-    s.felt_N = {0, -0.98};
+    s.truth.payload_kg = 100;
+    s.truth.weight_N = {0, -980};
+    s.hand.felt_N = {0, -0.98};
   });
   EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 0, 5 + 1e-6);
   during(record, 5, 8, [](Sample& s) {
-    s.truth_tip_force_N = {-2000, 0};
-    if (s.t_s > 5.4) s.felt_N = {-2, -0.98};
+    s.truth.tip_force_N = {-2000, 0};
+    if (s.t_s > 5.4) s.hand.felt_N = {-2, -0.98};
   });
   EXPECT_NEAR(compute_metrics(record).felt_onset_ms.value(), 400, 10);
 }
 
 TEST(MetricsOfTruth, WithoutEngagementThereIsNothingToJudge) {
   SessionRecord record = engaged_record(3);
-  during(record, 0, 3, [](Sample& s) { s.mode = Mode::kReady; });
+  during(record, 0, 3, [](Sample& s) { s.machine.mode = Mode::kReady; });
   const Metrics metrics = compute_metrics(record);
   EXPECT_FALSE(metrics.felt_error_rms_N || metrics.felt_error_rel || metrics.unfelt_s || metrics.contact_swing_N);
 }
@@ -513,14 +513,14 @@ TEST(Metrics, SayWhenTheyWereAtTheirWorst) {
   record.force_scale = 1e-3;
   for (Sample& s : record.samples) {
     const double t = s.t_s;
-    if (t >= 4 && t < 6) s.truth_tip_force_N = {-5000, 0};  // and nothing is felt
-    if (t >= 8 && t < 8.4) s.truth_tip_force_N = {-3000, 0};
-    if (t >= 8.5 && t < 9) s.truth_tip_force_N = {-3000, 0};
-    if (t >= 8 && t < 9) s.felt_N = {-3, 0};
+    if (t >= 4 && t < 6) s.truth.tip_force_N = {-5000, 0};  // and nothing is felt
+    if (t >= 8 && t < 8.4) s.truth.tip_force_N = {-3000, 0};
+    if (t >= 8.5 && t < 9) s.truth.tip_force_N = {-3000, 0};
+    if (t >= 8 && t < 9) s.hand.felt_N = {-3, 0};
   }
-  record.samples[1000].truth_tip_force_N = {-7000, 0};                   // at 5 s
-  record.samples[400].felt_N = {0.2, 0};                                 // at 2 s, in free motion
-  record.samples[500].truth_tip_m = {1, 0};                              // at 2.5 s
+  record.samples[1000].truth.tip_force_N = {-7000, 0};                   // at 5 s
+  record.samples[400].hand.felt_N = {0.2, 0};                            // at 2 s, in free motion
+  record.samples[500].truth.tip_m = {1, 0};                              // at 2.5 s
   record.faults = {{{}, 10, 10, 10.1, 10.2}, {{}, 11, 11, 11.3, 11.1}};  // each the slower one once
   record.events = {{8.2, "piece_broke"}};
   const Metrics metrics = compute_metrics(record);

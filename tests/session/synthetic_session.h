@@ -19,7 +19,7 @@ inline SessionRecord engaged_record(double seconds) {
   for (int i = 0; i * kRow_s < seconds; ++i) {
     Sample s;
     s.t_s = i * kRow_s;
-    s.mode = Mode::kEngaged;
+    s.machine.mode = Mode::kEngaged;
     record.samples.push_back(s);
   }
   return record;
@@ -57,33 +57,34 @@ inline SessionResult synthetic_session() {
   for (Sample& s : record.samples) {
     const double t = s.t_s;
     if (t < 0.3)
-      s.mode = Mode::kSelfTest;
+      s.machine.mode = Mode::kSelfTest;
     else if (t < 1)
-      s.mode = Mode::kAligning;
+      s.machine.mode = Mode::kAligning;
     s.phase = t < 8 ? 0 : t < 10 ? 1 : t < 18 ? 2 : t < 23 ? 3 : t < 27 ? 4 : 5;
-    s.truth_tip_m = made_up_tip(t - 0.05);
+    s.truth.tip_m = made_up_tip(t - 0.05);
     s.hand_setpoint_tip_m = made_up_tip(t);
     const double bucket_rad = -1.9 - 0.8 * blend(t, 23, 26);
-    s.truth_joint_rad = kinematics.inverse(s.truth_tip_m, bucket_rad).value_or(JointVector(0.3, -1.5, -1));
-    s.joint_rad = s.truth_joint_rad + JointVector::Constant(0.002 * std::sin(3 * t));
-    s.setpoint_rad = kinematics.inverse(s.hand_setpoint_tip_m, bucket_rad).value_or(s.joint_rad);
+    s.truth.joint_rad = kinematics.inverse(s.truth.tip_m, bucket_rad).value_or(JointVector(0.3, -1.5, -1));
+    s.machine.joint_rad = s.truth.joint_rad + JointVector::Constant(0.002 * std::sin(3 * t));
+    s.machine.setpoint_rad = kinematics.inverse(s.hand_setpoint_tip_m, bucket_rad).value_or(s.machine.joint_rad);
     const double noise = std::sin(41 * t) + std::sin(67 * t + 1);
-    if (t >= 8 && t < 18) s.truth_tip_force_N = PlanarVector(-2000, 300) * blend(t, 8, 9);
-    if (t >= 23 && t < 26) s.truth_tip_force_N = PlanarVector(-600, 900) * blend(t, 23, 24);
-    s.tip_force_N = s.truth_tip_force_N + PlanarVector(40 * noise, 30 * std::sin(53 * t));
-    s.force_cov_N2 = {50 * 50, 0, 60 * 60};
-    s.contact = s.truth_tip_force_N.norm() > 150;
-    s.felt_N = 1e-3 * s.truth_tip_force_N * 0.95;
-    s.drag_N = s.felt_N;
-    s.confidence = 0.9;
+    if (t >= 8 && t < 18) s.truth.tip_force_N = PlanarVector(-2000, 300) * blend(t, 8, 9);
+    if (t >= 23 && t < 26) s.truth.tip_force_N = PlanarVector(-600, 900) * blend(t, 23, 24);
+    s.machine.tip_force_N = s.truth.tip_force_N + PlanarVector(40 * noise, 30 * std::sin(53 * t));
+    s.machine.covariance_N2 = {50 * 50, 0, 60 * 60};
+    s.machine.contact = s.truth.tip_force_N.norm() > 150;
+    s.hand.felt_N = 1e-3 * s.truth.tip_force_N * 0.95;
+    s.master.sent_force_N = s.hand.felt_N;
+    s.machine.confidence = 0.9;
     for (std::size_t i = 0; i < 6; ++i)
-      s.pressure_Pa[i] = 1e5 * (30 + 12 * static_cast<double>(i) + 5 * std::sin(t + static_cast<double>(i)) + noise);
-    s.hand_energy_J = -0.02 * t;
-    s.truth_energy_to_machine_J = 300 * std::sin(0.3 * t) + 60 * t;
-    if (t > 25) s.truth_payload_kg = 52;
-    s.payload_kg = 51 + noise;
-    s.payload_sigma_kg = 1.5;
-    s.limits = t > 3 && t < 4 ? 2 : 0;
+      s.machine.pressure_Pa[i] =
+          1e5 * (30 + 12 * static_cast<double>(i) + 5 * std::sin(t + static_cast<double>(i)) + noise);
+    s.hand.energy_J = -0.02 * t;
+    s.truth.energy_to_machine_J = 300 * std::sin(0.3 * t) + 60 * t;
+    if (t > 25) s.truth.payload_kg = 52;
+    s.machine.payload_kg = 51 + noise;
+    s.machine.payload_sigma_kg = 1.5;
+    s.machine.limits = t > 3 && t < 4 ? 2 : 0;
   }
   record.events = {{8.05, "contact"}, {18.0, "piece broke"}, {26.0, "scooped 52 kg"}};
   session.criteria = {
