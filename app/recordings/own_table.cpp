@@ -51,7 +51,7 @@ Mapping own_mapping(const CsvFile& file) {
   std::string text = file.path + ": row 1: no column";
   for (const std::string& name : missing) text += (&name == &missing.front() ? " '" : ", '") + name + "'";
   if (has(header, "t_s") && has(header, "boom_A_bar"))
-    throw InputError(text + ": a table of `knuckle simulate --csv` is no recording of the sensors");
+    throw InputError(text + ": the table of an older `knuckle simulate --csv` is no recording of the sensors");
   const std::string style = file.style();
   throw InputError(text + " as Knuckle's recordings have" + (style.empty() ? "" : " (read as " + style + ")") +
                    "; say with --map how to read another file");

@@ -107,8 +107,8 @@ TEST_F(Program, TableNamesItsUnits) {
   std::ifstream table(path("table.csv"));
   std::string header, row;
   std::getline(table, header);
-  for (const char* column :
-       {"t_s,", "boom_rad,", "boom_A_bar,", "tip_force_x_N,", "truth_tip_x_m,", "felt_z_N,", "rtt_ms"})
+  for (const char* column : {"time_s,", "boom_rad,", "boom_head_Pa,", "tip_force_x_N,", "truth_tip_x_m,",
+                             "hand_felt_z_N,", "operator_round_trip_s,"})
     EXPECT_NE((header + ",").find(column), std::string::npos) << column;
   const auto columns = std::count(header.begin(), header.end(), ',');
   int rows = 0;

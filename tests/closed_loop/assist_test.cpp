@@ -27,7 +27,8 @@ TEST(AssistForceLimit, TrueForceStaysWithinThreeTenthsOfTheLimitHoweverHardTheHa
     losses += session.metrics.contact_losses.value();
     bool told = false;
     for (const session::Sample& s : session.record.samples) {
-      told = told || ((s.limits & kLimitAssistForce) != 0 && s.blocking == ReasonCode::kAssistForce);
+      told =
+          told || ((s.machine.limits & kLimitAssistForce) != 0 && s.machine.blocking.code == ReasonCode::kAssistForce);
     }
     EXPECT_TRUE(told);
   }
@@ -39,7 +40,7 @@ TEST(AssistForceLimit, WithoutItTheSameHandPressesMoreThanTwiceAsHard) {
 }
 
 bool holds(const session::Sample& s) {
-  return s.mode == Mode::kHold && s.blocking == ReasonCode::kBuriedObject;
+  return s.machine.mode == Mode::kHold && s.machine.blocking.code == ReasonCode::kBuriedObject;
 }
 
 TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
@@ -63,7 +64,7 @@ TEST(AssistStopOnObject, DiggingHoldsAtAPipeUntilEnableIsLetGoAndPressedAgain) {
   for (const session::Sample& s : session.record.samples) {
     if (s.phase != at) continue;
     ASSERT_TRUE(holds(s)) << s.t_s;
-    ASSERT_EQ(s.valve_command.norm(), 0);
+    ASSERT_EQ(s.machine.valve_command.norm(), 0);
     ++rows;
   }
   EXPECT_GT(rows, 3.9 * 200);

@@ -41,7 +41,7 @@ TEST(WrongIdentity, IsNeverEngagedHoweverOftenTheOperatorTries) {
   EXPECT_EQ(session.record.faults[0].reason.code, ReasonCode::kNodeIdentity);
   EXPECT_EQ(session.record.faults[0].reason.subject, 0x10);
   EXPECT_TRUE(std::none_of(session.record.samples.begin(), session.record.samples.end(), [](const session::Sample& s) {
-    return s.mode == Mode::kAligning || s.mode == Mode::kEngaged || s.mode == Mode::kHold;
+    return s.machine.mode == Mode::kAligning || s.machine.mode == Mode::kEngaged || s.machine.mode == Mode::kHold;
   }));
   EXPECT_TRUE(
       std::none_of(session.frames.begin(), session.frames.end(), [](const TimedFrame& f) { return drives(f.frame); }));

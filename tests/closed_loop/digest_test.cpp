@@ -18,7 +18,7 @@ std::string digest(const std::string& scenario, std::uint64_t seed, double loss 
   options.duration_s = 8;
   options.jitter_ms = 5;
   options.loss = loss;
-  return session::run_simulation(options, {}).digest;
+  return session::run_simulation(options, {}).digest.whole;
 }
 
 std::string digest_of_program(const std::string& scenario, std::uint64_t seed) {

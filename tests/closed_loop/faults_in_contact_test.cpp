@@ -29,9 +29,9 @@ void expect_pressed(const session::SessionRecord& record) {
   const auto at = std::find_if(record.samples.begin(), record.samples.end(),
                                [&](const session::Sample& s) { return s.t_s >= record.injected_s[0]; });
   ASSERT_NE(at, record.samples.end());
-  EXPECT_EQ((at - 1)->mode, Mode::kEngaged);
+  EXPECT_EQ((at - 1)->machine.mode, Mode::kEngaged);
   EXPECT_GT((at - 1)->truth.tip_force_N.norm(), kPressed_N);
-  EXPECT_GT((at - 1)->felt_N.norm(), kFelt_N);
+  EXPECT_GT((at - 1)->hand.felt_N.norm(), kFelt_N);
 }
 
 struct Broken {

@@ -33,13 +33,13 @@ TEST(ReturnLink, MachineHoldsWhileTheOperatorHearsNothingOfIt) {
     const double cut_s = begun->t_s + kCutAfter_s;
     bool moved = false;
     for (const session::Sample& s : record.samples) {
-      if (s.t_s < cut_s) moved = moved || (s.t_s > cut_s - 0.1 && s.valve_command.cwiseAbs().maxCoeff() > 0.1);
+      if (s.t_s < cut_s) moved = moved || (s.t_s > cut_s - 0.1 && s.machine.valve_command.cwiseAbs().maxCoeff() > 0.1);
       if (s.t_s < cut_s + kHolds_s || s.t_s >= cut_s + kCutLasts_s) continue;
-      ASSERT_EQ(s.mode, Mode::kHold) << s.t_s - cut_s;
-      ASSERT_EQ(s.blocking, ReasonCode::kRoundTripTooLong);
-      ASSERT_EQ(s.valve_command.cwiseAbs().maxCoeff(), 0);
+      ASSERT_EQ(s.machine.mode, Mode::kHold) << s.t_s - cut_s;
+      ASSERT_EQ(s.machine.blocking.code, ReasonCode::kRoundTripTooLong);
+      ASSERT_EQ(s.machine.valve_command.cwiseAbs().maxCoeff(), 0);
       if (s.t_s > cut_s + kHolds_s + kCloses_s) {
-        ASSERT_LT(s.truth_spool.cwiseAbs().maxCoeff(), 0.11);
+        ASSERT_LT(s.truth.spool.cwiseAbs().maxCoeff(), 0.11);
       }
     }
     EXPECT_TRUE(moved) << "nothing moved that a hold could stop";

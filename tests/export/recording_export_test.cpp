@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "app/cli/interrupt.h"
-#include "app/export/state_fields.h"
 #include "app/recordings/recording_reader.h"
 #include "machine/load.h"
 #include "recording/mcap/file_writer.h"
@@ -148,17 +147,24 @@ TEST(RecordingExport, TableOfTheMachineIsARecordingOfItsSensors) {
   EXPECT_EQ(recordings::read_recording(csv, "", machine).recording.step_s, 0.005);
 }
 
+TEST(RecordingExport, TableOfASessionIsARecordingOfItsSensorsToo) {
+  const TemporaryFolder folder;
+  const std::string csv = folder.file("session.csv");
+  const test::ProgramRun run = test::run_program(
+      test::program("knuckle"), {"simulate", "--scenario", "wall_contact", "--duration", "1.5", "--csv", csv});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const MachineDescription machine = calibrated(load_machine(test::machine_file("solar015")));
+  EXPECT_EQ(recordings::read_recording(csv, "", machine).recording.step_s, 0.005);
+}
+
 TEST(RecordingExport, EveryDoubleHasAUnitOrIsKnownToHaveNone) {
   const std::set<std::string> none{
       "authority", "confidence",  "residual_sigma",         "yielding",           "wanted_valve", "valve",
       "spool",     "energy_gain", "setting_position_scale", "setting_force_scale"};
-  const auto check = [&](const char* name, const char* suffix, const auto& value) {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    constexpr bool kDoubles = !ScalarField<Value> || std::is_same_v<Value, double>;
-    EXPECT_TRUE(!kDoubles || unit_of(name).empty() == none.contains(name)) << name << suffix;
-  };
-  for_each_field(slave::SlaveState{}, check);
-  for_each_field(master::MasterState{}, check);
+  for (const auto* fields : {&fields_of<slave::SlaveState>(), &fields_of<master::MasterState>()})
+    for (const Field& field : *fields)
+      EXPECT_TRUE(field.type != NumberType::kDouble || unit_of(field.name).empty() == none.contains(field.name))
+          << field.name;
 }
 
 TEST(RecordingExport, TakesOnlyStepsBetweenTheTimes) {

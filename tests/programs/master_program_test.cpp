@@ -164,14 +164,14 @@ TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds)
   Desk desk(site.address());
   ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
   ASSERT_TRUE(eventually([&] { return desk.said.says("machine engaged"); }));
-  ASSERT_TRUE(eventually([&] { return desk.csv.says(",engaged,none,none,"); })) << "mode, blocking, fault";
+  ASSERT_TRUE(eventually([&] { return desk.csv.says(",engaged,none,0,0,0,none,"); })) << "mode, blocking, fault";
   desk.end();
   std::istringstream table(desk.csv.text());
   std::string header, row;
   ASSERT_TRUE(std::getline(table, header));
   for (const char* column :
-       {"time_s,forearm_rad,wrist_rad,finger_rad", "presence,enable,clutch,stop", "setpoint_boom_rad", "sent_force_x_N",
-        "round_trip_ms", "mode", "tip_force_z_N", "confidence"}) {
+       {"time_s,device_ok,presence,enable,clutch,stop", "forearm_rad,wrist_rad,finger_rad", "setpoint_boom_rad",
+        "sent_force_x_N", "round_trip_s", "mode", "tip_force_z_N", "confidence"}) {
     EXPECT_NE(header.find(column), std::string::npos) << column;
   }
   const auto columns = std::count(header.begin(), header.end(), ',');

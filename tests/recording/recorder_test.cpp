@@ -106,10 +106,7 @@ TEST(Recorder, RecordingChangesNothingInTheSession) {
       session.step();
       recorder.drain();
     }
-    cli::Digest all;
-    for (const TimedFrame& frame : session.frames()) session::add(all, frame.at, frame.frame);
-    for (const session::Sample& sample : session.take_record().samples) session::add(all, sample);
-    return all.finish();
+    return session::digest_of(session.take_record().samples, session.frames()).whole;
   };
   EXPECT_EQ(digest(true, folder.file("a.mcap")), digest(false, folder.file("b.mcap")));
 }

@@ -110,8 +110,9 @@ TEST(CsvTable, HasOneHeaderOneRowPerSampleAndTheSameColumnsInEach) {
   ASSERT_EQ(lines.size(), session.record.samples.size() + 1);
   const auto header = split(lines[0], ',');
   for (const std::string& line : lines) ASSERT_EQ(split(line, ',').size(), header.size()) << line;
-  for (const std::string name : {"t_s", "boom_rad", "boom_A_bar", "bucket_B_bar", "valve_arm", "tip_force_x_N",
-                                 "truth_tip_z_m", "truth_tip_force_x_N", "truth_boom_rad", "felt_z_N"})
+  for (const std::string name :
+       {"time_s", "phase", "boom_rad", "boom_head_Pa", "bucket_rod_Pa", "arm_valve", "tip_force_x_N", "truth_tip_z_m",
+        "truth_tip_force_x_N", "truth_boom_rad", "hand_felt_z_N", "operator_round_trip_s"})
     EXPECT_EQ(std::count(header.begin(), header.end(), name), 1) << name;
 }
 
@@ -126,7 +127,7 @@ TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
   const auto value = [&](const std::string& name) {
     return row.at(static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()));
   };
-  EXPECT_EQ(value("arm_B_bar"), "123.4");
+  EXPECT_EQ(value("arm_rod_Pa"), "12340000");
   EXPECT_EQ(value("truth_tip_force_z_N"), "-8");
   EXPECT_EQ(value("mode"), name(Mode::kEngaged));
 }

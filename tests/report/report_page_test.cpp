@@ -160,8 +160,8 @@ TEST(Report, NamesPhasesAndEventsInWordsAndHasNoEmptyTile) {
 TEST(ReportPlots, CompareWhatIsFeltWithContactAndLoad) {
   session::SessionResult session = session::synthetic_session();
   for (session::Sample& s : session.record.samples) {
-    s.truth_tip_force_N.setZero();
-    s.truth_weight_N = {0, -500};
+    s.truth.tip_force_N.setZero();
+    s.truth.weight_N = {0, -500};
   }
   session.record.force_scale = 1e-3;
   const std::string script = figure(report_plots(session), "Felt force").figure.script;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string>
 
+#include "app/cli/digest.h"
 #include "app/session/options.h"
 #include "app/session/session_digest.h"
 #include "app/session/session_result.h"
@@ -151,21 +152,18 @@ TEST(StockSetUp, IsTheDefaultMachineWithSeeds1To20AndNothingElseChanged) {
 
 TEST(SessionDigest, IsSha256OfValuesAndSeesEveryOne) {
   EXPECT_EQ(cli::Digest().finish(), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
-  const auto digest_of = [](const Sample& s) {
-    cli::Digest digest;
-    add(digest, s);
-    return digest.finish();
-  };
-  Sample a;
-  const std::string base = digest_of(a);
-  EXPECT_EQ(base, digest_of(Sample{}));
-  a.felt_slew_N_per_ms = 1e-300;
-  EXPECT_NE(base, digest_of(a));
-  cli::Digest digest;
-  add(digest, Time{1ns}, CanFrame{0x181, 2, {1, 2}});
-  cli::Digest other;
-  add(other, Time{1ns}, CanFrame{0x181, 2, {1, 3}});
-  EXPECT_NE(digest.finish(), other.finish());
+  const FrameLog frames{{Time{1ns}, CanFrame{0x181, 2, {1, 2}}}};
+  const SessionDigest base = digest_of({Sample{}}, frames);
+  EXPECT_EQ(base.whole, digest_of({Sample{}}, frames).whole);
+  Sample changed;
+  changed.felt_slew_N_per_ms = 1e-300;
+  const SessionDigest other = digest_of({changed}, frames);
+  EXPECT_NE(base.whole, other.whole);
+  ASSERT_EQ(base.lines.size(), other.lines.size());
+  for (std::size_t i = 0; i < base.lines.size(); ++i)
+    EXPECT_EQ(base.lines[i].digest == other.lines[i].digest, base.lines[i].field != "felt_slew_N_per_ms")
+        << base.lines[i].field;
+  EXPECT_NE(digest_of({Sample{}}, {{Time{1ns}, CanFrame{0x181, 2, {1, 3}}}}).whole, base.whole);
 }
 
 }  // namespace

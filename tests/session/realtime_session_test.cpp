@@ -51,7 +51,7 @@ TEST(RealtimeSessionThreads, SameLoopsMeetOverRealSocketsAndThreads) {
   ASSERT_GT(samples.size(), 2u);
   for (std::size_t i = 1; i < samples.size(); ++i) ASSERT_GT(samples[i].t_s, samples[i - 1].t_s);
   EXPECT_TRUE(result.notes.empty());
-  EXPECT_NE(samples.back().mode, Mode::kOff) << "the slave did not hear its nodes";
+  EXPECT_NE(samples.back().machine.mode, Mode::kOff) << "the slave did not hear its nodes";
   for (const HopLatency& hop : result.hops) {
     // Nothing goes to the valves before the operator has engaged, which a slow computer may not reach.
     EXPECT_TRUE(hop.samples > 0 || hop.hop == "hand_to_valve") << hop.hop;

@@ -46,7 +46,7 @@ inline SessionResult synthetic_session() {
   session.control = "echo";
   session.seed = 1;
   session.delay_ms = 10;
-  session.digest = std::string(64, '0');
+  session.digest.whole = std::string(64, '0');
   session.simulated_s = 36;
   session.wall_s = 0.5;
   session.machine = load_machine(find_config("machine", "solar015"));
