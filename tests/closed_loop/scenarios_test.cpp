@@ -18,6 +18,9 @@ namespace knuckle::test {
 namespace {
 
 constexpr std::uint64_t kQuickSeeds = 2;
+/// What the device may give to the hand over a session. Not 0: the force on the hand is late, so that a hand that lets
+/// go of a hard contact quicker than that gets some of it back (worst of all: `taps`).
+constexpr double kMostGiven_J = 0.05;
 
 constexpr const char* kScenarios[] = {"bus_faults",
                                       "buried_pipe",
@@ -76,7 +79,11 @@ std::vector<session::CriterionResult> results_of(const std::string& scenario, st
   const session::SessionResult result = session::run_simulation(options, {});
   EXPECT_EQ(result.requirements_decide, seed <= session::kStockSeeds);
   EXPECT_EQ(warm_up_trouble(result.record), "") << scenario << ", seed " << seed;
-  return session::judge(result).criteria;
+  session::Judged judged = session::judge(result);
+  EXPECT_TRUE(judged.metrics.net_energy_J) << scenario;
+  EXPECT_LE(judged.metrics.net_energy_J.value_or(1), kMostGiven_J)
+      << scenario << ", seed " << seed << ": the hand's port is not passive";
+  return std::move(judged.criteria);
 }
 
 std::string text_of(const session::CriterionResult& c) {

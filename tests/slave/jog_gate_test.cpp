@@ -212,6 +212,38 @@ TEST_F(JogGate, OnlyEverTakesAwayAndNeverSilently) {
   }
 }
 
+// A motion passes only as one of commissioning's: of its joint, in its time, with pilot pressure asked for, on fresh
+// and valid sensors.
+TEST_F(JogGate, NeverOpensOutsideAMotionOfCommissioning) {
+  std::mt19937 rng(4);
+  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
+  int opened = 0;
+  for (int i = 0; i < 20000; ++i) {
+    state.joint = static_cast<int>(draw(-0.999, 2.999));
+    if (draw(0, 1) < 0.1) state.joint = JogState::kNoJoint;
+    state.since = draw(0, 1) < 0.1 ? kNever : now - from_seconds(draw(-1, 95));
+    state.oldest_at = now - from_seconds(draw(-0.002, 0.04));
+    state.invalid_node = draw(0, 1) < 0.1 ? 0x21 : 0;
+    state.e_stop_open = draw(0, 1) < 0.1;
+    memory = {JointVector::Zero(), now - from_seconds(draw(0, 0.2))};
+    const int moved = static_cast<int>(draw(0, 2.999));
+    const JointVector wanted = only(draw(-0.4, 0.4), moved);
+    const GateResult r = jog_gate(wanted, state, memory, limits, now);
+    const bool planned =
+        moved == state.joint && std::abs(wanted[moved]) <= 0.35 && now >= state.since && now - state.since <= 90s;
+    const bool sound = state.oldest_at <= now && now - state.oldest_at <= limits.state_age && state.invalid_node == 0 &&
+                       !state.e_stop_open;
+    if (planned && sound) {
+      ASSERT_FALSE(r.fault) << text(r.fault);
+      opened += r.commands[moved] != 0 ? 1 : 0;
+    } else {
+      ASSERT_EQ(r.commands, JointVector(0, 0, 0)) << i;
+      ASSERT_TRUE(r.fault) << i;
+    }
+  }
+  EXPECT_GT(opened, 500) << "or this has tested nothing";
+}
+
 TEST_F(JogGate, AllocatesNothing) {
   const test::NoAllocScope scope;
   for (int i = 0; i < 100; ++i) (void)gate(only(0.004 * i));

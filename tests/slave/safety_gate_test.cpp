@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -427,6 +428,72 @@ TEST_F(SafetyGate, OnlyEverTakesAwayAndNeverSilently) {
       EXPECT_GE(r.commands[j] * wanted[j], 0);
     }
   }
+}
+
+// Whatever the rest of the program believes: random modes, ages and states, with what cannot be among them.
+TEST_F(SafetyGate, OpensOnlyWhileEngagedOnFreshSetPointsAndSensors) {
+  std::mt19937 rng(12);
+  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
+  constexpr std::array<double, 3> kNoNumbers{std::nan(""), HUGE_VAL, -HUGE_VAL};
+  const auto no_number = [&] { return kNoNumbers[static_cast<std::size_t>(draw(0, 2.999))]; };
+  int opened = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Mode mode = draw(0, 1) < 0.7 ? Mode::kEngaged : static_cast<Mode>(static_cast<int>(draw(0, 7.999)));
+    place(JointVector(draw(-0.474, 1.092), draw(-2.585, -0.51), draw(-2.5, 0.784)));
+    for (double& p : state.pressure_Pa) p = draw(0, 400e5);
+    state.valid = draw(0, 1) < 0.95;
+    state.oldest_at = now - from_seconds(draw(-0.002, 0.04));
+    setpoint_at = now - from_seconds(draw(-0.005, 0.25));
+    memory = {JointVector(draw(-1, 1), draw(-1, 1), draw(-1, 1)), now - from_seconds(draw(0, 0.05))};
+    JointVector wanted(draw(-1.5, 1.5), draw(-1.5, 1.5), draw(-1.5, 1.5));
+    if (draw(0, 1) < 0.05) wanted[static_cast<int>(draw(0, 2.999))] = no_number();
+    if (draw(0, 1) < 0.05) state.pressure_Pa[static_cast<std::size_t>(draw(0, 5.999))] = no_number();
+    if (draw(0, 1) < 0.05) state.angle_rad[static_cast<int>(draw(0, 2.999))] = no_number();
+    const GateResult r = gate_from_memory(wanted, mode);
+    bool finite = state.angle_rad.allFinite() && wanted.allFinite();
+    for (const double p : state.pressure_Pa) finite = finite && std::isfinite(p);
+    const bool fresh = setpoint_at <= now && now - setpoint_at < 200ms && state.oldest_at <= now &&
+                       now - state.oldest_at <= limits.state_age;
+    if (mode != Mode::kEngaged || !state.valid || !finite || !fresh) {
+      ASSERT_EQ(r.commands, JointVector(0, 0, 0)) << i;
+      ASSERT_TRUE(r.fault) << i;
+      continue;
+    }
+    ASSERT_FALSE(r.fault) << text(r.fault);
+    for (int j = 0; j < kJoints; ++j) {
+      ASSERT_LE(std::abs(r.commands[j]), std::min(1.0, std::abs(wanted[j])));
+      ASSERT_GE(r.commands[j] * wanted[j], 0);
+      opened += r.commands[j] != 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(opened, 1000) << "or this has tested nothing";
+}
+
+/// Over the last 10 bar less and less flow, at the limit and beyond none: whatever the other rules say.
+TEST_F(SafetyGate, FlowIntoAChamberFadesToNothingAtItsPressureLimit) {
+  std::mt19937 rng(13);
+  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
+  const double limit_Pa = limits.file.chamber_pressure_Pa;
+  int faded = 0, shut = 0;
+  for (int i = 0; i < 20000; ++i) {
+    place(JointVector(draw(-0.3, 0.9), draw(-2.4, -0.7), draw(-2.3, 0.6)));
+    for (double& p : state.pressure_Pa) p = limit_Pa + draw(-20e5, 5e5);
+    const JointVector wanted(draw(-1, 1), draw(-1, 1), draw(-1, 1));
+    const GateResult r = gate(wanted);
+    for (int j = 0; j < kJoints; ++j) {
+      const ValveDescription& valve = limits.valve[static_cast<std::size_t>(j)];
+      const bool extends = wanted[j] > 0;
+      const double left_Pa = limit_Pa - state.pressure_Pa[static_cast<std::size_t>(2 * j + (extends ? 0 : 1))];
+      const double most = std::clamp(left_Pa / limits.table.pressure_band_Pa, 0.0, 1.0);
+      ASSERT_LE(valve.flow_share(valve.opening(r.commands[j]), extends), most + 1e-9) << i;
+      if (most == 0) {
+        ASSERT_EQ(r.commands[j], 0) << i;
+      }
+      faded += most > 0 && most < 1 && r.commands[j] != 0 ? 1 : 0;
+      shut += most == 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(std::min(faded, shut), 1000) << "or this has tested nothing";
 }
 
 TEST_F(SafetyGate, AllocatesNothing) {
