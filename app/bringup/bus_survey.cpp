@@ -140,6 +140,8 @@ class Surveyor {
       HeardFrames& frames = found_.heard[frame.id];
       ++frames.count;
       frames.bits += worst_case_bits(frame.size);
+      if (frame == frames.newest) ++frames.repeated;
+      frames.newest = frame;
     }
     found_.sync = found_.sync || frame.id == canopen::kSyncId;
     const std::uint8_t id = canopen::node_of(frame.id);

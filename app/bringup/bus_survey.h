@@ -27,7 +27,9 @@ struct ObjectRead {
 /// One identifier seen while listening.
 struct HeardFrames {
   std::uint64_t count = 0;
-  std::uint64_t bits = 0;  ///< With worst-case stuffing.
+  std::uint64_t bits = 0;      ///< With worst-case stuffing.
+  std::uint64_t repeated = 0;  ///< Those of them that are as the one before.
+  CanFrame newest{};
 };
 
 /// One node: what it sent by itself and what it answered.

@@ -212,10 +212,13 @@ class Doctor {
   };
 
   /// More frames under an identifier than are due: a sign, and enough where they are far too many.
-  void judge_count(Signs& signs, std::uint32_t id, double due, double most_over = BusWatch::kMostOver) const {
+  /// @param by_change a frame that is not as the one before it was sent for that
+  void judge_count(Signs& signs, std::uint32_t id, double due, bool by_change = false) const {
     const auto heard = survey_.heard.find(id);
     if (heard == survey_.heard.end()) return;
-    const double frames = static_cast<double>(heard->second.count), over = frames - due * (1 + BusWatch::kSpareByClock);
+    const double most_over = by_change ? BusWatch::kMostOverWithEvents : BusWatch::kMostOver;
+    const double frames = static_cast<double>(by_change ? heard->second.repeated : heard->second.count);
+    const double over = frames - due * (1 + BusWatch::kSpareByClock);
     if (over <= most_over / 2) return;
     signs.counts = true;
     signs.add(over > most_over ? 2 : 1, fmt::format("{:.0f} frames 0x{:03X} in {:.1f} s where {:.0f} are due", frames,
@@ -234,12 +237,11 @@ class Doctor {
     const std::uint32_t type = node.value(canopen::kTpdo1Type).value_or(0);
     const std::uint32_t timer_ms = node.value(canopen::kTpdo1Timer).value_or(0);
     const bool by_change = expected.id == machine_->bus.enable.id;
-    const double most_over = by_change ? BusWatch::kMostOverWithEvents : BusWatch::kMostOver;
     if (type >= 1 && type <= 240) {
       const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
-      judge_count(signs, expected.tpdo_id(), sync_count / type, most_over);
+      judge_count(signs, expected.tpdo_id(), sync_count / type, by_change);
     } else if (timer_ms > 0) {
-      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms, most_over);
+      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms, by_change);
     }
     // One disturbance makes an error frame and has a frame sent again: both are one sign.
     if (signs.counts && survey_.errors > 0)
@@ -327,13 +329,21 @@ class Doctor {
             ": find the cause with the device's manual, then switch its power off and on");
   }
 
+  /// One that leads the machine meanwhile, which is no fault, or more than that.
+  void controller(const SurveyedNode& node, const std::string& about) {
+    if (node.answers()) say(Level::kFault, about, "a device has the controller's own node id: give it another id");
+    Signs signs;
+    judge_count(signs, canopen::heartbeat_id(node.id), survey_.listened_s / machine_->bus.controller_heartbeat_s);
+    if (signs.count >= 2)
+      say(Level::kFault, about, "two controllers are on the bus (" + signs.text + "): stop one of the two");
+  }
+
   void judge_stranger(const SurveyedNode& node) {
     const std::string about = fmt::format("node 0x{:02X}", node.id);
     const NodeLine line = line_of(node, "-");
     result_.nodes.push_back(line);
     if (machine_ != nullptr && node.id == machine_->bus.controller_id) {
-      say(Level::kFault, about,
-          "uses the controller's own node id: another controller is on the bus; remove one of the two");
+      controller(node, about);
     } else if (machine_ != nullptr) {
       say(Level::kNote, about,
           "is not in the machine file" +

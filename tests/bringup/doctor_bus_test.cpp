@@ -150,7 +150,7 @@ BusSurvey running(double listened_s = 2) {
   }
   survey.heard[0x722] = {20, 0};
   survey.heard[0x1A2] = {400, 0};
-  survey.heard[0x1C0] = {40, 0};
+  survey.heard[0x1C0] = {40, 0, 39};
   return survey;
 }
 
@@ -180,8 +180,10 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
       {"... with another identity", [&](BusSurvey& s) { s.heard[0x722].count = 30, contradict(s); }, false, true},
       {"two heartbeats", [](BusSurvey& s) { s.heard[0x722].count = 40; }, false, true},
       {"two of its values to a SYNC", [](BusSurvey& s) { s.heard[0x1A2].count = 800; }, false, true},
-      {"inputs that change", [](BusSurvey& s) { s.heard[0x1C0].count = 60; }, false, false},
-      {"two sets of inputs", [](BusSurvey& s) { s.heard[0x1C0].count = 90; }, false, true}};
+      {"a contact that bounces", [](BusSurvey& s) { s.heard[0x1C0].count = s.heard[0x1C0].repeated = 60; }, false,
+       false},
+      {"inputs that change all the time", [](BusSurvey& s) { s.heard[0x1C0].count = 500; }, false, false},
+      {"two sets of inputs", [](BusSurvey& s) { s.heard[0x1C0].count = s.heard[0x1C0].repeated = 90; }, false, true}};
   for (const auto& [what, show, note, fault] : stories) {
     BusSurvey survey = running();
     show(survey);
@@ -190,6 +192,31 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
     EXPECT_EQ(faults(diagnosis).find(words) != std::string::npos, fault) << what << ": " << faults(diagnosis);
     EXPECT_EQ(said(diagnosis, Finding::Level::kNote).find(words) != std::string::npos, note)
         << what << ": " << said(diagnosis, Finding::Level::kNote);
+  }
+}
+
+TEST(DoctorBus, TheControllerThatLeadsTheMachineIsNoFaultAndASecondOneIs) {
+  struct Story {
+    const char* what;
+    std::uint64_t heartbeats;
+    bool answers;
+    const char* fault;
+  };
+  const std::uint8_t id = solar().bus.controller_id;
+  for (const auto& [what, heartbeats, answers, fault] :
+       {Story{"one", 40, false, ""}, Story{"one whose clock is fast", 42, false, ""},
+        Story{"two", 80, false,
+              "node 0x01: two controllers are on the bus (80 frames 0x701 in 2.0 s where 40 are due): stop one of the "
+              "two\n"},
+        Story{"a node", 40, true, "node 0x01: a device has the controller's own node id: give it another id\n"}}) {
+    BusSurvey survey = running();
+    survey.sync = true;
+    SurveyedNode& node = survey.nodes[id];
+    node.id = id;
+    node.state = canopen::NmtState::kOperational;
+    if (answers) node.objects = {{canopen::kDeviceType, ObjectRead::Answer::kValue, 0x191, {}}};
+    survey.heard[canopen::heartbeat_id(id)].count = heartbeats;
+    EXPECT_EQ(faults(diagnose(survey, &solar())), fault) << what;
   }
 }
 
@@ -221,6 +248,21 @@ TEST(DoctorBus, WhatWaitedBeforeItListensCountsNeitherAsFramesNorAsErrorsOfThatT
   EXPECT_FALSE(survey.heard.contains(0x722));
   EXPECT_EQ(survey.errors, 0U);
   EXPECT_EQ(survey.nodes.at(0x22).state, canopen::NmtState::kOperational) << "what it says of a node is still known";
+}
+
+TEST(DoctorBus, FramesThatAreNotAsTheOneBeforeAreKnown) {
+  const auto machine = simulated_bus();
+  std::uint8_t inputs = 0;
+  BusAccess access("can0", std::shared_ptr<CanBus>(machine, &machine->controllers_end()), [&](Time due) {
+    inputs ^= canopen::kInputPilotOn;
+    EXPECT_TRUE(machine->nodes_end().send(canopen::enable_inputs_frame(0x1C0, inputs)));
+    EXPECT_TRUE(machine->nodes_end().send(canopen::enable_inputs_frame(0x1C1, 0)));
+    return machine->advance(due);
+  });
+  const BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), brief());
+  EXPECT_GT(survey.heard.at(0x1C0).count, 250U);
+  EXPECT_EQ(survey.heard.at(0x1C0).repeated, 0U);
+  EXPECT_EQ(survey.heard.at(0x1C1).repeated, survey.heard.at(0x1C1).count - 1);
 }
 
 TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
