@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/text.h"
+#include "video/debian_package.h"
 #include "video/frame.h"
 #include "video/gst_owned.h"
 
@@ -29,10 +30,20 @@ void on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
     g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }
 
+/// What to do where a plugin is missing.
+std::string advice_on_missing(GstMessage* message) {
+  const Owned<gchar> what(gst_missing_plugin_message_get_description(message));
+  const Owned<gchar> detail(gst_missing_plugin_message_get_installer_detail(message));
+  const std::string package = detail ? debian_package_of(detail.get()) : "";
+  return "no " + std::string(what.get()) + " on this computer: install " +
+         (package.empty() ? "the GStreamer plugin that has it" : package);
+}
+
 /// An error of GStreamer's as a person can act on it.
+/// @param missing advice_on_missing() of what came before it, if anything did.
 std::string advice(const GError& error, const char* details, const std::string& missing) {
   const std::string said = error.message;
-  if (!missing.empty()) return "no " + missing + " on this computer: install the GStreamer plugin that has it";
+  if (!missing.empty()) return missing;
   if (details != nullptr && std::strstr(details, "not-negotiated") != nullptr)
     return "the formats of the pipeline's elements do not fit: is the stream of the codec that it decodes?";
   if (error.domain == GST_RESOURCE_ERROR) return said + " Check that the camera is there, and the network";
@@ -110,8 +121,7 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
 }
 
 std::optional<std::string> PipelineRunner::problem_of(GstMessage* message) {
-  if (gst_is_missing_plugin_message(message) != FALSE)
-    missing_ = Owned<gchar>(gst_missing_plugin_message_get_description(message)).get();
+  if (gst_is_missing_plugin_message(message) != FALSE) missing_ = advice_on_missing(message);
   if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS) return "the stream has ended";
   if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR) return std::nullopt;
   GError* said = nullptr;

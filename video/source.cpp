@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "video/debian_package.h"
 #include "video/gst_owned.h"
 
 namespace knuckle::video {
@@ -26,6 +27,14 @@ bool is_uri(const CameraSource& source) {
 GLogWriterOutput keep_quiet(GLogLevelFlags level, const GLogField* fields, gsize count, gpointer /*none*/) {
   const bool fatal = (level & (G_LOG_LEVEL_ERROR | G_LOG_FLAG_FATAL)) != 0;
   return fatal ? g_log_writer_default(level, fields, count, nullptr) : G_LOG_WRITER_HANDLED;
+}
+
+/// What to do where a pipeline has an element that is not there.
+std::string advice_on_missing(GstParseContext& context) {
+  gchar** names = gst_parse_context_get_missing_elements(&context);
+  const std::string package = names != nullptr && names[0] != nullptr ? debian_package_of(names[0]) : "";
+  g_strfreev(names);
+  return package.empty() ? ": is it spelt right, and the plugin that has it installed?" : ": install " + package;
 }
 
 /// For a message: which camera's option it is about.
@@ -74,10 +83,14 @@ void start_gstreamer() {
 
 Owned<GstElement> make_pipeline(const std::string& description, std::string& told) {
   GError* failed = nullptr;
-  Owned<GstElement> pipeline(gst_parse_launch_full(description.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, &failed));
+  const std::unique_ptr<GstParseContext, decltype(&gst_parse_context_free)> context(gst_parse_context_new(),
+                                                                                    &gst_parse_context_free);
+  Owned<GstElement> pipeline(
+      gst_parse_launch_full(description.c_str(), context.get(), GST_PARSE_FLAG_FATAL_ERRORS, &failed));
   const Owned<GError> error(failed);
   if (error) {
     told = one_message(error->message);
+    if (error->code == GST_PARSE_ERROR_NO_SUCH_ELEMENT) told += advice_on_missing(*context);
     return nullptr;
   }
   gst_object_ref_sink(pipeline.get());
@@ -115,7 +128,7 @@ void check_pipeline(const CameraSource& source, const std::string& pipeline) {
   throw InputError(option_of(source) + told +
                    (link ? ": the pipeline must fit together and end in pictures (video/x-raw): is a decoder such as "
                            "decodebin missing?"
-                    : missing ? ": is it spelt right, and the plugin that has it installed?"
+                    : missing ? ""
                               : ": must be a URI or a pipeline as gst-launch-1.0 takes it"));
 }
 
