@@ -24,8 +24,8 @@ check "second commission: ... and says what it heard" holds "$result/second.comm
 start led.doctor knuckle doctor --machine solar015 --can vcan1
 within 60 not runs led.doctor
 # Pilot pressure is on, which the doctor does not like: exit code 1.
-check "doctor: finds nothing else wrong with a machine that is led" sh -c \
-  '[ "$(grep -c "^FAULT" "$0")" = "$(grep -c "^FAULT.*pilot pressure is on\|^FAULT.*its spool is at" "$0")" ]' "$result/led.doctor.log"
+grep '^FAULT' "$result/led.doctor.log" | grep -v 'pilot pressure is on\|its spool is at' > /tmp/wrong
+check "doctor: finds nothing else wrong with a machine that is led" test ! -s /tmp/wrong || sed 's/^/# /' /tmp/wrong
 check "doctor: the machine's side says that somebody reads" holds "$result/led.slave.log" 'another program reads objects of the nodes over SDO'
 stop_machine led
 check "the machine that was led: no fault, and still engaged at the end" of led.slave \

@@ -34,7 +34,8 @@ within() {
   done
 }
 
-holds() { grep -q -e "$2" "$1"; }
+# holds FILE EXPRESSION: a line of it fits; a file that is not there yet has none.
+holds() { grep -qs -e "$2" "$1"; }
 # says FILE EXPRESSION: jq's answer of the JSON file is true.
 says() { jq -e "$2" "$1" > /dev/null; }
 
