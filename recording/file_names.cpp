@@ -38,20 +38,21 @@ std::string side(const Head& head) {
 /// part_name() and flight_name() make these, and nobody else is likely to.
 bool ours(const std::string& name) {
   static const std::regex kReal(
-      R"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(\.\d{3})?Z_(slave|master|console|simulate|commission)_)"
+      R"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d(\.\d{3})?Z_(slave|master|console|simulate|commission|recover)_)"
       R"([a-z_]+\d*(_\d+)?\.mcap)");
   static const std::regex kVirtual(R"(\d+\.\d{3}s_simulate_[a-z_]+(_\d+)?\.mcap)");
   return std::regex_match(name, kReal) || std::regex_match(name, kVirtual);
 }
 
-/// A FileWriter holds a lock, which ends with its program however that ends. A file of somebody else that may not be
-/// opened is deleted in its turn: else it would count for ever, and newer ones would go instead.
-bool being_written(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return errno != EACCES;
-  const bool locked = ::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+/// A FileWriter holds a lock, which ends with its program however that ends. nullopt: it cannot be told, as the file is
+/// somebody else's and may not be opened, or lies where there are no locks.
+std::optional<bool> being_written(const std::string& path) {
+  int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);  // NFS locks only for those who may write
+  if (file < 0) file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return errno == EACCES ? std::nullopt : std::optional(true);
+  const int error = ::flock(file, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
   ::close(file);
-  return locked;
+  return error == 0 ? std::optional(false) : error == EWOULDBLOCK ? std::optional(true) : std::nullopt;
 }
 
 }  // namespace
@@ -102,11 +103,12 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
   std::vector<FileOfFolder> files;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    std::error_code ignored;
+    std::error_code no_size, no_time;
     const std::string name = entry->path().filename().string();
-    if (!ours(name) || !entry->is_regular_file(ignored)) continue;
-    files.push_back({entry->path().string(), entry->file_size(ignored), name.find(kPart) == std::string::npos,
-                     entry->last_write_time(ignored)});
+    if (!ours(name) || !entry->is_regular_file(no_size)) continue;
+    const FileOfFolder file{entry->path().string(), entry->file_size(no_size), name.find(kPart) == std::string::npos,
+                            entry->last_write_time(no_time)};
+    if (!no_size && !no_time) files.push_back(file);  // else it is gone meanwhile
   }
   std::sort(files.begin(), files.end(),
             [](const auto& a, const auto& b) { return std::pair(a.changed, a.path) < std::pair(b.changed, b.path); });
@@ -114,15 +116,19 @@ std::vector<FileOfFolder> files_in(const std::string& folder) {
 }
 
 std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes) {
+  constexpr auto kLately = 1min;
   std::vector<FileOfFolder> files = files_in(folder);
   std::uint64_t total = 0;
   for (const FileOfFolder& file : files) total += file.bytes;
+  // Not by the clock, which may be wrong: what is being written is marked as the newest.
+  const auto late = (files.empty() ? fs::file_time_type() : files.back().changed) - kLately;
+  const auto live = [late](const FileOfFolder& file) { return being_written(file.path).value_or(file.changed > late); };
   std::stable_partition(files.begin(), files.end(), [](const FileOfFolder& file) { return !file.flight; });
   std::vector<std::string> deleted;
   for (const FileOfFolder& file : files) {
     if (total <= most_bytes) break;
     std::error_code error;
-    if (being_written(file.path) || !fs::remove(file.path, error)) continue;
+    if (live(file) || !fs::remove(file.path, error)) continue;
     total -= file.bytes;
     deleted.push_back(file.path);
   }

@@ -38,7 +38,8 @@ struct FileOfFolder {
 /// Files of recordings in it, the oldest first; none where there is no folder.
 [[nodiscard]] std::vector<FileOfFolder> files_in(const std::string& folder);
 /// Deletes the oldest until no more than this is left, parts before flight records; never one that a FileWriter, of
-/// whatever program, has open. @return what was deleted.
+/// whatever program, has open. Where that cannot be told (a file that may not be opened, a file system without locks),
+/// none that was changed within a minute of the newest. @return what was deleted.
 std::vector<std::string> make_room(const std::string& folder, std::uint64_t most_bytes);
 
 /// The time of change of a file that is being written, by which files_in() puts the newest last: also where the clock

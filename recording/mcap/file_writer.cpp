@@ -17,12 +17,13 @@ FileWriter::~FileWriter() {
 
 bool FileWriter::open(const std::string& path, const Topics& topics) {
   close();
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (file < 0) {
     error_ = errno;
     return false;
   }
-  // Says to others that it is being written; waits for one that is just looking.
+  // Says to others that it is being written; waits for one that is just looking. On NFS it needs a file open to be
+  // read.
   while (::flock(file, LOCK_SH) != 0 && errno == EINTR) {
   }
   file_ = file;

@@ -1,10 +1,13 @@
 #include "recording/recorder.h"
 
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
@@ -22,6 +25,19 @@
 #include "tests/support/no_alloc.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/temporary_folder.h"
+
+namespace {
+
+bool no_locks = false;  // files lie where there are none, as in some file systems of networks
+
+}  // namespace
+
+/// In place of the C library's.
+extern "C" int flock(int file, int how) noexcept {
+  if (!no_locks) return static_cast<int>(::syscall(SYS_flock, file, how));
+  errno = ENOLCK;
+  return -1;
+}
 
 namespace knuckle::test {
 namespace {
@@ -262,6 +278,43 @@ TEST(Recorder, AFileThatMayNotBeOpenedIsDeletedInItsTurnAndSavesTheNewerOnes) {
   ASSERT_FALSE(std::ifstream(closed).is_open());
   EXPECT_EQ(recording::make_room(folder.path().string(), 600'000), std::vector{closed});
   EXPECT_TRUE(std::filesystem::exists(own));
+}
+
+TEST(Recorder, AFileThatMayNotBeOpenedStaysWhileItIsAboutAsNewAsTheNewest) {
+  TemporaryFolder folder;
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
+  constexpr auto kYears = std::chrono::seconds(std::chrono::years(50));  // the clock is behind
+  const std::string closed = put_part(folder, "2076-11-25T11-00-00Z", kYears),
+                    newest = put_part(folder, "2076-11-25T11-00-02Z", kYears + 2s),
+                    old = put_part(folder, "2076-11-25T10-00-00Z", kYears - 1h);
+  std::filesystem::permissions(closed, std::filesystem::perms::none);  // another account's, that still writes it
+  const WithoutRights nobody;
+  EXPECT_EQ(recording::make_room(folder.path().string(), 0), (std::vector{old, newest}));
+  EXPECT_TRUE(std::filesystem::exists(closed));
+}
+
+TEST(Recorder, WhatIsBeingWrittenStaysAlsoWhereThereAreNoLocks) {
+  TemporaryFolder folder;
+  const std::string old = put_part(folder, "2026-11-25T10-00-00Z", -2h);
+  RecorderOptions how = into(folder.path().string());
+  how.folder_bytes = 1;
+  no_locks = true;
+  const RecorderStatus status = record(short_session("free_motion", 3), how);
+  no_locks = false;
+  EXPECT_FALSE(std::filesystem::exists(old));
+  EXPECT_EQ(status.problem, "");
+  EXPECT_EQ(paths_in(folder.path().string(), false), std::vector{status.file});
+  EXPECT_EQ(status.notices, std::vector{"deleted, as the folder is full: " + old});
+}
+
+TEST(Recorder, EveryProgramThatRecordsCountsInTheFolder) {
+  TemporaryFolder folder;
+  for (const char* program : {"slave", "master", "console", "simulate", "commission", "recover"}) {
+    recording::Head head;
+    head.program = std::string("knuckle ") + program + " --can can0";
+    std::ofstream(folder.file(recording::part_name(head, 1))) << "x";
+  }
+  EXPECT_EQ(recording::files_in(folder.path().string()).size(), 6u);
 }
 
 TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
