@@ -82,7 +82,7 @@ Table make_table() {
       {"app/console/screens", screens + std::set<std::string>{"app/replay", "app/console/player", "app/console/widgets",
                                                               "app/console/picture"}},
   };
-  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs", "app/identify"};
+  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs"};
   table["app/console/window"] =
       table["app/console"] + table["app/console/screens"] + std::set<std::string>{"app/console/screens"};
   std::set<std::string> everything;

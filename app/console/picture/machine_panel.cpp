@@ -142,10 +142,4 @@ void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescripti
                   light ? light_picture_colours() : dark_picture_colours());
 }
 
-void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad) {
-  MachinePicture p;
-  p.measured_rad = pose_rad;
-  view_.draw(p, camera(side_view), viewport_of(picture), light ? light_picture_colours() : dark_picture_colours());
-}
-
 }  // namespace knuckle::console::picture

@@ -31,8 +31,6 @@ class MachinePanel {
   /// another run; nullptr: there is none.
   void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
             const std::optional<Grid>& grid, const ConsoleView* beside = nullptr);
-  /// Only the machine, at this pose.
-  void draw(const widgets::Area& picture, bool side_view, bool light, const JointVector& pose_rad);
   /// Outlines and force, over the picture of a camera on the machine.
   void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
   /// From where it is seen.

@@ -23,7 +23,7 @@ constexpr auto kScreens = std::to_array<Entry>({
     {Screen::kLink, widgets::Icon::kLink, "Link", "F2"},
     {Screen::kRealTime, widgets::Icon::kClock, "Real time", "F3"},
     {Screen::kHydraulics, widgets::Icon::kDrop, "Hydraulics", "F4"},
-    {Screen::kCalibrate, widgets::Icon::kWrench, "Calibrate", "F5"},
+    {Screen::kCalibration, widgets::Icon::kWrench, "Calibration", "F5"},
     {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
     {Screen::kHistory, widgets::Icon::kPlot, "History", "F7"},
 });
@@ -41,8 +41,7 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
      {"Mouse", "time line, plots, events: go to that time"},
      {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 
-/// @param off it has nothing to show now, and says why when it is opened.
-void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, bool off, UiState& state,
+void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiState& state,
                 const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Palette& c = t.colours;
@@ -53,14 +52,12 @@ void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, boo
     canvas().AddRectFilled(area.min, area.max,
                            widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
   widgets::focus_ring(ui, area, t.px(8));
-  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, off ? 0.42F : 1.F);
   const ImU32 colour = chosen ? c.text : c.muted;
   const float x = area.centre().x, middle = area.centre().y;
   widgets::draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), widgets::ink(chosen ? c.accent : c.muted));
   widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, entry.label);
   widgets::put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, widgets::Align::kRight,
                     entry.key);
-  ImGui::PopStyleVar();
   if (open == 0) return;
   const widgets::Shown count = open > 99 ? widgets::shown("99+") : widgets::shown("%zu", open);
   const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
@@ -155,8 +152,7 @@ void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, w
   const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
   const std::size_t open = data.events.open(Severity::kWarning);
   for (const Entry& entry : kScreens)
-    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0,
-               entry.screen == Screen::kCalibrate && data.player != nullptr, state, area.cut_top(height, t.px(2)));
+    rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
   widgets::Area hints = area.cut_bottom(t.px(88));
   const std::array<std::pair<const char*, const char*>, 4> keys{
       {{"F9", t.light ? "Dark" : "Light"}, {"F10", "Units"}, {"F11", "Full"}, {"F12", "Help"}}};

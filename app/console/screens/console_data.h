@@ -14,7 +14,6 @@
 #include "app/console/link_history.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/recording_light.h"
-#include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/camera_pane.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
@@ -53,7 +52,6 @@ struct ConsoleData {
   const ContactTrail& contacts;
   const picture::MachinePanel& machine;  ///< The picture of it.
   EventBook& events;
-  CalibrationPanel& calibration;
   CameraPane& cameras;
   const RecordingLight& recording;
   PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.

@@ -19,18 +19,6 @@ void open_canvas() {
   ImGui::PopStyleVar(2);
 }
 
-namespace {
-
-void no_calibration(const widgets::Ui& ui, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "CALIBRATE", area);
-  widgets::put_lines(t.fonts.body, t.colours.muted, card.inside(),
-                     "A recording is played: nothing is commissioned here. Calibrate with the machine or a simulated "
-                     "one; identify from recordings with knuckle identify.");
-}
-
-}  // namespace
-
 std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
@@ -61,11 +49,8 @@ std::optional<widgets::Area> draw_console(const widgets::Ui& ui, const ConsoleDa
       case Screen::kHydraulics:
         hydraulics_screen(ui, data, rest);
         break;
-      case Screen::kCalibrate:
-        if (data.player != nullptr)
-          no_calibration(ui, rest);
-        else
-          picture = calibrate_screen(ui, data, rest);
+      case Screen::kCalibration:
+        calibration_screen(ui, data, rest);
         break;
       case Screen::kEvents:
         events_screen(ui, data, state, rest);

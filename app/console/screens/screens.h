@@ -19,9 +19,8 @@ void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::A
 void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
 void history_screen(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area);
-/// @return where the picture of the machine being commissioned goes, while it may move.
-[[nodiscard]] std::optional<widgets::Area> calibrate_screen(const widgets::Ui& ui, const ConsoleData& data,
-                                                            widgets::Area area);
+/// What is known of this machine beside its drawing, from where, and how surely.
+void calibration_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
 
 /// Opens the one window of ImGui's, without a frame of its own and as large as ours; ImGui::End() closes it.
 void open_canvas();

@@ -13,7 +13,7 @@
 
 namespace knuckle::console::screens {
 
-enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibrate, kEvents, kHistory, kCount };
+enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibration, kEvents, kHistory, kCount };
 
 /// What a simulated session starts with; taken up by the next reset.
 struct SimulationChoice {

@@ -22,7 +22,7 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr auto kScreens =
-    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibrate", "events", "history"});
+    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibration", "events", "history"});
 static_assert(kScreens.size() == static_cast<std::size_t>(screens::Screen::kCount));
 
 struct Size {
@@ -194,7 +194,7 @@ void add_options(const cli::OptionList& c, ConsoleOptions& o) {
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
   c.add_option("--screen", o.screen,
-               "Screen shown first: operate, link, real-time, hydraulics, calibrate, events, history")
+               "Screen shown first: operate, link, real-time, hydraulics, calibration, events, history")
       .show_default();
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
@@ -271,7 +271,7 @@ screens::Screen ConsoleOptions::first_screen() const {
   const auto found = std::find(kScreens.begin(), kScreens.end(), screen);
   if (found == kScreens.end())
     cli::refuse_option("--screen", screen,
-                       "must be operate, link, real-time, hydraulics, calibrate, events or history");
+                       "must be operate, link, real-time, hydraulics, calibration, events or history");
   return static_cast<screens::Screen>(found - kScreens.begin());
 }
 

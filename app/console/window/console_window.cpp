@@ -43,11 +43,6 @@ ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts
   const double ceiling_N = facts_.machine.limits.tip_force_N;
   state_.force_most_N =
       static_cast<float>(ceiling_N > 0 ? ceiling_N : 2.5 * picture::force_scale(facts_.machine).full_N);
-  calibration_.plan.machine = facts_.machine.source;
-  std::string file = facts_.machine.name;
-  std::replace(file.begin(), file.end(), '/', '_');  // into the folder the console was started in, whatever the name
-  calibration_.plan.target = file + "_calibrated.toml";
-  calibration_.plan.seed = facts_.seed;
 }
 
 void ConsoleWindow::show_world(const sim::WorldDescription& world) {
@@ -101,8 +96,6 @@ void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, Event
   if (live_jump_) live_plots_.jump(*live_jump_ == KeyAction::kEventOn, events, view);
   live_jump_.reset();
   live_plots_.update(view);
-  calibration_.update();
-  if (state_.stop) calibration_.cancel();
   draw(view, loop, events, view_age_s);
 }
 
@@ -220,13 +213,11 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
       {facts_, kinematics_, view, loads, loop, player_ != nullptr ? player_->plots() : live_plots_.window(),
        live_plots_, player_ != nullptr ? player_->kept().link() : link_history_,
        player_ != nullptr ? player_->kept().payload() : payload_,
-       player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, calibration_, cameras_,
-       recording_, player_},
+       player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, cameras_, recording_, player_},
       state_);
   machine_picture_ = picture;
-  const bool commissioned = picture && state_.screen == screens::Screen::kCalibrate;
-  // The tip of a machine that is being commissioned, or was recorded, cannot be pulled.
-  const bool no_mouse = !picture || ((commissioned || player_ != nullptr) && state_.side_view);
+  // The tip of a machine that was recorded cannot be pulled.
+  const bool no_mouse = !picture || (player_ != nullptr && state_.side_view);
   focus_.end_frame();
   machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
   // A pull that began otherwise enables nothing, whatever is switched while it lasts.
@@ -242,9 +233,7 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   layered_ = over;
   window_.clear();
   const bool stale = ui.loop_silent() || screens::measured_freshness(view).after(view_age_s).stale();
-  if (commissioned)
-    machine_.draw(*picture, state_.side_view, state_.light, calibration_.job()->pose_rad());
-  else if (picture)
+  if (picture)
     draw_pictures(*picture, screens::shown_grid(ui.units, state_, machine_.camera(state_.side_view), *picture), stale,
                   view);
   window_.draw_widgets();
@@ -294,8 +283,8 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
 void ConsoleWindow::take_keys() {
   const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
   state_.typing = ImGui::GetIO().WantTextInput;
-  const bool height = std::exchange(state_.measures.typed, false), length = std::exchange(calibration_.typing, false);
-  state_.typing_number = state_.typing && (height || length);
+  const bool height = std::exchange(state_.measures.typed, false);
+  state_.typing_number = state_.typing && height;
   keys_enable_was_up_ = !state_.typing && (keys_enable_was_up_ || !enable);
   state_.enable_ignored = enable && !keys_enable_was_up_;
   for (const KeyPress& press : window_.key_presses()) {
@@ -356,7 +345,7 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kLink:
     case KeyAction::kRealTime:
     case KeyAction::kHydraulics:
-    case KeyAction::kCalibrate:
+    case KeyAction::kCalibration:
     case KeyAction::kEvents:
     case KeyAction::kHistory:
       state_.screen = static_cast<screens::Screen>(static_cast<int>(action) - static_cast<int>(KeyAction::kOperate));

@@ -15,7 +15,6 @@
 #include "app/console/picture/layer.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/picture/simulated_camera.h"
-#include "app/console/screens/calibrate_panel.h"
 #include "app/console/screens/console_data.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/ui_state.h"
@@ -63,7 +62,6 @@ class ConsoleWindow {
 
   [[nodiscard]] const screens::ConsoleFacts& facts() const noexcept { return facts_; }
   [[nodiscard]] screens::UiState& state() noexcept { return state_; }
-  [[nodiscard]] screens::CalibrationPanel& calibration() noexcept { return calibration_; }
   /// Of a session that runs.
   [[nodiscard]] screens::LivePlots& live_plots() noexcept { return live_plots_; }
   /// To be filled before the first frame.
@@ -107,7 +105,6 @@ class ConsoleWindow {
   bool keys_enable_was_up_ = false, pad_enable_was_up_ = false;
   bool pointer_may_enable_ = false;  ///< Its press, if there is one, began with Hold to run on, in the side view.
   bool pad_came_back_ = false;       ///< And its bumper was not down since.
-  screens::CalibrationPanel calibration_;
   screens::CameraPane cameras_;
   RecordingLight recording_;
   screens::PlayerPanel* player_ = nullptr;

@@ -20,6 +20,25 @@ inline screens::ConsoleFacts canned_facts() {
   return facts;
 }
 
+/// Of a machine that was identified, and surveyed.
+inline screens::ConsoleFacts calibrated_facts() {
+  screens::ConsoleFacts facts = canned_facts();
+  facts.machine.source = "solar015_calibrated.toml";
+  DynamicsCalibration& dynamics = facts.machine.dynamics_calibration.emplace();
+  dynamics.residual_rms_Nm = {212, 96, 31};
+  for (int joint = 0; joint < kJoints; ++joint) {
+    dynamics.parameters[friction_index(joint, kCoulombExtend)] = 900 - 200 * joint;
+    dynamics.parameters[friction_index(joint, kCoulombRetract)] = 840 - 190 * joint;
+    dynamics.covariance(friction_index(joint, kCoulombExtend), friction_index(joint, kCoulombExtend)) = 25 * 25;
+    dynamics.covariance(friction_index(joint, kCoulombRetract), friction_index(joint, kCoulombRetract)) = 30 * 30;
+  }
+  facts.machine.geometry_calibration.emplace().tip_rms_m = 0.0042;
+  facts.machine.valve_calibration[kBoom] = ValveCalibration{0.123, 0.131, 0.046, 1e-3};
+  facts.machine.calibration_provenance = {"full", "2026-11-20T09:12:44Z", "9f86d081884c7d659a2feaa0c55ad015",
+                                          "slow.csv, fast.csv", "knuckle 0.1.0"};
+  return facts;
+}
+
 inline RecordingLight canned_recording() {
   RecordingLight light;
   light.state = RecordingLight::State::kOn;

@@ -1,7 +1,9 @@
-// The console's screens in a real window: reached by keys, compared with pictures that somebody has looked at.
+// The console's screens in a real window: reached by keys; some compared with pictures that somebody has looked at, of
+// the others what must be read there.
 // KNUCKLE_WRITE_GOLDENS=1 writes those (scripts/console-pictures --goldens).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "tests/console/window/canned_console.h"
+#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/virtual_display.h"
 #include "tests/support/places.h"
 
@@ -35,10 +38,12 @@ struct Shot {
   float scale = 0;
   bool light = false;
   std::vector<std::string> keys{};
-  double silence_s = 0.004;  ///< Since the machine was heard.
-  double view_age_s = 0;     ///< Since the loop told anything.
+  std::vector<std::string> texts{};  ///< What must be seen, whole; none: the whole picture is compared.
+  double silence_s = 0.004;          ///< Since the machine was heard.
+  double view_age_s = 0;             ///< Since the loop told anything.
   void (*prepare)(ConsoleView&, screens::UiState&) = [](ConsoleView&, screens::UiState&) {};
   RecordingLight recording = canned_recording();
+  screens::ConsoleFacts (*facts)() = canned_facts;
 };
 RecordingLight stopped_recording() {
   return {RecordingLight::State::kStopped, true, 0, 0, "only 255 MiB are left on the disk"};
@@ -105,7 +110,7 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
   const Shot& shot = GetParam();
   WindowOptions options{.scale = shot.scale, .light = shot.light, .full_speed = true};
   ASSERT_EQ(std::sscanf(shot.size.c_str(), "%dx%d", &options.width, &options.height), 2);
-  ConsoleWindow console(options, canned_facts());
+  ConsoleWindow console(options, shot.facts());
   console.hold_steady();
   console.show_world(canned_world());
   console.show_recording(shot.recording);
@@ -132,6 +137,14 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
     console.show();
     frames(3);
   }
+  if (!shot.texts.empty()) {
+    const std::vector<DrawnText> drawn = texts_of([&] { frames(1); });
+    for (const std::string& text : shot.texts)
+      EXPECT_TRUE(std::any_of(drawn.begin(), drawn.end(),
+                              [&](const DrawnText& one) { return one.words == text && one.cut_px == 0; }))
+          << "is not seen whole: " << text;
+    return;
+  }
   const fs::path golden = fs::path(test::source_dir()) / "tests/console/window/golden" / (shot.name + ".png");
   const fs::path now = fs::temp_directory_path() / ("knuckle-console-" + shot.name + ".png");
   if (std::getenv("KNUCKLE_WRITE_GOLDENS") != nullptr) return console.write_png(golden);
@@ -143,27 +156,76 @@ TEST_P(Screens, AreReachedByKeysAndLookAsTheyDid) {
 INSTANTIATE_TEST_SUITE_P(
     Console, Screens,
     testing::Values(
-        Shot{.name = "operate", .keys = {}}, Shot{.name = "link", .keys = {"F2"}},
-        Shot{.name = "real_time", .keys = {"F3"}}, Shot{.name = "hydraulics", .keys = {"F4"}},
-        Shot{.name = "calibrate", .keys = {"F5"}}, Shot{.name = "events", .keys = {"F6"}},
-        Shot{.name = "history", .keys = {"F7"}}, Shot{.name = "history_chosen", .keys = {"F7", "bracketleft"}},
-        Shot{.name = "measures", .keys = {"g", "t"}, .prepare = loaded}, Shot{.name = "help", .keys = {"F12"}},
+        Shot{.name = "operate"}, Shot{.name = "hydraulics", .keys = {"F4"}},
+        Shot{.name = "calibration", .keys = {"F5"}, .facts = calibrated_facts}, Shot{.name = "history", .keys = {"F7"}},
         Shot{.name = "stopped", .keys = {"space"}}, Shot{.name = "operate_light_imperial", .keys = {"F9", "F10"}},
-        Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "operate_stale", .silence_s = 1.24},
-        Shot{.name = "hydraulics_stale", .keys = {"F4"}, .silence_s = 1.24},
-        Shot{.name = "operate_by_scenario", .prepare = by_scenario}, Shot{.name = "untrusted", .prepare = untrusted},
-        Shot{.name = "stopped_by_hand", .prepare = stopped_by_hand},
-        Shot{.name = "operate_asked", .light = true, .prepare = asked_for_more},
-        Shot{.name = "stopped_unheard", .size = "1280x720", .light = true, .keys = {"space"}, .silence_s = 1.24},
-        Shot{.name = "loop_silent", .keys = {}, .view_age_s = 3.1}, Shot{.name = "operate_720", .size = "1280x720"},
-        Shot{.name = "operate_4k", .size = "3840x2160"},
-        Shot{.name = "not_recorded", .keys = {"F2"}, .prepare = real_machine, .recording = no_recording()},
+        Shot{.name = "link_light", .light = true, .keys = {"F2"}}, Shot{.name = "untrusted", .prepare = untrusted},
+        Shot{.name = "real_time",
+             .keys = {"F3"},
+             .texts = {"Wake-up lateness", "61 µs", "Overruns", "SCHED_FIFO 80", "Passes the full force"}},
+        Shot{.name = "drawing_alone",
+             .keys = {"F5"},
+             .texts = {"Never identified: masses, friction and forces are those of a drawing.",
+                       "The machine's side is calibrated, this console's machine file is not: give both the same "
+                       "file."}},
+        Shot{.name = "events",
+             .keys = {"F6"},
+             .texts = {"11 shown, 11 in total", "Ack",
+                       "machine: fault, arm valve: sensor has stopped sending: check node and cable (41 ms; limit 25 "
+                       "ms)"}},
+        Shot{.name = "history_chosen",
+             .keys = {"F7", "bracketleft"},
+             .texts = {"AT THE CURSOR", "11.800 s", "0 s ago - End: now"}},
+        Shot{.name = "measures",
+             .keys = {"g", "t"},
+             .texts = {"chosen ground", "over the grade line", "-10.0", "64.0"},
+             .prepare = loaded},
+        Shot{.name = "help",
+             .keys = {"F12"},
+             .texts = {"Stop is software: it requests a stop over the link. It is not an emergency stop; the machine "
+                       "has its own, hard-wired."}},
+        Shot{.name = "operate_stale", .texts = {"LINK LOST", "was ENGAGED, 1.2 s old", "1.2 s old"}, .silence_s = 1.24},
+        Shot{.name = "hydraulics_stale", .keys = {"F4"}, .texts = {"1.2 s old", "-"}, .silence_s = 1.24},
+        Shot{.name = "operate_by_scenario",
+             .texts = {"the machine follows the scenario's operator", "Hand on the device", "2500 N"},
+             .prepare = by_scenario},
+        Shot{.name = "stopped_by_hand",
+             .texts = {"STOPPED",
+                       "stop was pressed: release enable, then press again; now: the bucket still presses with 1500 N; "
+                       "fault is over: release enable, then press again"},
+             .prepare = stopped_by_hand},
+        Shot{.name = "operate_asked",
+             .light = true,
+             .texts = {"now 10", "12.5 : 1", "now 1000", "2000 : 1", "now 1500 N"},
+             .prepare = asked_for_more},
+        Shot{.name = "stopped_unheard",
+             .size = "1280x720",
+             .light = true,
+             .keys = {"space"},
+             .texts = {"STOP PRESSED",
+                       "Stop is pressed, but nothing received from the machine for 1.2 s: do not rely on it, use the "
+                       "machine's own E-stop"},
+             .silence_s = 1.24},
+        Shot{.name = "loop_silent",
+             .texts = {"CONSOLE HANGS",
+                       "this console's own loop has not run for 3.1 s: close the console and start it again"},
+             .view_age_s = 3.1},
+        Shot{.name = "operate_720",
+             .size = "1280x720",
+             .texts = {"ENGAGED", "STOP", "FORCE ON THE BUCKET TIP", "joint range", "to the reach limit"}},
+        Shot{.name = "operate_4k",
+             .size = "3840x2160",
+             .texts = {"ENGAGED", "STOP", "FORCE ON THE BUCKET TIP", "joint range", "to the reach limit"}},
+        Shot{.name = "not_recorded", .texts = {"NOT RECORDED"}, .prepare = real_machine, .recording = no_recording()},
         Shot{.name = "recording_stopped",
              .size = "1024x768",
-             .keys = {"F6"},
+             .texts = {"REC STOPPED: only 255 MiB are left on the disk"},
              .prepare = real_machine,
              .recording = stopped_recording()},
-        Shot{.name = "recording_loses", .light = true, .prepare = real_machine, .recording = losing_recording()}),
+        Shot{.name = "recording_loses",
+             .texts = {"1.3 GB free, 412 steps lost"},
+             .prepare = real_machine,
+             .recording = losing_recording()}),
     [](const auto& shot) { return shot.param.name; });
 
 }  // namespace
