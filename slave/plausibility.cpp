@@ -65,12 +65,13 @@ double Plausibility::expanded_m(int joint, int direction, double length_m, doubl
 Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double spool) noexcept {
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
-  const double length = m.cylinder_m[joint], pressure = m.pressure_Pa[return_chamber(joint, spool)];
+  const double length = m.cylinder_m[joint];
   const bool open = std::abs(spool) > cylinder.valve.dead_band(spool > 0) + kLimits.open_margin;
   int direction = open ? (spool > 0 ? 1 : -1) : 0;
   axis.shut_s = open ? 0 : axis.shut_s + step_s_;
   const bool passing = !open && axis.shut_s < kLimits.passing_s;
   if (passing) direction = axis.direction;
+  const double pressure = m.pressure_Pa[return_chamber(joint, passing ? direction : spool)];
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
   FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
