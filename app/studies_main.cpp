@@ -2,15 +2,14 @@
 #include "app/cli/command.h"
 #include "app/operators/operators_command.h"
 #include "app/studies/contact_command.h"
-#include "app/studies/real_recordings.h"
 #include "app/studies/sweep.h"
 
 int main(int argc, char** argv) {
   return knuckle::cli::run_program(
       {"knuckle-studies",
-       "Judges Knuckle: many sampled machines, recordings of real ones, persons at work.\n",
+       "Judges Knuckle: many sampled machines, persons at work.\n",
        "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
        {knuckle::studies::contact_loop_entry(), knuckle::operators::operators_entry(),
-        knuckle::studies::real_recordings_entry(), knuckle::studies::sweep_entry()}},
+        knuckle::studies::sweep_entry()}},
       {argv + 1, argv + argc});
 }

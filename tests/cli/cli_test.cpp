@@ -289,15 +289,11 @@ TEST_F(ProgramRefuses, OptionsThatCannotBe) {
 }
 
 /// Each in one line, exit 2, before any work and without a trace.
-TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
+TEST_F(ProgramRefuses, SweepsThatCannotBe) {
   std::ofstream(path("file")) << "mine";
-  fs::create_directories(path("folder/wheel_loader"));
-  std::ofstream(path("folder/wheel_loader/a.csv")) << "mine";
-  fs::create_directory(path("empty"));
   const std::vector<std::string> sweep{"sweep", "--battery", "estimation", "--machines", "1"};
-  const std::vector<std::string> real{"real-recordings", "--train", path("folder"), "--test", path("folder")};
   const std::vector<std::pair<std::vector<std::string>, Refusal>> table{
-      {{"swep"}, {{}, {"unknown command 'swep'", "sweep", "real-recordings"}}},
+      {{"swep"}, {{}, {"unknown command 'swep'", "sweep", "operators"}}},
       {{"sweep"}, {{}, {"--battery is required", "knuckle-studies sweep --help"}}},
       {{"sweep", "--battery"}, {{}, {"--battery: needs a value"}}},
       {{"sweep", "--battery", "forces"}, {{}, {"--battery", "forces", "estimation"}}},
@@ -311,13 +307,6 @@ TEST_F(ProgramRefuses, SweepsAndRealRecordingsThatCannotBe) {
       {sweep, {{"--machine", "solar016"}, {"solar016", "solar015"}}},
       {sweep, {{"--machine", path("file"), "--json", path("file")}, {"--json", "already taken by --machine"}}},
       {sweep, {{"--json", path("file/a")}, {"--json", "file/a"}}},
-      {{"real-recordings"}, {{}, {"--train is required"}}},
-      {{"real-recordings", "--train", path("file")}, {{"--test", path("folder")}, {"--train", "is not a folder"}}},
-      {{"real-recordings", "--train", path("folder")},
-       {{"--test", path("empty")}, {"--train", "--test", "wheel_loader"}}},
-      {real, {{"--train", path("folder")}, {"--train: is given more than once"}}},
-      {real, {{"--json", path("file/a")}, {"--json", "file/a"}}},
-      {real, {{"--json", path("folder/wheel_loader/a.csv")}, {"--json", "lies in the input folder of --train"}}},
   };
   const std::vector<std::string> before = left_behind();
   for (auto [arguments, refusal] : table) {

@@ -56,7 +56,7 @@ TEST(FirstLook, TheDemoNeedsNoMoreThanThirtyPackages) {
   EXPECT_EQ(parts.size(), 3U);
   EXPECT_LE(parts["[run]"].size() + parts["[build]"].size(), 30U);
   for (const char* only_tests_need :
-       {"libgtest-dev", "libbenchmark-dev", "liborocos-kdl-dev", "libmujoco-dev", "libxgboost-dev", "libopenmpi-dev"})
+       {"libgtest-dev", "libbenchmark-dev", "liborocos-kdl-dev", "libmujoco-dev", "libopenmpi-dev"})
     EXPECT_TRUE(parts["[test]"].contains(only_tests_need)) << only_tests_need;
 }
 
