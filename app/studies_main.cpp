@@ -1,7 +1,6 @@
 // The program `knuckle-studies`: what judges Knuckle. Nothing that runs a machine is linked with it.
 #include "app/cli/command.h"
 #include "app/operators/operators_command.h"
-#include "app/studies/contact_command.h"
 #include "app/studies/sweep.h"
 
 int main(int argc, char** argv) {
@@ -9,7 +8,6 @@ int main(int argc, char** argv) {
       {"knuckle-studies",
        "Judges Knuckle: many sampled machines, persons at work.\n",
        "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
-       {knuckle::studies::contact_loop_entry(), knuckle::operators::operators_entry(),
-        knuckle::studies::sweep_entry()}},
+       {knuckle::operators::operators_entry(), knuckle::studies::sweep_entry()}},
       {argv + 1, argv + argc});
 }

@@ -50,8 +50,6 @@ class LedMachine {
   bool run_until(const std::function<bool()>& reached, Duration patience);
   /// Leads along the path, which begins where the machine is, while time passes in calls to come.
   void lead(const estimation::JointPath& path) { leader_.follow(path); }
-  /// PathLeader::show
-  void show(const PlanarVector& force_N) noexcept { leader_.show(force_N); }
   /// The path's end has been reached by the set-points.
   [[nodiscard]] bool done() const noexcept { return leader_.done(access_.now()); }
   /// A millisecond. @return whether the slave loop has stepped and a sample was added, with the encoders' raw readings.

@@ -40,9 +40,6 @@ class PathLeader {
   [[nodiscard]] Reason trouble() const noexcept;
   /// Whether the machine was led and is not any more.
   [[nodiscard]] bool dropped_out() const noexcept { return led_ && trouble(); }
-  /// From the next message on: the force that a hand is shown. Without it, the machine presses with little more than
-  /// F1.
-  void show(const PlanarVector& force_N) noexcept { sent_.shown_N = force_N; }
   [[nodiscard]] const JointVector& set_point_rad() const noexcept { return sent_.position_rad; }
 
  private:

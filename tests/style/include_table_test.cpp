@@ -74,7 +74,7 @@ Table make_table() {
       {"app/relay",
        {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
         "app/programs/program_options.h", "app/session/link_file.h"}},
-      {"app/studies", tables + std::set<std::string>{"sim", "slave/contact_law.h", "app/motion", "app/report",
+      {"app/studies", tables + std::set<std::string>{"sim", "app/motion", "app/report",
                                                      "app/identify", "app/session", "app/battery"}},
       {"app/console/player", screens + std::set<std::string>{"app/replay"}},
       {"app/console/widgets", screens},
