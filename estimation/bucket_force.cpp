@@ -90,7 +90,8 @@ BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) co
   double least = 0, most = 0;
   for (const Corner& corner : corners_) {
     const double couple = cross(to_machine * corner.from_tip_m, free_N);
-    least = std::min(least, couple), most = std::max(most, couple);
+    least = std::min(least, couple);
+    most = std::max(most, couple);
   }
   const double possible_Nm = std::clamp(fit_Nm, least, most);
   const double shown2 = possible_Nm * possible_Nm;

@@ -106,7 +106,10 @@ void ReplayedWires::begin(const StepWires& wires) {
     const KindInfo& info = kInfos[static_cast<std::size_t>(event.kind)];
     const bool status = info.wire == kLinkWire && !info.input && link_kind(event.data) == LinkKind::kStatus;
     if (status) continue;
-    info.input ? wires_[info.wire].add_input(event) : wires_[info.wire].add_output(event);
+    if (info.input)
+      wires_[info.wire].add_input(event);
+    else
+      wires_[info.wire].add_output(event);
   }
 }
 

@@ -45,7 +45,10 @@ PlanarVector BucketOutline::nearest(const PlanarVector& at_m) const noexcept {
     const double run = std::clamp((at_m - corners_[i]).dot(along_[i]), 0.0, length_m_[i]);
     const PlanarVector point = corners_[i] + run * along_[i];
     const double distance2 = (at_m - point).squaredNorm();
-    if (distance2 < best2) best = point, best2 = distance2;
+    if (distance2 < best2) {
+      best = point;
+      best2 = distance2;
+    }
   }
   return best;
 }

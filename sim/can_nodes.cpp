@@ -287,7 +287,10 @@ bool EnableNode::allowed(Time now, Outbox& out) noexcept {
 // demands (80 ms of them): against the last one alone, a demand that moves at 1.5 of stroke a second would look stuck.
 bool EnableNode::following(Time now) noexcept {
   const bool due = demands_at_ == kNever || now - demands_at_ >= 10ms;
-  if (due) demands_at_ = now, ++next_demand_;
+  if (due) {
+    demands_at_ = now;
+    ++next_demand_;
+  }
   bool good = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (due) demands_[j][next_demand_ % kDemands] = demand_[j];

@@ -56,7 +56,10 @@ void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
   if (which == kChannels) return;
   if (which < kPressures) return on_pressure(channels_[which], frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
-  tilt_on_boom_ ? on_boom_tilt(channels_[which], frame, now) : on_hull_tilt(channels_[which], frame, now);
+  if (tilt_on_boom_)
+    on_boom_tilt(channels_[which], frame, now);
+  else
+    on_hull_tilt(channels_[which], frame, now);
 }
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
@@ -97,7 +100,10 @@ void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) no
   const double allowed = jump_m_ + kValidity.cylinder_mps * to_seconds(since);
   const bool reachable = channel.at == kNever || std::abs(length - channel.value) <= allowed;
   accept(channel, length, in_range && reachable, length, now);
-  reachable ? void(channel.settled = 0) : settle(channel, length, in_range);
+  if (reachable)
+    channel.settled = 0;
+  else
+    settle(channel, length, in_range);
 }
 
 void SensorSet::settle(Channel& channel, double length_m, bool in_range) noexcept {

@@ -27,7 +27,10 @@ bool LinkSession::begins(const LinkStamp& stamp, Time arrived) const noexcept {
 LinkSession::Verdict LinkSession::take(LinkStamp& stamp, Time arrived) noexcept {
   stamp.echoed = stamp.echoed_session == own_.session ? from_link(stamp.echoed) : kNever;
   // Nothing can echo what has not been sent: a little is left for what comes in while a step is under way.
-  if (stamp.echoed > arrived + kMostHeld) stamp.echoed_session = 0, stamp.echoed = kNever;
+  if (stamp.echoed > arrived + kMostHeld) {
+    stamp.echoed_session = 0;
+    stamp.echoed = kNever;
+  }
   const bool same = of_far(stamp);
   const bool first = !same && stamp.session != followed_.session && begins(stamp, arrived);
   if (!same && !first) {

@@ -55,7 +55,8 @@ class JpegEncoder::Pipeline {
 
  private:
   void announce(const Frame& frame) {
-    width_px_ = frame.width_px, height_px_ = frame.height_px;
+    width_px_ = frame.width_px;
+    height_px_ = frame.height_px;
     GstCaps* const caps =
         gst_caps_new_simple("video/x-raw", "format", G_TYPE_STRING, "RGBx", "width", G_TYPE_INT, width_px_, "height",
                             G_TYPE_INT, height_px_, "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);

@@ -80,7 +80,10 @@ class Room {
     double furthest = 0;
     for (std::size_t i = 0; i < outline_.size(); ++i) {
       const double ahead = press.along.dot(turn * (outline_[i] - outline_[0]));
-      if (ahead > furthest + 1e-9) furthest = ahead, press.part = i;
+      if (ahead > furthest + 1e-9) {
+        furthest = ahead;
+        press.part = i;
+      }
     }
     if (press.part == kPin) return false;
     const PlanarVector tip_m = press.wall_m - turn * (outline_[press.part] - outline_[0]);

@@ -86,7 +86,10 @@ Settings load_settings(const std::string& path) {
   if (!file.sound({"battery"})) {
     file.leave_rest();
   } else {
-    settings.kind == Kind::kFeel ? read_feel(file, settings) : read_work(file, settings);
+    if (settings.kind == Kind::kFeel)
+      read_feel(file, settings);
+    else
+      read_work(file, settings);
   }
   file.finish();
   return settings;

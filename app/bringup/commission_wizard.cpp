@@ -161,7 +161,10 @@ class Wizard {
  private:
   void idle() {
     check_();
-    bench_ ? bench_->idle() : access_.wait_until(access_.now() + 5ms);
+    if (bench_)
+      bench_->idle();
+    else
+      access_.wait_until(access_.now() + 5ms);
   }
 
   /// Reports it at once; a fault ends the commissioning, as the next steps depend on it.

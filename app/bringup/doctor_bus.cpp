@@ -31,7 +31,10 @@ std::vector<SdoStep> final_steps(const slave::SdoScript& script) {
   std::vector<SdoStep> last;
   for (const SdoStep& step : script) {
     const auto same = std::find_if(last.begin(), last.end(), [&](const SdoStep& s) { return s.object == step.object; });
-    same == last.end() ? last.push_back(step) : void(*same = step);
+    if (same == last.end())
+      last.push_back(step);
+    else
+      *same = step;
   }
   return last;
 }

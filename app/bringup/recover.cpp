@@ -71,7 +71,10 @@ void recover(const MachineDescription& machine, int joint, BusAccess& access, Pa
   std::optional<JogBench> bench;
   Dialogue dialogue(std::move(partner), [&] {
     check();
-    bench ? bench->idle() : access.wait_until(access.now() + 5ms);
+    if (bench)
+      bench->idle();
+    else
+      access.wait_until(access.now() + 5ms);
   });
   (void)sound_bus(machine, access, dialogue, check);
   dialogue.ask(

@@ -1,21 +1,13 @@
-// The console's keys, once: what the window listens to and what the help shows. Codes are GLFW's, as its documentation
-// lists them, so that this needs no window.
+// The console's keys, once: what the window listens to and what the help shows. GLFW's code of a letter is the letter.
 #pragma once
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 
 #include <array>
 #include <cstdint>
 
 namespace knuckle::console {
-
-namespace key {
-inline constexpr int kSpace = 32, kEscape = 256, kTab = 258, kBackspace = 259, kMinus = '-', kSlash = '/', kEqual = '=';
-inline constexpr int kComma = ',', kPeriod = '.', kLeftBracket = '[', kRightBracket = ']', kPageUp = 266,
-                     kPageDown = 267, kHome = 268, kEnd = 269;
-inline constexpr int kF1 = 290, kF2 = 291, kF3 = 292, kF4 = 293, kF5 = 294, kF6 = 295, kF7 = 296;
-inline constexpr int kF9 = 298, kF10 = 299, kF11 = 300, kF12 = 301;
-inline constexpr int kKeypadSubtract = 333, kKeypadAdd = 334;
-inline constexpr int kLeftShift = 340, kLeftControl = 341, kRightShift = 344, kRightControl = 345;
-}  // namespace key
 
 enum class KeyAction : std::uint8_t {
   // held
@@ -85,27 +77,27 @@ struct KeyBinding {
 };
 
 inline constexpr std::array kKeys{
-    KeyBinding{KeyAction::kEnable, key::kLeftShift, true, false, "Shift", "enable, for as long as it is held"},
-    KeyBinding{KeyAction::kEnable, key::kRightShift, true, false, "", ""},
+    KeyBinding{KeyAction::kEnable, GLFW_KEY_LEFT_SHIFT, true, false, "Shift", "enable, for as long as it is held"},
+    KeyBinding{KeyAction::kEnable, GLFW_KEY_RIGHT_SHIFT, true, false, "", ""},
     KeyBinding{KeyAction::kBoomUp, 'Q', true, false, "Q", "boom up"},
     KeyBinding{KeyAction::kBoomDown, 'A', true, false, "A", "boom down"},
     KeyBinding{KeyAction::kArmOut, 'W', true, false, "W", "arm out"},
     KeyBinding{KeyAction::kArmIn, 'S', true, false, "S", "arm in"},
     KeyBinding{KeyAction::kBucketOut, 'E', true, false, "E", "bucket out"},
     KeyBinding{KeyAction::kBucketIn, 'D', true, false, "D", "bucket in (curl)"},
-    KeyBinding{KeyAction::kSlow, key::kLeftControl, true, false, "Ctrl", "slow"},
-    KeyBinding{KeyAction::kSlow, key::kRightControl, true, false, "", ""},
+    KeyBinding{KeyAction::kSlow, GLFW_KEY_LEFT_CONTROL, true, false, "Ctrl", "slow"},
+    KeyBinding{KeyAction::kSlow, GLFW_KEY_RIGHT_CONTROL, true, false, "", ""},
     KeyBinding{KeyAction::kClutch, 'C', true, false, "C", "clutch: the machine holds while the hand moves"},
-    KeyBinding{KeyAction::kStop, key::kSpace, false, false, "Space", "Stop"},
-    KeyBinding{KeyAction::kStop, key::kEscape, false, false, "Esc", "Stop, also while text is typed"},
-    KeyBinding{KeyAction::kReleaseStop, key::kBackspace, false, true, "Ctrl+Backspace", "release Stop"},
-    KeyBinding{KeyAction::kOperate, key::kF1, false, false, "F1", "Operate"},
-    KeyBinding{KeyAction::kLink, key::kF2, false, false, "F2", "Link"},
-    KeyBinding{KeyAction::kRealTime, key::kF3, false, false, "F3", "Real time"},
-    KeyBinding{KeyAction::kHydraulics, key::kF4, false, false, "F4", "Hydraulics"},
-    KeyBinding{KeyAction::kCalibration, key::kF5, false, false, "F5", "Calibration"},
-    KeyBinding{KeyAction::kEvents, key::kF6, false, false, "F6", "Events"},
-    KeyBinding{KeyAction::kHistory, key::kF7, false, false, "F7", "History"},
+    KeyBinding{KeyAction::kStop, GLFW_KEY_SPACE, false, false, "Space", "Stop"},
+    KeyBinding{KeyAction::kStop, GLFW_KEY_ESCAPE, false, false, "Esc", "Stop, also while text is typed"},
+    KeyBinding{KeyAction::kReleaseStop, GLFW_KEY_BACKSPACE, false, true, "Ctrl+Backspace", "release Stop"},
+    KeyBinding{KeyAction::kOperate, GLFW_KEY_F1, false, false, "F1", "Operate"},
+    KeyBinding{KeyAction::kLink, GLFW_KEY_F2, false, false, "F2", "Link"},
+    KeyBinding{KeyAction::kRealTime, GLFW_KEY_F3, false, false, "F3", "Real time"},
+    KeyBinding{KeyAction::kHydraulics, GLFW_KEY_F4, false, false, "F4", "Hydraulics"},
+    KeyBinding{KeyAction::kCalibration, GLFW_KEY_F5, false, false, "F5", "Calibration"},
+    KeyBinding{KeyAction::kEvents, GLFW_KEY_F6, false, false, "F6", "Events"},
+    KeyBinding{KeyAction::kHistory, GLFW_KEY_F7, false, false, "F7", "History"},
     KeyBinding{KeyAction::kPause, 'P', false, false, "P", "pause (simulation)"},
     KeyBinding{KeyAction::kReset, 'R', false, true, "Ctrl+R", "restart (simulation)"},
     KeyBinding{KeyAction::kBookmark, 'B', false, false, "B", "bookmark: an event, in the recording too"},
@@ -115,43 +107,43 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kGradeSlope, 'Y', false, false, "Y", "its slope: from there to where the tip is now"},
     KeyBinding{KeyAction::kMute, 'N', false, false, "N", "alarm sounds off or on"},
     KeyBinding{KeyAction::kView, 'V', false, false, "V", "side view or orbit"},
-    KeyBinding{KeyAction::kCloser, key::kPageUp, false, false, "Page up", "closer to the bucket's tip"},
-    KeyBinding{KeyAction::kFarther, key::kPageDown, false, false, "Page down", "farther"},
+    KeyBinding{KeyAction::kCloser, GLFW_KEY_PAGE_UP, false, false, "Page up", "closer to the bucket's tip"},
+    KeyBinding{KeyAction::kFarther, GLFW_KEY_PAGE_DOWN, false, false, "Page down", "farther"},
     KeyBinding{KeyAction::kWhole, 'Z', false, false, "Z", "the whole machine in view"},
     KeyBinding{KeyAction::kPicture, 'X', false, false, "X", "large picture: each camera in turn, the machine"},
     KeyBinding{KeyAction::kAlign, 'K', false, false, "K", "align the large camera by clicking the tip"},
-    KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "plots: to the event before"},
-    KeyBinding{KeyAction::kEventOn, key::kRightBracket, false, false, "]", "plots: to the next event"},
-    KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "plots: back to now"},
-    KeyBinding{KeyAction::kTheme, key::kF9, false, false, "F9", "light or dark"},
-    KeyBinding{KeyAction::kUnits, key::kF10, false, false, "F10", "metric or imperial"},
-    KeyBinding{KeyAction::kFullScreen, key::kF11, false, false, "F11", "full screen"},
-    KeyBinding{KeyAction::kLarger, key::kEqual, false, true, "Ctrl and +", "larger"},
-    KeyBinding{KeyAction::kLarger, key::kKeypadAdd, false, true, "", ""},
-    KeyBinding{KeyAction::kSmaller, key::kMinus, false, true, "Ctrl and -", "smaller"},
-    KeyBinding{KeyAction::kSmaller, key::kKeypadSubtract, false, true, "", ""},
+    KeyBinding{KeyAction::kEventBack, GLFW_KEY_LEFT_BRACKET, false, false, "[", "plots: to the event before"},
+    KeyBinding{KeyAction::kEventOn, GLFW_KEY_RIGHT_BRACKET, false, false, "]", "plots: to the next event"},
+    KeyBinding{KeyAction::kEnd, GLFW_KEY_END, false, false, "End", "plots: back to now"},
+    KeyBinding{KeyAction::kTheme, GLFW_KEY_F9, false, false, "F9", "light or dark"},
+    KeyBinding{KeyAction::kUnits, GLFW_KEY_F10, false, false, "F10", "metric or imperial"},
+    KeyBinding{KeyAction::kFullScreen, GLFW_KEY_F11, false, false, "F11", "full screen"},
+    KeyBinding{KeyAction::kLarger, GLFW_KEY_EQUAL, false, true, "Ctrl and +", "larger"},
+    KeyBinding{KeyAction::kLarger, GLFW_KEY_KP_ADD, false, true, "", ""},
+    KeyBinding{KeyAction::kSmaller, GLFW_KEY_MINUS, false, true, "Ctrl and -", "smaller"},
+    KeyBinding{KeyAction::kSmaller, GLFW_KEY_KP_SUBTRACT, false, true, "", ""},
     // Not Shift for the way back: it enables.
-    KeyBinding{KeyAction::kFocusOn, key::kTab, false, false, "Tab", "to the next button, slider, field or list"},
-    KeyBinding{KeyAction::kFocusBack, key::kTab, false, true, "Ctrl+Tab", "to the one before"},
-    KeyBinding{KeyAction::kHelp, key::kF12, false, false, "F12 or ?", "this help"},
-    KeyBinding{KeyAction::kHelp, key::kSlash, false, false, "", ""},
+    KeyBinding{KeyAction::kFocusOn, GLFW_KEY_TAB, false, false, "Tab", "to the next button, slider, field or list"},
+    KeyBinding{KeyAction::kFocusBack, GLFW_KEY_TAB, false, true, "Ctrl+Tab", "to the one before"},
+    KeyBinding{KeyAction::kHelp, GLFW_KEY_F12, false, false, "F12 or ?", "this help"},
+    KeyBinding{KeyAction::kHelp, GLFW_KEY_SLASH, false, false, "", ""},
 };
 
 /// While a recording is played, these; of the others those that act on the window alone.
 inline constexpr std::array kPlayerKeys{
-    KeyBinding{KeyAction::kPlay, key::kSpace, false, false, "Space", "play, pause"},
-    KeyBinding{KeyAction::kStepBack, key::kComma, false, false, "Comma", "one cycle of a loop back"},
-    KeyBinding{KeyAction::kStepOn, key::kPeriod, false, false, "Period", "one cycle of a loop on"},
+    KeyBinding{KeyAction::kPlay, GLFW_KEY_SPACE, false, false, "Space", "play, pause"},
+    KeyBinding{KeyAction::kStepBack, GLFW_KEY_COMMA, false, false, "Comma", "one cycle of a loop back"},
+    KeyBinding{KeyAction::kStepOn, GLFW_KEY_PERIOD, false, false, "Period", "one cycle of a loop on"},
     KeyBinding{KeyAction::kSecondBack, 'J', false, false, "J", "one second back"},
     KeyBinding{KeyAction::kSecondOn, 'L', false, false, "L", "one second on"},
-    KeyBinding{KeyAction::kEventBack, key::kLeftBracket, false, false, "[", "to the event before"},
-    KeyBinding{KeyAction::kEventOn, key::kRightBracket, false, false, "]", "to the next event"},
-    KeyBinding{KeyAction::kSlower, key::kMinus, false, false, "-", "slower"},
-    KeyBinding{KeyAction::kSlower, key::kKeypadSubtract, false, false, "", ""},
-    KeyBinding{KeyAction::kFaster, key::kEqual, false, false, "+", "faster"},
-    KeyBinding{KeyAction::kFaster, key::kKeypadAdd, false, false, "", ""},
-    KeyBinding{KeyAction::kBegin, key::kHome, false, false, "Home", "to the beginning"},
-    KeyBinding{KeyAction::kEnd, key::kEnd, false, false, "End", "to the end"},
+    KeyBinding{KeyAction::kEventBack, GLFW_KEY_LEFT_BRACKET, false, false, "[", "to the event before"},
+    KeyBinding{KeyAction::kEventOn, GLFW_KEY_RIGHT_BRACKET, false, false, "]", "to the next event"},
+    KeyBinding{KeyAction::kSlower, GLFW_KEY_MINUS, false, false, "-", "slower"},
+    KeyBinding{KeyAction::kSlower, GLFW_KEY_KP_SUBTRACT, false, false, "", ""},
+    KeyBinding{KeyAction::kFaster, GLFW_KEY_EQUAL, false, false, "+", "faster"},
+    KeyBinding{KeyAction::kFaster, GLFW_KEY_KP_ADD, false, false, "", ""},
+    KeyBinding{KeyAction::kBegin, GLFW_KEY_HOME, false, false, "Home", "to the beginning"},
+    KeyBinding{KeyAction::kEnd, GLFW_KEY_END, false, false, "End", "to the end"},
 };
 [[nodiscard]] constexpr bool acts_on_window(const KeyBinding& binding) noexcept {
   return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kHistory) ||

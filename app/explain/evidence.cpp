@@ -135,7 +135,10 @@ void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
       const double spool = state.spool[joint];
       if (std::abs(spool - valve.spool) > kStill) valve.still_since = state.at;
       double low = state.valve_command[joint], high = low;
-      for (const auto& [at, command] : lately) low = std::min(low, command), high = std::max(high, command);
+      for (const auto& [at, command] : lately) {
+        low = std::min(low, command);
+        high = std::max(high, command);
+      }
       const double apart = std::max({0.0, low - spool, spool - high});
       if (apart <= kApart) {
         valve.apart_since.reset();

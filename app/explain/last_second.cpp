@@ -19,7 +19,10 @@ using slave::SlaveState;
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double value) { low = std::min(low, value), high = std::max(high, value); }
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
 };
 
 /// Of the last second that is known until the stop.

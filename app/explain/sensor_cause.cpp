@@ -74,8 +74,10 @@ std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Wi
       const double speed_mps = std::abs(now_m - last_m) / to_seconds(can.at - last_at);
       if (!flight && speed_mps > slave::kValidity.cylinder_mps) flight = Flight{last_m, last_m, 0, can.at, can.at};
       if (flight) flight->fastest_mps = std::max(flight->fastest_mps, speed_mps);
-      if (flight && std::abs(now_m - flight->from_m) > std::abs(flight->to_m - flight->from_m))
-        flight->to_m = now_m, flight->until = can.at;
+      if (flight && std::abs(now_m - flight->from_m) > std::abs(flight->to_m - flight->from_m)) {
+        flight->to_m = now_m;
+        flight->until = can.at;
+      }
     }
     last_m = now_m;
     last_at = can.at;

@@ -39,7 +39,10 @@ Signal flag(std::string name, unsigned bit, std::string about) {
 Signal number(Type type, std::string name, unsigned start_bit, unsigned bits, double factor, std::string unit,
               double min, double max, std::string about) {
   const double most = rounded(factor * (std::exp2(bits - 1) - 1));
-  if (type == Type::kSigned) min = std::max(min, -most), max = std::min(max, most);
+  if (type == Type::kSigned) {
+    min = std::max(min, -most);
+    max = std::min(max, most);
+  }
   return {.type = type,
           .name = std::move(name),
           .start_bit = start_bit,

@@ -30,7 +30,10 @@ double pressed_stiffness_N_per_m(const sim::WorldDescription& world, const Plana
   double facing = 0.5, stiffness = 0;  // within 60 deg
   const auto consider = [&](const PlanarVector& normal, double stiffness_N_per_m) {
     const double faces = -along.dot(normal.normalized());
-    if (faces > facing) facing = faces, stiffness = stiffness_N_per_m;
+    if (faces > facing) {
+      facing = faces;
+      stiffness = stiffness_N_per_m;
+    }
   };
   for (const sim::WallDescription& wall : world.walls) {
     consider(wall.normal, wall.hunt_crossley_N_per_m15 > 0 ? 0 : wall.stiffness_N_per_m);

@@ -110,7 +110,10 @@ void measure_response(const SessionRecord& record, const Window& press, Metrics&
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double value) { low = std::min(low, value), high = std::max(high, value); }
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
   [[nodiscard]] double size() const { return high - low; }
 };
 

@@ -166,7 +166,10 @@ void measure_contact(const std::vector<Row>& rows, Metrics& metrics) {
       if (lost_s >= 0) {
         const double gap_s = row.t_s - lost_s;
         if (gap_s > kShortGap_s && gap_s < kLongGap_s) count_one(metrics.contact_bounces, lost_s);
-        if (gap_s >= kLongGap_s) since_s = -1, pending.clear();
+        if (gap_s >= kLongGap_s) {
+          since_s = -1;
+          pending.clear();
+        }
       }
       lost_s = -1;
       if (since_s < 0) since_s = row.t_s;

@@ -172,7 +172,10 @@ void parameter_rows(const Outcomes& all, Table& table) {
     const std::string joint = kJointNames[static_cast<std::size_t>(i)];
     const Values inertia = of(with, [i](const auto& o) { return 100 * o.parameters->inertia[i]; });
     const std::string quantity = "inertia error, " + joint + ", median";
-    i == kBoom ? table.at_most(quantity, median(inertia), "%", 6) : table.state(quantity, median(inertia), "%");
+    if (i == kBoom)
+      table.at_most(quantity, median(inertia), "%", 6);
+    else
+      table.state(quantity, median(inertia), "%");
   }
   for (int i = 0; i < kJoints; ++i) {
     const Values friction = of(with, [i](const auto& o) { return 100 * o.parameters->friction[i]; });

@@ -143,7 +143,10 @@ struct Outputs {
   explicit Outputs(const SweepOptions& o) {
     if (!o.json.empty()) json.emplace("--json", o.json);
     if (!o.csv.empty()) csv.emplace("--csv", o.csv);
-    if (!o.report.empty()) report.emplace("--report", o.report), report::check_gnuplot();
+    if (!o.report.empty()) {
+      report.emplace("--report", o.report);
+      report::check_gnuplot();
+    }
   }
   std::optional<cli::OutputFile> json, csv, report;
 };

@@ -263,7 +263,8 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     const double notch_bound = kCurvedGain * misfit_of(best);
     ValveVector notched = best.parameters;
     notched.head(kDelay) = start.head(kDelay);
-    notched[kExponent] = 1.2, notched[kNotchSlope] = 0.6;
+    notched[kExponent] = 1.2;
+    notched[kNotchSlope] = 0.6;
     for (const double notch_opening : {0.5, 0.3, 0.8}) {
       if (misfit_of(best) <= kCurvedFit) break;
       notched[kNotchOpening] = notch_opening;

@@ -108,9 +108,12 @@ std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVec
   std::vector<double> speed(axis.command.size());
   drop_Pa.assign(speed.size(), 0);
   ValveDescription valve = cylinder_.valve;
-  valve.dead_band_extend = p[kDeadExtend], valve.dead_band_retract = p[kDeadRetract];
-  valve.curve_exponent = p[kExponent], valve.retract_share = p[kRetractShare];
-  valve.notch_opening = p[kNotchOpening], valve.notch_slope = p[kNotchSlope];
+  valve.dead_band_extend = p[kDeadExtend];
+  valve.dead_band_retract = p[kDeadRetract];
+  valve.curve_exponent = p[kExponent];
+  valve.retract_share = p[kRetractShare];
+  valve.notch_opening = p[kNotchOpening];
+  valve.notch_slope = p[kNotchSlope];
   for (std::size_t i = 0; i < speed.size(); ++i) {
     const double x = delayed(spool, p[kDelay] / axis.step_s, i);
     const bool extends = x > 0;

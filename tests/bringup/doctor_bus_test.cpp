@@ -76,7 +76,10 @@ TEST(DoctorBus, SendsNothingButReadingRequests) {
                         if (function == 0x580 || function == 0x700) return;  // of the nodes
                         const auto request = canopen::parse_sdo_request(frame);
                         const bool read = request && request->kind == canopen::SdoRequest::Kind::kUpload;
-                        read ? ++s.reads : ++s.others;
+                        if (read)
+                          ++s.reads;
+                        else
+                          ++s.others;
                       },
                       &seen});
   (void)look(bus);

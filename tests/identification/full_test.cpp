@@ -64,7 +64,10 @@ TEST(FilteredRegressor, ConvergesToTheFilteredInverseDynamicsWithTheSquareOfTheS
   for (int n = 0; n <= std::lround(kEnd_s / kFine_s); ++n) {
     const SineMotion::Point p = path.at(n * kFine_s);
     const JointVector torque = inverse_dynamics(arm, parameters, p.angle, p.rate, p.acceleration, 0.01);
-    n == 0 ? fine.start(torque) : static_cast<void>(fine.step(torque));
+    if (n == 0)
+      fine.start(torque);
+    else
+      fine.step(torque);
   }
   const auto error = [&](double step_s) {
     Motion motion;

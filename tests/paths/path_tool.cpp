@@ -83,7 +83,10 @@ Json ping_many(const UdpSocket& socket, int count) {
   for (int i = 1; i <= count; ++i) {
     const auto next = Clock::now() + kPingEvery;
     const auto one = ping(socket, static_cast<std::uint64_t>(i));
-    one ? took.push_back(*one) : void(++lost);
+    if (one)
+      took.push_back(*one);
+    else
+      ++lost;
     std::this_thread::sleep_until(next);
   }
   if (took.empty()) throw InputError("nothing comes back");

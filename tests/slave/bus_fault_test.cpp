@@ -17,7 +17,13 @@ struct BusFault {
 };
 
 const std::array<BusFault, 3> kBusFaults{{
-    {"bus_off", ReasonCode::kBusOff, [](VirtualCanBus& bus, bool on) { on ? bus.bus_off(0) : bus.recover(0); }},
+    {"bus_off", ReasonCode::kBusOff,
+     [](VirtualCanBus& bus, bool on) {
+       if (on)
+         bus.bus_off(0);
+       else
+         bus.recover(0);
+     }},
     {"down", ReasonCode::kBusDown, [](VirtualCanBus& bus, bool on) { bus.take_down(0, on); }},
     {"nobody acknowledges", ReasonCode::kBusPassive, [](VirtualCanBus& bus, bool on) { bus.cut(on); }},
 }};

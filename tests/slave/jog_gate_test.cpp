@@ -127,7 +127,10 @@ TEST_F(JogGate, LateLoopGetsNoBiggerJumpAndATooLateOneNone) {
 TEST_F(JogGate, RefusesAMotionOfMoreThanNinetySeconds) {
   for (Duration elapsed = 89s; elapsed <= 91s; elapsed += 5ms) {
     state.since = now - elapsed;
-    elapsed > 90s ? expect_refused(ReasonCode::kJogTooLong) : expect_passed();
+    if (elapsed > 90s)
+      expect_refused(ReasonCode::kJogTooLong);
+    else
+      expect_passed();
   }
   state.since = now;
   expect_passed();
@@ -138,7 +141,10 @@ TEST_F(JogGate, RefusesAMotionOfMoreThanNinetySeconds) {
 TEST_F(JogGate, RefusesOldFutureAndInvalidSensorsByTheirNode) {
   for (Duration age = 0ms; age < 60ms; age += 100us) {
     state.oldest_at = now - age;
-    age > 25ms ? expect_refused(ReasonCode::kSensorStale, 0x23) : expect_passed();
+    if (age > 25ms)
+      expect_refused(ReasonCode::kSensorStale, 0x23);
+    else
+      expect_passed();
   }
   state.oldest_at = kNever;
   expect_refused(ReasonCode::kSensorStale, 0x23);
@@ -153,7 +159,10 @@ TEST_F(JogGate, RefusesMotionOfACylinderThatWasNotCommanded) {
   for (const int other : {kBoom, kBucket}) {
     for (double way = -0.02005; way <= 0.02; way += 0.0001) {
       state.travelled_m = only(way, other);
-      std::abs(way) > 0.01 ? expect_refused(ReasonCode::kJogOtherMoves, other) : expect_passed();
+      if (std::abs(way) > 0.01)
+        expect_refused(ReasonCode::kJogOtherMoves, other);
+      else
+        expect_passed();
     }
     state.travelled_m = only(0.01, other);
     expect_passed();
@@ -167,7 +176,10 @@ TEST_F(JogGate, RefusesAnyChamberAboveItsPressureLimit) {
   for (std::size_t chamber = 0; chamber < 6; ++chamber) {
     for (double bar = 200; bar <= 260; bar += 0.25) {
       state.pressure_Pa[chamber] = bar * 1e5;
-      bar > 240 ? expect_refused(ReasonCode::kPressureLimit, static_cast<int>(chamber)) : expect_passed();
+      if (bar > 240)
+        expect_refused(ReasonCode::kPressureLimit, static_cast<int>(chamber));
+      else
+        expect_passed();
     }
     state.pressure_Pa[chamber] = kNan;
     expect_refused(ReasonCode::kPressureLimit, static_cast<int>(chamber));

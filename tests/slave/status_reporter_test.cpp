@@ -181,7 +181,10 @@ TEST(StatusReporter, NobodysReportIsOnTheWireOnceNoSetPointLeavesTheController) 
     ASSERT_TRUE(bench.m.engage());
     bench.run(100ms);
     ASSERT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
-    bus_off ? bench.m.bus.bus_off(0) : bench.m.bus.take_down(0, true);
+    if (bus_off)
+      bench.m.bus.bus_off(0);
+    else
+      bench.m.bus.take_down(0, true);
     bench.run(100ms);
     EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
     EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);

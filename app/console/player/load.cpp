@@ -156,7 +156,10 @@ class Reader {
       const auto kind = link_kind(event.data);
       if (kind == LinkKind::kSlave) {
         const auto message = decode_slave(event.data);
-        if (message) sent_ = *message, sent_at_ = wires.at;
+        if (message) {
+          sent_ = *message;
+          sent_at_ = wires.at;
+        }
       } else if (kind == LinkKind::kStatus && !data_.operator_side) {
         if (const auto status = decode_status(event.data)) data_.statuses.push_back({wires.at, *status});
       }

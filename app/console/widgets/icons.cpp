@@ -110,7 +110,10 @@ void step(const Pen& p, float side, int triangles) {
   for (int i = 0; i < triangles; ++i) {
     const float x = side * (-0.8F + wide * static_cast<float>(i));
     const ImVec2 a = p.at(x, -0.65F), b = p.at(x + side * wide, 0), c = p.at(x, 0.65F);
-    side > 0 ? p.list.AddTriangleFilled(a, b, c, p.colour) : p.list.AddTriangleFilled(a, c, b, p.colour);
+    if (side > 0)
+      p.list.AddTriangleFilled(a, b, c, p.colour);
+    else
+      p.list.AddTriangleFilled(a, c, b, p.colour);
   }
   const float x = side * (-0.8F + wide * static_cast<float>(triangles));
   p.block(std::min(x, x + side * 0.18F), -0.65F, std::max(x, x + side * 0.18F), 0.65F);

@@ -24,7 +24,7 @@ constexpr double kZoomSteps = 2;  // of the wheel, by a key
 /// While something is typed, only these keys act on the console. In a text Space is a blank; Esc still is Stop.
 bool acts_in_text(const KeyBinding& binding, bool number) {
   const KeyAction action = binding.action;
-  if (action == KeyAction::kStop) return binding.key == key::kEscape || number;
+  if (action == KeyAction::kStop) return binding.key == GLFW_KEY_ESCAPE || number;
   // Ctrl+Backspace deletes a word there: it must not release Stop.
   return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen ||
          action == KeyAction::kFocusOn || action == KeyAction::kFocusBack;
@@ -62,7 +62,10 @@ void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
 }
 
 void ConsoleWindow::watch(const ConsoleView& view) {
-  if (view.simulated_s < drawn_s_) payload_.clear(), contacts_.clear();
+  if (view.simulated_s < drawn_s_) {
+    payload_.clear();
+    contacts_.clear();
+  }
   drawn_s_ = view.simulated_s;
   const bool heard = !screens::measured_freshness(view).stale();
   live_plots_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
@@ -252,7 +255,10 @@ void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optio
     if (camera->video != nullptr) camera->video->draw(picture::viewport_of(camera->picture), camera->live);
   };
   if (camera && camera->large) {
-    layered_ ? over_picture_.cut_hole() : draw_camera();
+    if (layered_)
+      over_picture_.cut_hole();
+    else
+      draw_camera();
     // A mark is only drawn where both the picture and what was measured are of now.
     const CameraDescription* mount = find_camera(facts_.machine, *camera->name);
     if (mount != nullptr && camera->live && !stale) machine_.draw_over(camera->picture, *mount, state_.light, view);
@@ -281,7 +287,7 @@ void ConsoleWindow::take_gamepad(const std::optional<GamepadState>& state) {
 }
 
 void ConsoleWindow::take_keys() {
-  const bool enable = window_.key_down(key::kLeftShift) || window_.key_down(key::kRightShift);
+  const bool enable = window_.key_down(GLFW_KEY_LEFT_SHIFT) || window_.key_down(GLFW_KEY_RIGHT_SHIFT);
   state_.typing = ImGui::GetIO().WantTextInput;
   const bool height = std::exchange(state_.measures.typed, false);
   state_.typing_number = state_.typing && height;

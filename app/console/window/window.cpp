@@ -123,7 +123,7 @@ void Window::on_key(GLFWwindow* window, int key, int /*scancode*/, int action, i
   if (action != GLFW_PRESS) return;  // a key that repeats must not take the place of one that is pressed
   if (self->arriving_.size() < self->arriving_.capacity())
     self->arriving_.push_back({key, modifiers});
-  else if (key == key::kSpace || key == key::kEscape)
+  else if (key == GLFW_KEY_SPACE || key == GLFW_KEY_ESCAPE)
     self->arriving_.back() = {key, modifiers};  // Stop is never the one too many
 }
 
