@@ -7,6 +7,7 @@
 
 #include "app/explain/words.h"
 #include "core/frame_words.h"
+#include "machine/bus_nodes.h"
 #include "slave/bus_map.h"
 #include "transport/canopen.h"
 
@@ -71,8 +72,13 @@ Cause node_id_twice(const Stop& stop, const Window& window, const MachineDescrip
               {},
               {},
               stop.at};
+  const std::vector<NamedNode> nodes = named_nodes(machine.bus);
+  const auto twin =
+      std::find_if(nodes.begin(), nodes.end(), [node](const NamedNode& one) { return one.node.id == node; });
   const auto from_node = [&](std::uint32_t id) {
-    return id != canopen::kNmtId && canopen::node_of(id) == node && canopen::function_of(id) != 0x600;
+    const bool process_data = twin != nodes.end() && id == twin->node.tpdo_id();
+    return process_data || id == canopen::heartbeat_id(node) || id == canopen::emcy_id(node) ||
+           id == canopen::sdo_response_id(node);
   };
   const auto syncs = std::count_if(window.can.begin(), window.can.end(), [&](const CanSeen& can) {
     return can.kind == WireEventKind::kCanSent && can.frame.id == canopen::kSyncId &&

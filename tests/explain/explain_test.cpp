@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/explain/account.h"
+#include "app/explain/bus_cause.h"
 #include "app/explain/evidence.h"
 #include "core/error.h"
 #include "machine/load.h"
@@ -122,6 +123,21 @@ TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
     EXPECT_TRUE(contains(joined(cause.supports), support)) << joined(cause.supports);
     EXPECT_LE(run.account().stop.at - cause.since, 10ms) << "seen at the first frame";
   }
+}
+
+TEST(Explain, OfANodeIdThatTwoUseCountsTheFramesThatTheMachineFileGivesIt) {
+  MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  constexpr std::uint8_t kTwice = 0x22, kOther = 0x21;
+  for (NodeDescription& node : machine.bus.pressures)
+    if (node.id == kTwice || node.id == kOther) node.tpdo = node.id == kTwice ? 0x2C3 : 0x3A2;  // not by its own id
+  const Stop stop{.at = Time(10s), .reason = {ReasonCode::kNodeIdTwice, kTwice, 26, 13}};
+  Window window;
+  for (const std::uint32_t id : {0x2C3U, 0x2C3U, 0x3A2U, 0x722U})
+    window.can.push_back({stop.at, WireEventKind::kCanReceived, {.id = id}});
+  const auto cause = bus_cause(stop, window, machine);
+  ASSERT_TRUE(cause);
+  EXPECT_EQ(cause->supports, (std::vector<std::string>{"0x2C3 arrived 2 times while SYNC was sent 0 times",
+                                                       "0x722 arrived 1 times while SYNC was sent 0 times"}));
 }
 
 TEST(Explain, TellsTheDevicesTroublesApart) {
