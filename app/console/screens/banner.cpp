@@ -278,16 +278,19 @@ std::string cause_words(const ConsoleView& view, const Reason& reason) {
   return of_age && view.input.own_pause_s > 0 ? own_pause_words(view.input.own_pause_s) : text(reason);
 }
 
+constexpr const char* kTooEarly = "enable was held too early";
+
 /// What there is to do now, or nothing.
 std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads) {
   if (view.hand.device) return cause_words(view, view.hand.device);
   if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
-  if (const char* dropped = dropped_words(view.input.dropped); view.input.release_enable && dropped != nullptr)
-    return press_again(dropped, person.hand);
+  if (view.input.release_enable) {
+    const char* dropped = dropped_words(view.input.dropped);
+    return press_again(dropped != nullptr ? dropped : kTooEarly, person.hand);
+  }
   if (person.typing && person.enable_ignored)
     return "enable is ignored while a text field is active: leave the field first";
-  if (person.enable_ignored) return press_again("enable was held too early", person.hand);
-  if (person.pad_ignored) return press_again("the gamepad was disconnected", person.hand);
+  if (person.enable_ignored || person.pad_ignored) return press_again(kTooEarly, person.hand);
   if (person.pull_ignored) return "the picture has changed: let go of the mouse button, then press it again";
   const std::string blocks = view.machine.blocking ? blocking_words(view, person.hand) : "";
   return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
@@ -394,8 +397,9 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
   const AtWindow person{data.facts.hand, state.typing, state.enable_ignored, state.pad_ignored, state.pull_ignored};
   const InputSide& input = data.view.input;
   const bool leads = data.player == nullptr && !data.view.led_by_scenario;
-  const bool blocked = leads && (data.view.hand.device || input.unattended || input.dropped != Dropped::kNo ||
-                                 person.enable_ignored || person.pad_ignored || person.pull_ignored);
+  const bool blocked =
+      leads && (data.view.hand.device || input.unattended || input.release_enable || input.dropped != Dropped::kNo ||
+                person.enable_ignored || person.pad_ignored || person.pull_ignored);
   mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(), blocked,
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);

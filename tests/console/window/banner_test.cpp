@@ -93,8 +93,9 @@ TEST_F(Banner, ShowsNoTickWhereThisPersonCannotLead) {
   const ImU32 ready = theme().mode_colour(Mode::kReady), amber = theme().colours.notice;
   const auto block = [this](ImU32 colour) { return count_near(pixels(), {20, 20, 310, 70}, colour); };
   EXPECT_GT(block(ready), 8000);
-  for (const InputSide& input : {InputSide{.unattended = true}, InputSide{.dropped = Dropped::kNoFocus},
-                                 InputSide{.release_enable = true, .dropped = Dropped::kStalled}}) {
+  for (const InputSide& input :
+       {InputSide{.unattended = true}, InputSide{.dropped = Dropped::kNoFocus},
+        InputSide{.release_enable = true, .dropped = Dropped::kStalled}, InputSide{.release_enable = true}}) {
     view_.input = input;
     EXPECT_EQ(block(ready), 0);
     EXPECT_GT(block(amber), 8000);

@@ -159,10 +159,15 @@ TEST(BannerReason, SaysToLetGoAndPressAgainWhereverEnableWasDropped) {
         EXPECT_EQ(says(reason, "focus"), dropped == Dropped::kNoFocus) << reason;
       }
     }
+    view.input = {.release_enable = true};  // held since before this window counted
+    EXPECT_TRUE(says(screens::banner_reason(view, false, 0, {hand}), words));
     view.input = {};
     for (const screens::AtWindow& person : {screens::AtWindow{.hand = hand, .enable_ignored = true},
-                                            screens::AtWindow{.hand = hand, .pad_ignored = true}})
-      EXPECT_TRUE(says(screens::banner_reason(view, false, 0, person), words));
+                                            screens::AtWindow{.hand = hand, .pad_ignored = true}}) {
+      const std::string reason = screens::banner_reason(view, false, 0, person);
+      EXPECT_TRUE(says(reason, words)) << reason;
+      EXPECT_FALSE(says(reason, "disconnected")) << "it may have been held since before the window opened";
+    }
   }
   const std::string pull =
       screens::banner_reason(view, false, 0, {.hand = HandSource::kKeyboard, .pull_ignored = true});
