@@ -2,7 +2,6 @@
 # reason that says what it was, reading is allowed, and a node id that two devices use is named.
 # shellcheck shell=dash disable=SC2154,SC2016
 . /lab/lib/faults.sh
-faults_set_up
 
 # ended_with CODE NAME: the program ended by itself so.
 ended_with() {
@@ -11,6 +10,17 @@ ended_with() {
   [ "$code" -eq "$1" ]
 }
 another='another controller is on the bus: heard SYNC 0x080, set-point 0x210, set-point 0x211, set-point 0x212, set-point 0x240, heartbeat 0x701'
+
+# Two devices with one id, on a bus that nobody leads. (Without an operator's side, whose USB device costs the lab most of its
+# time.)
+vcan_up vcan2
+start twins.node knuckle node --can vcan2 --fault node_id_twice:tilt@0
+start twins.doctor knuckle doctor --machine solar015 --can vcan2
+check "doctor: a node id that stands twice is a fault" ended_with 1 twins.doctor
+check "doctor: ... and is named" holds "$result/twins.doctor.log" 'node 0x38 tilt: two devices have this node id'
+stop twins.node
+
+faults_set_up
 
 # Beside an engaged machine: two that would command it, and one that reads.
 start_machine led vcan0 vcan1 /lab/sweep.toml
@@ -44,12 +54,8 @@ check "foreign_write: the node is named" holds /tmp/fault.json 'node 0x22: anoth
 fault node_id_twice node_id_twice 'signal "$name.node" USR1' : node_id_twice:arm_head_pressure@usr1+1
 check "node_id_twice: the id is named" holds /tmp/fault.json 'node 0x22: two devices send under this node id'
 
-# Two from the start: the machine never moves, and a doctor says the same.
-start twins.node knuckle node --can vcan1 --fault node_id_twice:tilt@0
-start twins.doctor knuckle doctor --machine solar015 --can vcan1
-check "doctor: a node id that stands twice is a fault" ended_with 1 twins.doctor
-check "doctor: ... and is named" holds "$result/twins.doctor.log" 'node 0x38 tilt: two devices have this node id'
-start_slave twins vcan0
+# Two from the start: the machine never moves.
+start_machine twins vcan0 vcan1 /lab/sweep.toml --fault node_id_twice:tilt@0
 within 5 holds "$result/twins.slave.log" 'node_id_twice'
 check "slave: two devices with one id are found before anything moves" holds "$result/twins.slave.log" \
   'node_id_twice: node 0x38: two devices send under this node id'
