@@ -35,16 +35,21 @@ engaged_times() { [ "$(cat "$result/$1.slave.log" 2> /dev/null | grep -c ' engag
 # The adapter: its interface goes, and comes back under the same name as another one.
 start_machine pulled vcan0 vcan1 /lab/sweep.toml
 within 20 engaged_times pulled 1
+record pulled vcan1 marks
 sleep 1.3
-record pulled vcan1
 begin "pulling the adapter"
+mark $breaking
 ip link del vcan0
+mark $broken
 check "pulled: the machine stops, and the reason is the interface" within 2 holds "$result/pulled.slave.log" 'fault bus_down'
 sleep 1
 check "pulled: the machine's side goes on running" runs pulled.slave
 vcan_up vcan0
 cangw -F
 gateway_up
+mark $mended
+sleep 0.7
+mark $over
 check "pulled: plugged in again, it is found" within 2 holds "$result/pulled.slave.log" 'vcan0 is there again'
 check "pulled: the operator leads again" within 30 engaged_times pulled 2
 sleep 0.5
@@ -52,6 +57,11 @@ stop recorder
 stop_machine pulled
 check "pulled: one fault, and it stayed until then" of pulled.slave '.faults | length == 1 and .[0].code == "bus_down"'
 check "pulled: it ends in order, over the new interface" of pulled.slave '.stop.confirmed'
+COMMAND_MS=null SPOOL_MS=320 WITNESS=pilot  # nothing from the slave arrives
+keep_result pulled bus_down
+unset COMMAND_MS SPOOL_MS WITNESS
+check "pulled: $(cat /tmp/fault.words)" fault_is passed true || sed 's/^/# /' /tmp/fault.json
+cat /tmp/fault.json >> "$result/faults.jsonl"
 
 # The gateway as a node whose firmware does not keep to its mapping: the frames of the arm's encoder get another length.
 relay() { cangw -A -s vcan1 -d vcan0 -e -f 1B1:7FF "$@"; }
