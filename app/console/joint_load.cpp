@@ -148,10 +148,14 @@ void PushWatch::watch(JointLoads& loads, Time now) noexcept {
   const bool at_rest = std::all_of(loads.begin(), loads.end(), [](const JointLoad& load) { return load.at_rest; });
   // What was between two looks is not known where another session has begun, or nobody has looked for too long.
   const bool anew = now < seen_ || now - seen_ > kLasts;
+  const auto pushed_for = [&](Push& push, int way, Duration time) {
+    if (anew || way != push.way) push = {way, now};
+    return way != 0 && now - push.since >= time;
+  };
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const int way = at_rest ? loads[i].pushes : 0;
-    if (anew || way != pushes_[i].way) pushes_[i] = {way, now};
-    loads[i].lasts = way != 0 && now - pushes_[i].since >= kLasts;
+    JointLoad& load = loads[i];
+    load.steady = pushed_for(pushes_[i], load.pushes, kSteady);
+    load.lasts = pushed_for(at_rest_[i], at_rest ? load.pushes : 0, kLasts);
   }
   seen_ = now;
 }

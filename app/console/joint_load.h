@@ -24,7 +24,8 @@ struct JointLoad {
   double pressure_Pa = 0;  ///< In the chamber that pushes.
   bool at_relief = false;  ///< That chamber is as full as a relief valve lets it be.
   bool at_rest = false;    ///< Its rod.
-  bool lasts = false;      ///< So it has pushed for a while; said by a PushWatch.
+  bool steady = false;     ///< It has pushed one way for longer than an arm that starts or stops; said by a PushWatch.
+  bool lasts = false;      ///< For longer still, with all rods at rest; said by a PushWatch.
 
   /// On something that stands in its way.
   [[nodiscard]] bool presses() const noexcept { return pushes != 0 && pushes != at_steel; }
@@ -44,11 +45,12 @@ using JointLoads = PerJoint<JointLoad>;
 [[nodiscard]] int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad,
                                double error_rad = 0) noexcept;
 /// Which pushes last. An arm that was stopped at speed swings on its oil, and pushes to and fro without touching
-/// anything.
+/// anything; one that starts or turns round is pushed for as long as that takes.
 class PushWatch {
  public:
-  static constexpr Duration kLasts = 500ms;  ///< Longer than an arm on its oil pushes one way.
-  /// For every view. @param loads of it: those are marked that have pushed one way for so long, all rods at rest.
+  static constexpr Duration kLasts = 500ms;   ///< Longer than an arm on its oil pushes one way.
+  static constexpr Duration kSteady = 250ms;  ///< Longer than one is sped up or slowed down.
+  /// For every view. @param loads of it: those are marked that have pushed one way for so long.
   void watch(JointLoads& loads, Time now) noexcept;
 
  private:
@@ -56,7 +58,7 @@ class PushWatch {
     int way = 0;
     Time since{};
   };
-  PerJoint<Push> pushes_{};
+  PerJoint<Push> pushes_{}, at_rest_{};
   Time seen_ = kNever;
 };
 

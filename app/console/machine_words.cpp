@@ -68,17 +68,18 @@ std::string reason_words(const Reason& reason, HandSource hand) {
 BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
   BlindPress press;
   if (!view.link.heard || force_words(view).known) return press;
+  // Oil that leaves over a relief valve speeds nothing up.
+  const auto surely = [](const JointLoad& load) { return load.presses() && (load.at_relief || load.steady); };
   std::vector<std::string> at_relief;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (!loads[i].presses()) continue;
+    if (!surely(loads[i])) continue;
     press.least_N = std::max(press.least_N, loads[i].beyond_Nm / loads[i].reach_m);
     if (loads[i].at_relief) at_relief.emplace_back(kJointNames[i]);
   }
   if (!at_relief.empty())
     press.words = "pressing hard; cannot be measured: " + listed(at_relief) + " at relief";
   else if (press.least_N > 0)
-    press.words =
-        "pressing; cannot be measured: " + pressures_of(loads, [](const JointLoad& load) { return load.presses(); });
+    press.words = "pressing; cannot be measured: " + pressures_of(loads, surely);
   return press;
 }
 

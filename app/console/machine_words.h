@@ -35,6 +35,7 @@ struct BlindPress {
   double least_N = 0;  ///< It is at least so much.
   std::string words;   ///< "pressing hard; cannot be measured: arm at relief"; empty: nothing presses, or it is known.
 };
+/// @param loads marked by a PushWatch.
 [[nodiscard]] BlindPress blind_press(const ConsoleView& view, const JointLoads& loads);
 
 /// What a machine that nobody leads goes on pressing with, its oil being shut in: "the bucket still presses with 800

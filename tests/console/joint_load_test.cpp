@@ -226,6 +226,23 @@ TEST(PushWatch, APushLastsThatGoesOneWayForHalfASecondWithAllRodsAtRest) {
   EXPECT_TRUE(lasts(push(1), 600ms));
 }
 
+TEST(PushWatch, APushIsSteadyThatGoesOneWayForAQuarterOfASecondWhateverMoves) {
+  PushWatch watch;
+  const auto steady = [&](int way, Duration at) {
+    JointLoads loads;
+    loads[kArm].pushes = way;
+    watch.watch(loads, Time(at));
+    EXPECT_FALSE(loads[kArm].lasts) << "it moves";
+    return loads[kArm].steady;
+  };
+  EXPECT_FALSE(steady(1, 1000ms));
+  EXPECT_FALSE(steady(1, 1240ms));
+  EXPECT_TRUE(steady(1, 1250ms));
+  EXPECT_FALSE(steady(-1, 1260ms));
+  EXPECT_TRUE(steady(-1, 1510ms));
+  EXPECT_FALSE(steady(0, 1520ms));
+}
+
 TEST(JointLoads, SayNothingOfWhatIsNoNumber) {
   Still still;
   still.m.pressure_Pa.fill(std::nan(""));
@@ -316,13 +333,33 @@ TEST(LedByKeys, AnArmThatIsLetGoOfAtSpeedInFreeAirIsNeverSaidToPress) {
   }
 }
 
+TEST(LedByKeys, AnArmThatIsMovedToAndFroInFreeAirIsNotSaidToPressWhereTheForceIsNotKnown) {
+  Led led("free_motion");
+  led.keys.boom_up = true;
+  led.run(9);
+  int unknown = 0, pushed = 0;
+  for (int turn = 0; turn < 20; ++turn) {
+    led.keys.arm_in = led.keys.bucket_in = turn % 4 == 3;
+    led.keys.arm_out = led.keys.bucket_out = turn % 4 == 1;
+    led.watch(1, [&](const JointLoads& loads) {
+      if (force_words(led.view).known) return;
+      ++unknown;
+      pushed += loads[kBucket].presses() ? 1 : 0;
+      EXPECT_EQ(blind_press(led.view, loads).words, "") << to_seconds(led.now);
+    });
+  }
+  EXPECT_EQ(led.view.machine.mode, Mode::kEngaged);
+  EXPECT_GT(unknown, 50) << "the boom is at its end";
+  EXPECT_GT(pushed, 20) << "its oil starts and stops it";
+}
+
 TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKnownAndAfterTheHandHasLetGo) {
   Led led("wall_contact");
   led.keys.boom_down = led.keys.arm_in = led.keys.bucket_in = true;
   led.run(7);
   ASSERT_EQ(led.view.machine.mode, Mode::kEngaged);
   ASSERT_FALSE(force_words(led.view).known) << "a cylinder is at its end stop";
-  const BlindPress press = blind_press(led.view, led.loads());
+  const BlindPress press = blind_press(led.view, led.watch(0.3));
   EXPECT_EQ(press.words.rfind("pressing; cannot be measured: ", 0), 0U) << press.words;
   EXPECT_NE(press.words.find("boom"), std::string::npos) << press.words;
   EXPECT_GT(press.least_N, 1000);

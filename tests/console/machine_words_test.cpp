@@ -92,10 +92,20 @@ TEST(LimitsInWords, OilAtReliefIsThatAndNoContact) {
 /// The arm pushes out with 220 bar, the bucket in with 205 bar.
 JointLoads pressing() {
   JointLoads loads;
-  loads[kArm] = {
-      .pushes = 1, .beyond_Nm = 9000, .reach_m = 1.5, .pressure_Pa = 219.6e5, .at_relief = true, .lasts = true};
-  loads[kBucket] = {
-      .pushes = -1, .beyond_Nm = 1000, .reach_m = 0.5, .pressure_Pa = 205e5, .at_relief = true, .lasts = true};
+  loads[kArm] = {.pushes = 1,
+                 .beyond_Nm = 9000,
+                 .reach_m = 1.5,
+                 .pressure_Pa = 219.6e5,
+                 .at_relief = true,
+                 .steady = true,
+                 .lasts = true};
+  loads[kBucket] = {.pushes = -1,
+                    .beyond_Nm = 1000,
+                    .reach_m = 0.5,
+                    .pressure_Pa = 205e5,
+                    .at_relief = true,
+                    .steady = true,
+                    .lasts = true};
   return loads;
 }
 
@@ -115,6 +125,8 @@ TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastTha
   EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: bucket 205 bar")
       << "the arm pushes on its own end";
   EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 2000);
+  loads[kBucket].steady = false;
+  EXPECT_EQ(blind_press(rig.view, loads).words, "") << "the bucket starts or turns round; the arm is at its own end";
   loads[kArm] = loads[kBucket] = {};
   EXPECT_EQ(blind_press(rig.view, loads).words, "");
   rig.view.machine.confidence = 0.9;
