@@ -1,10 +1,14 @@
 #include "app/studies/battery_machine.h"
 
+#include <algorithm>
 #include <array>
-#include <limits>
 
 #include "app/cli/interrupt.h"
 #include "app/identify/held_out.h"
+#include "app/identify/parameter_scores.h"
+#include "app/studies/commission_scores.h"
+#include "app/studies/force_scores.h"
+#include "core/error.h"
 #include "core/seed.h"
 #include "estimation/identification/kim.h"
 #include "estimation/identification/malaguti.h"
@@ -13,14 +17,9 @@
 namespace knuckle::studies {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kCompare_Hz = 2;
 constexpr double kMalaguti_s = 40;         // what the paper recorded
 constexpr std::size_t kMalagutiEvery = 2;  // 200 Hz to its 100 Hz
-
-estimation::TorqueFit no_fit() {
-  return {JointVector::Constant(kNaN), JointVector::Constant(kNaN), JointVector::Constant(kNaN)};
-}
 
 /// A machine is driven for minutes: for MachineRun::watch().
 void watch_for_interrupt(double /*elapsed_s*/) {
@@ -35,62 +34,77 @@ estimation::TorqueComparison joined(estimation::TorqueComparison first, const es
   return first;
 }
 
+Row method_row(const std::string& method) {
+  return {{"method", method}, {"identified", true}, {"usable", true}, {"metrics", Row::object()}};
+}
+
+void object_to(Row& method, const std::string& reason) {
+  method["usable"] = false;
+  method["reason"] = reason;
+}
+
 /// @return whether there is a result to judge.
-bool take(const estimation::Identification& summary, MethodOutcome& outcome) {
-  outcome.identified = summary.usable;
-  if (!summary.usable) outcome.reason = summary.reasons.front();
+bool take(const estimation::Identification& summary, Row& method) {
+  method["identified"] = summary.usable;
+  if (!summary.usable) object_to(method, summary.reasons.front());
   return summary.usable;
 }
 
-void judge_torque(const estimation::TorqueComparison& slow, const estimation::TorqueComparison& digging,
-                  bool models_all, MethodOutcome& outcome) {
-  const std::vector<std::string> against =
-      identify::objections(std::array{identify::held_out("slow", outcome.method, slow),
-                                      identify::held_out("digging", outcome.method, digging)},
-                           models_all);
-  outcome.usable = against.empty();
-  if (!outcome.usable) outcome.reason = against.front();
+/// @return the fit up to kCompare_Hz.
+estimation::TorqueFit judge_torque(const estimation::TorqueComparison& slow,
+                                   const estimation::TorqueComparison& digging, bool models_all, Row& method) {
+  const std::string name = method["method"].get<std::string>();
+  const std::vector<std::string> against = identify::objections(
+      std::array{identify::held_out("slow", name, slow), identify::held_out("digging", name, digging)}, models_all);
+  if (!against.empty()) object_to(method, against.front());
   const estimation::TorqueComparison both = joined(slow, digging);
-  outcome.torque_2Hz = estimation::torque_fit(both, kCompare_Hz);
-  outcome.torque_raw = estimation::torque_fit(both, 0);
+  const estimation::TorqueFit smooth = estimation::torque_fit(both, kCompare_Hz);
+  add_joints(method["metrics"], "torque_2Hz", smooth.nrmse);
+  add_joints(method["metrics"], "torque_raw", estimation::torque_fit(both, 0).nrmse);
+  return smooth;
 }
 
-MethodOutcome judge_full(const std::string& method, const MachineDescription& machine,
-                         const estimation::FullOptions& options, const estimation::FullResult& full,
-                         const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad) {
+Row judge_full(const std::string& name, const MachineDescription& machine, const estimation::FullOptions& options,
+               const estimation::FullResult& full, const identify::CommissionRuns& runs, const Trials& trials,
+               double hull_pitch_rad) {
   cli::check_interrupt();
-  MethodOutcome outcome;
-  outcome.method = method;
-  if (!take(full.summary, outcome)) return outcome;
+  Row method = method_row(name);
+  if (!take(full.summary, method)) return method;
   MachineDescription seen = calibrated(machine);
   const auto compare = [&](const motion::MachineRecording& run) {
     return estimation::compare_torque(full.dynamics, seen, run.recording, options);
   };
-  judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), true, outcome);
+  const estimation::TorqueFit smooth =
+      judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), true, method);
   seen.dynamics_calibration = full.dynamics;
-  seen.dynamics_calibration->residual_rms_Nm = outcome.torque_2Hz.rms_Nm;
-  outcome.parameters = identify::score_parameters(seen, runs, full.dynamics, full.summary.covariance, hull_pitch_rad);
-  outcome.force = score_estimator(seen, trials);
-  return outcome;
+  seen.dynamics_calibration->residual_rms_Nm = smooth.rms_Nm;
+  const identify::ParameterScores parameters =
+      identify::score_parameters(seen, runs, full.dynamics, full.summary.covariance, hull_pitch_rad);
+  Row& metrics = method["metrics"];
+  add_joints(metrics, "gravity", parameters.gravity);
+  add_joints(metrics, "inertia", parameters.inertia);
+  add_joints(metrics, "friction", parameters.friction);
+  metrics["parameters_covered"] = {parameters.covered, parameters.intervals};
+  metrics.update(score_estimator(seen, trials));
+  return method;
 }
 
 /// A method of the papers: a tip force from each recording by itself.
 template <typename Result>
-MethodOutcome judge_baseline(const std::string& method, const MachineDescription& machine, const Result& result,
-                             const identify::CommissionRuns& runs, const Trials& trials) {
+Row judge_baseline(const std::string& name, const MachineDescription& machine, const Result& result,
+                   const identify::CommissionRuns& runs, const Trials& trials) {
   cli::check_interrupt();
-  MethodOutcome outcome;
-  outcome.method = method;
-  if (!take(result.summary, outcome)) return outcome;
+  Row method = method_row(name);
+  if (!take(result.summary, method)) return method;
   const auto compare = [&](const motion::MachineRecording& run) {
     return estimation::compare_torque(result, machine, run.recording);
   };
-  judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), false, outcome);
+  (void)judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), false, method);
   const auto force = [&](const motion::MachineRecording& run) {
     return estimation::external_force(result, machine, run.recording);
   };
-  outcome.force = score_series(trials, {force(trials.slow), force(trials.digging), force(trials.pulls)});
-  return outcome;
+  method["metrics"].update(score_series(trials, {force(trials.slow), force(trials.digging), force(trials.pulls)}));
+  return method;
 }
 
 /// What malaguti had: 40 s at 100 Hz of manual-like motion; here the first of the fast excitation.
@@ -106,32 +120,27 @@ estimation::Recording paper_recording(const estimation::Recording& fast) {
 }
 
 void judge_baselines(const BatterySetup& setup, const identify::Commissioned& found,
-                     const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad,
-                     MachineOutcome& outcome) {
+                     const identify::CommissionRuns& runs, const Trials& trials, double hull_pitch_rad, Row& methods) {
   const std::array recordings{runs.slow.recording, runs.fast.recording};
   const estimation::FullResult unsurveyed =
       estimation::identify_full(setup.nominal, recordings, setup.full_nominal_pins);
-  outcome.methods.push_back(
+  methods.push_back(
       judge_full(kFullNominalPins, setup.nominal, setup.full_nominal_pins, unsurveyed, runs, trials, hull_pitch_rad));
 
   const MachineDescription seen = calibrated(found.machine);
-  outcome.methods.push_back(judge_baseline(
+  methods.push_back(judge_baseline(
       "malaguti", seen, estimation::identify_malaguti(seen, std::array{paper_recording(runs.fast.recording)}), runs,
       trials));
-  outcome.methods.push_back(
+  methods.push_back(
       judge_baseline("kim", seen, estimation::identify_kim(seen, std::span(recordings).first(1)), runs, trials));
 
-  MethodOutcome nominal;
-  nominal.method = kUncalibrated;
-  nominal.identified = nominal.usable = true;
-  nominal.torque_2Hz = nominal.torque_raw = no_fit();
-  nominal.force = score_estimator(setup.nominal, trials);
-  outcome.methods.push_back(nominal);
+  methods.push_back(method_row(kUncalibrated));
+  methods.back()["metrics"] = score_estimator(setup.nominal, trials);
 }
 
 /// The same machine with finer wire encoders: only what they limit is judged.
-MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescription& known,
-                                  const sim::MachineTruth& today, std::uint64_t seed) {
+Row judge_fine_encoders(const BatterySetup& setup, const MachineDescription& known, const sim::MachineTruth& today,
+                        std::uint64_t seed) {
   constexpr double kFine_m = 3e-5;
   MachineDescription machine = known;
   machine.sensors.encoder_step_m = kFine_m;
@@ -143,23 +152,18 @@ MethodOutcome judge_fine_encoders(const BatterySetup& setup, const MachineDescri
   TrialPlan plan = setup.trials;
   plan.presses = plan.lifts = 0;
   plan.hull = today.hull;
-  MethodOutcome outcome;
-  outcome.method = kFullFineEncoders;
-  outcome.identified = outcome.usable = true;
-  outcome.torque_2Hz = outcome.torque_raw = no_fit();
-  outcome.force = score_estimator(seen, run_trials(run, seen, plan, seed));
-  return outcome;
+  Row method = method_row(kFullFineEncoders);
+  method["metrics"] = score_estimator(seen, run_trials(run, seen, plan, seed));
+  return method;
 }
 
-void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed, MachineOutcome& outcome) {
+/// Adds to what is there of its row.
+void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed, Row& row) {
   const identify::CommissionRuns runs =
       identify::run_commissioning(setup.nominal, truth, setup.commission, seed, watch_for_interrupt);
   const identify::Commissioned found = identify::calibrate(setup.nominal, runs, {true, setup.full});
-  if (!found.full.summary.usable) {
-    outcome.failure = found.full.summary.reasons.front();
-    return;
-  }
-  outcome.commissioning = score_commissioning(setup.nominal, found, truth);
+  if (!found.full.summary.usable) throw InputError(found.full.summary.reasons.front());
+  row["commissioning"] = score_commissioning(setup.nominal, found, truth);
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, setup.family, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
   motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
@@ -168,31 +172,51 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   plan.hull = today.hull;
   const Trials trials = run_trials(run, seen, plan, seed);
   const double pitch = truth.hull_pitch_rad;
-  outcome.methods.push_back(judge_full(kFull, found.machine, setup.full, found.full, runs, trials, pitch));
+  Row& methods = row["methods"];
+  methods.push_back(judge_full(kFull, found.machine, setup.full, found.full, runs, trials, pitch));
   for (const FullVariant& variant : setup.variants) {
     const std::array recordings{runs.slow.recording, runs.fast.recording};
     const estimation::FullResult full = estimation::identify_full(seen, recordings, variant.options);
-    outcome.methods.push_back(judge_full(variant.method, found.machine, variant.options, full, runs, trials, pitch));
+    methods.push_back(judge_full(variant.method, found.machine, variant.options, full, runs, trials, pitch));
   }
   if (!setup.baselines) return;
-  judge_baselines(setup, found, runs, trials, pitch, outcome);
-  outcome.methods.push_back(judge_fine_encoders(setup, found.machine, today, stream_seed(seed, Stream::kFine)));
+  judge_baselines(setup, found, runs, trials, pitch, methods);
+  methods.push_back(judge_fine_encoders(setup, found.machine, today, stream_seed(seed, Stream::kFine)));
+}
+
+bool is_metric(const Row& value) {
+  return value.is_number() || value.is_null() ||
+         (value.is_structured() && std::all_of(value.begin(), value.end(), is_metric));
+}
+
+bool has_metrics(const Row& part, const char* name) {
+  return part.contains(name) && part[name].is_object() && is_metric(part[name]);
 }
 
 }  // namespace
 
-MachineOutcome judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed) {
-  MachineOutcome outcome;
-  outcome.seed = seed;
+Row judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed) {
+  Row row;
+  row["seed"] = seed;
   try {
-    judge(setup, truth, seed, outcome);
+    judge(setup, truth, seed, row);
   } catch (const cli::Interrupted&) {
     throw;
   } catch (const std::exception& error) {
-    outcome.failure = error.what();
-    outcome.methods.clear();
+    return {{"seed", seed}, {"failure", error.what()}};
   }
-  return outcome;
+  return row;
+}
+
+bool is_judged_machine(const Row& row) {
+  if (!row.contains("seed") || !row["seed"].is_number_unsigned()) return false;
+  if (row.contains("failure")) return row["failure"].is_string();
+  if (!has_metrics(row, "commissioning") || !row.contains("methods") || !row["methods"].is_array()) return false;
+  return std::all_of(row["methods"].begin(), row["methods"].end(), [](const Row& method) {
+    return method.is_object() && method.contains("method") && method["method"].is_string() &&
+           method.contains("identified") && method["identified"].is_boolean() && method.contains("usable") &&
+           method["usable"].is_boolean() && has_metrics(method, "metrics");
+  });
 }
 
 }  // namespace knuckle::studies

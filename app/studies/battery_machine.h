@@ -2,14 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/identify/commission.h"
-#include "app/identify/parameter_scores.h"
-#include "app/studies/commission_scores.h"
-#include "app/studies/force_scores.h"
+#include "app/studies/metrics.h"
 #include "app/studies/trials.h"
 #include "estimation/identification/identification.h"
 #include "machine/description.h"
@@ -22,23 +19,6 @@ inline constexpr const char* kFull = "full";
 inline constexpr const char* kFullNominalPins = "full, nominal pins";       ///< No survey.
 inline constexpr const char* kFullFineEncoders = "full, 0.03 mm encoders";  ///< Contact only.
 inline constexpr const char* kUncalibrated = "not calibrated";              ///< The estimator without any file.
-
-struct MethodOutcome {
-  std::string method;
-  bool identified = false;  ///< The data were enough for a result, which the trials then judge.
-  bool usable = false;      ///< By the rule of held_out.h, as `knuckle identify` would say.
-  std::string reason;       ///< Why not.
-  ForceScores force;
-  estimation::TorqueFit torque_2Hz, torque_raw;  ///< On held-out motion of the same day; NaN where there is no model.
-  std::optional<identify::ParameterScores> parameters;
-};
-
-struct MachineOutcome {
-  std::uint64_t seed = 0;
-  std::string failure;  ///< Not empty: nothing could be judged.
-  CommissionScores commissioning;
-  std::vector<MethodOutcome> methods;
-};
 
 /// A method "full" with something changed, for the ablation.
 struct FullVariant {
@@ -58,8 +38,15 @@ struct BatterySetup {
   bool baselines = true;                      ///< The papers' methods, no calibration, nominal pins, fine encoders.
 };
 
-/// Never throws for a machine that fails: it says so in the outcome. @throws Interrupted once a signal has come.
-[[nodiscard]] MachineOutcome judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth,
-                                           std::uint64_t seed);
+/// Its part of a battery's row: {"seed", "failure": why nothing could be judged}, or {"seed", "commissioning": metrics
+/// (commission_scores.h), "methods": [...]}. Of a method: {"method", "identified": the data were enough for a result,
+/// which the trials then judge, "usable": by the rule of held_out.h, as `knuckle identify` would say, "reason": why
+/// not, "metrics"}: those of force_scores.h; where there is a model, of held-out motion of the same day
+/// torque_2Hz.JOINT and torque_raw.JOINT (NRMSE); where there are parameters, gravity.JOINT, inertia.JOINT,
+/// friction.JOINT (parameter_scores.h) and parameters_covered (intervals that hold the truth, of how many).
+/// @throws Interrupted once a signal has come.
+[[nodiscard]] Row judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed);
+/// Whether this is such a part of a row.
+[[nodiscard]] bool is_judged_machine(const Row& row);
 
 }  // namespace knuckle::studies

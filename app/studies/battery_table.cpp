@@ -1,300 +1,303 @@
 #include "app/studies/battery_table.h"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <numeric>
-#include <sstream>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "app/studies/battery_machine.h"
 #include "core/quantile.h"
 
 namespace knuckle::studies {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kNever = std::numeric_limits<double>::infinity();
 constexpr double kTenMinutes_s = 600;
-constexpr double kLeastTaken = 0.1;
 
-using Values = std::vector<double>;
-
-double share(double part, double whole) {
-  return whole > 0 ? part / whole : kNaN;
-}
-
-std::string number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
-
-class Table {
- public:
-  Table(std::string method, bool judged) : method_(std::move(method)), judged_(judged) {}
-
-  void state(const std::string& quantity, double value, const std::string& unit) {
-    if (!std::isnan(value)) rows_.push_back({quantity, method_, value, unit, "", std::nullopt});
-  }
-  void at_most(const std::string& quantity, double value, const std::string& unit, double bound) {
-    judge(quantity, value, unit, "<= " + number(bound), value <= bound);
-  }
-  void at_least(const std::string& quantity, double value, const std::string& unit, double bound) {
-    judge(quantity, value, unit, ">= " + number(bound), value >= bound);
-  }
-  void between(const std::string& quantity, double value, const std::string& unit, double low, double high) {
-    judge(quantity, value, unit, number(low) + " to " + number(high), value >= low && value <= high);
-  }
-  [[nodiscard]] std::vector<BatteryRow> take() { return std::move(rows_); }
-
- private:
-  void judge(const std::string& quantity, double value, const std::string& unit, const std::string& target, bool met) {
-    if (!judged_) return state(quantity, value, unit);
-    rows_.push_back({quantity, method_, value, unit, target, met});
-  }
-
-  std::string method_;
-  bool judged_;
-  std::vector<BatteryRow> rows_;
+/// How the values of all machines make one.
+enum class By : std::uint8_t {
+  kMedian,
+  kP95,
+  kWorst,
+  kShare,  ///< Of values that are 0 or 1.
+  kRatio,  ///< Of metrics [part, whole]: all parts over all wholes.
+  kRms,    ///< Relative to `whole`.
 };
 
-using Outcomes = std::vector<const MethodOutcome*>;
+struct Quantity {
+  std::string name, metric;
+  By by = By::kMedian;
+  std::string unit;
+  double scale = 1;
+  double low = -kNever, high = kNever;  ///< Of the target; without bounds it is only stated.
+  double missing = kNaN;                ///< A value that is null counts as this.
+  double whole = 1;
+  bool asked = false;  ///< Where a target is, having no value at all misses it; else there is no such row.
 
-Values of(const Outcomes& outcomes, const std::function<double(const MethodOutcome&)>& value) {
-  Values values;
-  for (const MethodOutcome* outcome : outcomes) values.push_back(value(*outcome));
+  [[nodiscard]] std::string target() const {
+    if (low == -kNever) return high == kNever ? "" : fmt::format("<= {:g}", high);
+    return high == kNever ? fmt::format(">= {:g}", low) : fmt::format("{:g} to {:g}", low, high);
+  }
+};
+using Quantities = std::vector<Quantity>;
+
+Quantity within(double low, double high, Quantity quantity) {
+  quantity.low = low;
+  quantity.high = high;
+  return quantity;
+}
+Quantity at_most(double bound, Quantity quantity) {
+  return within(-kNever, bound, std::move(quantity));
+}
+Quantity asked(Quantity quantity) {
+  quantity.asked = true;
+  return quantity;
+}
+using Sources = std::vector<const Row*>;  ///< Metrics of the machines that have any.
+
+std::vector<double> values_of(const Quantity& quantity, const Sources& sources) {
+  std::vector<double> values;
+  const auto add = [&](const Row& value) {
+    values.push_back(value.is_number() ? value.get<double>() : quantity.missing);
+  };
+  for (const Row* metrics : sources) {
+    const auto found = metrics->find(quantity.metric);
+    if (found == metrics->end()) continue;
+    if (found->is_array())
+      std::for_each(found->begin(), found->end(), add);
+    else
+      add(*found);
+  }
   return values;
 }
 
-void no_load_rows(const Outcomes& all, Table& table) {
-  const Values slow = of(all, [](const auto& o) { return o.force.slow_rms_N; });
-  table.at_most("no-load tip force, slow, RMS, median of machines", median(slow), "N", 30);
-  table.at_most("no-load tip force, slow, RMS, p95 of machines", quantile(slow, 0.95), "N", 45);
-  const Values tail = of(all, [](const auto& o) { return o.force.slow_p95_N; });
-  table.at_most("no-load tip force, slow, 95 % of its size, p95 of machines", quantile(tail, 0.95), "N", 90);
-  table.state("no-load tip force, slow, 95 % of its size, worst machine", quantile(tail, 1), "N");
-  const Values digging = of(all, [](const auto& o) { return o.force.digging_rms_N; });
-  table.at_most("no-load tip force, digging speed, RMS, median of machines", median(digging), "N", 45);
-  table.at_most("no-load tip force, digging speed, RMS, p95 of machines", quantile(digging, 0.95), "N", 60);
+double rms(const std::vector<double>& values) {
+  double squares = 0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
-using Pulls = std::vector<const std::vector<PressScore>*>;
+/// Of parts and wholes by turns. NaN where the whole is nothing.
+double ratio(double scale, const std::vector<double>& values) {
+  double part = 0, whole = 0;
+  for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
+    part += values[i];
+    whole += values[i + 1];
+  }
+  return whole > 0 ? scale * part / whole : kNaN;
+}
 
-void press_rows(const Pulls& all, Table& table, double bound) {
-  for (const bool creeping : {false, true}) {
-    int presses = 0, good = 0;
-    int loads = 0;
-    Values errors;
-    for (const std::vector<PressScore>* pulls : all) {
-      for (const PressScore& press : *pulls) {
-        if (press.creeping != creeping) continue;  // one without an answer is one missed
-        ++presses;
-        loads += press.taken_for_load_N > kLeastTaken * press.force_N ? 1 : 0;
-        good += press.good() ? 1 : 0;
-        errors.push_back(press.error_N);
-      }
-    }
-    const std::string which = creeping ? ", creeping" : ", standing";
-    table.at_least("known force 1-5 kN within max(3 %, 60 N) and 3 deg" + which, share(good, presses), "1", bound);
-    table.state("known force 1-5 kN, error, median" + which, median(errors), "N");
-    table.state("known force 1-5 kN, error, p95" + which, quantile(errors, 0.95), "N");
-    if (bound > 0)
-      table.state("known force 1-5 kN, a tenth or more of it reported as load" + which, share(loads, presses), "1");
+double value_of(const Quantity& quantity, const Sources& sources) {
+  const std::vector<double> values = values_of(quantity, sources);
+  switch (quantity.by) {
+    case By::kMedian:
+      return quantity.scale * median(values);
+    case By::kP95:
+      return quantity.scale * quantile(values, 0.95);
+    case By::kWorst:
+      return quantity.scale * quantile(values, 1);
+    case By::kShare:
+      return quantity.scale * static_cast<double>(std::count(values.begin(), values.end(), 1)) /
+             static_cast<double>(values.size());
+    case By::kRatio:
+      return ratio(quantity.scale, values);
+    case By::kRms:
+      return quantity.scale * rms(values) / quantity.whole;
+  }
+  return kNaN;
+}
+
+void add_rows(const std::string& method, bool judged, const Quantities& quantities, const Sources& sources,
+              std::vector<BatteryRow>& rows) {
+  for (const Quantity& quantity : quantities) {
+    BatteryRow row{quantity.name, method, value_of(quantity, sources), quantity.unit, "", std::nullopt};
+    if (judged) row.target = quantity.target();
+    if (std::isnan(row.value) && (row.target.empty() || !quantity.asked)) continue;
+    if (!row.target.empty()) row.met = row.value >= quantity.low && row.value <= quantity.high;
+    rows.push_back(row);
   }
 }
 
-Pulls pulls_of(const Outcomes& all) {
-  Pulls pulls;
-  for (const MethodOutcome* o : all) pulls.push_back(&o->force.presses);
-  return pulls;
+Quantities no_load() {
+  return {
+      asked(at_most(30, {"no-load tip force, slow, RMS, median of machines", "slow_rms_N", By::kMedian, "N"})),
+      asked(at_most(45, {"no-load tip force, slow, RMS, p95 of machines", "slow_rms_N", By::kP95, "N"})),
+      asked(at_most(90, {"no-load tip force, slow, 95 % of its size, p95 of machines", "slow_p95_N", By::kP95, "N"})),
+      {"no-load tip force, slow, 95 % of its size, worst machine", "slow_p95_N", By::kWorst, "N"},
+      asked(at_most(45,
+                    {"no-load tip force, digging speed, RMS, median of machines", "digging_rms_N", By::kMedian, "N"})),
+      asked(at_most(60, {"no-load tip force, digging speed, RMS, p95 of machines", "digging_rms_N", By::kP95, "N"}))};
+}
+
+/// @param least share of good ones that is the target; 0: of another contact model, which has none.
+Quantities presses(double least) {
+  Quantities all;
+  for (const std::string which : {"standing", "creeping"}) {
+    const std::string pull = "known force 1-5 kN", end = ", " + which, at = "." + which;
+    all.push_back(asked(
+        within(least, kNever, {pull + " within max(3 %, 60 N) and 3 deg" + end, "press_good" + at, By::kShare, "1"})));
+    all.push_back({pull + ", error, median" + end, "press_error_N" + at, By::kMedian, "N"});
+    all.push_back({pull + ", error, p95" + end, "press_error_N" + at, By::kP95, "N"});
+    if (least > 0)
+      all.push_back({pull + ", a tenth or more of it reported as load" + end, "press_as_load" + at, By::kShare, "1"});
+  }
+  return all;
+}
+
+Quantities contact_model() {
+  Quantities all{{"known force 1-5 kN, answered", "answered", By::kShare, "1"}};
+  const Quantities of_presses = presses(0);
+  all.insert(all.end(), of_presses.begin(), of_presses.end());
+  all.push_back({"false torque about the tip, p95", "torque_Nm", By::kP95, "N m"});
+  all.push_back({"position along the bucket, error, median", "place_error_m", By::kMedian, "mm", 1e3});
+  all.push_back({"position along the bucket, error, p95", "place_error_m", By::kP95, "mm", 1e3});
+  return all;
+}
+
+Quantities torque() {
+  constexpr std::array<double, kJoints> kMost{2.5, 2.5, 3};
+  Quantities all;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const std::string joint = kJointNames[i], smooth = "held-out torque NRMSE to 2 Hz, " + joint;
+    all.push_back(asked(at_most(kMost[i], {smooth + ", median", "torque_2Hz." + joint, By::kMedian, "%", 100})));
+    all.push_back(asked(at_most(5, {smooth + ", p95", "torque_2Hz." + joint, By::kP95, "%", 100})));
+    all.push_back(
+        {"held-out torque NRMSE unfiltered, " + joint + ", median", "torque_raw." + joint, By::kMedian, "%", 100});
+  }
+  return all;
+}
+
+Quantities parameters() {
+  constexpr std::array<double, kJoints> kGravity{2, 2, 4}, kInertia{6, kNever, kNever};
+  Quantities all;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const std::string joint = kJointNames[i], error = "gravity moment error, " + joint;
+    all.push_back(at_most(kGravity[i], {error + ", median", "gravity." + joint, By::kMedian, "%", 100}));
+    all.push_back({error + ", p95", "gravity." + joint, By::kP95, "%", 100});
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const std::string joint = kJointNames[i];
+    all.push_back(
+        at_most(kInertia[i], {"inertia error, " + joint + ", median", "inertia." + joint, By::kMedian, "%", 100}));
+  }
+  for (const std::string joint : kJointNames)
+    all.push_back(
+        at_most(3, {"friction curve F_f(v) error, " + joint + ", median", "friction." + joint, By::kMedian, "%", 100}));
+  all.push_back(
+      within(0.9, 0.99,
+             {"95 % intervals of base parameters that contain the true value", "parameters_covered", By::kRatio, "1"}));
+  return all;
+}
+
+Quantities honesty() {
+  return {
+      within(0.9, 0.99,
+             {"95 % ellipse of the tip force contains the true force, free motion", "free_covered", By::kRatio, "1"}),
+      within(0.9, 0.99,
+             {"95 % ellipse of the tip force contains the true force, known forces", "press_covered", By::kShare, "1"}),
+      {"NIS of the tare filter, mean per degree of freedom", "nis", By::kMedian, "1"}};
+}
+
+Quantities payload(double full_scale_kg) {
+  Quantities all{at_most(1, {"payload error, 2 sigma, of full scale, zeroed", "payload_error_kg", By::kRms, "%", 200}),
+                 {"payload 95 % interval contains the true load", "payload_covered", By::kShare, "1"}};
+  all[0].whole = full_scale_kg;
+  return all;
+}
+
+Quantities contact(double median_ms, double p95_ms) {
+  Quantities all{
+      at_most(median_ms, {"500 N step seen after, median", "detection_s", By::kMedian, "ms", 1e3}),
+      at_most(p95_ms, {"500 N step seen after, p95", "detection_s", By::kP95, "ms", 1e3}),
+      at_most(1, {"false contact alarms in 10 min of free motion", "false_alarms", By::kRatio, "1", kTenMinutes_s})};
+  all[0].missing = all[1].missing = kNever;
+  return all;
+}
+
+Quantities commissioning() {
+  Quantities all;
+  const auto add = [&all](const std::string& name, const std::string& metric, double scale, const std::string& unit) {
+    all.push_back({name + ", median", metric, By::kMedian, unit, scale});
+    all.push_back({name + ", p95", metric, By::kP95, unit, scale});
+  };
+  add("held-out tip error, surveyed", "tip_median_m", 1e3, "mm");
+  add("held-out tip error, nominal", "nominal_tip_median_m", 1e3, "mm");
+  for (const std::string joint : kJointNames) {
+    add("lever error, surveyed, " + joint, "lever." + joint, 100, "%");
+    add("lever error, nominal, " + joint, "nominal_lever." + joint, 100, "%");
+  }
+  add("valve dead band error, worst edge", "dead_band", 100, "% of stroke");
+  add("valve delay error, worst axis", "delay_s", 1e3, "ms");
+  add("valve flow error, worst axis", "flow", 100, "%");
+  return all;
+}
+
+Quantities quantities_of(const std::string& method, double full_scale_kg) {
+  if (method == kFullFineEncoders) return contact(30, 50);
+  Quantities all = no_load();
+  for (const Quantities& part : {presses(method == kFullNominalPins ? 0.88 : 0.97), torque(), parameters(), honesty(),
+                                 payload(full_scale_kg), contact(36, 75)})
+    all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+/// A method on all machines that have it.
+struct Method {
+  std::string name;
+  double usable = 0;
+  Sources metrics;  ///< Of those on which it was identified.
+};
+
+std::vector<Method> methods_of(const std::vector<Row>& machines) {
+  std::vector<Method> methods;
+  for (const Row& machine : machines) {
+    if (!machine.contains("methods")) continue;
+    for (const Row& own : machine["methods"]) {
+      const std::string name = own["method"].get<std::string>();
+      auto method = std::find_if(methods.begin(), methods.end(), [&](const Method& m) { return m.name == name; });
+      if (method == methods.end()) method = methods.insert(methods.end(), {name, 0, {}});
+      method->usable += own["usable"].get<bool>() ? 1 : 0;
+      if (own["identified"].get<bool>()) method->metrics.push_back(&own["metrics"]);
+    }
+  }
+  return methods;
 }
 
 /// The other contact models with the same calibration; stated, as no target asks for them.
-std::vector<BatteryRow> contact_model_rows(const std::string& method, const Outcomes& all) {
-  std::vector<BatteryRow> rows;
-  for (std::size_t m = 0; !all.empty() && m < all.front()->force.contact_models.size(); ++m) {
-    Pulls pulls;
-    Values torques, places;
-    double asked = 0, answered = 0;
-    for (const MethodOutcome* o : all) {
-      const ContactModelScore& score = o->force.contact_models[m];
-      pulls.push_back(&score.presses);
-      torques.insert(torques.end(), score.torque_Nm.begin(), score.torque_Nm.end());
-      places.insert(places.end(), score.place_error_m.begin(), score.place_error_m.end());
-      for (const PressScore& press : score.presses) {
-        ++asked;
-        answered += std::isnan(press.error_N) ? 0 : 1;
-      }
+void add_contact_models(const Method& method, std::vector<BatteryRow>& rows) {
+  if (method.metrics.empty() || !method.metrics.front()->contains("contact_models")) return;
+  for (const auto& [model, unused] : (*method.metrics.front())["contact_models"].items()) {
+    Sources sources;
+    for (const Row* metrics : method.metrics) {
+      const auto models = metrics->find("contact_models");
+      if (models != metrics->end() && models->contains(model)) sources.push_back(&(*models)[model]);
     }
-    Table table(method + ", " + all.front()->force.contact_models[m].model, false);
-    table.state("known force 1-5 kN, answered", share(answered, asked), "1");
-    press_rows(pulls, table, 0);
-    table.state("false torque about the tip, p95", quantile(torques, 0.95), "N m");
-    table.state("position along the bucket, error, median", 1e3 * median(places), "mm");
-    table.state("position along the bucket, error, p95", 1e3 * quantile(places, 0.95), "mm");
-    const std::vector<BatteryRow> own = table.take();
-    rows.insert(rows.end(), own.begin(), own.end());
+    add_rows(method.name + ", " + model, false, contact_model(), sources, rows);
   }
-  return rows;
-}
-
-void torque_rows(const Outcomes& all, Table& table) {
-  constexpr std::array<double, 3> kMedian{2.5, 2.5, 3};
-  for (int i = 0; i < kJoints; ++i) {
-    const std::string joint = kJointNames[static_cast<std::size_t>(i)];
-    const Values smooth = of(all, [i](const auto& o) { return 100 * o.torque_2Hz.nrmse[i]; });
-    const Values raw = of(all, [i](const auto& o) { return 100 * o.torque_raw.nrmse[i]; });
-    table.at_most("held-out torque NRMSE to 2 Hz, " + joint + ", median", median(smooth), "%",
-                  kMedian[static_cast<std::size_t>(i)]);
-    table.at_most("held-out torque NRMSE to 2 Hz, " + joint + ", p95", quantile(smooth, 0.95), "%", 5);
-    table.state("held-out torque NRMSE unfiltered, " + joint + ", median", median(raw), "%");
-  }
-}
-
-void parameter_rows(const Outcomes& all, Table& table) {
-  constexpr std::array<double, 3> kGravity{2, 2, 4};
-  Outcomes with;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(with),
-               [](const auto* o) { return o->parameters.has_value(); });
-  if (with.empty()) return;
-  int intervals = 0, covered = 0;
-  for (const MethodOutcome* o : with) {
-    intervals += o->parameters->intervals;
-    covered += o->parameters->covered;
-  }
-  for (int i = 0; i < kJoints; ++i) {
-    const std::string joint = kJointNames[static_cast<std::size_t>(i)];
-    const Values gravity = of(with, [i](const auto& o) { return 100 * o.parameters->gravity[i]; });
-    table.at_most("gravity moment error, " + joint + ", median", median(gravity), "%",
-                  kGravity[static_cast<std::size_t>(i)]);
-    table.state("gravity moment error, " + joint + ", p95", quantile(gravity, 0.95), "%");
-  }
-  for (int i = 0; i < kJoints; ++i) {
-    const std::string joint = kJointNames[static_cast<std::size_t>(i)];
-    const Values inertia = of(with, [i](const auto& o) { return 100 * o.parameters->inertia[i]; });
-    const std::string quantity = "inertia error, " + joint + ", median";
-    if (i == kBoom)
-      table.at_most(quantity, median(inertia), "%", 6);
-    else
-      table.state(quantity, median(inertia), "%");
-  }
-  for (int i = 0; i < kJoints; ++i) {
-    const Values friction = of(with, [i](const auto& o) { return 100 * o.parameters->friction[i]; });
-    table.at_most(std::string("friction curve F_f(v) error, ") + kJointNames[static_cast<std::size_t>(i)] + ", median",
-                  median(friction), "%", 3);
-  }
-  table.between("95 % intervals of base parameters that contain the true value", share(covered, intervals), "1", 0.90,
-                0.99);
-}
-
-void honesty_rows(const Outcomes& all, Table& table) {
-  int looks = 0, covered = 0, presses = 0, presses_covered = 0;
-  for (const MethodOutcome* o : all) {
-    looks += o->force.looks;
-    covered += o->force.covered;
-    for (const PressScore& press : o->force.presses) {
-      ++presses;
-      presses_covered += press.covered ? 1 : 0;
-    }
-  }
-  if (looks == 0) return;
-  table.between("95 % ellipse of the tip force contains the true force, free motion", share(covered, looks), "1", 0.90,
-                0.99);
-  table.between("95 % ellipse of the tip force contains the true force, known forces", share(presses_covered, presses),
-                "1", 0.90, 0.99);
-  table.state("NIS of the tare filter, mean per degree of freedom",
-              median(of(all, [](const auto& o) { return o.force.nis; })), "1");
-}
-
-void contact_rows(const Outcomes& all, Table& table, double median_ms, double p95_ms) {
-  Values seen_ms;
-  double alarms = 0, free_s = 0;
-  for (const MethodOutcome* o : all) {
-    for (const double s : o->force.detection_s) seen_ms.push_back(1e3 * s);
-    alarms += o->force.false_alarms;
-    free_s += o->force.free_s;
-  }
-  if (seen_ms.empty()) return;
-  table.at_most("500 N step seen after, median", median(seen_ms), "ms", median_ms);
-  table.at_most("500 N step seen after, p95", quantile(seen_ms, 0.95), "ms", p95_ms);
-  table.at_most("false contact alarms in 10 min of free motion", share(alarms * kTenMinutes_s, free_s), "1", 1);
-}
-
-void payload_rows(const Outcomes& all, double full_scale_kg, Table& table) {
-  double squares = 0;
-  int lifts = 0, inside = 0;
-  for (const MethodOutcome* o : all) {
-    for (std::size_t k = 0; k < o->force.payload_error_kg.size(); ++k) {
-      const double error = o->force.payload_error_kg[k];
-      squares += error * error;
-      ++lifts;
-      inside += std::abs(error) <= 1.96 * o->force.payload_sigma_kg[k] ? 1 : 0;
-    }
-  }
-  if (lifts == 0) return;
-  table.at_most("payload error, 2 sigma, of full scale, zeroed", 200 * std::sqrt(squares / lifts) / full_scale_kg, "%",
-                1);
-  table.state("payload 95 % interval contains the true load", share(inside, lifts), "1");
-}
-
-std::vector<BatteryRow> commissioning_rows(const std::vector<MachineOutcome>& machines) {
-  Table table("commissioning", false);
-  const auto value = [&](const std::string& quantity, double scale, const std::string& unit, const auto& of_scores) {
-    Values values;
-    for (const MachineOutcome& machine : machines) {
-      if (machine.failure.empty()) values.push_back(scale * of_scores(machine.commissioning));
-    }
-    table.state(quantity + ", median", median(values), unit);
-    table.state(quantity + ", p95", quantile(values, 0.95), unit);
-  };
-  value("held-out tip error, surveyed", 1e3, "mm", [](const auto& s) { return s.tip_median_m; });
-  value("held-out tip error, nominal", 1e3, "mm", [](const auto& s) { return s.nominal_tip_median_m; });
-  for (int i = 0; i < kJoints; ++i) {
-    const std::string joint = kJointNames[static_cast<std::size_t>(i)];
-    value("lever error, surveyed, " + joint, 100, "%", [i](const auto& s) { return s.lever[i]; });
-    value("lever error, nominal, " + joint, 100, "%", [i](const auto& s) { return s.nominal_lever[i]; });
-  }
-  value("valve dead band error, worst edge", 100, "% of stroke", [](const auto& s) { return s.dead_band; });
-  value("valve delay error, worst axis", 1e3, "ms", [](const auto& s) { return s.delay_s; });
-  value("valve flow error, worst axis", 100, "%", [](const auto& s) { return s.flow; });
-  return table.take();
 }
 
 }  // namespace
 
-std::vector<BatteryRow> battery_rows(const std::vector<MachineOutcome>& machines, double full_scale_kg) {
-  std::vector<std::string> methods;
-  for (const MachineOutcome& machine : machines) {
-    for (const MethodOutcome& o : machine.methods) {
-      if (std::find(methods.begin(), methods.end(), o.method) == methods.end()) methods.push_back(o.method);
-    }
+std::vector<BatteryRow> battery_rows(const std::vector<Row>& machines, double full_scale_kg) {
+  std::vector<BatteryRow> rows;
+  Sources commissioned;
+  for (const Row& machine : machines) {
+    if (machine.contains("commissioning")) commissioned.push_back(&machine["commissioning"]);
   }
-  std::vector<BatteryRow> rows = commissioning_rows(machines);
-  for (const std::string& method : methods) {
-    Outcomes all;
-    double usable = 0;
-    for (const MachineOutcome& machine : machines) {
-      for (const MethodOutcome& o : machine.methods) {
-        if (o.method != method) continue;
-        usable += o.usable ? 1 : 0;
-        if (o.identified) all.push_back(&o);
-      }
+  add_rows("commissioning", false, commissioning(), commissioned, rows);
+  for (const Method& method : methods_of(machines)) {
+    const bool judged = method.name == kFull || method.name == kFullNominalPins || method.name == kFullFineEncoders;
+    const double share = method.usable / static_cast<double>(machines.size());
+    rows.push_back({"machines with a usable result", method.name, share, "1", "", std::nullopt});
+    if (judged) {
+      rows.back().target = ">= 1";
+      rows.back().met = share >= 1;
     }
-    Table table(method, method == kFull || method == kFullNominalPins || method == kFullFineEncoders);
-    table.at_least("machines with a usable result", share(usable, static_cast<double>(machines.size())), "1", 1);
-    if (method != kFullFineEncoders) {
-      no_load_rows(all, table);
-      press_rows(pulls_of(all), table, method == kFullNominalPins ? 0.88 : 0.97);
-      torque_rows(all, table);
-      parameter_rows(all, table);
-      honesty_rows(all, table);
-      payload_rows(all, full_scale_kg, table);
-    }
-    contact_rows(all, table, method == kFullFineEncoders ? 30 : 36, method == kFullFineEncoders ? 50 : 75);
-    const std::vector<BatteryRow> own = table.take();
-    rows.insert(rows.end(), own.begin(), own.end());
-    if (method != kFull) continue;
-    const std::vector<BatteryRow> models = contact_model_rows(method, all);
-    rows.insert(rows.end(), models.begin(), models.end());
+    add_rows(method.name, judged, quantities_of(method.name, full_scale_kg), method.metrics, rows);
+    if (method.name == kFull) add_contact_models(method, rows);
   }
   return rows;
 }

@@ -1,11 +1,11 @@
-// From many machines' scores to the rows of one table: quantity, method, value, unit, target, met.
+// From many machines' metrics to the rows of one table: quantity, method, value, unit, target, met.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/studies/battery_machine.h"
+#include "app/studies/metrics.h"
 
 namespace knuckle::studies {
 
@@ -17,7 +17,8 @@ struct BatteryRow {
   std::optional<bool> met;  ///< Null without a target. Targets are for the method "full" alone.
 };
 
-/// Rows in a fixed order; the methods of the machines' outcomes in the order of the first machine.
-[[nodiscard]] std::vector<BatteryRow> battery_rows(const std::vector<MachineOutcome>& machines, double full_scale_kg);
+/// Rows in a fixed order; the methods in the order of the first machine that has them.
+/// @param machines as judge_machine() gives them.
+[[nodiscard]] std::vector<BatteryRow> battery_rows(const std::vector<Row>& machines, double full_scale_kg);
 
 }  // namespace knuckle::studies

@@ -35,22 +35,25 @@ JointVector lever_error(const MachineDescription& machine, MachineDescription tr
 
 }  // namespace
 
-CommissionScores score_commissioning(const MachineDescription& nominal, const identify::Commissioned& found,
-                                     const sim::MachineTruth& truth) {
-  CommissionScores scores;
-  scores.tip_median_m = found.geometry.held_out.median_m;
-  scores.nominal_tip_median_m = found.geometry.nominal.median_m;
-  scores.lever = lever_error(calibrated(found.machine), truth.machine);
-  scores.nominal_lever = lever_error(nominal, truth.machine);
+Row score_commissioning(const MachineDescription& nominal, const identify::Commissioned& found,
+                        const sim::MachineTruth& truth) {
+  double dead_band = 0, delay_s = 0, flow = 0;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const ValveCalibration& valve = found.valves.valves[i];
     const ValveDescription& real = truth.machine.cylinders[i].valve;
-    scores.dead_band = std::max({scores.dead_band, std::abs(valve.dead_band_extend - real.dead_band_extend),
-                                 std::abs(valve.dead_band_retract - real.dead_band_retract)});
-    scores.delay_s = std::max(scores.delay_s, std::abs(valve.delay_s - real.delay_s));
-    scores.flow = std::max(scores.flow, std::abs(valve.nominal_flow_m3ps / real.nominal_flow_m3ps - 1));
+    dead_band = std::max({dead_band, std::abs(valve.dead_band_extend - real.dead_band_extend),
+                          std::abs(valve.dead_band_retract - real.dead_band_retract)});
+    delay_s = std::max(delay_s, std::abs(valve.delay_s - real.delay_s));
+    flow = std::max(flow, std::abs(valve.nominal_flow_m3ps / real.nominal_flow_m3ps - 1));
   }
-  return scores;
+  Row metrics{{"tip_median_m", metric(found.geometry.held_out.median_m)},
+              {"nominal_tip_median_m", metric(found.geometry.nominal.median_m)},
+              {"dead_band", metric(dead_band)},
+              {"delay_s", metric(delay_s)},
+              {"flow", metric(flow)}};
+  add_joints(metrics, "lever", lever_error(calibrated(found.machine), truth.machine));
+  add_joints(metrics, "nominal_lever", lever_error(nominal, truth.machine));
+  return metrics;
 }
 
 }  // namespace knuckle::studies

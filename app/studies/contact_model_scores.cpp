@@ -4,6 +4,7 @@
 #include <limits>
 #include <variant>
 
+#include "app/studies/force_scores.h"
 #include "estimation/contact_models.h"
 
 namespace knuckle::studies {
@@ -15,38 +16,48 @@ PlanarVector no_answer() {
   return PlanarVector::Constant(kNaN);
 }
 
+Row model_metrics(const std::vector<PressScore>& presses) {
+  std::vector<double> answered;
+  for (const PressScore& press : presses) answered.push_back(std::isnan(press.error_N) ? 0 : 1);
+  Row metrics;
+  metrics["answered"] = metric(answered);
+  add_presses(presses, metrics);
+  return metrics;
+}
+
 }  // namespace
 
-std::vector<ContactModelScore> score_contact_models(const MachineDescription& machine, const Trials& trials,
-                                                    const std::vector<EstimateSample>& pulls) {
+Row score_contact_models(const MachineDescription& machine, const Trials& trials,
+                         const std::vector<EstimateSample>& pulls) {
   const JointVector length_m(machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m);
-  std::vector<ContactModelScore> scores(3);
-  scores[0].model = "tip_wrench";
-  scores[1].model = "tip_force_of_two";
-  scores[2].model = "force_and_position";
+  std::vector<PressScore> wrenches, forces, places;
+  std::vector<double> torque_Nm, place_error_m;
   for (const Press& press : trials.presses) {
     const std::size_t last = press.judge_to - 1;
     const PlanarVector truth = trials.pulls.truth[last].contact_N;
     const estimation::JointLoad& load = pulls[last].load;
-    const auto keep = [&](ContactModelScore& score, const PlanarVector& answer) {
-      score.presses.push_back(score_pull(truth, answer, press.creeping));
-    };
+    const auto score = [&](const PlanarVector& answer) { return score_pull(truth, answer, press.creeping); };
 
     const auto wrench = estimation::tip_wrench(length_m, load);
     const auto* three = std::get_if<estimation::TipWrench>(&wrench);
-    keep(scores[0], three != nullptr ? PlanarVector(three->wrench.head<2>()) : no_answer());
-    if (three != nullptr) scores[0].torque_Nm.push_back(std::abs(three->wrench[2]));
+    wrenches.push_back(score(three != nullptr ? PlanarVector(three->wrench.head<2>()) : no_answer()));
+    if (three != nullptr) torque_Nm.push_back(std::abs(three->wrench[2]));
 
     const auto force = estimation::tip_force_of_two(length_m, load, length_m[kBucket]);
     const auto* two = std::get_if<estimation::TwoJointForce>(&force);
-    keep(scores[1], two != nullptr ? two->force_N : no_answer());
+    forces.push_back(score(two != nullptr ? two->force_N : no_answer()));
 
     const auto place = estimation::force_and_position(length_m, load, truth);
     const auto* at = std::get_if<estimation::ForceAtPlace>(&place);
-    keep(scores[2], at != nullptr ? PlanarVector(at->force_N * truth.normalized()) : no_answer());
-    if (at != nullptr) scores[2].place_error_m.push_back(std::abs(at->place_m - length_m[kBucket]));
+    places.push_back(score(at != nullptr ? PlanarVector(at->force_N * truth.normalized()) : no_answer()));
+    if (at != nullptr) place_error_m.push_back(std::abs(at->place_m - length_m[kBucket]));
   }
-  return scores;
+  Row models{{"tip_wrench", model_metrics(wrenches)},
+             {"tip_force_of_two", model_metrics(forces)},
+             {"force_and_position", model_metrics(places)}};
+  models["tip_wrench"]["torque_Nm"] = metric(torque_Nm);
+  models["force_and_position"]["place_error_m"] = metric(place_error_m);
+  return models;
 }
 
 }  // namespace knuckle::studies

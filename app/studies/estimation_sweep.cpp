@@ -1,5 +1,3 @@
-#include "app/studies/estimation_sweep.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,10 +12,11 @@
 #include "app/cli/output_file.h"
 #include "app/identify/ensemble.h"
 #include "app/session/truth_file.h"
+#include "app/studies/battery_machine.h"
 #include "app/studies/battery_table.h"
 #include "app/studies/error_sources.h"
-#include "app/studies/outcome_json.h"
 #include "app/studies/shared_battery.h"
+#include "app/studies/sweep.h"
 #include "core/error.h"
 #include "machine/load.h"
 
@@ -110,18 +109,21 @@ class EstimationBattery {
   [[nodiscard]] battery::Row run(std::uint64_t cell) const {
     const auto [part, machine] = place_of(cell);
     const std::uint64_t own = own_seed(machine);
-    return {{"cell", cell}, {"outcome", to_json(judge_machine(part->setup, part->truth(own), own))}};
+    battery::Row row;
+    row["cell"] = cell;
+    row.update(judge_machine(part->setup, part->truth(own), own));
+    return row;
   }
 
   /// Of the machines that are there: the table, and what went wrong.
   void judge(const battery::Rows& rows) {
     std::uint64_t first = 0;
     for (const Part& part : parts_) {
-      std::vector<MachineOutcome> outcomes;
+      std::vector<battery::Row> machines;
       const std::uint64_t end = first + static_cast<std::uint64_t>(part.machines);
       for (auto row = rows.lower_bound(first); row != rows.end() && row->first < end; ++row)
-        outcomes.push_back(outcome_of(row->second["outcome"]));
-      keep(part.name, outcomes);
+        machines.push_back(row->second);
+      keep(part.name, machines);
       first = end;
     }
   }
@@ -162,12 +164,7 @@ class EstimationBattery {
   }
 
   [[nodiscard]] bool is_row(const battery::Row& row) const {
-    if (!row.contains("outcome")) return false;
-    try {
-      return outcome_of(row["outcome"]).seed == own_seed(place_of(row["cell"].get<std::uint64_t>()).second);
-    } catch (const InputError&) {
-      return false;
-    }
+    return is_judged_machine(row) && row["seed"] == own_seed(place_of(row["cell"].get<std::uint64_t>()).second);
   }
 
   [[nodiscard]] std::uint64_t own_seed(std::uint64_t machine) const noexcept { return seed() * kSeedsApart + machine; }
@@ -189,14 +186,14 @@ class EstimationBattery {
     });
   }
 
-  void keep(const std::string& prefix, const std::vector<MachineOutcome>& outcomes) {
-    if (outcomes.empty()) return;
-    for (const MachineOutcome& outcome : outcomes) {
-      if (!outcome.failure.empty()) {
-        failures_.push_back(prefix + "machine " + std::to_string(outcome.seed) + ": " + outcome.failure);
-      }
+  void keep(const std::string& prefix, const std::vector<battery::Row>& machines) {
+    if (machines.empty()) return;
+    for (const battery::Row& machine : machines) {
+      if (machine.contains("failure"))
+        failures_.push_back(fmt::format("{}machine {}: {}", prefix, machine["seed"].get<std::uint64_t>(),
+                                        machine["failure"].get<std::string>()));
     }
-    for (BatteryRow row : battery_rows(outcomes, nominal_.payload_full_scale_kg)) {
+    for (BatteryRow row : battery_rows(machines, nominal_.payload_full_scale_kg)) {
       row.method = prefix + row.method;
       if (!prefix.empty()) row.met.reset();
       rows_.push_back(row);

@@ -5,8 +5,10 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <string>
 
 #include "app/studies/contact_model_scores.h"
+#include "app/studies/offline_estimator.h"
 #include "core/quantile.h"
 
 namespace knuckle::studies {
@@ -15,21 +17,18 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSettle_s = 1.0;  // filters start at each recording's beginning
 constexpr double kLookEvery_s = 0.5;
-constexpr double kChi2_95 = 5.991;  // two degrees of freedom
+constexpr double kChi2_95 = 5.991;   // two degrees of freedom
+constexpr double kLeastTaken = 0.1;  // of a pull, for a load
 
-struct Norms {
-  double rms_N = kNaN, p95_N = kNaN;
-};
-
-Norms norms_of(const std::vector<PlanarVector>& forces, double step_s) {
+void add_norms(const std::string& motion, const std::vector<PlanarVector>& forces, double step_s, Row& metrics) {
   std::vector<double> sizes;
   for (auto k = static_cast<std::size_t>(kSettle_s / step_s); k < forces.size(); ++k) {
     if (forces[k].allFinite()) sizes.push_back(forces[k].norm());
   }
-  if (sizes.empty()) return {};
   double squares = 0;
   for (const double size : sizes) squares += size * size;
-  return {std::sqrt(squares / static_cast<double>(sizes.size())), quantile(sizes, 0.95)};
+  metrics[motion + "_rms_N"] = metric(std::sqrt(squares / static_cast<double>(sizes.size())));
+  metrics[motion + "_p95_N"] = metric(quantile(sizes, 0.95));
 }
 
 std::vector<PlanarVector> tips(const std::vector<EstimateSample>& samples) {
@@ -56,19 +55,23 @@ PressScore judge_press(const Trials& trials, const Press& press, const std::vect
   return score_pull(truth / n, estimate / n, press.creeping);
 }
 
-void judge_free(const motion::MachineRecording& run, const std::vector<EstimateSample>& estimates,
-                ForceScores& scores) {
-  const double step_s = run.recording.step_s;
-  const auto settle = static_cast<std::size_t>(kSettle_s / step_s);
-  const auto every = static_cast<std::size_t>(kLookEvery_s / step_s);
-  for (std::size_t k = settle; k < estimates.size(); ++k) {
-    if (estimates[k].contact && !estimates[k - 1].contact) ++scores.false_alarms;
-    if (k % every != 0 || !estimates[k].valid) continue;
-    ++scores.looks;
-    scores.covered += inside(estimates[k].tip_N, estimates[k].covariance_N2) ? 1 : 0;
+/// Of free motion.
+struct FreeMotion {
+  int alarms = 0, looks = 0, covered = 0;
+  double time_s = 0;
+  void add(const motion::MachineRecording& run, const std::vector<EstimateSample>& estimates) {
+    const double step_s = run.recording.step_s;
+    const auto settle = static_cast<std::size_t>(kSettle_s / step_s);
+    const auto every = static_cast<std::size_t>(kLookEvery_s / step_s);
+    for (std::size_t k = settle; k < estimates.size(); ++k) {
+      if (estimates[k].contact && !estimates[k - 1].contact) ++alarms;
+      if (k % every != 0 || !estimates[k].valid) continue;
+      ++looks;
+      covered += inside(estimates[k].tip_N, estimates[k].covariance_N2) ? 1 : 0;
+    }
+    time_s += static_cast<double>(estimates.size() - settle) * step_s;
   }
-  scores.free_s += static_cast<double>(estimates.size() - settle) * step_s;
-}
+};
 
 /// Contact must be off before the knock: a knock into a false alarm counts as not seen.
 double detection_s(const Trials& trials, std::size_t at, const std::vector<EstimateSample>& estimates) {
@@ -80,24 +83,20 @@ double detection_s(const Trials& trials, std::size_t at, const std::vector<Estim
   return std::numeric_limits<double>::infinity();
 }
 
-void judge_lifts(OfflineEstimator& estimator, const Trials& trials, ForceScores& scores) {
+void judge_lifts(OfflineEstimator& estimator, const Trials& trials, Row& metrics) {
   estimator.payload().start();
   (void)estimator.run(trials.empty.run.recording);
   if (!estimator.payload().zero()) throw std::runtime_error("the empty bucket moved too little to be weighed");
+  std::vector<double> errors_kg, covered;
   for (const Lift& lift : trials.lifts) {
     estimator.payload().start();
     (void)estimator.run(lift.run.recording);
-    scores.payload_error_kg.push_back(estimator.payload().kg() - lift.mass_kg);
-    scores.payload_sigma_kg.push_back(estimator.payload().sigma_kg());
+    const double error_kg = estimator.payload().kg() - lift.mass_kg;
+    errors_kg.push_back(error_kg);
+    covered.push_back(std::abs(error_kg) <= 1.96 * estimator.payload().sigma_kg() ? 1 : 0);
   }
-}
-
-void judge_norms(const Trials& trials, const ForceSeries& series, ForceScores& scores) {
-  const Norms slow = norms_of(series.slow, trials.slow.recording.step_s);
-  const Norms digging = norms_of(series.digging, trials.digging.recording.step_s);
-  scores.slow_rms_N = slow.rms_N;
-  scores.slow_p95_N = slow.p95_N;
-  scores.digging_rms_N = digging.rms_N;
+  metrics["payload_error_kg"] = metric(errors_kg);
+  metrics["payload_covered"] = metric(covered);
 }
 
 }  // namespace
@@ -114,39 +113,67 @@ bool PressScore::good() const noexcept {
   return error_N <= std::max(0.03 * force_N, 60.0) && direction_deg <= 3;
 }
 
-ForceScores score_estimator(const MachineDescription& machine, const Trials& trials) {
-  ForceScores scores;
+void add_presses(const std::vector<PressScore>& presses, Row& metrics) {
+  for (const bool creeping : {false, true}) {
+    std::vector<double> good, errors_N, as_load;
+    for (const PressScore& press : presses) {
+      if (press.creeping != creeping) continue;
+      good.push_back(press.good() ? 1 : 0);
+      errors_N.push_back(press.error_N);
+      as_load.push_back(press.taken_for_load_N > kLeastTaken * press.force_N ? 1 : 0);
+    }
+    const std::string which = creeping ? ".creeping" : ".standing";
+    metrics["press_good" + which] = metric(good);
+    metrics["press_error_N" + which] = metric(errors_N);
+    metrics["press_as_load" + which] = metric(as_load);
+  }
+}
+
+Row score_estimator(const MachineDescription& machine, const Trials& trials) {
+  Row metrics;
   OfflineEstimator estimator(machine, trials.warm_up.recording.step_s);
   (void)estimator.run(trials.warm_up.recording);
   const auto slow = estimator.run(trials.slow.recording);
   const auto digging = estimator.run(trials.digging.recording);
-  const double nis = estimator.force().learned().mean_nis();
+  metrics["nis"] = metric(estimator.force().learned().mean_nis());
   const auto pulls = estimator.run(trials.pulls.recording);
   const auto knocks = estimator.run(trials.knocks.recording);
-  judge_norms(trials, {tips(slow), tips(digging), {}}, scores);
-  judge_free(trials.slow, slow, scores);
-  judge_free(trials.digging, digging, scores);
+  add_norms("slow", tips(slow), trials.slow.recording.step_s, metrics);
+  add_norms("digging", tips(digging), trials.digging.recording.step_s, metrics);
+  FreeMotion free;
+  free.add(trials.slow, slow);
+  free.add(trials.digging, digging);
+  metrics["free_covered"] = {free.covered, free.looks};
+  metrics["false_alarms"] = {free.alarms, free.time_s};
   const std::vector<PlanarVector> pulled = tips(pulls);
+  std::vector<PressScore> presses;
+  std::vector<double> covered;
   for (const Press& press : trials.presses) {
     PressScore score = judge_press(trials, press, pulled);
     const std::size_t last = press.judge_to - 1;
-    score.covered = inside(pulls[last].tip_N - trials.pulls.truth[last].contact_N, pulls[last].covariance_N2);
+    const PlanarVector error_N = pulls[last].tip_N - trials.pulls.truth[last].contact_N;
+    covered.push_back(inside(error_N, pulls[last].covariance_N2) ? 1 : 0);
     score.taken_for_load_N = (pulls[last].tip_N - pulls[last].contact_N).norm();
-    scores.presses.push_back(score);
+    presses.push_back(score);
   }
-  scores.contact_models = score_contact_models(machine, trials, pulls);
-  scores.nis = nis;
-  for (const std::size_t at : trials.knock_at) scores.detection_s.push_back(detection_s(trials, at, knocks));
-  judge_lifts(estimator, trials, scores);
-  return scores;
+  add_presses(presses, metrics);
+  metrics["press_covered"] = metric(covered);
+  metrics["contact_models"] = score_contact_models(machine, trials, pulls);
+  std::vector<double> seen_s;
+  for (const std::size_t at : trials.knock_at) seen_s.push_back(detection_s(trials, at, knocks));
+  metrics["detection_s"] = metric(seen_s);
+  judge_lifts(estimator, trials, metrics);
+  return metrics;
 }
 
-ForceScores score_series(const Trials& trials, const ForceSeries& series) {
-  ForceScores scores;
-  scores.nis = kNaN;
-  judge_norms(trials, series, scores);
-  for (const Press& press : trials.presses) scores.presses.push_back(judge_press(trials, press, series.pulls));
-  return scores;
+Row score_series(const Trials& trials, const ForceSeries& series) {
+  Row metrics;
+  add_norms("slow", series.slow, trials.slow.recording.step_s, metrics);
+  add_norms("digging", series.digging, trials.digging.recording.step_s, metrics);
+  std::vector<PressScore> presses;
+  for (const Press& press : trials.presses) presses.push_back(judge_press(trials, press, series.pulls));
+  add_presses(presses, metrics);
+  return metrics;
 }
 
 }  // namespace knuckle::studies

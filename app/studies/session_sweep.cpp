@@ -1,5 +1,3 @@
-#include "app/studies/session_sweep.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,6 +19,7 @@
 #include "app/session/options.h"
 #include "app/session/truth_file.h"
 #include "app/studies/shared_battery.h"
+#include "app/studies/sweep.h"
 #include "core/error.h"
 #include "machine/control_law.h"
 #include "machine/load.h"

@@ -10,7 +10,7 @@
 #include "app/battery/rows_file.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/progress.h"
-#include "app/studies/sweep_options.h"
+#include "app/studies/sweep.h"
 
 namespace knuckle::studies {
 

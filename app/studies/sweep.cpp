@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "app/cli/command.h"
-#include "app/studies/estimation_sweep.h"
-#include "app/studies/session_sweep.h"
 
 namespace knuckle::studies {
 namespace {

@@ -1,4 +1,4 @@
-// The battery's table from outcomes made by hand: what is not answered is missed, what fails is not left out.
+// The battery's table from machines made by hand: what is not answered is missed, what fails is not left out.
 #include "app/studies/battery_table.h"
 
 #include <gtest/gtest.h>
@@ -6,30 +6,31 @@
 #include <cmath>
 #include <limits>
 
+#include "app/studies/battery_machine.h"
+#include "app/studies/force_scores.h"
+
 namespace knuckle::studies {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFullScale_kg = 150;
 
-MachineOutcome machine_with(const MethodOutcome& method) {
-  MachineOutcome machine;
-  machine.methods.push_back(method);
+Row machine_with(const Row& metrics, bool identified = true, bool usable = true) {
+  Row method{{"method", kFull}, {"identified", identified}, {"usable", usable}, {"metrics", metrics}}, machine;
+  machine["seed"] = 1U;
+  machine["commissioning"] = Row::object();
+  machine["methods"] = Row::array({method});
   return machine;
 }
 
-MethodOutcome good_full() {
-  MethodOutcome method;
-  method.method = kFull;
-  method.identified = method.usable = true;
-  method.force.slow_rms_N = 20;
-  method.force.digging_rms_N = 30;
-  method.force.presses = {{.force_N = 2000, .error_N = 50, .direction_deg = 1, .creeping = true, .covered = true}};
-  method.force.detection_s = {0.03, 0.03, 0.03};
-  method.force.free_s = 600;
-  method.force.payload_error_kg = {0.5, -0.5};
-  method.force.payload_sigma_kg = {0.4, 0.4};
-  return method;
+Row good() {
+  Row metrics{{"slow_rms_N", 20},
+              {"digging_rms_N", 30},
+              {"detection_s", {0.03, 0.03, 0.03}},
+              {"false_alarms", {0, 600}},
+              {"payload_error_kg", {0.5, -0.5}}};
+  add_presses({{.force_N = 2000, .error_N = 50, .direction_deg = 1, .creeping = true}}, metrics);
+  return metrics;
 }
 
 const BatteryRow& row(const std::vector<BatteryRow>& rows, const std::string& start) {
@@ -40,23 +41,22 @@ const BatteryRow& row(const std::vector<BatteryRow>& rows, const std::string& st
 }
 
 TEST(BatteryTable, CountsAnUnansweredPressAsMissed) {
-  MethodOutcome method = good_full();
   const std::string creeping = "known force 1-5 kN within max(3 %, 60 N) and 3 deg, creeping";
-  EXPECT_EQ(row(battery_rows({machine_with(method)}, kFullScale_kg), creeping).value, 1);
-  method.force.presses.push_back({.force_N = 2000, .error_N = kNaN, .direction_deg = kNaN, .creeping = true});
-  const auto rows = battery_rows({machine_with(method)}, kFullScale_kg);
+  EXPECT_EQ(row(battery_rows({machine_with(good())}, kFullScale_kg), creeping).value, 1);
+  Row metrics = good();
+  add_presses({{.force_N = 2000, .error_N = 50, .direction_deg = 1, .creeping = true},
+               {.force_N = 2000, .error_N = kNaN, .direction_deg = kNaN, .creeping = true}},
+              metrics);
+  const auto rows = battery_rows({machine_with(metrics)}, kFullScale_kg);
   EXPECT_EQ(row(rows, creeping).value, 0.5);
   EXPECT_EQ(row(rows, creeping).met, false);
 }
 
 TEST(BatteryTable, CountsAPullThatAContactModelRefusesAsMissed) {
-  MethodOutcome method = good_full();
-  ContactModelScore wrench;
-  wrench.model = "tip_wrench";
-  wrench.presses = {score_pull({0, 2000}, {30, 2000}, false), score_pull({0, 2000}, {kNaN, kNaN}, false)};
-  wrench.torque_Nm = {12};
-  method.force.contact_models = {wrench};
-  const auto rows = battery_rows({machine_with(method)}, kFullScale_kg);
+  Row wrench{{"answered", {1, 0}}, {"torque_Nm", Row::array({12})}}, metrics = good();
+  add_presses({score_pull({0, 2000}, {30, 2000}, false), score_pull({0, 2000}, {kNaN, kNaN}, false)}, wrench);
+  metrics["contact_models"]["tip_wrench"] = wrench;
+  const auto rows = battery_rows({machine_with(metrics)}, kFullScale_kg);
   const auto value = [&](const std::string& quantity) {
     for (const BatteryRow& r : rows) {
       if (r.method == "full, tip_wrench" && r.quantity.starts_with(quantity)) return r.value;
@@ -69,52 +69,75 @@ TEST(BatteryTable, CountsAPullThatAContactModelRefusesAsMissed) {
 }
 
 TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissed) {
-  MethodOutcome failed;
-  failed.method = kFull;
-  const auto rows = battery_rows({machine_with(good_full()), machine_with(failed)}, kFullScale_kg);
+  const auto rows = battery_rows({machine_with(good()), machine_with(Row::object(), false, false)}, kFullScale_kg);
   EXPECT_EQ(row(rows, "machines with a usable result").value, 0.5);
   EXPECT_EQ(row(rows, "machines with a usable result").met, false);
 }
 
 TEST(BatteryTable, JudgesAResultThatHeldOutMotionSpeaksAgainstButDoesNotCallItUsable) {
-  MethodOutcome against = good_full();
-  against.usable = false;
-  against.force.slow_rms_N = 1000;
-  const auto rows =
-      battery_rows({machine_with(against), machine_with(against), machine_with(good_full())}, kFullScale_kg);
+  Row metrics = good();
+  metrics["slow_rms_N"] = 1000;
+  const Row against = machine_with(metrics, true, false);
+  const auto rows = battery_rows({against, against, machine_with(good())}, kFullScale_kg);
   EXPECT_NEAR(row(rows, "machines with a usable result").value, 1.0 / 3, 1e-12);
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").value, 1000);
 }
 
 TEST(BatteryTable, CountsAMachineThatFailedAltogether) {
-  MachineOutcome failed;
-  failed.failure = "did not engage";
-  const auto rows = battery_rows({machine_with(good_full()), failed}, kFullScale_kg);
+  const auto rows = battery_rows({machine_with(good()), {{"seed", 2}, {"failure", "did not engage"}}}, kFullScale_kg);
   EXPECT_EQ(row(rows, "machines with a usable result").met, false);
 }
 
 TEST(BatteryTable, TakesAStepThatWasNeverSeenAsInfinitelyLate) {
-  MethodOutcome method = good_full();
-  method.force.detection_s = {0.03, std::numeric_limits<double>::infinity()};
-  const auto rows = battery_rows({machine_with(method)}, kFullScale_kg);
+  Row metrics = good();
+  metrics["detection_s"] = metric({0.03, std::numeric_limits<double>::infinity()});
+  const auto rows = battery_rows({machine_with(Row::parse(metrics.dump()))}, kFullScale_kg);
   EXPECT_EQ(row(rows, "500 N step seen after, p95").met, false);
 }
 
 TEST(BatteryTable, TellsPayloadAsTwoSigmaOfFullScale) {
-  const auto rows = battery_rows({machine_with(good_full())}, kFullScale_kg);
+  const auto rows = battery_rows({machine_with(good())}, kFullScale_kg);
   EXPECT_NEAR(row(rows, "payload error").value, 100 * 2 * 0.5 / 150, 1e-9);
 }
 
 TEST(BatteryTable, JudgesMediansAndTailsOfMachines) {
-  std::vector<MachineOutcome> machines;
+  std::vector<Row> machines;
   for (int i = 1; i <= 20; ++i) {
-    MethodOutcome method = good_full();
-    method.force.slow_rms_N = i;
-    machines.push_back(machine_with(method));
+    Row metrics = good();
+    metrics["slow_rms_N"] = i;
+    machines.push_back(machine_with(metrics));
   }
   const auto rows = battery_rows(machines, kFullScale_kg);
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").value, 10);
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, p95").value, 19);
+}
+
+TEST(BatteryTable, LeavesOutWhatWasNotMeasuredAndMissesATargetThatWasAskedFor) {
+  Row metrics = good();
+  metrics.erase("payload_error_kg");
+  metrics.erase("slow_rms_N");
+  const auto rows = battery_rows({machine_with(metrics)}, kFullScale_kg);
+  EXPECT_THROW((void)row(rows, "payload error"), std::runtime_error);
+  EXPECT_TRUE(std::isnan(row(rows, "no-load tip force, slow, RMS, median").value));
+  EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").met, false);
+}
+
+TEST(BatteryMachine, RefusesWhatIsNoJudgedMachine) {
+  const Row machine = machine_with(good());
+  EXPECT_TRUE(is_judged_machine(machine));
+  EXPECT_TRUE(is_judged_machine({{"seed", 2U}, {"failure", "did not engage"}}));
+  for (const auto& [where, wrong] :
+       std::vector<std::pair<std::string, Row>>{{"/seed", "one"},
+                                                {"/commissioning", Row()},
+                                                {"/commissioning/flow", "much"},
+                                                {"/methods", "full"},
+                                                {"/methods/0/usable", 1},
+                                                {"/methods/0/metrics/slow_rms_N", "much"},
+                                                {"/methods/0/metrics/detection_s", Row::array({true})}}) {
+    Row spoilt = machine;
+    spoilt[Row::json_pointer(where)] = wrong;
+    EXPECT_FALSE(is_judged_machine(spoilt)) << where;
+  }
 }
 
 }  // namespace
