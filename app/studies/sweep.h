@@ -32,8 +32,8 @@ struct SweepOptions {
 /// Batteries of drawn sessions. @return the exit code: 0 where every session ran. Its figures are a judgement, not a
 /// test: no bound is applied.
 int run_session_sweep(const SweepOptions& options);
-/// Many sampled machines, each commissioned, identified and judged by what its force estimate is worth. @return the exit
-/// code: 1 where a machine failed or a target was missed.
+/// Many sampled machines, each commissioned, identified and judged by what its force estimate is worth. @return the
+/// exit code: 1 where a machine failed or a target was missed.
 int run_estimation_sweep(const SweepOptions& options);
 
 [[nodiscard]] cli::Command sweep_entry();
