@@ -4,10 +4,9 @@
 #include "app/studies/sweep.h"
 
 int main(int argc, char** argv) {
-  return knuckle::cli::run_program(
-      {"knuckle-studies",
-       "Judges Knuckle: many sampled machines, persons at work.\n",
-       "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
-       {knuckle::operators::operators_entry(), knuckle::studies::sweep_entry()}},
-      {argv + 1, argv + argc});
+  return knuckle::cli::run_program({"knuckle-studies",
+                                    "Judges Knuckle: many sampled machines, persons at work.\n",
+                                    "Try: knuckle-studies sweep --battery estimation --machines 2 --ensemble 0\n",
+                                    {knuckle::operators::operators_entry(), knuckle::studies::sweep_entry()}},
+                                   {argv + 1, argv + argc});
 }
