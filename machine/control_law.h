@@ -11,13 +11,12 @@ namespace knuckle {
 
 enum class ControlLaw : std::uint8_t {
   kEchoSpring,  ///< the default: a local spring, corrected by what comes back
-  kWave,        ///< wave variables over a constant-delay buffer
-  kTdpa,        ///< force computed from positions, with passivity observer and controller at the hand
   kCues,        ///< no force: contact, overload and load are signalled
-  kDirect,      ///< raw force reflection: unstable over delay, kept as the cautionary baseline
+  kDirect,      ///< raw force reflection: unstable over delay, a baseline for simulated sessions that leads no machine
 };
-inline constexpr std::array<const char*, 5> kControlLawNames{"echo", "wave", "tdpa", "cues", "direct"};
-inline constexpr const char* kControlLawChoice = "echo, wave, tdpa, cues or direct";
+inline constexpr std::array<const char*, 3> kControlLawNames{"echo", "cues", "direct"};
+inline constexpr const char* kControlLawChoice = "must be echo, cues or direct";
+inline constexpr const char* kLeadingLawChoice = "must be echo or cues: no other law leads a machine";
 
 [[nodiscard]] constexpr const char* name(ControlLaw law) noexcept {
   return kControlLawNames[static_cast<std::size_t>(law)];
@@ -28,6 +27,11 @@ inline constexpr const char* kControlLawChoice = "echo, wave, tdpa, cues or dire
     if (name == kControlLawNames[i]) return static_cast<ControlLaw>(i);
   }
   return std::nullopt;
+}
+/// nullopt: no such law, or one that leads no machine.
+[[nodiscard]] constexpr std::optional<ControlLaw> leading_law_named(std::string_view name) noexcept {
+  const auto law = control_law_named(name);
+  return law == ControlLaw::kDirect ? std::nullopt : law;
 }
 
 }  // namespace knuckle

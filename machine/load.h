@@ -20,6 +20,8 @@ namespace knuckle {
 
 /// The same for a haptic device file.
 [[nodiscard]] DeviceDescription load_device(const std::string& path);
+/// The same for text in memory, such as a recording's. Its law may be one that is no more: which one ran, the
+/// recording's head says, and feel.law is the default one then.
 [[nodiscard]] DeviceDescription parse_device(std::string_view text, const std::string& source);
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, PDOs at the rates of BusDescription, the enable

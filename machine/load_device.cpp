@@ -35,7 +35,8 @@ void read_joint(TomlTable file, std::size_t joint, DeviceDescription& device) {
   device.zero_counts[joint] = static_cast<std::int32_t>(file.integer("zero_counts", -1'000'000'000, 1'000'000'000));
 }
 
-DeviceDescription::Feel read_feel(TomlTable file) {
+/// @param leads its law must be one that leads a machine.
+DeviceDescription::Feel read_feel(TomlTable file, bool leads) {
   DeviceDescription::Feel feel;
   feel.position_scale = file.number("position_scale", 1, 100);
   feel.force_scale = file.number("force_scale", 1e-5, 1e-1);
@@ -50,11 +51,13 @@ DeviceDescription::Feel read_feel(TomlTable file) {
   feel.on_N = file.number("on_N", 0.01, 5);
   feel.off_N = file.number("off_N", 0.001, 5);
   file.require(feel.off_N < feel.on_N, "off_N", "must be below on_N = " + number_text(feel.on_N), {"on_N"});
-  feel.law = static_cast<ControlLaw>(file.choice("law", kControlLawNames));
+  const auto law = leading_law_named(file.text("law"));
+  file.require(law || !leads, "law", kLeadingLawChoice);
+  feel.law = law.value_or(feel.law);
   return feel;
 }
 
-DeviceDescription read_device(TomlTable file) {
+DeviceDescription read_device(TomlTable file, bool leads) {
   constexpr std::int64_t kLargestSerial = 0xFFFFFFFF;
   DeviceDescription device;
   device.name = file.text("name");
@@ -66,7 +69,7 @@ DeviceDescription read_device(TomlTable file) {
     read_joint(joints.table(kDeviceJoints[joint]), joint, device);
   }
   device.watchdog_s = file.number("watchdog_ms", 2, 200, kMilli);
-  device.feel = read_feel(file.table("feel"));
+  device.feel = read_feel(file.table("feel"), leads);
   file.finish();
   return device;
 }
@@ -74,11 +77,11 @@ DeviceDescription read_device(TomlTable file) {
 }  // namespace
 
 DeviceDescription load_device(const std::string& path) {
-  return read_device(TomlTable::read(path));
+  return read_device(TomlTable::read(path), true);
 }
 
 DeviceDescription parse_device(std::string_view text, const std::string& source) {
-  return read_device(TomlTable::parse(text, source));
+  return read_device(TomlTable::parse(text, source), false);
 }
 
 }  // namespace knuckle

@@ -2,8 +2,6 @@
 #pragma once
 
 #include "core/joints.h"
-#include "core/time.h"
-#include "transport/link_messages.h"
 
 namespace knuckle::master {
 
@@ -23,17 +21,9 @@ struct FeltInputs {
   double yielding = 0;                              ///< y [0, 1]: what is pressed moves along with the tip
   double confidence = 0;                            ///< [0, 1]
   double round_trip_s = 0;
-  double silence_s = 0;       ///< Since the last newer message from the machine.
-  double lost_share = 0;      ///< [0, 1] of its messages, of late: lost or overtaken.
-  bool engaged = false;       ///< The hand leads the machine: only then there is a force.
-  double rendered_share = 1;  ///< [0, 1] of the last step's force: what watchdog, size and motor heat left.
-  double world_energy_J = 0;  ///< lambda / mu * energy that the world put into the machine; only grows
-
-  // For waves, which are in machine units.
-  double force_scale = 1e-3;   ///< lambda, hand newtons per machine newton
-  double position_scale = 10;  ///< mu, machine metres per hand metre
-  Time now{}, returned_at{};   ///< The loop's time; the machine's stamp of `returned`.
-  Wave returned;
+  double silence_s = 0;   ///< Since the last newer message from the machine.
+  double lost_share = 0;  ///< [0, 1] of its messages, of late: lost or overtaken.
+  bool engaged = false;   ///< The hand leads the machine: only then there is a force.
 };
 
 }  // namespace knuckle::master

@@ -7,16 +7,12 @@ namespace {
 
 constexpr double kFade_s = 1;  // between law and cues: 8 N over it is 0.008 N/ms
 
-using AnyLaw = std::variant<EchoSpring, WaveLaw, TdpaLaw, CuesLaw, DirectLaw>;
+using AnyLaw = std::variant<EchoSpring, CuesLaw, DirectLaw>;
 
 AnyLaw make(ControlLaw law, const DeviceDescription::Feel& feel) noexcept {
   switch (law) {
     case ControlLaw::kEchoSpring:
       return EchoSpring(feel);
-    case ControlLaw::kWave:
-      return WaveLaw(feel.force_limit_N);
-    case ControlLaw::kTdpa:
-      return TdpaLaw(feel);
     case ControlLaw::kCues:
       return CuesLaw(feel);
     case ControlLaw::kDirect:
@@ -30,9 +26,6 @@ AnyLaw make(ControlLaw law, const DeviceDescription::Feel& feel) noexcept {
 FeltLaw::FeltLaw(ControlLaw law, const DeviceDescription::Feel& feel) noexcept : law_(make(law, feel)), cues_(feel) {}
 
 PlanarVector FeltLaw::step(const FeltInputs& in, double dt_s) noexcept {
-  const double rendered = (1 - cues_share_) * in.rendered_share;
-  if (auto* waves = std::get_if<WaveLaw>(&law_)) waves->set_rendered(rendered);
-  if (auto* tdpa = std::get_if<TdpaLaw>(&law_)) tdpa->set_rendered(rendered);
   const PlanarVector force_N = std::visit([&](auto& law) { return law.step(in, dt_s); }, law_);
   shown_N_ = spring() ? spring()->contact_N() : law() == ControlLaw::kCues ? PlanarVector::Zero() : force_N;
   if (law() == ControlLaw::kDirect || law() == ControlLaw::kCues) return force_N;
@@ -46,7 +39,6 @@ PlanarVector FeltLaw::step(const FeltInputs& in, double dt_s) noexcept {
 
 void FeltLaw::set_spring(double spring_N_per_m) noexcept {
   if (auto* echo = std::get_if<EchoSpring>(&law_)) echo->set_spring(spring_N_per_m);
-  if (auto* tdpa = std::get_if<TdpaLaw>(&law_)) tdpa->set_spring(spring_N_per_m);
 }
 
 Cue FeltLaw::cue() const noexcept {

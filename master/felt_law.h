@@ -11,8 +11,6 @@
 #include "master/downgrade.h"
 #include "master/echo_spring.h"
 #include "master/felt_inputs.h"
-#include "master/tdpa_law.h"
-#include "master/wave_law.h"
 
 namespace knuckle::master {
 
@@ -39,10 +37,9 @@ class FeltLaw {
   [[nodiscard]] Cue cue() const noexcept;  ///< Being given.
   /// nullptr with another law.
   [[nodiscard]] const EchoSpring* spring() const noexcept { return std::get_if<EchoSpring>(&law_); }
-  [[nodiscard]] const WaveLaw* waves() const noexcept { return std::get_if<WaveLaw>(&law_); }
 
  private:
-  std::variant<EchoSpring, WaveLaw, TdpaLaw, CuesLaw, DirectLaw> law_;  // in the order of ControlLaw
+  std::variant<EchoSpring, CuesLaw, DirectLaw> law_;  // in the order of ControlLaw
   CuesLaw cues_;
   Downgrade downgrade_;
   Reason downgraded_;

@@ -42,7 +42,7 @@ void MasterLoop::step(Time now) noexcept {
   receive(now);
   set_point_.step(device, machine_mode(), slave_ ? &slave_->position_rad : nullptr);
   posture_ = kinematics_.posture(set_point_.position_rad());
-  render(device, now);
+  render(device);
   driver_.command(torque_Nm_);
   send_now_ = !send_now_;
   const bool urgent = count_urgent(device);
@@ -132,7 +132,7 @@ Reason MasterLoop::judge_far_end(Time now) const noexcept {
   return {silent ? ReasonCode::kMachineNotTold : ReasonCode::kNone, 0, 0, 0};
 }
 
-FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
+FeltInputs MasterLoop::felt_inputs() const noexcept {
   // Machine joints through the device's links, shrunk where a joint moves more than one to one: positions as the hand
   // would make them, so that J(set-point)^T gives device torques.
   const double shrink = 1 / set_point_.scale();
@@ -142,9 +142,6 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   in.round_trip_s = round_trip_s_;
   in.silence_s = silence_s_;
   in.lost_share = lost_share_;
-  in.now = now;
-  in.force_scale = force_scale_;
-  in.position_scale = position_scale();
   if (!slave_) return in;
   const DevicePosture machine = kinematics_.posture(slave_->position_rad);
   in.machine_m = shrink * machine.tip_m;
@@ -162,15 +159,11 @@ FeltInputs MasterLoop::felt_inputs(Time now) const noexcept {
   in.confidence = slave_->confidence;
   in.engaged =
       slave_->mode == Mode::kEngaged && driver_.reading().presence && leads();  // laws judge silence themselves
-  in.rendered_share = energy_.gain() * limiter_.share();
-  in.world_energy_J = in.force_scale / in.position_scale * slave_->energy_in_J;
-  in.returned_at = slave_->stamp.sent_at;
-  in.returned = slave_->wave;
   return in;
 }
 
-void MasterLoop::render(const DeviceReading& device, Time now) noexcept {
-  const FeltInputs in = felt_inputs(now);
+void MasterLoop::render(const DeviceReading& device) noexcept {
+  const FeltInputs in = felt_inputs();
   law_force_N_ = energy_.gain() * felt_.step(in, kStep_s);
   shown_N_ = energy_.gain() * felt_.shown_N();
   if (!device.ok || settings_.let_go) {  // the firmware takes the torque away by itself, without a kick
@@ -218,10 +211,6 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.shown_N = shown_N_ / force_scale_;
   message.assist = settings_.assist;
   message.energy_in_J = energy_.in_J();
-  if (const WaveLaw* waves = felt_.waves()) {
-    message.wave_Ns_per_m = waves->impedance_Ns_per_m();
-    message.wave = waves->leaving();
-  }
   link_.send(encode(message).view());
 }
 

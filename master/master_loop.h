@@ -112,8 +112,8 @@ class MasterLoop {
   [[nodiscard]] bool leads() const noexcept;
   [[nodiscard]] Mode machine_mode() const noexcept;
   [[nodiscard]] Reason judge_far_end(Time now) const noexcept;
-  [[nodiscard]] FeltInputs felt_inputs(Time now) const noexcept;
-  void render(const DeviceReading& device, Time now) noexcept;
+  [[nodiscard]] FeltInputs felt_inputs() const noexcept;
+  void render(const DeviceReading& device) noexcept;
   void count_lost(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool count_urgent(const DeviceReading& device) noexcept;
   void send(const DeviceReading& device, Time now) noexcept;

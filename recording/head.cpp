@@ -4,7 +4,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "transport/link_kind.h"
+#include "recording/older_links.h"
 
 namespace knuckle::recording {
 namespace {
@@ -55,7 +55,7 @@ mcap::Metadata metadata_of(const Head& head) {
           {{"format", kFormat},
            {"program", head.program},
            {"version", head.version},
-           {"link_version", std::to_string(kLinkVersion)},
+           {"link_version", std::to_string(head.link_version)},
            {"started_unix_ns", std::to_string(head.started_unix_ns)},
            {"virtual_time", word(head.virtual_time)},
            {"simulated", word(head.simulated)},
@@ -66,7 +66,7 @@ mcap::Metadata metadata_of(const Head& head) {
            {"operator_origin_ns", std::to_string(head.operator_start.origin.count())},
            {"machine_session", std::to_string(head.machine_start.session)},
            {"machine_origin_ns", std::to_string(head.machine_start.origin.count())},
-           {"law", name(head.law)},
+           {"law", head.law},
            {"far_end_is_this_machine", word(head.far_end_is_this_machine)},
            {"part", std::to_string(head.part)}}};
 }
@@ -88,10 +88,12 @@ std::vector<mcap::Attachment> attachments_of(const Head& head) {
 Head head_of(const mcap::Metadata& metadata, const std::string& source) {
   const Values values(metadata.values, source);
   if (values.text("format") != kFormat) values.refuse("format", std::string("must be ") + kFormat);
-  if (!metadata.values.contains("link_version") || values.number<int>("link_version") != kLinkVersion)
-    throw InputError(source + ": was recorded by another version of Knuckle (" + shortened(values.text("version")) +
-                     "): its link_version must be " + std::to_string(kLinkVersion));
   Head head;
+  head.link_version = values.number<int>("link_version");
+  if (head.link_version < kOldestLinkVersion || head.link_version > kLinkVersion)
+    throw InputError(source + ": was recorded by another version of Knuckle (" + shortened(values.text("version")) +
+                     "): its link_version = " + std::to_string(head.link_version) + ": must be " +
+                     std::to_string(kOldestLinkVersion) + " to " + std::to_string(kLinkVersion));
   head.program = values.text("program");
   head.version = values.text("version");
   head.started_unix_ns = values.number<std::int64_t>("started_unix_ns");
@@ -104,9 +106,7 @@ Head head_of(const mcap::Metadata& metadata, const std::string& source) {
                          Duration(values.number<std::int64_t>("operator_origin_ns"))};
   head.machine_start = {values.number<std::uint64_t>("machine_session"),
                         Duration(values.number<std::int64_t>("machine_origin_ns"))};
-  const auto law = control_law_named(values.text("law"));
-  if (!law) values.refuse("law", std::string("must be ") + kControlLawChoice);
-  head.law = *law;
+  head.law = values.text("law");
   head.far_end_is_this_machine = values.yes("far_end_is_this_machine");
   head.part = values.number<int>("part");
   return head;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/time.h"
-#include "machine/control_law.h"
 #include "recording/mcap/contents.h"
+#include "transport/link_kind.h"
 #include "transport/link_start.h"
 
 namespace knuckle::recording {
@@ -28,8 +28,9 @@ struct Head {
   bool imported = false;   ///< Made of another program's table: it has no wires, and no loop of it ever ran.
   bool has_operator = false, has_machine = false;  ///< Whose loop is recorded.
   LinkStart operator_start, machine_start;         ///< Of the loops recorded.
-  ControlLaw law = ControlLaw::kEchoSpring;        ///< The operator's.
-  bool far_end_is_this_machine = false;            ///< The operator's loop does not ask which machine it leads.
+  int link_version = kLinkVersion;                 ///< Of the datagrams recorded.
+  std::string law = "echo";              ///< The operator's; in older recordings it may be one that is no more.
+  bool far_end_is_this_machine = false;  ///< The operator's loop does not ask which machine it leads.
   /// Where the recording begins in the life of its loops: 1 is the first part. Flight records have 0: they begin in the
   /// middle.
   int part = 1;

@@ -11,6 +11,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
+#include "machine/control_law.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
@@ -74,6 +76,13 @@ std::string input_text(const WireEvent& event) {
     default:
       return fmt::format("{} {}", name(event.kind), event.value);
   }
+}
+
+/// @throws InputError where this version does not have it.
+ControlLaw law_of(const std::string& law, const std::string& source) {
+  if (const auto known = control_law_named(law)) return *known;
+  throw InputError(source + ": law = " + shortened(law) +
+                   ": cannot be run again by this version: " + kControlLawChoice);
 }
 
 bool input(WireEventKind kind) {
@@ -250,6 +259,7 @@ ReplaySetup setup_of(const Recording& recording) {
     return text;
   };
   ReplaySetup setup;
+  setup.source = recording.source();
   setup.head = head;
   setup.machine =
       calibrated(parse_machine(attached(head.machine_file, kMachineFile), recording.source() + ": " + kMachineFile));
@@ -269,7 +279,8 @@ struct Replay::Impl {
     if (head.has_operator) {
       operator_.make(std::make_unique<master::MasterLoop>(
           setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start,
-          head.law, head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
+          law_of(head.law, setup_.source),
+          head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
     }
     if (head.has_machine) {
       machine_.make(std::make_unique<slave::SlaveLoop>(setup_.machine, machine_.wires().can(), machine_.wires().link(),
@@ -292,7 +303,9 @@ void Replay::take(const Entry& entry) {
   const auto wires_of = [&](Side side) {
     auto& message = i.messages_[static_cast<std::size_t>(side)];
     message.assign(entry.data.begin(), entry.data.end());
-    return decode_wires(message);
+    auto wires = decode_wires(message, i.setup_.head.link_version);
+    if (wires && wires->led_by_waves && side == Side::kMachine) (void)law_of("wave", i.setup_.source);
+    return wires;
   };
   const auto step = [&](auto& loop, Side side) {
     loop.finish();

@@ -69,6 +69,7 @@ struct ReplayResult {
 
 /// What the loops are made of; as recorded, or with something else in its place.
 struct ReplaySetup {
+  std::string source;          ///< Of the recording.
   MachineDescription machine;  ///< As calibrated.
   DeviceDescription device;
   Head head;
@@ -85,13 +86,13 @@ struct ReplayTaps {
 
 class Replay {
  public:
-  /// @throws InputError where the loops cannot be made of it.
+  /// @throws InputError where the loops cannot be made of it, as where the law is no more.
   explicit Replay(const ReplaySetup& setup, ReplayTaps taps = {});
   ~Replay();
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
 
-  /// Every entry of the recording, in its order.
+  /// Every entry of the recording, in its order. @throws InputError where the machine was led by a law that is no more.
   void take(const Entry& entry);
   [[nodiscard]] const ReplayResult& result() const noexcept;
 

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "recording/cdr.h"
 #include "recording/loop_tape.h"
+#include "recording/older_links.h"
+#include "transport/link_kind.h"
 
 namespace knuckle::recording {
 namespace {
@@ -19,6 +22,22 @@ std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; });
   return text;
+}
+
+bool is_datagram(WireEventKind kind) noexcept {
+  return kind == WireEventKind::kLinkReceived || kind == WireEventKind::kLinkSent ||
+         kind == WireEventKind::kLinkRefused;
+}
+
+/// What the link's version 7 did not take, today's does not take either.
+void translate_from_version_7(StepWires& wires) {
+  wires.translated = std::make_shared<std::vector<std::vector<std::uint8_t>>>();
+  for (WireEvent& event : wires.events) {
+    auto translated = is_datagram(event.kind) ? from_link_version_7(event.data) : std::nullopt;
+    if (!translated) continue;
+    wires.led_by_waves |= translated->led_by_waves && event.kind == WireEventKind::kLinkReceived;
+    event.data = wires.translated->emplace_back(std::move(translated->bytes));  // a vector that moves keeps its bytes
+  }
 }
 
 }  // namespace
@@ -40,7 +59,7 @@ std::string wires_schema() {
   return text + "uint8 kind\nuint32 value\nuint8[] data\n";
 }
 
-std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message) {
+std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message, int link_version) {
   CdrReader in(message);
   StepWires wires;
   wires.at = Time(Duration(in.get<std::int64_t>()));
@@ -61,6 +80,7 @@ std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message) {
   }
   if (!in.ok()) return std::nullopt;
   wires.intact = wires.intact && in.at() == message.size();
+  if (link_version < kLinkVersion) translate_from_version_7(wires);
   return wires;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -32,7 +33,7 @@ enum class WireEventKind : std::uint8_t {
 };
 [[nodiscard]] const char* name(WireEventKind kind) noexcept;
 
-/// In the message's own memory.
+/// In the message's own memory, or that of its StepWires.
 struct WireEvent {
   WireEventKind kind{};
   std::uint32_t value = 0;
@@ -42,17 +43,20 @@ struct WireEvent {
 /// All events of one step of one loop.
 struct StepWires {
   Time at{};
-  std::uint32_t step = 0;  ///< Counts the loop's steps from 0: a gap is a step that is not in the recording.
-  std::uint32_t crc = 0;   ///< CRC-32 of the events as they were recorded.
-  std::uint32_t lost = 0;  ///< Events of this step for which there was no room.
-  bool intact = false;     ///< The events are those that the CRC was made of.
+  std::uint32_t step = 0;     ///< Counts the loop's steps from 0: a gap is a step that is not in the recording.
+  std::uint32_t crc = 0;      ///< CRC-32 of the events as they were recorded.
+  std::uint32_t lost = 0;     ///< Events of this step for which there was no room.
+  bool intact = false;        ///< The events are those that the CRC was made of.
+  bool led_by_waves = false;  ///< A set-point that was received was led by the law "wave", which is no more.
   std::vector<WireEvent> events;
+  std::shared_ptr<std::vector<std::vector<std::uint8_t>>> translated;  ///< Datagrams of an older link.
 };
 
 /// ROS 2's definition of knuckle_msgs/Wires.
 [[nodiscard]] std::string wires_schema();
 /// @return nullopt where the message is not one of these. @param message must outlive the result.
-[[nodiscard]] std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message);
+/// @param link_version of the recording (its head): datagrams of an older one are given as today's would be sent.
+[[nodiscard]] std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message, int link_version);
 
 /// The frame of an event of the CAN wire.
 [[nodiscard]] CanFrame can_frame(const WireEvent& event) noexcept;

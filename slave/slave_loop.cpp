@@ -19,7 +19,6 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       payload_(machine, step_s_),
       object_cue_(machine, step_s_),
       control_(machine, step_s_),
-      waves_(machine, step_s_),
       gate_limits_(machine),
       set_point_limits_(machine),
       rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()),
@@ -223,10 +222,7 @@ void SlaveLoop::decide() noexcept {
 
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
-  const WavePort::Reference asked{loss_.position_rad, loss_.velocity_radps};
-  const WavePort::Reference followed =
-      waves_.step(asked, master_, machine_rad(), force_.estimate().tip_N, engaged, now);
-  const JointCommand setpoint{followed.position_rad, followed.velocity_radps, engaged, master_.shown_N,
+  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.shown_N,
                               master_.assist.force_limit_N};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands.value());
@@ -320,7 +316,6 @@ void SlaveLoop::publish(Time now) noexcept {
   sent_.payload_kg = payload_.kg();
   sent_.payload_sigma_kg = payload_.sigma_kg();
   sent_.energy_in_J = energy_in_J_;
-  sent_.wave = waves_.returning();
   link_.send(encode(sent_).view());
 }
 

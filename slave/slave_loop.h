@@ -23,7 +23,6 @@
 #include "slave/sensors.h"
 #include "slave/set_point_check.h"
 #include "slave/valve_monitor.h"
-#include "slave/wave_port.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_inbox.h"
@@ -106,7 +105,6 @@ class SlaveLoop {
   estimation::PayloadEstimator payload_;
   estimation::BuriedObjectCue object_cue_;
   JointControl control_;
-  WavePort waves_;
   GateLimits gate_limits_;
   SetPointLimits set_point_limits_;
 

@@ -17,17 +17,14 @@ using link_codec::put;
 using link_codec::put_each;
 
 constexpr std::size_t kReasonSize = 11;
-constexpr std::size_t kWaveSize = 3 * 8;
-constexpr std::size_t kMasterSize =
-    kLinkHeaderSize + kStampSize + 8 + 2 * 4 + 1 + kReasonSize + 8 * 8 + 4 + 8 + 4 + kWaveSize;
-constexpr std::size_t kSlaveSize = kLinkHeaderSize + kStampSize + 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 +
-                                   2 * 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8 + kWaveSize;
+constexpr std::size_t kMasterSize = kLinkHeaderSize + kStampSize + 8 + 2 * 4 + 1 + kReasonSize + 8 * 8 + 4 + 8;
+constexpr std::size_t kSlaveSize =
+    kLinkHeaderSize + kStampSize + 8 + 1 + 2 * kReasonSize + 9 * 8 + 4 * 8 + 3 * 8 + 2 * 8 + 1 + 2 + 6 * 8 + 2 * 8 + 8;
 constexpr std::uint8_t kMasterFlags = 0x3F;
 // No honest number comes near these; within them no sum, square or difference in the loops overflows.
 constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
 constexpr double kMostForce_N = 1e8, kMostCovariance_N2 = 1e16;
 constexpr double kMostPressure_Pa = 1e10, kMostMass_kg = 1e9, kMostEnergy_J = 1e15;
-constexpr double kMostWave = 1e12, kMostImpedance_Ns_per_m = 1e9;
 
 /// A reason may carry the very NaN it complains of; it must still get through, so it is sent as the largest number.
 float sendable(float value) noexcept {
@@ -39,16 +36,6 @@ void put(ByteWriter& out, const Reason& reason) noexcept {
   out.put(reason.subject);
   out.put(sendable(reason.value));
   out.put(sendable(reason.limit));
-}
-
-void put(ByteWriter& out, const Wave& wave) noexcept {
-  put_each(out, wave.integral, kMostWave);
-  out.put(std::clamp(wave.energy_J, 0.0, kMostEnergy_J));
-}
-
-void get(BoundedReader& in, Wave& wave) noexcept {
-  in.each(wave.integral, kMostWave);
-  wave.energy_J = in.number(0, kMostEnergy_J);
 }
 
 /// @return false where the code is unknown.
@@ -110,8 +97,6 @@ Datagram encode(const MasterMessage& message) noexcept {
   put_each(out, message.shown_N, kMostForce_N);
   out.put(static_cast<float>(std::clamp(message.assist.force_limit_N, -2 * kMostForce_N, 2 * kMostForce_N)));
   out.put(message.energy_in_J);
-  out.put(static_cast<float>(std::clamp(message.wave_Ns_per_m, 0.0, kMostImpedance_Ns_per_m)));
-  put(out, message.wave);
   return datagram;
 }
 
@@ -137,8 +122,6 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   bounded.each(message.shown_N, kMostForce_N);
   message.assist.force_limit_N = bounded.single(0, kMostForce_N);
   message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
-  message.wave_Ns_per_m = bounded.single(0, kMostImpedance_Ns_per_m);
-  get(bounded, message.wave);
   if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !bounded.ok()) return std::nullopt;
   return message;
 }
@@ -165,7 +148,6 @@ Datagram encode(const SlaveMessage& message) noexcept {
   out.put(message.payload_kg);
   out.put(message.payload_sigma_kg);
   out.put(message.energy_in_J);
-  put(out, message.wave);
   return datagram;
 }
 
@@ -192,7 +174,6 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   message.payload_kg = bounded.number(-kMostMass_kg, kMostMass_kg);
   message.payload_sigma_kg = bounded.number(0, kMostMass_kg);
   message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
-  get(bounded, message.wave);
   const bool in_range =
       known && mode <= static_cast<std::uint8_t>(Mode::kEStop) && contact <= 1 && (message.limits & ~kLimitBits) == 0;
   if (!in_range || !bounded.ok()) return std::nullopt;

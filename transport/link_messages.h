@@ -35,17 +35,6 @@ struct AssistSettings {
   bool stop_on_object = false;  ///< Digging holds when the bucket meets something much stiffer than soil.
 };
 
-/// One direction of a pair of wave variables (transport/wave_line.h), in machine units: newtons and metres per second
-/// at the machine's tip, frame M.
-struct Wave {
-  PlanarVector integral = PlanarVector::Zero();  ///< Of the wave [sqrt(W)] since the sender began [sqrt(W) s].
-  double energy_J = 0;                           ///< Of half its square, likewise; only grows.
-  void add(const PlanarVector& wave, double dt_s) noexcept {
-    integral += wave * dt_s;
-    energy_J += 0.5 * wave.squaredNorm() * dt_s;
-  }
-};
-
 /// Operator to machine, 500 Hz, and at once when a stop or a release of enable is noticed.
 struct MasterMessage {
   LinkStamp stamp;
@@ -64,9 +53,7 @@ struct MasterMessage {
   PlanarVector shown_N =
       PlanarVector::Zero();  ///< Of a contact on the hand, without cues and load; machine scale, frame M.
   AssistSettings assist;
-  double energy_in_J = 0;    ///< Cumulative energy the hand put into the device; only grows.
-  double wave_Ns_per_m = 0;  ///< Wave impedance at the machine's tip; 0: the set-point is not led by waves.
-  Wave wave;
+  double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
 };
 
 /// Machine to operator, 200 Hz.
@@ -96,7 +83,6 @@ struct SlaveMessage {
   /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
   /// grows.
   double energy_in_J = 0;
-  Wave wave;  ///< That returns.
 };
 
 /// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.

@@ -11,6 +11,8 @@
 #include "app/battery/cell.h"
 #include "app/cli/command.h"
 #include "core/error.h"
+#include "core/text.h"
+#include "machine/control_law.h"
 #include "machine/load.h"
 
 namespace knuckle::battery {
@@ -57,6 +59,8 @@ session::SimulateOptions cell_of_result(const std::string& name) {
   const Settings settings = settings_of(json["settings"], file);
   if (index >= settings.sessions)
     cli::refuse_option("--from-cell", name, fmt::format("the battery has sessions 0 to {}", settings.sessions - 1));
+  if (!settings.control.empty() && !control_law_named(settings.control))
+    throw InputError(file + ": settings: control = " + shortened(settings.control) + ": " + kControlLawChoice);
   check_machine_file(settings.machine, file);
   for (const CommissionedMachine& machine : settings.commissioned) check_machine_file(machine.file, file);
   session::SimulateOptions cell = Drawer(settings).cell(index).options;

@@ -172,7 +172,7 @@ Window load_window(recording::Recording& recording, Sides sides, Time from, Time
         break;
       case Topic::kMachineWires:
       case Topic::kOperatorWires:
-        if (const auto wires = recording::decode_wires(entry->data))
+        if (const auto wires = recording::decode_wires(entry->data, recording.head().link_version))
           add_wires(*wires, entry->topic == Topic::kMachineWires, window);
         break;
       default:

@@ -84,8 +84,8 @@ void write_events(Hdf5File& file, const std::vector<recording::Event>& events) {
 }
 
 /// Frames that the step read and those that it sent, in this order, as the loop did.
-std::size_t write_frames(std::ostream& out, const Entry& entry) {
-  const auto wires = recording::decode_wires(entry.data);
+std::size_t write_frames(std::ostream& out, const Entry& entry, int link_version) {
+  const auto wires = recording::decode_wires(entry.data, link_version);
   if (!wires) return 0;
   std::size_t frames = 0;
   for (const recording::WireEvent& event : wires->events) {
@@ -127,7 +127,7 @@ void export_recording(recording::Recording& recording, const RecordingOutputs& o
         if (operators.wanted()) operators.take(*entry, recording.source());
         break;
       case Topic::kMachineWires:
-        if (outputs.candump != nullptr) frames += write_frames(*outputs.candump, *entry);
+        if (outputs.candump != nullptr) frames += write_frames(*outputs.candump, *entry, recording.head().link_version);
         break;
       case Topic::kEvents:
         if (auto event = recording::decode_log(entry->data, recording.head().started_unix_ns))

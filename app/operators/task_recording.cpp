@@ -101,7 +101,7 @@ class TaskReader {
   }
   /// The machine's newest message of a step.
   void take_told(const recording::Entry& entry) {
-    const auto wires = recording::decode_wires(entry.data);
+    const auto wires = recording::decode_wires(entry.data, recording_.head().link_version);
     if (!wires) return;
     for (const recording::WireEvent& event : wires->events) {
       if (event.kind != recording::WireEventKind::kLinkReceived) continue;

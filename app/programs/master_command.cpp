@@ -54,8 +54,7 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_flag("--observe", o.link.observe, "Hear the machine without controlling it; with --device none");
   pairing::add_dial_options(c, o.link.dial, secure::Role::kOperator);
   c.add_option("--mirror", o.mirror, "Send a copy of all link traffic to this HOST:PORT, for a display");
-  c.add_option("--control", o.control,
-               "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
+  c.add_option("--control", o.control, "Bilateral law: echo or cues (default: as the device's file says)");
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
@@ -94,8 +93,8 @@ void check(const Options& o) {
   if (!o.link.observe && o.machine.empty())
     cli::refuse_option("--machine", "", "is required, unless --observe is given");
   if (o.device == "none") bringup::check_no_device_choice(o.choice, "goes with --device hid or usb");
-  if (!o.control.empty() && !control_law_named(o.control))
-    cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
+  if (!o.control.empty() && !leading_law_named(o.control))
+    cli::refuse_option("--control", o.control, kLeadingLawChoice);
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--device-file", o.device_file);

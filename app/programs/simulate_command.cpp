@@ -45,8 +45,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
       "recorded motion");
   c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
-  c.add_option("--control", o.control,
-               "Bilateral law: echo, wave, tdpa, cues or direct (default: as the device's file says)");
+  c.add_option("--control", o.control, "Bilateral law: echo, cues or direct (default: as the device's file says)");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
       .show_default()
@@ -123,7 +122,7 @@ void check(const session::SimulateOptions& o) {
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
                      " N, or 0: off");
   if (!o.control.empty() && !control_law_named(o.control))
-    cli::refuse_option("--control", o.control, std::string("must be ") + kControlLawChoice);
+    cli::refuse_option("--control", o.control, kControlLawChoice);
   const std::vector<std::string> path = o.operator_paths();
   for (const std::string& file : path)
     if (file.empty()) cli::refuse_option("--operator", o.operator_name, "must name a file after path:");

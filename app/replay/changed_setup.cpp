@@ -60,9 +60,8 @@ void change(recording::ReplaySetup& setup, const Changes& changes) {
   Replaced replaced;
   for (const std::string& file : changes.with) put_in(file_of(file), setup, replaced);
   if (changes.control.empty()) return;
-  const auto law = control_law_named(changes.control);
-  if (!law) cli::refuse_option("--control", changes.control, std::string("must be ") + kControlLawChoice);
-  setup.head.law = *law;
+  if (!control_law_named(changes.control)) cli::refuse_option("--control", changes.control, kControlLawChoice);
+  setup.head.law = changes.control;
 }
 
 }  // namespace knuckle::replay

@@ -18,7 +18,7 @@ recording::Head session_head(const SessionSetup& setup, const SimulateOptions& o
   head.simulated = head.has_operator = head.has_machine = true;
   head.operator_start = setup.starts().operator_end;
   head.machine_start = setup.starts().machine_end;
-  head.law = setup.law;
+  head.law = name(setup.law);
   head.far_end_is_this_machine = true;
   head.machine_file = setup.machine.text;
   head.device_file = setup.device.text;
@@ -35,7 +35,7 @@ recording::Head operator_head(const std::string& program, std::int64_t started_u
   head.started_unix_ns = started_unix_ns;
   head.has_operator = true;
   head.operator_start = start;
-  head.law = law;
+  head.law = name(law);
   head.machine_file = machine.text;
   head.device_file = device.text;
   return head;

@@ -40,8 +40,7 @@ Settings settings_of(const SweepOptions& o) {
   if (o.family) settings.family = *o.family;
   if (o.person) settings.person = *o.person;
   if (o.control) {
-    if (!control_law_named(*o.control))
-      cli::refuse_option("--control", *o.control, std::string("must be ") + kControlLawChoice);
+    if (!control_law_named(*o.control)) cli::refuse_option("--control", *o.control, kControlLawChoice);
     settings.control = *o.control;
   }
   if (o.seed && (*o.seed < 1 || *o.seed > battery::kMostSeed))

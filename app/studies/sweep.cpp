@@ -38,7 +38,7 @@ void add_options(const cli::OptionList& c, SweepOptions& o) {
   c.add_option("--sessions", o.sessions, "feel, work: number of sessions, 1 to 1000000, instead of the grid's")
       .check(cli::count_within(1, 1'000'000));
   c.add_option("--person", o.person, "feel, work: the operator: exact, steady or rough, instead of the grid's");
-  c.add_option("--control", o.control, "feel, work: bilateral law: echo, wave, tdpa, cues or direct");
+  c.add_option("--control", o.control, "feel, work: bilateral law: echo, cues or direct");
   c.add_option("--csv", o.csv, "feel, work: write the rows as CSV");
   c.add_option("--report", o.report, "feel, work: write a page with tables and maps");
 

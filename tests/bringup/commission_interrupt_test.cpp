@@ -74,7 +74,7 @@ Recorded read(const std::string& folder) {
     if (entry->topic == recording::Topic::kEvents)
       all.last_event = recording::decode_log(entry->data, recording.head().started_unix_ns).value().text;
     if (entry->topic != recording::Topic::kMachineWires) continue;
-    const auto wires = recording::decode_wires(entry->data);
+    const auto wires = recording::decode_wires(entry->data, kLinkVersion);
     for (const recording::WireEvent& event : wires->events)
       if (event.kind == WireEventKind::kCanSent || event.kind == WireEventKind::kCanReceived)
         all.sent_and_received.push_back({wires->at, recording::can_frame(event)});

@@ -58,7 +58,7 @@ Recorded read(const std::string& file) {
       if (event->severity == recording::Severity::kError) ++all.errors;
     }
     if (entry->topic != recording::Topic::kMachineWires) continue;
-    const auto wires = recording::decode_wires(entry->data);
+    const auto wires = recording::decode_wires(entry->data, kLinkVersion);
     for (const recording::WireEvent& event : wires->events) {
       all.syncs += event.kind == WireEventKind::kCanSent && event.value == canopen::kSyncId ? 1 : 0;
       all.received += event.kind == WireEventKind::kCanReceived ? 1 : 0;

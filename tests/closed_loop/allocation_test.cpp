@@ -18,13 +18,21 @@ INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
                          testing::Values("wall_contact", "dismantle", "dig_cycle", "link_faults", "sensor_faults"),
                          [](const auto& test) { return std::string(test.param); });
 
-TEST(EveryStepOfTheDirectLaw, AllocatesNothingInAWholeSession) {
+class EveryLaw : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryLaw, RunsAWholeSessionWithinItsSlewWithoutAFaultAndAllocatesNothing) {
   session::SessionSetup setup = session_setup("wall_contact", 1);
-  setup.law = ControlLaw::kDirect;
+  setup.law = *control_law_named(GetParam());
+  setup.to_machine.delay = setup.to_operator.delay = 25ms;
   const FinishedSession session = run_session(setup);
   EXPECT_EQ(session.allocations, 0u);
   EXPECT_GT(session.metrics.engaged_s.value_or(0), 5);
+  EXPECT_TRUE(session.record.faults.empty());
+  EXPECT_LE(session.metrics.max_slew_N_per_ms.value_or(1e9), 0.5);
+  EXPECT_TRUE(session.record.warnings.empty());
 }
+INSTANTIATE_TEST_SUITE_P(Laws, EveryLaw, testing::ValuesIn(kControlLawNames),
+                         [](const auto& chosen) { return std::string(chosen.param); });
 
 TEST(EveryStepOverABadLink, AllocatesNothingInAWholeSession) {
   session::SessionSetup setup = session_setup("wall_contact", 1);

@@ -347,6 +347,32 @@ TEST(LoadMachine, BusLoadCountsEveryFrame) {
   EXPECT_NEAR(worst_bus_load(machine.bus), (every_sync + every_second + every_fourth + slow) / 500e3, 1e-12);
 }
 
+TEST(LoadDevice, OnlyALawThatLeadsAMachineIsTakenButAnyIsReadInARecordingsFile) {
+  const std::string shipped = load_device(kConfig + "/devices/knuckle1.toml").text, echo = "law = \"echo\"";
+  const std::string scratch = std::filesystem::temp_directory_path() / "knuckle_load_test_law.toml";
+  for (const std::string law : {"cues", "direct", "wave", "tdpa", "telepathy"}) {
+    std::string text = shipped;
+    text.replace(text.find(echo), echo.size(), "law = \"" + law + "\"");
+    std::ofstream(scratch) << text;
+    EXPECT_EQ(parse_device(text, "FILE").feel.law, law == "cues" ? ControlLaw::kCues : ControlLaw::kEchoSpring);
+    if (law == "cues") {
+      EXPECT_EQ(load_device(scratch).feel.law, ControlLaw::kCues);
+      continue;
+    }
+    try {
+      (void)load_device(scratch);
+      ADD_FAILURE() << law;
+    } catch (const InputError& error) {
+      const std::string said = error.what();
+      EXPECT_EQ(said.find(scratch), 0u) << said;
+      EXPECT_NE(said.find("'feel.law' = '" + law + "': must be echo or cues: no other law leads a machine"),
+                std::string::npos)
+          << said;
+    }
+  }
+  std::filesystem::remove(scratch);
+}
+
 TEST(LoadDevice, ShippedDevicesCanRenderTheirForceAndAreFineEnough) {
   const std::array<std::pair<const char*, const char*>, 2> pairs{
       {{"knuckle1", "solar015"}, {"knuckle1_compact080", "compact080"}}};

@@ -96,7 +96,7 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
       {{"--duration", "0"}, {"--duration", "0.1"}},
       {{"--duration", "1e9"}, {"--duration", "3600"}},
       {{"--scenario", ""}, {"--scenario"}},
-      {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
+      {{"--control", "wave"}, {"--control wave: must be echo, cues or direct"}},
       {{"--operator", "path:"}, {"--operator", "path:"}},
       {{"--log", "session.csv"}, {"--log", "session.csv", "must end in .mcap"}},
       {{"--log", "-"}, {"--log", "must end in .mcap"}},
@@ -152,6 +152,10 @@ TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
             "--observe: goes with --device none");
   EXPECT_EQ(program_refusal({"master", "--device", "none", "--connect", "127.0.0.1:5683"}),
             "--machine: is required, unless --observe is given");
+  for (const char* law : {"direct", "tdpa"})
+    EXPECT_EQ(program_refusal({"master", "--machine", "solar015", "--device", "none", "--connect", "127.0.0.1:5683",
+                               "--control", law}),
+              std::string("--control ") + law + ": must be echo or cues: no other law leads a machine");
   EXPECT_EQ(with(plain, {"--observers", "2"}), "--observers 2: goes with a paired link, not with --insecure");
   EXPECT_EQ(with(plain, {"--keys", "/tmp"}), "--keys /tmp: does not go with --insecure: no key is used");
 }

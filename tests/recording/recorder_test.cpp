@@ -516,7 +516,7 @@ TEST(Replay, AWireThatChangesItsStateWithinAStepIsAskedTheSameAgain) {
   tape.end_step({}, ReasonCode::kNone);
   recording::StepHeader header;
   std::memcpy(&header, ring.front().data(), sizeof header);
-  const auto wires = recording::decode_wires(ring.front().subspan(sizeof header, header.wires_size));
+  const auto wires = recording::decode_wires(ring.front().subspan(sizeof header, header.wires_size), kLinkVersion);
   ASSERT_TRUE(wires);
   recording::ReplayedWires replayed;
   replayed.begin(*wires);
@@ -572,7 +572,7 @@ TEST(RecordingHead, SurvivesTheFile) {
   head.started_unix_ns = 1'700'000'000'123'456'789;
   head.has_machine = true;
   head.machine_start = {~std::uint64_t{0}, Duration(std::int64_t{1} << 56)};
-  head.law = ControlLaw::kTdpa;
+  head.law = "cues";
   head.part = 7;
   const recording::Head read = recording::head_of(recording::metadata_of(head), "FILE");
   EXPECT_EQ(recording::metadata_of(read), recording::metadata_of(head));
@@ -592,9 +592,20 @@ TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
       EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
     }
   }
+  for (const char* version : {"6", "9"}) {
+    mcap::Metadata other = good;
+    other.values["link_version"] = version;
+    try {
+      (void)recording::head_of(other, "FILE");
+      FAIL() << version;
+    } catch (const InputError& error) {
+      const std::string both = std::string("link_version = ") + version + ": must be 7 to 8";
+      EXPECT_NE(std::string(error.what()).find(both), std::string::npos) << error.what();
+    }
+  }
   mcap::Metadata older = good;
-  older.values["link_version"] = "6";
-  EXPECT_THROW((void)recording::head_of(older, "FILE"), InputError);
+  older.values["link_version"] = "7";
+  EXPECT_EQ(recording::head_of(older, "FILE").link_version, 7);
   mcap::Metadata odd = good;
   odd.values["part"] = "seven";
   EXPECT_THROW((void)recording::head_of(odd, "FILE"), InputError);

@@ -95,7 +95,7 @@ class ReplayOfAPress : public testing::Test {
   ReplayResult replay_with(const Place& place, bool new_crc, const std::function<void(StepWires&)>& edit) const {
     return replay_with([&](const std::string& topic, std::vector<std::uint8_t>& message) {
       if (topic != wires_topic(place.side)) return true;
-      auto wires = decode_wires(message);
+      auto wires = decode_wires(message, kLinkVersion);
       if (!wires || wires->step != place.step) return true;
       edit(*wires);
       message = test::encode_wires(*wires, new_crc);
@@ -124,7 +124,7 @@ class ReplayOfAPress : public testing::Test {
     const Topic topic = kind.side == Side::kOperator ? Topic::kOperatorWires : Topic::kMachineWires;
     while (const auto entry = recording.next()) {
       if (entry->topic != topic) continue;
-      const auto wires = decode_wires(entry->data);
+      const auto wires = decode_wires(entry->data, kLinkVersion);
       for (std::size_t i = 0; i < wires->events.size(); ++i) {
         const WireEvent& event = wires->events[i];
         const bool status = link_kind(event.data) == LinkKind::kStatus && kind.kind == WireEventKind::kLinkSent;
@@ -162,7 +162,7 @@ TEST_F(ReplayOfAPress, WritesMessagesOfTheWiresAsTheRecorderDoes) {
   Recording recording({original_});
   while (const auto entry = recording.next()) {
     if (entry->topic != Topic::kOperatorWires && entry->topic != Topic::kMachineWires) continue;
-    const auto wires = decode_wires(entry->data);
+    const auto wires = decode_wires(entry->data, kLinkVersion);
     ASSERT_TRUE(wires);
     for (const bool new_crc : {false, true})
       ASSERT_TRUE(std::ranges::equal(test::encode_wires(*wires, new_crc), entry->data)) << wires->step;
@@ -253,7 +253,7 @@ TEST_F(ReplayOfAPress, ReportsADroppedStepAtTheNextOne) {
     for (const std::uint32_t dropped : {1U, 150U, 333U}) {
       bool without = false;
       const ReplayResult result = replay_with([&](const std::string& topic, std::vector<std::uint8_t>& message) {
-        if (topic == wires_topic(side)) without = decode_wires(message)->step == dropped;
+        if (topic == wires_topic(side)) without = decode_wires(message, kLinkVersion)->step == dropped;
         return !(without && (topic == wires_topic(side) || topic == state_topic(side)));
       });
       const std::string number = std::to_string(dropped);

@@ -213,6 +213,8 @@ TEST_F(SweepProgram, AResultThatWasEditedIsRefused) {
     return run_program(test::program("knuckle"), {"simulate", "--from-cell", file + ":0"});
   };
   expect_refused(edited([](auto& json) { json["schema"] = 3; }), "is not a result of");
+  expect_refused(edited([](auto& json) { json["settings"]["control"] = "tdpa"; }),
+                 "settings: control = tdpa: must be echo, cues or direct");
   expect_refused(edited([](auto& json) { json.erase("schema"); }), "is not a result of");
   expect_refused(edited([](auto& json) { json["settings"]["seed"] = -1; }), "seed = -1: must be 1 or more");
   expect_refused(edited([](auto& json) { json["settings"]["sessions"] = 0; }), "sessions = 0: must be 1 or more");

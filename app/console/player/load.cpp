@@ -84,7 +84,7 @@ class Reader {
  private:
   /// Of a step whose events are those that were recorded.
   [[nodiscard]] std::optional<recording::StepWires> usable_wires(const recording::Entry& entry) {
-    auto wires = recording::decode_wires(entry.data);
+    auto wires = recording::decode_wires(entry.data, recording_.head().link_version);
     lost_ += wires ? wires->lost : 0;
     if (wires && wires->intact) return wires;
     ++damaged_;

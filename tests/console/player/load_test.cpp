@@ -69,7 +69,7 @@ TEST(PlayedFile, WhoseWiresWereAlteredShowsNothingOfThemAndSaysSo) {
   rewrite(recorded("press"), file, head_of(recorded("press")), {1},
           [&altered](const std::string& topic, std::vector<std::uint8_t>& message) {
             if (altered || topic != "/operator/wires") return true;
-            auto wires = recording::decode_wires(message);
+            auto wires = recording::decode_wires(message, kLinkVersion);
             for (recording::WireEvent& event : wires->events) {
               if (event.kind != recording::WireEventKind::kLinkReceived) continue;
               std::vector<std::uint8_t> bytes(event.data.begin(), event.data.end());

@@ -44,7 +44,8 @@ std::string with_holes(const TemporaryFolder& folder, const std::string& name, c
             slave::SlaveState its;
             if (topic == "/operator/state" && recording::decode(message, mine)) return !missing(true, mine.at);
             if (topic == "/machine/state" && recording::decode(message, its)) return !missing(false, its.at);
-            const auto wires = topic.ends_with("/wires") ? recording::decode_wires(message) : std::nullopt;
+            const auto wires =
+                topic.ends_with("/wires") ? recording::decode_wires(message, kLinkVersion) : std::nullopt;
             return !wires || !missing(operator_side, wires->at);
           });
   return file;

@@ -1,0 +1,151 @@
+// Recordings from before the link's messages lost the wave variables, and before the laws "wave" and "tdpa" went.
+#include "recording/older_links.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "core/error.h"
+#include "recording/replay.h"
+#include "tests/recording/divergence.h"
+#include "tests/recording/rewrite.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/transport/hex.h"
+#include "transport/link_messages.h"
+#include "transport/machine_status.h"
+
+namespace knuckle::recording {
+namespace {
+
+constexpr std::size_t kMasterSize = 172, kImpedanceAt = kMasterSize - 28;
+
+/// As version 7 sent them, up to the waves.
+const std::string kMaster =
+    "4B4E 07 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
+    "FFFFFFFFFFFFFFFF 03000000 04030201  35  0200 07 0000803F 000000C0 "
+    "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
+    "00000000000000C0 000000000000F03F  0080BB44  0000000000001040 ";
+const std::string kNoImpedance = "00000000 ", kImpedance = "0000FA44 ", kNoWave = std::string(48, '0'),
+                  kWave = "000000000000F03F 000000000000F0BF 0000000000000040";
+
+std::vector<std::uint8_t> bytes(const Datagram& datagram) {
+  return {datagram.view().begin(), datagram.view().end()};
+}
+
+TEST(OlderLinks, ASetPointOfVersion7LosesItsWaveAndNothingElse) {
+  for (const bool waves : {false, true}) {
+    const auto old = test::hex(kMaster + (waves ? kImpedance + kWave : kNoImpedance + kNoWave));
+    ASSERT_EQ(old.size(), kMasterSize);
+    const auto translated = from_link_version_7(old);
+    ASSERT_TRUE(translated);
+    EXPECT_EQ(translated->led_by_waves, waves);
+    auto expected = test::hex(kMaster);
+    expected[2] = 8;
+    EXPECT_EQ(translated->bytes, expected);
+    ASSERT_TRUE(decode_master(translated->bytes));
+    EXPECT_EQ(decode_master(translated->bytes)->energy_in_J, 4);
+  }
+}
+
+TEST(OlderLinks, AReportOfVersion7LosesItsWaveAndAStatusOnlyItsVersion) {
+  SlaveMessage message;
+  message.mode = Mode::kEngaged;
+  message.energy_in_J = 2;
+  auto old = bytes(encode(message));
+  old[2] = 7;
+  for (const std::uint8_t byte : test::hex(kWave)) old.push_back(byte);
+  ASSERT_EQ(old.size(), 314u);
+  const auto report = from_link_version_7(old);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->bytes, bytes(encode(message)));
+
+  auto status = bytes(encode(MachineStatus{}));
+  status[2] = 7;
+  ASSERT_TRUE(from_link_version_7(status));
+  EXPECT_EQ(from_link_version_7(status)->bytes, bytes(encode(MachineStatus{})));
+}
+
+TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {
+  const auto good = test::hex(kMaster + kImpedance + kWave);
+  for (const int version : {6, 8}) {
+    auto other = good;
+    other[2] = static_cast<std::uint8_t>(version);
+    EXPECT_FALSE(from_link_version_7(other)) << version;
+  }
+  for (std::size_t size = 0; size < good.size(); ++size)
+    EXPECT_FALSE(from_link_version_7(std::span(good).first(size))) << size;
+  const auto with = [&good](std::size_t at, auto value) {
+    auto wild = good;
+    std::memcpy(wild.data() + at, &value, sizeof value);
+    return wild;
+  };
+  for (const double wild : {1e308, -1e308, std::numeric_limits<double>::quiet_NaN()}) {
+    for (std::size_t at = kImpedanceAt + 4; at < good.size(); at += 8)
+      EXPECT_FALSE(from_link_version_7(with(at, wild))) << at;
+  }
+  EXPECT_FALSE(from_link_version_7(with(good.size() - 8, -1.0))) << "an energy below zero";
+  for (const float wild : {-1.0F, 2e9F, std::numeric_limits<float>::infinity()})
+    EXPECT_FALSE(from_link_version_7(with(kImpedanceAt, wild))) << wild;
+}
+
+std::string recorded(const std::string& name) {
+  return test::source_dir() + "/tests/recordings_replayed/" + name + ".mcap";
+}
+
+/// What a replay says; "replayed" where it runs.
+std::string refusal(const std::string& file) {
+  try {
+    Recording recording({file});
+    (void)replay(recording, setup_of(recording));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "replayed";
+}
+
+TEST(OlderRecordings, OfALawThatIsNoMoreAreReadButNotRunAgain) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("tdpa.mcap");
+  Head head = Recording({recorded("press")}).head();
+  head.law = "tdpa";
+  const std::string law = "law = \"echo\"";
+  head.device_file.replace(head.device_file.find(law), law.size(), "law = \"tdpa\"");
+  test::rewrite(recorded("press"), file, head, {1}, [](const auto&, auto&) { return true; });
+  EXPECT_EQ(refusal(file), file + ": law = tdpa: cannot be run again by this version: must be echo, cues or direct");
+  // With another law in its place, as asked for by --control, it is.
+  Recording recording({file});
+  ReplaySetup setup = setup_of(recording);
+  EXPECT_EQ(setup.device.feel.law, ControlLaw::kEchoSpring);
+  setup.head.law = "echo";
+  const ReplayResult result = replay(recording, setup);
+  EXPECT_EQ(result.sides[0].unreadable + result.sides[1].unreadable, 0u) << test::words(result);
+  EXPECT_GT(result.sides[0].steps, 1000u);
+}
+
+TEST(OlderRecordings, OfAMachineThatWavesLedAreNotRunAgain) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("waves.mcap");
+  const Head head = Recording({recorded("load")}).head();
+  ASSERT_EQ(head.link_version, 7) << "made anew by this version, it has no waves";
+  std::vector<std::vector<std::uint8_t>> changed;
+  test::rewrite(recorded("load"), file, head, {1}, [&changed](const std::string& topic, auto& message) {
+    if (topic != kTopicNames[static_cast<std::size_t>(Topic::kMachineWires)]) return true;
+    auto wires = decode_wires(message, kLinkVersion);
+    for (WireEvent& event : wires->events) {
+      if (event.kind != WireEventKind::kLinkReceived || event.data.size() != kMasterSize) continue;
+      const float impedance_Ns_per_m = 2000;
+      changed.emplace_back(event.data.begin(), event.data.end());
+      std::memcpy(changed.back().data() + kImpedanceAt, &impedance_Ns_per_m, sizeof impedance_Ns_per_m);
+      event.data = changed.back();
+    }
+    message = test::encode_wires(*wires, true);
+    return true;
+  });
+  ASSERT_FALSE(changed.empty());
+  EXPECT_EQ(refusal(file), file + ": law = wave: cannot be run again by this version: must be echo, cues or direct");
+}
+
+}  // namespace
+}  // namespace knuckle::recording
