@@ -52,6 +52,7 @@ bool UdpLink::receive(Datagram& datagram) noexcept {
       hear_encrypted(from);
       continue;
     }
+    other_version_.note(datagram.view());
     if (listening_ && !belongs_to(from, datagram)) continue;
     refused_.store(false, std::memory_order_relaxed);
     return true;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "transport/link.h"
+#include "transport/other_version.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle {
@@ -38,6 +39,8 @@ class UdpLink final : public Link {
   [[nodiscard]] bool refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
   /// Within the last 5 s, DTLS has come: by its looks, which anybody can give it. Any thread.
   [[nodiscard]] bool heard_encrypted() const noexcept;
+  /// Of the messages of a far end that this one does not understand; 0: there were none of late. Any thread.
+  [[nodiscard]] std::uint8_t other_version() const noexcept { return other_version_.heard(); }
 
  private:
   UdpLink(int socket, bool listening) noexcept : socket_(socket), listening_(listening) {}
@@ -53,6 +56,7 @@ class UdpLink final : public Link {
   std::chrono::steady_clock::time_point heard_at_{};  ///< The peer's last message.
   std::atomic<bool> refused_{false};
   std::atomic<std::chrono::steady_clock::rep> encrypted_at_{0};  ///< Since the clock's epoch.
+  OtherVersion other_version_;
 };
 
 }  // namespace knuckle

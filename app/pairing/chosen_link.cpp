@@ -1,5 +1,7 @@
 #include "app/pairing/chosen_link.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "app/cli/command.h"
@@ -153,6 +155,11 @@ std::string ChosenLink::problem() const {
     // Without a path, the link's own complaint would be about an address that nobody has chosen.
     if (const std::string problem = dialler_->problem(); !problem.empty()) return problem;
   }
+  if (const int version = secure_ ? secure_->other_version() : plain_->other_version(); version != 0)
+    return fmt::format(
+        "the far end's messages are of version {} of the link, this program's of version {}: both sides "
+        "need the same version of Knuckle",
+        version, kLinkVersion);
   if (secure_) return secure_->problem();
   if (plain_->heard_encrypted()) return listens_ ? kEncryptedComes : kEncryptedThere;
   return plain_->refused() ? "no program listens at " + address_ : "";

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "tests/support/temporary_folder.h"
+#include "transport/link_messages.h"
 
 namespace knuckle::pairing {
 namespace {
@@ -60,6 +61,26 @@ TEST(ChosenLink, APlainLinkTakesAHostByItsNameAndStaysOnThisComputerUnlessAskedT
   EXPECT_EQ(refusal("192.0.2.7:5683").find("--connect 192.0.2.7:5683: --insecure is for this computer's own"), 0u);
   EXPECT_EQ(
       refusal("nowhere.invalid:5683").find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no address: "), 0u);
+}
+
+TEST(ChosenLink, NamesBothVersionsWhereTheFarEndsMessagesAreOfAnother) {
+  LinkOptions options;
+  options.address = "127.0.0.1:0";
+  options.insecure = 1;
+  ChosenLink machine = ChosenLink::listen(options);
+  options.address = machine.where();
+  ChosenLink desk = ChosenLink::connect(options);
+  Datagram old = encode(MasterMessage{}), datagram;
+  old.bytes[2] = 7;
+  for (int tries = 200; machine.problem().empty() && tries > 0; --tries) {
+    (void)desk.link().send(old.view());
+    EXPECT_FALSE(machine.link().receive(datagram)) << "it does not claim this end";
+    std::this_thread::sleep_for(5ms);
+  }
+  EXPECT_EQ(machine.problem(),
+            "the far end's messages are of version 7 of the link, this program's of version 8: both sides need the "
+            "same version of Knuckle");
+  EXPECT_EQ(desk.problem(), "");
 }
 
 }  // namespace

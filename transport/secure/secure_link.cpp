@@ -240,6 +240,7 @@ bool SecureLink::receive(Datagram& datagram) noexcept {
     if (role_ == Role::kMachine && number_of(tag) == offered_tag_.load(std::memory_order_relaxed)) take_offer();
     if (!open(received, from, datagram)) continue;
     datagram.waited = arrival->waited;
+    other_version_.note(datagram.view());
     return true;
   }
   return false;

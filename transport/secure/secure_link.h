@@ -19,6 +19,7 @@
 #include "core/mailbox.h"
 #include "core/ring.h"
 #include "transport/link.h"
+#include "transport/other_version.h"
 #include "transport/secure/dtls_session.h"
 #include "transport/udp_socket.h"
 
@@ -112,6 +113,8 @@ class SecureLink final : public Link {
   bool take(std::optional<VideoSecret>& secret) noexcept { return video_secrets_.take(secret); }
   /// What keeps the link from being there, in one line; empty where it is, or nothing is known yet.
   [[nodiscard]] std::string problem() const;
+  /// Of the far end's messages, where it is not this program's; 0: there were none of late.
+  [[nodiscard]] std::uint8_t other_version() const noexcept { return other_version_.heard(); }
   [[nodiscard]] std::uint16_t port() const noexcept;
   /// Operator's side: this end has control, as far as is known.
   [[nodiscard]] bool has_control() const noexcept {
@@ -251,6 +254,7 @@ class SecureLink final : public Link {
   Ring<Offer*, 16> retired_;
   std::atomic<Clock::rep> heard_at_{0};  // since the clock's epoch; 0: never, or gone
   std::atomic<bool> released_{false};
+  OtherVersion other_version_;
   std::atomic<int> observer_count_{0};
   Mailbox<Release> releases_;
   Mailbox<Asker> askers_;  // to the loop's thread, ...

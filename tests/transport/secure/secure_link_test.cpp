@@ -176,6 +176,19 @@ TEST_F(SecureLinkThreads, APlainOperatorAndAnEncryptedMachineEachNameTheOther) {
   EXPECT_EQ(machine.messages, 0);
 }
 
+TEST_F(SecureLinkThreads, AnEndKnowsWhichVersionTheFarEndsMessagesAreOf) {
+  End op = desk();
+  ASSERT_TRUE(talk(op));
+  EXPECT_EQ(machine.link->other_version(), 0);
+  Datagram old = encode(MasterMessage{}), datagram;
+  old.bytes[2] = 7;
+  EXPECT_TRUE(until([&] {
+    (void)op.link->send(old.view());
+    (void)machine.link->receive(datagram);
+    return machine.link->other_version() == 7;
+  }));
+}
+
 TEST_F(SecureLinkThreads, AnEncryptedOperatorAndAPlainMachineEachNameTheOther) {
   UdpLink plain = UdpLink::listen("127.0.0.1:0");
   const auto op =
