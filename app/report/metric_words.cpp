@@ -42,6 +42,7 @@ constexpr std::array kMetrics{
     Words{"felt_error_worst_N", "error of the felt force, worst mean over half a second"},
     Words{"felt_onset_ms", "delay until a contact or load is felt, slowest"},
     Words{"unfelt_s", "time in which the machine presses and the operator does not feel it"},
+    Words{"unfelt_showable_s", "unfelt time in which the device could have shown the force"},
     Words{"free_felt_peak_N", "largest force felt in free motion"},
     Words{"contact_swing_N", "swing of the true force within a quarter of a second of contact, largest"},
     Words{"contact_bounces", "bounces on contact"},

@@ -62,9 +62,11 @@ void write_verdict(std::ostream& out, const session::Judged& judged, const Sorte
       << "\">" << verdict << "</span>\n<p class=\"lead\">" << escaped(done_text(judged)) << "</p>\n";
   if (by.towards.empty()) return;
   out << "<p>" << goals_text(judged) << ": ";
-  for (const session::CriterionResult* goal : by.towards)
+  for (const session::CriterionResult* goal : by.towards) {
+    const std::string excuse = excuse_text(*goal, judged.metrics);
     out << (goal == by.towards.front() ? "" : "; ") << escaped(metric_words(goal->name)) << " ("
-        << escaped(value_text(*goal)) << ")";
+        << escaped(value_text(*goal)) << (excuse.empty() ? "" : "; " + excuse) << ")";
+  }
   out << ".</p>\n";
 }
 
@@ -80,7 +82,7 @@ void write_facts(std::ostream& out, const session::SessionResult& s, const sessi
   fact("hold error at the hand", m.hold_error_N, "N");
   fact("rise time of the felt force", m.rise_t90_s, "s");
   if (m.payload_estimate_kg)
-    write_fact(out, "payload", shown(m.payload_estimate_kg, "kg") + " (true " + shown(m.payload_truth_kg, "kg") + ")");
+    write_fact(out, "payload (true: " + shown(m.payload_truth_kg, "kg") + ")", shown(m.payload_estimate_kg, "kg"));
   fact("simulated time", s.simulated_s, "s");
   if (s.wall_s > 0) write_fact(out, "speed", shown(s.simulated_s / s.wall_s, "x real time"));
   out << "</dl>\n";
@@ -129,8 +131,8 @@ const char* judgement(const session::CriterionResult& result, const session::Ses
 using Results = std::vector<const session::CriterionResult*>;
 
 /// @param all those that have a number, in its order.
-void write_bounds_table(std::ostream& out, const session::SessionResult& session, const Results& results,
-                        const Results& all) {
+void write_bounds_table(std::ostream& out, const session::Judged& judged, const Results& results, const Results& all) {
+  const session::SessionResult& session = judged.session;
   out << "<table class=\"bounds\"><thead><tr><th>what is asked<th class=\"n\">value<th class=\"n\">bound<th>when it "
          "was "
          "worst<th>verdict</tr></thead>\n";
@@ -139,9 +141,11 @@ void write_bounds_table(std::ostream& out, const session::SessionResult& session
     const bool in_plots = number != all.end() && session.record.samples.size() > 1;
     const std::string moment = escaped(moment_text(*r));
     out << "<tr><td>" << (in_plots ? "<b class=\"mark\">" + std::to_string(number - all.begin() + 1) + "</b> " : "")
-        << named_in_words(r->name) << "<td class=\"n\" data-of=\"value\">" << escaped(measured_text(*r))
-        << "<td class=\"n\" data-of=\"bound\">" << (r->relation == "max" ? "≤ " : "≥ ")
-        << escaped(shown(r->bound, r->unit)) << "<td data-of=\"worst at\">";
+        << named_in_words(r->name);
+    if (const std::string excuse = excuse_text(*r, judged.metrics); !excuse.empty())
+      out << "<br><span class=\"soft\">" << excuse << "</span>";
+    out << "<td class=\"n\" data-of=\"value\">" << escaped(measured_text(*r)) << "<td class=\"n\" data-of=\"bound\">"
+        << (r->relation == "max" ? "≤ " : "≥ ") << escaped(shown(r->bound, r->unit)) << "<td data-of=\"worst at\">";
     if (in_plots)
       out << "<a href=\"#" << anchor(plot_showing(r->name)) << "\">" << moment << "</a>";
     else
@@ -151,19 +155,19 @@ void write_bounds_table(std::ostream& out, const session::SessionResult& session
   out << "</table>\n";
 }
 
-void write_bounds(std::ostream& out, const session::SessionResult& session, const Sorted& by) {
+void write_bounds(std::ostream& out, const session::Judged& judged, const Sorted& by) {
   Results open, rest;
   for (const Results* part : {&by.failed, &by.shown, &by.towards}) open.insert(open.end(), part->begin(), part->end());
   for (const Results* part : {&by.met, &by.open}) rest.insert(rest.end(), part->begin(), part->end());
   if (open.empty() && rest.empty()) return;
   const Results all = numbered(by);
   out << "<section><h2>What was asked for</h2>";
-  if (!open.empty()) write_bounds_table(out, session, open, all);
+  if (!open.empty()) write_bounds_table(out, judged, open, all);
   if (!rest.empty()) {
     out << "<details" << (open.empty() ? " open" : "") << "><summary>"
         << (by.met.empty() ? std::to_string(rest.size()) + " not judged" : std::to_string(by.met.size()) + " met")
         << "</summary>";
-    write_bounds_table(out, session, rest, all);
+    write_bounds_table(out, judged, rest, all);
     out << "</details>";
   }
   out << "</section>\n";
@@ -222,7 +226,7 @@ void write_report(const session::Judged& judged, const Origin& origin, std::ostr
   write_page_head(out, "Knuckle: " + session.scenario + ", seed " + std::to_string(session.seed),
                   filmstrip_css() + kCss);
   write_header(out, judged, by, origin);
-  write_bounds(out, session, by);
+  write_bounds(out, judged, by);
   write_happenings(out, session);
   if (session.record.samples.size() > 1) {
     write_filmstrip(out, session);

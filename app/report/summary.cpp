@@ -22,16 +22,17 @@ std::string what_ran(const session::SessionResult& s) {
                      s.machine_name, s.seed, s.simulated_s, s.wall_s, speed, speed < 10 ? 1 : 0);
 }
 
-std::string line_of(const CriterionResult& result) {
-  const std::string moment = moment_text(result);
-  return fmt::format("    {}: {}{} [{}]\n", metric_words(result.name), value_text(result),
-                     moment.empty() ? "" : "; at " + moment, result.name);
+std::string line_of(const CriterionResult& result, const session::Metrics& metrics) {
+  const std::string excuse = excuse_text(result, metrics), moment = moment_text(result);
+  return fmt::format("    {}: {}{}{} [{}]\n", metric_words(result.name), value_text(result),
+                     excuse.empty() ? "" : "; " + excuse, moment.empty() ? "" : "; at " + moment, result.name);
 }
 
-std::string block(const std::string& title, const std::vector<const CriterionResult*>& results) {
+std::string block(const std::string& title, const std::vector<const CriterionResult*>& results,
+                  const session::Metrics& metrics) {
   if (results.empty()) return "";
   std::string text = "  " + title + "\n";
-  for (const CriterionResult* result : results) text += line_of(*result);
+  for (const CriterionResult* result : results) text += line_of(*result, metrics);
   return text;
 }
 
@@ -63,11 +64,12 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
   for (const session::WarningRecord& w : s.record.warnings)
     text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
   text += limits_line(s, verbose);
-  text += block("FAILED:", by.failed);
+  text += block("FAILED:", by.failed, judged.metrics);
   text +=
-      block("requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:", by.shown);
-  text += block(goals_text(judged) + ":", by.towards);
-  if (verbose) text += block("met:", by.met) + block("not judged:", by.open);
+      block("requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:", by.shown,
+            judged.metrics);
+  text += block(goals_text(judged) + ":", by.towards, judged.metrics);
+  if (verbose) text += block("met:", by.met, judged.metrics) + block("not judged:", by.open, judged.metrics);
   text += verdict_text(judged) + "\n";
   if (!s.log.file.empty() && s.log.problem.empty()) text += "recording: " + s.log.file + "\n";
   if (!report.empty()) text += "report: " + report + "\n";

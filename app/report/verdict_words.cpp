@@ -154,6 +154,12 @@ std::string value_text(const CriterionResult& result) {
   return measured_text(result) + ", " + bound + shown(result.bound, result.unit);
 }
 
+std::string excuse_text(const CriterionResult& result, const session::Metrics& metrics) {
+  if (result.name != "unfelt_s" || result.value.value_or(0) == 0 || !metrics.unfelt_showable_s) return "";
+  const double not_shown_s = std::round(1e3 * (*result.value - *metrics.unfelt_showable_s)) / 1e3;
+  return "the device cannot show " + shown(not_shown_s, "s") + " of it";
+}
+
 std::string moment_text(const CriterionResult& result) {
   if (!result.at_s) return "";
   return fmt::format("{:.1f} s", *result.at_s) + (result.phase.empty() ? "" : ", " + in_words(result.phase));

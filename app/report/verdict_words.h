@@ -22,6 +22,8 @@ namespace knuckle::report {
 [[nodiscard]] std::string measured_text(const session::CriterionResult& result);
 /// "0.349, goal 0.3"; "1150 ms, at most 200 ms".
 [[nodiscard]] std::string value_text(const session::CriterionResult& result);
+/// Of unfelt time, what no control law can change: "the device cannot show 0.12 s of it"; empty for all else.
+[[nodiscard]] std::string excuse_text(const session::CriterionResult& result, const session::Metrics& metrics);
 /// "31.6 s, back off"; empty where there is no such moment.
 [[nodiscard]] std::string moment_text(const session::CriterionResult& result);
 

@@ -57,6 +57,7 @@ constexpr MetricEntry kTable[] = {
     {"felt_error_worst_N", "felt", "error_worst_N", "N", &Metrics::felt_error_worst_N},
     {"felt_onset_ms", "felt", "onset_ms", "ms", &Metrics::felt_onset_ms},
     {"unfelt_s", "felt", "unfelt_s", "s", &Metrics::unfelt_s},
+    {"unfelt_showable_s", "felt", "unfelt_showable_s", "s", &Metrics::unfelt_showable_s},
     {"free_felt_peak_N", "felt", "free_peak_N", "N", &Metrics::free_felt_peak_N},
     {"contact_swing_N", "force", "contact_swing_N", "N", &Metrics::contact_swing_N},
     {"contact_bounces", "force", "contact_bounces", "1", &Metrics::contact_bounces},

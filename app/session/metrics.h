@@ -29,6 +29,7 @@ struct Metrics {
   Metric hold_true_swing_share;  ///< Swing of the true force over what is allowed of it: a tenth, 150 N at least.
   // felt, against the truth of the whole session
   Metric felt_error_rms_N, felt_error_rel, felt_error_worst_N, felt_onset_ms, unfelt_s, free_felt_peak_N;
+  Metric unfelt_showable_s;  ///< Of unfelt_s, that in which the device could have shown the force.
   Metric contact_swing_N, contact_bounces;
   Metric fault_rise_N,
       fault_slew_N_per_ms;  ///< After something was broken: rise of the true force, change of the felt.

@@ -5,6 +5,7 @@
 #include <deque>
 
 #include "app/session/record_windows.h"
+#include "estimation/foh_filter.h"
 
 namespace knuckle::session {
 namespace {
@@ -13,6 +14,7 @@ constexpr double kWorst_s = 0.5;     // of a mean error
 constexpr double kOnset_N = 0.35;    // at the hand: a person notices
 constexpr double kLasting_s = 0.3;   // shorter contacts need not be felt
 constexpr double kUnfelt_N = 2;      // by so much the truth may not pass what is felt for kLasting_s
+constexpr double kShowable_Hz = 20;  // fastest swing of 3 N at the hand that the device's 0.4 N/ms follow
 constexpr double kSwing_s = 0.25;    // a hand does not change a force by much within this time; a limit cycle does
 constexpr double kTouching_s = 0.5;  // after the first touch: an impact is not a swing
 constexpr double kShortGap_s = 0.05, kLongGap_s = 0.5;  // shorter: restitution; longer: the hand has gone away
@@ -98,31 +100,55 @@ void measure_error(const std::vector<Row>& rows, Metrics& metrics) {
   metrics.felt_error_rms_N.at_s = metrics.felt_error_rel.at_s = metrics.felt_error_worst_N.at_s;
 }
 
-/// Time in which the truth is above what is felt of it, along it, by kUnfelt_N for at least kLasting_s: the machine
-/// presses, and nobody is told. Nothing where there was no force to be felt.
-void measure_unfelt(const std::vector<Row>& rows, Metrics& metrics) {
-  double since_s = -1, unfelt_s = 0;
+/// The true force of each row as the device shows it at best: up to its largest force, no faster than kShowable_Hz.
+std::vector<PlanarVector> showable_N(const std::vector<Row>& rows, double largest_N) {
+  const auto limited_N = [largest_N](const PlanarVector& force_N) -> PlanarVector {
+    return force_N * (largest_N / std::max(force_N.norm(), largest_N));
+  };
+  const double row_s = (rows.back().t_s - rows.front().t_s) / static_cast<double>(rows.size() - 1);
+  estimation::FohFilter<PlanarVector> bandwidth(kShowable_Hz, row_s);
+  bandwidth.reset(limited_N(rows.front().true_N()));
+  std::vector<PlanarVector> shown_N;
+  shown_N.reserve(rows.size());
+  for (const Row& row : rows) shown_N.push_back(bandwidth.step(limited_N(row.true_N())));
+  return shown_N;
+}
+
+/// Whether a force is above what is felt of it, along it, by more than kUnfelt_N.
+bool above_felt(const PlanarVector& force_N, const PlanarVector& felt_N) {
+  const double size_N = force_N.norm();
+  return size_N > kUnfelt_N && size_N - felt_N.dot(force_N) / size_N > kUnfelt_N;
+}
+
+/// Time in which the truth is above what is felt for at least kLasting_s: the machine presses, and nobody is told. Of
+/// it, the time in which the device could have told. Nothing where there was no force to be felt.
+void measure_unfelt(const std::vector<Row>& rows, double largest_N, Metrics& metrics) {
+  const auto to_be_felt = [](const Row& row) { return row.engaged && row.true_N().norm() > kOnset_N; };
+  if (rows.size() < 2 || std::ranges::none_of(rows, to_be_felt)) return;
+  const std::vector<PlanarVector> shown_N = showable_N(rows, largest_N);
+  double since_s = -1, shown_since_s = 0, unfelt_s = 0, unfelt_showable_s = 0;
   Metric longest_s;
-  bool any = false;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const PlanarVector true_N = rows[i].true_N();
-    const double size_N = true_N.norm();
-    any = any || (rows[i].engaged && size_N > kOnset_N);
-    const bool unfelt =
-        rows[i].engaged && size_N > kUnfelt_N && size_N - rows[i].felt_N.dot(true_N) / size_N > kUnfelt_N;
-    if (unfelt && since_s < 0) since_s = rows[i].t_s;
-    if (since_s >= 0 && (!unfelt || i + 1 == rows.size())) {
+    const bool last = i + 1 == rows.size();
+    const bool unfelt = rows[i].engaged && above_felt(rows[i].true_N(), rows[i].felt_N);
+    if (unfelt && since_s < 0) {
+      since_s = rows[i].t_s;
+      shown_since_s = 0;
+    }
+    if (unfelt && !last && above_felt(shown_N[i], rows[i].felt_N)) shown_since_s += rows[i + 1].t_s - rows[i].t_s;
+    if (since_s >= 0 && (!unfelt || last)) {
       const double length_s = rows[i].t_s - since_s;
       if (length_s >= kLasting_s) {
         unfelt_s += length_s;
+        unfelt_showable_s += shown_since_s;
         keep_worst(longest_s, length_s, since_s);
       }
       since_s = -1;
     }
   }
-  if (!any) return;
   metrics.unfelt_s = unfelt_s;
-  metrics.unfelt_s.at_s = longest_s.at_s;
+  metrics.unfelt_showable_s = unfelt_showable_s;
+  metrics.unfelt_s.at_s = metrics.unfelt_showable_s.at_s = longest_s.at_s;
 }
 
 /// Slowest onset: from where a force (touch, or weight) passes kOnset_N to where what is felt has changed by as much
@@ -203,7 +229,7 @@ void measure_presses(const SessionRecord& record, Metrics& metrics) {
 void measure_truth(const SessionRecord& record, Metrics& metrics) {
   const std::vector<Row> rows = rows_of(record);
   measure_error(rows, metrics);
-  measure_unfelt(rows, metrics);
+  measure_unfelt(rows, record.device_limit_N, metrics);
   measure_onset(rows, &Row::touch_N, metrics);
   measure_onset(rows, &Row::weight_N, metrics);
   measure_contact(rows, metrics);

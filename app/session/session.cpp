@@ -190,6 +190,7 @@ SessionRecord start_record(const SessionSetup& setup) {
   record.phases = setup.scenario.phase_names;
   record.phases.emplace_back("hold");
   record.force_scale = setup.device.feel.force_scale;
+  record.device_limit_N = setup.device.feel.force_limit_N;
   record.asked_N = asked_forces_N(setup.machine, setup.scenario, record.force_scale);
   record.link_delay_s = to_seconds(setup.to_machine.delay);
   for (Eigen::Index i = 0; i < kJoints; ++i) {

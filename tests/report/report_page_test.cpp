@@ -113,6 +113,24 @@ TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
   EXPECT_TRUE(has(summary_text(judged, "", true), "engaged_s"));
 }
 
+TEST(Verdict, OfUnfeltForceSaysHowMuchOfItTheDeviceCannotShow) {
+  session::SessionResult session = session::synthetic_session();
+  session.criteria = {{"unfelt_s", {}, 0, session::CriterionKind::kGoal}};
+  session::Judged judged = session::judge(session);
+  judged.metrics.unfelt_s = 0.5;
+  judged.metrics.unfelt_showable_s = 0.38;
+  judged.criteria = session::evaluate(session.criteria, judged.metrics, session.record);
+  const std::string excuse = "; the device cannot show 0.12 s of it";
+  EXPECT_TRUE(has(summary_text(judged, ""), "0.5 s, goal 0 s" + excuse)) << summary_text(judged, "");
+  std::ostringstream report;
+  write_report(judged, {}, report);
+  EXPECT_TRUE(has(report.str(), "0.5 s, goal 0 s" + excuse));
+  EXPECT_TRUE(has(report.str(), "<br><span class=\"soft\">the device cannot show 0.12 s of it</span>"));
+  judged.metrics.unfelt_s = 0.0;
+  judged.criteria = session::evaluate(session.criteria, judged.metrics, session.record);
+  EXPECT_FALSE(has(summary_text(judged, "", true), "cannot show"));
+}
+
 TEST(Summary, SaysWhereRequirementsDoNotDecide) {
   session::SessionResult session = missing_one_of_each();
   session.requirements_decide = false;

@@ -395,6 +395,29 @@ TEST(MetricsOfTruth, ForceThatNobodyIsToldOfCountsFromThreeTenthsOfASecondOn) {
   EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
 }
 
+TEST(MetricsOfTruth, OfUnfeltTimeThatIsShowableInWhichTheDevicesBestIsAboveWhatIsFelt) {
+  SessionRecord record = engaged_record(12);
+  const auto showable_s = [&record](double device_limit_N) {
+    record.device_limit_N = device_limit_N;
+    return compute_metrics(record).unfelt_showable_s.value();
+  };
+  during(record, 2, 3, [](Sample& s) {
+    s.truth.tip_force_N = {-15000, 0};
+    s.hand.felt_N = {-7.5, 0};
+  });
+  EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 1, 0.01);
+  EXPECT_EQ(showable_s(8), 0);
+  EXPECT_NEAR(showable_s(11), 1, 0.03);
+  during(record, 5, 6, [](Sample& s) {
+    s.truth.tip_force_N = {-2100, 0};
+    s.hand.felt_N = {0, 0};
+  });
+  EXPECT_NEAR(compute_metrics(record).unfelt_s.value(), 2, 0.02);
+  EXPECT_NEAR(showable_s(8), 1 - std::log(2.1 / 0.1) / (2 * M_PI * 20), 0.006) << "above 2 N at 20 Hz";
+  during(record, 8, 8.29, [](Sample& s) { s.truth.tip_force_N = {-6000, 0}; });  // too short to count
+  EXPECT_NEAR(showable_s(8), 1 - std::log(2.1 / 0.1) / (2 * M_PI * 20), 0.006);
+}
+
 TEST(MetricsOfTruth, HammeringIsASwingAndAHandThatPressesSlowlyIsNone) {
   SessionRecord record = engaged_record(8);
   during(record, 2, 6, [](Sample& s) { s.truth.tip_force_N = {-1000 - 900 * std::sin(2 * M_PI * 0.5 * s.t_s), 0}; });
@@ -471,7 +494,7 @@ TEST(Metrics, AfterAFaultTheTrueForceIsTakenFromWhereItWasAndTheFeltOneByItsStep
 
 TEST(MetricsOfTruth, WhereNothingWasThereToBeFeltNothingIsMeasured) {
   SessionRecord record = engaged_record(6);
-  EXPECT_FALSE(compute_metrics(record).unfelt_s);
+  EXPECT_FALSE(compute_metrics(record).unfelt_s || compute_metrics(record).unfelt_showable_s);
   during(record, 2, 3, [](Sample& s) { s.truth.tip_force_N = {-1000, 0}; });
   EXPECT_EQ(compute_metrics(record).unfelt_s, 0);
 }
