@@ -100,7 +100,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"jog_too_long", SubjectKind::kNothing, "motion takes too long: check pump, engine speed and pilot pressure", "s"},
     {"pilot_stays_on", SubjectKind::kNothing,
      "pilot pressure is still on after it was switched off: check the enable valve before anything else", nullptr},
-    {"force_ceiling", SubjectKind::kNothing, "as hard as the machine file lets it press: move away", "N"},
+    {"force_ceiling", SubjectKind::kNothing, "presses no harder than the machine file allows: move away", "N"},
     {"cues_delay", SubjectKind::kNothing,
      "round trip too long for felt forces: contact is only signalled, work slowly or use a faster link", "ms"},
     {"cues_silence", SubjectKind::kNothing, "machine is not heard: no force is felt, stop and check the network", "ms"},

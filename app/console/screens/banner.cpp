@@ -382,7 +382,9 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (const std::string news = piece_news(view); !news.empty()) next = next.empty() ? news : news + "; " + next;
   if (!pushing.empty()) next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
-  const std::string cause = cause_words(view, view.machine.fault);
+  // Whose Stop and enable are both released already is not asked to release one of them.
+  const bool over = stopped(view) && !view.hand.enable && !next.empty();
+  const std::string cause = over ? "Stop was pressed" : cause_words(view, view.machine.fault);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;
 }
 

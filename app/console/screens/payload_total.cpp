@@ -10,7 +10,7 @@ constexpr Duration kLongestGap = 250ms;  // what was not seen for longer is not 
 }  // namespace
 
 bool payload_is_known(const SlaveMessage& machine, double full_scale_kg) noexcept {
-  return machine.payload_sigma_kg <= std::max(std::abs(machine.payload_kg), 0.05 * full_scale_kg);
+  return machine.payload_sigma_kg <= std::max(std::abs(machine.payload_kg) / 3, 0.05 * full_scale_kg);
 }
 
 void PayloadTotal::clear() {

@@ -153,23 +153,16 @@ void load(const widgets::Ui& ui, const std::vector<ImVec2>& points) {
   canvas().AddPolyline(points.data(), count, colour, ImDrawFlags_Closed, ui.theme.px(1.5F));
 }
 
-/// On the pin of each joint that is at its end.
-void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane, const widgets::Area& picture) {
+/// A ring on the pin of each joint that is at its end. Banner and limits have the words, which would lie over the
+/// machine.
+void ends(const widgets::Ui& ui, const ConsoleData& data, const Plane& plane) {
   const widgets::Theme& t = ui.theme;
   const MachinePose pose = pose_of(data.facts.machine, data.view.machine.position_rad);
   const PerJoint<PlanarVector> pins_m{pose.boom.translation(), pose.arm.translation(), pose.bucket.translation()};
   for (std::size_t i = 0; i < kJoints; ++i) {
     if (data.loads[i].end == 0) continue;
     const auto at = plane.at(pins_m[i]);
-    if (!at) continue;
-    canvas().AddCircle(*at, t.px(9), t.colours.notice, 0, t.px(3));
-    const std::string words = std::string(kJointNames[i]) + " at its end";
-    const float width = widgets::text_width(t.fonts.small, words.c_str());
-    const bool fits = at->x + t.px(18) + width < picture.max.x;
-    const ImVec2 left{fits ? at->x + t.px(14) : at->x - t.px(14) - width, at->y - t.px(16)};
-    canvas().AddRectFilled({left.x - t.px(4), left.y - t.px(9)}, {left.x + width + t.px(4), left.y + t.px(9)},
-                           with_alpha(t.colours.background, 0.69), t.px(6));
-    widgets::put_text(t.fonts.small, t.colours.notice, left, widgets::Align::kLeft, words.c_str());
+    if (at) canvas().AddCircle(*at, t.px(9), t.colours.notice, 0, t.px(3));
   }
 }
 
@@ -193,7 +186,7 @@ void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
   if (grid) levels(ui, state.measures, plane, picture);
   if (!measured_freshness(data.view).after(ui.view_age_s).stale()) load(ui, load_corners(data, plane));
   trail(ui, data, plane);
-  ends(ui, data, plane, picture);
+  ends(ui, data, plane);
   if (measured_freshness(data.view).heard) bucket_arrow(ui, data, plane, picture);
   canvas().PopClipRect();
 }

@@ -175,18 +175,19 @@ void ConsoleWindow::frame_of_player() {
   draw(player_->view(), {}, player_->events(), 0);
 }
 
-/// A window that has no room for any screen: one line, nobody leads, and Stop is a key or a click anywhere.
+/// A window that has no room for any screen: one sentence, nobody leads, and Stop is a key or a click anywhere.
 void ConsoleWindow::draw_too_small(const ConsoleView& view) {
   const widgets::Theme& t = window_.theme();
   screens::open_canvas();
   const bool live = player_ == nullptr;
   if (live && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) state_.stop = true;
   const widgets::Area all = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(t.px(6));
-  const std::string needed = fmt::format("This window is too small: {} x {} are needed", kLeastWidth, kLeastHeight);
-  widgets::put_fitted(t.fonts.body, t.colours.text, all,
-                      !live         ? needed.c_str()
-                      : state_.stop ? ("Stop is pressed. " + needed).c_str()
-                                    : (needed + ". Enable counts as let go; Stop: Space or a click").c_str());
+  std::string words = fmt::format("This window is too small: {} x {} are needed", kLeastWidth, kLeastHeight);
+  if (live)
+    words = state_.stop ? "Stop is pressed. " + words : words + ". Enable counts as let go; Stop: Space or a click";
+  const ImFont* font = t.fonts.body;
+  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, all.width(), words.c_str()).y;
+  widgets::put_lines(font, t.colours.text, all.inset(0, std::max(0.F, all.height() - height) / 2), words.c_str());
   focus_.end_frame();
   machine_.take_mouse({}, state_.side_view, view);
   ImGui::End();

@@ -1,4 +1,4 @@
-// Whatever size the window is given, the program goes on: a layout that has room for all of it, or one line.
+// Whatever size the window is given, the program goes on: a layout that has room for all of it, or one sentence.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -37,12 +37,12 @@ class SmallWindow : public ShownConsole {
     std::erase_if(all, [](const DrawnText& text) { return text.words.starts_with("Debug"); });  // ImGui's, never shown
     return all;
   }
-  [[nodiscard]] static bool one_line(const std::vector<DrawnText>& texts) {
-    return texts.size() == 1 && texts[0].max.y - texts[0].min.y < 30;
+  [[nodiscard]] static bool one_sentence(const std::vector<DrawnText>& texts) {
+    return texts.size() == 1 && texts[0].words.starts_with("This window is too small");
   }
 };
 
-TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneLine) {
+TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneSentence) {
   constexpr std::array<std::pair<int, int>, 11> kSizes{{{500, 400},
                                                         {1280, 1},
                                                         {1, 800},
@@ -66,7 +66,7 @@ TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneLine) {
       frames(2);
       const std::vector<DrawnText> texts = drawn();
       if (!layout) {
-        EXPECT_TRUE(one_line(texts)) << (texts.empty() ? "nothing" : texts.back().words);
+        EXPECT_TRUE(one_sentence(texts)) << (texts.empty() ? "nothing" : texts.back().words);
         continue;
       }
       const auto says = [&](const char* words) {
@@ -81,6 +81,20 @@ TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneLine) {
   }
 }
 
+TEST_F(SmallWindow, SaysToTheEndHowToStopWhereThereIsAnyRoomForIt) {
+  for (const auto& [width, height] : {std::pair{500, 400}, {300, 300}, {900, 30}}) {
+    SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
+    resize(width, height);
+    const std::vector<DrawnText> texts = drawn();
+    ASSERT_TRUE(one_sentence(texts));
+    EXPECT_TRUE(texts[0].words.ends_with("Stop: Space or a click")) << texts[0].words;
+    EXPECT_GE(texts[0].min.x, 0);
+    EXPECT_GE(texts[0].min.y, 0);
+    EXPECT_LE(texts[0].max.x, float(width));
+    EXPECT_LE(texts[0].max.y, float(height));
+  }
+}
+
 TEST_F(SmallWindow, LetsNobodyLeadSaysSoAndStopsAsEver) {
   frames();
   does("keydown shift");
@@ -89,7 +103,7 @@ TEST_F(SmallWindow, LetsNobodyLeadSaysSoAndStopsAsEver) {
   resize(900, 400);
   EXPECT_TRUE(console_->input(view_.now).too_small);
   const std::vector<DrawnText> texts = drawn();
-  ASSERT_TRUE(one_line(texts));
+  ASSERT_TRUE(one_sentence(texts));
   EXPECT_NE(texts[0].words.find("960 x 540"), std::string::npos) << texts[0].words;
   EXPECT_NE(texts[0].words.find("Enable counts as let go"), std::string::npos) << texts[0].words;
   EXPECT_FALSE(console_->input(view_.now).stop);

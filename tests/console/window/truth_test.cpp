@@ -67,6 +67,20 @@ TEST(BannerReason, SaysBesideAnOldCauseWhatThereIsToDoNow) {
   EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "this window had no focus: let go of"));
 }
 
+TEST(BannerReason, AfterAStopAsksNobodyToLetGoOfAnEnableThatIsNotHeld) {
+  ConsoleView view = canned_view();
+  view.machine.contact = false;
+  view.machine.mode = Mode::kFault;
+  view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
+  view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
+  view.hand.enable = true;
+  EXPECT_TRUE(says(screens::banner_reason(view, false, 0), "release enable"));
+  view.machine.blocking = {ReasonCode::kNoPresence, 0, 0, 0};
+  view.hand.enable = false;
+  EXPECT_EQ(screens::banner_reason(view, false, 0, {HandSource::kKeyboard}),
+            "Stop was pressed; now: hold Shift (enable) and move with Q A W S E D");
+}
+
 TEST(BannerReason, SaysWhatAMachineThatIsNotHeardMayDoWhileEnableIsHeld) {
   ConsoleView view = unheard_view();
   const auto reason = [&view](double silence_s) {
@@ -445,7 +459,7 @@ TEST_F(HistoryOfSixtyFrames, LeavesOpenWhatNobodyLookedAtAndBeginsAnewWithTheSes
   EXPECT_EQ(history_.size(), 1U);
 }
 
-TEST(PayloadKnown, OnlyWhereItSaysMoreThanItsDoubt) {
+TEST(PayloadKnown, OnlyToAThirdOrToATwentiethOfAFullBucket) {
   constexpr double kFull_kg = 150;
   const auto known = [](double kg, double sigma_kg) {
     SlaveMessage machine;
@@ -457,8 +471,10 @@ TEST(PayloadKnown, OnlyWhereItSaysMoreThanItsDoubt) {
   EXPECT_TRUE(known(-0.4, 2.3)) << "an empty bucket";
   EXPECT_FALSE(known(0, 300)) << "nothing learnt yet";
   EXPECT_FALSE(known(312, 1070)) << "pressed against a wall";
-  EXPECT_FALSE(known(7, 8));
-  EXPECT_TRUE(known(9, 8));
+  EXPECT_FALSE(known(412, 243)) << "an empty bucket that the arm presses into a wall, the boom pushed to its end";
+  EXPECT_FALSE(known(23, 8));
+  EXPECT_TRUE(known(25, 8));
+  EXPECT_TRUE(known(5, 7));
 }
 
 class Payload : public testing::Test {
