@@ -12,6 +12,7 @@ Head read_head(const mcap::Reader& file, const std::string& path) {
   for (const mcap::Metadata& metadata : file.metadata()) {
     if (metadata.name == kHeadName) return head_of(metadata, path);
   }
+  if (!file.complete()) throw InputError(path + ": is cut off before what makes it a recording of Knuckle");
   throw InputError(path + ": is not a recording of Knuckle: it has no metadata named " + kHeadName);
 }
 

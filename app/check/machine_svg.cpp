@@ -102,7 +102,8 @@ class Sheet {
         at_m.x(), -at_m.y(), height_m, report::escaped(text));
   }
 
-  /// A sector at each joint: from the direction of the link before, over the working range.
+  /// A sector at each joint: from the direction of the link before, over the working range. Its words stand in the
+  /// corner above the hull, where no pin's letter is.
   void draw_ranges() {
     constexpr int kSteps = 30;
     constexpr double kDegree = std::numbers::pi / 180;
@@ -118,8 +119,9 @@ class Sheet {
         sector.push_back(pins[j] + radius_m * PlanarVector(std::cos(angle), std::sin(angle)));
       }
       canvas_.polygon("range", sector);
+      const PlanarVector corner_m(box_.min().x(), box_.max().y());
       write_text(
-          "angle", sector.back() + PlanarVector(0.01, 0.01) * size_m_, 0.02 * size_m_,
+          "angle", corner_m + PlanarVector(1, -1.5 * static_cast<double>(j + 1)) * 0.026 * size_m_, 0.02 * size_m_,
           fmt::format("{} {:.0f} to {:.0f} deg", kJointNames[j], link.min_rad / kDegree, link.max_rad / kDegree));
       before_rad += joints_[static_cast<Eigen::Index>(j)];
     }

@@ -98,9 +98,9 @@ std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std
   } else if (error.get_name() == "ValidationError") {  // "--seed: abc must be a whole number"
     const auto colon = message.find(": "), why = std::min(message.find(" must "), message.find(" not in {"));
     if (colon < why && why < message.size()) message.replace(why, 0, ":").erase(colon, 1);
-  } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !command.empty()) {
-    const std::string unknown = unknown_option(app.remaining(true), *app.get_subcommand(command));
-    if (!unknown.empty()) message = unknown;
+  } else if (command.empty() || error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
+    const CLI::App& options = command.empty() ? app : *app.get_subcommand(command);
+    if (const std::string unknown = unknown_option(app.remaining(true), options); !unknown.empty()) message = unknown;
   } else if (message.find(": At Most 1 required") != std::string::npos) {
     message = message.substr(0, message.find(':')) + ": is given more than once";
   } else if (const auto end = message.find(" was given a disallowed flag override"); end != std::string::npos) {

@@ -170,8 +170,8 @@ void check(const Given& given, const cli::OptionList& command) {
     check_simulated(given);
   } else {
     if (o.recordings.empty() && !given.hold_out.empty())
-      cli::refuse_option("identify", "", "needs recordings (.csv), named before --hold-out, or --simulate");
-    if (o.recordings.empty()) cli::refuse_option("identify", "", "needs recordings (.csv), or --simulate");
+      cli::refuse_option("identify", "", "needs recordings (.mcap or .csv), named before --hold-out, or --simulate");
+    if (o.recordings.empty()) cli::refuse_option("identify", "", "needs recordings (.mcap or .csv), or --simulate");
     if (!o.record.empty()) cli::refuse_option("--record", o.record, "only goes with --simulate");
     if (!o.family.empty()) cli::refuse_option("--family", o.family, "only goes with --simulate");
     if (!o.truth.empty()) cli::refuse_option("--truth", o.truth, "only goes with --simulate");

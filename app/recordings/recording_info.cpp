@@ -84,7 +84,9 @@ std::string kind(const HeadTexts& head) {
 
 void describe_head(const HeadTexts& head, const mcap::Reader& file, std::vector<std::string>& lines) {
   if (!head.there()) {
-    lines.push_back("  kind      MCAP file of another program: " + shortened(file.library()));
+    const bool begun = !file.complete() && file.library().starts_with("knuckle ");
+    lines.push_back(begun ? "  kind      recording of Knuckle, cut off before what it is of"
+                          : "  kind      MCAP file of another program: " + shortened(file.library()));
     return;
   }
   lines.push_back(fmt::format("  kind      {} of {}", kind(head), sides(head)));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
 #include "app/check/check_command.h"
 #include "app/check/file_check.h"
@@ -29,6 +30,29 @@ std::string with_line(std::string text, const std::string& table, const std::str
   EXPECT_NE(from, std::string::npos) << table;
   EXPECT_NE(at, 0U) << key;
   return text.replace(at, text.find('\n', at) - at, line);
+}
+
+/// Words of a drawing, with about the room that they take.
+struct DrawnWords {
+  std::string words;
+  double left, right, top, bottom;
+  [[nodiscard]] bool overlaps(const DrawnWords& o) const {
+    return left < o.right && o.left < right && top < o.bottom && o.top < bottom;
+  }
+};
+std::vector<DrawnWords> drawn_words(const std::string& svg, const std::string& css_class) {
+  const std::regex text("<text class=\"" + css_class +
+                        "\" x=\"([-.0-9]+)\" y=\"([-.0-9]+)\" font-size=\"([.0-9]+)\"[^>]*>([^<]*)<");
+  std::vector<DrawnWords> all;
+  for (std::sregex_iterator at(svg.begin(), svg.end(), text), end; at != end; ++at) {
+    const double x = std::stod((*at)[1]), y = std::stod((*at)[2]), height = std::stod((*at)[3]);
+    const std::string words = (*at)[4];
+    const double width = 0.5 * height * static_cast<double>(words.size());
+    const double left = css_class == "letter" ? x - width / 2 : x;  // letters stand on their middle
+    all.push_back({words, left, left + width, y - 0.7 * height, y});
+  }
+  EXPECT_FALSE(all.empty()) << css_class;
+  return all;
 }
 
 class Check : public ::testing::Test {
@@ -150,6 +174,12 @@ TEST_F(Check, TheDrawingHasEveryPinAndTheLimits) {
   for (const char* shown :
        {"reach_m = 3.3", "floor_m = -2.6", "class=\"range\"", "class=\"sweep\"", "arm -148 to -29 deg"})
     EXPECT_NE(svg.find(shown), std::string::npos) << shown;
+  for (const char* machine : {"solar015", "compact080"}) {
+    ASSERT_EQ(run({kConfig + "/machines/" + machine + ".toml", "--drawing", drawing}), 0) << err_;
+    for (const DrawnWords& letter : drawn_words(test::content(drawing), "letter"))
+      for (const DrawnWords& range : drawn_words(test::content(drawing), "angle"))
+        EXPECT_FALSE(letter.overlaps(range)) << machine << ": " << letter.words << " on " << range.words;
+  }
   EXPECT_EQ(run({kConfig + "/devices/knuckle1.toml", "--drawing", drawing}), 2);
   EXPECT_NE(err_.find("only goes with a machine file"), std::string::npos) << err_;
 }

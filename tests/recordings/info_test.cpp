@@ -10,6 +10,7 @@
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
 #include "recording/mcap/file_writer.h"
+#include "recording/recording.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/temporary_folder.h"
 
@@ -68,6 +69,16 @@ TEST_F(Info, OfADamagedOrCutOffRecordingSaysSo) {
   const FileInfo cut = recording_info(put("cut.mcap", whole.substr(0, whole.size() / 2)));
   EXPECT_FALSE(cut.whole);
   expect_says(cut, {"B, damaged", "cut off"});
+  const std::string stump = put("stump.mcap", whole.substr(0, 100));
+  const FileInfo begun = recording_info(stump);
+  EXPECT_FALSE(begun.whole);
+  expect_says(begun, {"recording of Knuckle, cut off before what it is of"});
+  try {
+    const recording::Recording unreadable({stump});
+    ADD_FAILURE() << "was read";
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()), stump + ": is cut off before what makes it a recording of Knuckle");
+  }
   EXPECT_THROW((void)recording_info(put("none.mcap", "time_s\n")), InputError);
 }
 
