@@ -53,7 +53,10 @@ class ValveNode {
   /// Zero unless operational, ACTIVE, without fault and set from the bus.
   [[nodiscard]] double demand() const noexcept { return demand_; }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
-  void inject(NodeFault fault, double spool) noexcept { fault_ = fault, stuck_at_ = spool; }
+  void inject(NodeFault fault, double spool) noexcept {
+    fault_ = fault;
+    stuck_at_ = spool;
+  }
 
  private:
   void obey_control_word() noexcept;

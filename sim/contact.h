@@ -53,7 +53,10 @@ struct ContactForces {
   /// On a corner of the outline or on the linkage's pin.
   void on_place(PlanarVector ContactForces::*cause, const BucketMotion& bucket, std::size_t place,
                 const PlanarVector& at_m, const PlanarVector& force_N) noexcept {
-    place < kCorners ? on_bucket(cause, bucket, at_m, force_N) : on_linkage(cause, bucket, force_N);
+    if (place < kCorners)
+      on_bucket(cause, bucket, at_m, force_N);
+    else
+      on_linkage(cause, bucket, force_N);
   }
 
  private:

@@ -14,7 +14,10 @@ class HidPair {
  public:
   static constexpr std::size_t kSlots = 64;
 
-  HidPair() noexcept { host_.peer_ = &device_, device_.peer_ = &host_; }
+  HidPair() noexcept {
+    host_.peer_ = &device_;
+    device_.peer_ = &host_;
+  }
   HidPair(const HidPair&) = delete;
   HidPair& operator=(const HidPair&) = delete;
 

@@ -25,11 +25,17 @@ class ImpairedLink {
   /// Sets the time: what is due by then can be received; what is sent from now on leaves at `now`.
   void advance(Time now) noexcept { now_ = now; }
   /// Loses everything sent while on, both ways;
-  void cut(bool on) noexcept { a_.cut(on), b_.cut(on); }
+  void cut(bool on) noexcept {
+    a_.cut(on);
+    b_.cut(on);
+  }
   /// or only what b sends.
   void cut_b_to_a(bool on) noexcept { b_.cut(on); }
   /// Everything sent from now on takes so much longer, both ways.
-  void slow_down(Duration by) noexcept { a_to_b_.model().slow_down(by), b_to_a_.model().slow_down(by); }
+  void slow_down(Duration by) noexcept {
+    a_to_b_.model().slow_down(by);
+    b_to_a_.model().slow_down(by);
+  }
   /// Of what b sends from now on, this share more is lost.
   void lose_more_b_to_a(double share) noexcept { b_to_a_.model().lose_more(share); }
   [[nodiscard]] const ImpairmentCounts& a_to_b() const noexcept { return a_to_b_.counts(); }

@@ -35,7 +35,10 @@ class ImpairmentModel {
   /// @param now never before that of an earlier call.
   [[nodiscard]] Fate send(std::size_t bytes, Time now) noexcept;
   /// Sent, and lost in any case.
-  void lose() noexcept { ++counts_.sent, ++counts_.lost; }
+  void lose() noexcept {
+    ++counts_.sent;
+    ++counts_.lost;
+  }
 
   /// Everything sent from now on takes so much longer.
   void slow_down(Duration by) noexcept { slower_ = by; }

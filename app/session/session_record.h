@@ -108,7 +108,10 @@ struct FaultRecord {
 /// Adds a row where there is room for it, without allocating; else counts it: a judge must know what it never saw.
 template <typename Row>
 void keep(std::vector<Row>& rows, const Row& row, std::uint64_t& lost) noexcept {
-  rows.size() < rows.capacity() ? rows.push_back(row) : void(++lost);
+  if (rows.size() < rows.capacity())
+    rows.push_back(row);
+  else
+    ++lost;
 }
 
 /// The operator was told that less is felt than the machine feels.
