@@ -44,9 +44,14 @@ void add_notes(const widgets::Ui& ui, const ConsoleView& view, const JointLoads&
   }
 }
 
-/// @param blocked whoever is here has to do something before enable counts.
+/// What a person has asked for here that the mode does not show.
+struct Asked {
+  bool blocked = false;  ///< Something is to be done before enable counts.
+  bool stop = false;     ///< Stop is pressed.
+};
+
 Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
-                  bool blocked) {
+                  const Asked& asked) {
   const widgets::Palette& c = ui.theme.colours;
   const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const Mode mode = view.machine.mode;
@@ -65,19 +70,23 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoa
   // Nothing is broken, so that it does not flash; but nothing else that stands still is as loud.
   if (stopped(view)) says = {"STOPPED", "", widgets::Icon::kStop, c.stop, false};
   // The machine is ready, but not for whoever is here.
-  if (mode == Mode::kReady && blocked)
+  if (mode == Mode::kReady && asked.blocked)
     says = {mode_word(mode), "not led from here yet", widgets::Icon::kHand, c.notice, false};
   add_notes(ui, view, loads, says);
   if (stopped(view)) says.edge = c.stop_text;
+  if (asked.stop && led(mode)) {  // not confirmed yet
+    says.below = "Stop is pressed";
+    says.edge = c.notice;
+  }
   return says;
 }
 
 /// @param recorded false: a hole in the recording that is played.
-void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded, bool blocked,
-                const widgets::Area& area) {
+void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
+                const Asked& asked, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const Headline says = headline(ui, view, loads, recorded, blocked);
+  const Headline says = headline(ui, view, loads, recorded, asked);
   const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
   if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
@@ -402,7 +411,8 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
   const bool blocked =
       leads && (data.view.hand.device || input.unattended || input.release_enable || input.dropped != Dropped::kNo ||
                 person.enable_ignored || person.pad_ignored || person.pull_ignored);
-  mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(), blocked,
+  mode_block(ui, data.view, data.loads, data.player == nullptr || !data.player->in_gap(),
+             {blocked, data.player == nullptr && state.stop},
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
