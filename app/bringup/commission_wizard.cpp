@@ -387,20 +387,21 @@ class Wizard {
 
 }  // namespace
 
+void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
+  const std::string heard = slave::heard_of_other_controller(machine.bus, access);
+  if (!heard.empty())
+    throw CommissionEnded("another controller is on the bus: heard " + heard + "; nothing was configured or moved");
+}
+
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check) {
+  alone_on_bus(machine, access);
   BusDiagnosis diagnosis =
       diagnose(survey_bus(access, machine.bus.bit_rate, doctor_objects(machine), {}, check), &machine);
   for (const std::string& line : diagnosis_lines(diagnosis)) dialogue.say(line);
   if (!healthy(diagnosis.findings))
     throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");
   return diagnosis;
-}
-
-void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
-  const std::string heard = slave::heard_of_other_controller(machine.bus, access);
-  if (!heard.empty())
-    throw CommissionEnded("another controller is on the bus: heard " + heard + "; nothing was configured or moved");
 }
 
 WizardResult run_wizard(

@@ -145,8 +145,8 @@ TEST(Recover, RefusesABusWithAnotherController) {
       (void)b.nodes_end().send(canopen::heartbeat_frame(whole().bus.controller_id, canopen::NmtState::kOperational));
   };
   site.recover_boom(narrower(true), {"ready", "go", "go", "go", "go"});
-  EXPECT_NE(site.told.find("another controller is on the bus"), std::string::npos) << site.told;
-  EXPECT_NE(site.ended, "");
+  EXPECT_NE(site.ended.find("another controller is on the bus"), std::string::npos) << site.ended;
+  EXPECT_EQ(site.told.find("ready"), std::string::npos) << "before anybody is asked to be ready";
   EXPECT_FALSE(site.powered);
 }
 
