@@ -51,7 +51,8 @@ struct Resume {
   std::function<void(const WizardProgress&)> keep;
 };
 
-/// Reads only, and says what it finds. @throws CommissionEnded where another controller is heard, or the bus has faults.
+/// Reads only, and says what it finds. @throws CommissionEnded where another controller is heard, or the bus has
+/// faults.
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check);
 /// Right before the first frame that commands: a person may have taken minutes to say yes. @throws CommissionEnded
