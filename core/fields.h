@@ -2,9 +2,9 @@
 //
 //   template <typename Self, typename Visit>
 //   static void fields(Self& self, Visit&& visit) {
-//     auto& [joint_rad, fault] = self;  // all members: one that is forgotten here does not compile
-//     visit("joint_rad", joint_rad);
-//     visit("fault", fault);
+//     [[maybe_unused]] const auto& [joint_rad, fault] = self;  // all members: with one more it does not compile
+//     visit("joint_rad", self.joint_rad);  // not the name above, which goes by its place alone
+//     visit("fault", self.fault);
 //   }
 //
 // and from that list come its recorded message, its columns in tables and data files, and its digest. A name ends in

@@ -48,49 +48,50 @@ struct MasterState {
   }
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    auto& [at, device_ok, presence, enable, clutch, stop, device, report_age_s, reports, damaged_reports,
-           missed_reports, device_rad, device_radps, setpoint_rad, setpoint_radps, law_force_N, sent_force_N, torque_Nm,
-           warning, energy_in_J, energy_out_J, energy_gain, heard, mode, blocking, fault, other_machine, machine_rad,
-           tip_force_N, confidence, round_trip_s, silence_s, settings] = s;
-    visit("time_ns", at);
-    visit("device_ok", device_ok);
-    visit("presence", presence);
-    visit("enable", enable);
-    visit("clutch", clutch);
-    visit("stop", stop);
-    visit("device", device);
-    visit("report_age_s", report_age_s);
-    visit("reports", reports);
-    visit("damaged_reports", damaged_reports);
-    visit("missed_reports", missed_reports);
-    visit("device_rad", device_rad);
-    visit("device_radps", device_radps);
-    visit("setpoint_rad", setpoint_rad);
-    visit("setpoint_radps", setpoint_radps);
-    visit("law_force_N", law_force_N);
-    visit("sent_force_N", sent_force_N);
-    visit("torque_Nm", torque_Nm);
-    visit("warning", warning);
-    visit("energy_in_J", energy_in_J);
-    visit("energy_out_J", energy_out_J);
-    visit("energy_gain", energy_gain);
-    visit("heard", heard);
-    visit("mode", mode);
-    visit("blocking", blocking);
-    visit("fault", fault);
-    visit("other_machine", other_machine);
-    visit("machine_rad", machine_rad);
-    visit("tip_force_N", tip_force_N);
-    visit("confidence", confidence);
-    visit("round_trip_s", round_trip_s);
-    visit("silence_s", silence_s);
-    visit("setting_stop", settings.stop);
-    visit("setting_nobody", settings.nobody);
-    visit("setting_let_go", settings.let_go);
-    visit("setting_assist_force_limit_N", settings.assist.force_limit_N);
-    visit("setting_assist_stop_on_object", settings.assist.stop_on_object);
-    visit("setting_position_scale", settings.position_scale);
-    visit("setting_force_scale", settings.force_scale);
+    [[maybe_unused]] const auto& [at, device_ok, presence, enable, clutch, stop, device, report_age_s, reports,
+                                  damaged_reports, missed_reports, device_rad, device_radps, setpoint_rad,
+                                  setpoint_radps, law_force_N, sent_force_N, torque_Nm, warning, energy_in_J,
+                                  energy_out_J, energy_gain, heard, mode, blocking, fault, other_machine, machine_rad,
+                                  tip_force_N, confidence, round_trip_s, silence_s, settings] = s;
+    visit("time_ns", s.at);
+    visit("device_ok", s.device_ok);
+    visit("presence", s.presence);
+    visit("enable", s.enable);
+    visit("clutch", s.clutch);
+    visit("stop", s.stop);
+    visit("device", s.device);
+    visit("report_age_s", s.report_age_s);
+    visit("reports", s.reports);
+    visit("damaged_reports", s.damaged_reports);
+    visit("missed_reports", s.missed_reports);
+    visit("device_rad", s.device_rad);
+    visit("device_radps", s.device_radps);
+    visit("setpoint_rad", s.setpoint_rad);
+    visit("setpoint_radps", s.setpoint_radps);
+    visit("law_force_N", s.law_force_N);
+    visit("sent_force_N", s.sent_force_N);
+    visit("torque_Nm", s.torque_Nm);
+    visit("warning", s.warning);
+    visit("energy_in_J", s.energy_in_J);
+    visit("energy_out_J", s.energy_out_J);
+    visit("energy_gain", s.energy_gain);
+    visit("heard", s.heard);
+    visit("mode", s.mode);
+    visit("blocking", s.blocking);
+    visit("fault", s.fault);
+    visit("other_machine", s.other_machine);
+    visit("machine_rad", s.machine_rad);
+    visit("tip_force_N", s.tip_force_N);
+    visit("confidence", s.confidence);
+    visit("round_trip_s", s.round_trip_s);
+    visit("silence_s", s.silence_s);
+    visit("setting_stop", s.settings.stop);
+    visit("setting_nobody", s.settings.nobody);
+    visit("setting_let_go", s.settings.let_go);
+    visit("setting_assist_force_limit_N", s.settings.assist.force_limit_N);
+    visit("setting_assist_stop_on_object", s.settings.assist.stop_on_object);
+    visit("setting_position_scale", s.settings.position_scale);
+    visit("setting_force_scale", s.settings.force_scale);
   }
 };
 

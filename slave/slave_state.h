@@ -60,62 +60,64 @@ struct SlaveState {
 
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    auto& [at, mode, blocking, fault, limits, operational, pilot_on, e_stop_open, measured, pressure_Pa, cylinder_m,
-           hull_pitch_rad, oldest_node, oldest_age_s, joint_rad, joint_radps, heard, presence, enable, clutch, stop,
-           device_ok, device, setpoint_rad, setpoint_radps, shown_N, assist_force_limit_N, assist_stop_on_object,
-           message_age_s, round_trip_s, late_s, authority, malformed_datagrams, torque_Nm, fast_torque_Nm, tip_force_N,
-           load_N, covariance_N2, confidence, residual_sigma, confidence_reasons, contact, payload_kg, payload_sigma_kg,
-           yielding, energy_in_J, ahead_rad, wanted, valve_command, spool] = s;
-    visit("time_ns", at);
-    visit("mode", mode);
-    visit("blocking", blocking);
-    visit("fault", fault);
-    visit("limits", limits);
-    visit("operational", operational);
-    visit("pilot_on", pilot_on);
-    visit("e_stop_open", e_stop_open);
-    visit("measured", measured);
-    visit("pressure_Pa", pressure_Pa);
-    visit("cylinder_m", cylinder_m);
-    visit("hull_pitch_rad", hull_pitch_rad);
-    visit("oldest_node", oldest_node);
-    visit("oldest_age_s", oldest_age_s);
-    visit("joint_rad", joint_rad);
-    visit("joint_radps", joint_radps);
-    visit("heard", heard);
-    visit("presence", presence);
-    visit("enable", enable);
-    visit("clutch", clutch);
-    visit("stop", stop);
-    visit("device_ok", device_ok);
-    visit("device", device);
-    visit("setpoint_rad", setpoint_rad);
-    visit("setpoint_radps", setpoint_radps);
-    visit("shown_N", shown_N);
-    visit("assist_force_limit_N", assist_force_limit_N);
-    visit("assist_stop_on_object", assist_stop_on_object);
-    visit("message_age_s", message_age_s);
-    visit("round_trip_s", round_trip_s);
-    visit("late_s", late_s);
-    visit("authority", authority);
-    visit("malformed_datagrams", malformed_datagrams);
-    visit("torque_Nm", torque_Nm);
-    visit("fast_torque_Nm", fast_torque_Nm);
-    visit("tip_force_N", tip_force_N);
-    visit("load_N", load_N);
-    visit("covariance_N2", covariance_N2);
-    visit("confidence", confidence);
-    visit("residual_sigma", residual_sigma);
-    visit("confidence_reasons", confidence_reasons);
-    visit("contact", contact);
-    visit("payload_kg", payload_kg);
-    visit("payload_sigma_kg", payload_sigma_kg);
-    visit("yielding", yielding);
-    visit("energy_in_J", energy_in_J);
-    visit("ahead_rad", ahead_rad);
-    visit("wanted_valve", wanted);
-    visit("valve", valve_command);
-    visit("spool", spool);
+    [[maybe_unused]] const auto& [at, mode, blocking, fault, limits, operational, pilot_on, e_stop_open, measured,
+                                  pressure_Pa, cylinder_m, hull_pitch_rad, oldest_node, oldest_age_s, joint_rad,
+                                  joint_radps, heard, presence, enable, clutch, stop, device_ok, device, setpoint_rad,
+                                  setpoint_radps, shown_N, assist_force_limit_N, assist_stop_on_object, message_age_s,
+                                  round_trip_s, late_s, authority, malformed_datagrams, torque_Nm, fast_torque_Nm,
+                                  tip_force_N, load_N, covariance_N2, confidence, residual_sigma, confidence_reasons,
+                                  contact, payload_kg, payload_sigma_kg, yielding, energy_in_J, ahead_rad, wanted,
+                                  valve_command, spool] = s;
+    visit("time_ns", s.at);
+    visit("mode", s.mode);
+    visit("blocking", s.blocking);
+    visit("fault", s.fault);
+    visit("limits", s.limits);
+    visit("operational", s.operational);
+    visit("pilot_on", s.pilot_on);
+    visit("e_stop_open", s.e_stop_open);
+    visit("measured", s.measured);
+    visit("pressure_Pa", s.pressure_Pa);
+    visit("cylinder_m", s.cylinder_m);
+    visit("hull_pitch_rad", s.hull_pitch_rad);
+    visit("oldest_node", s.oldest_node);
+    visit("oldest_age_s", s.oldest_age_s);
+    visit("joint_rad", s.joint_rad);
+    visit("joint_radps", s.joint_radps);
+    visit("heard", s.heard);
+    visit("presence", s.presence);
+    visit("enable", s.enable);
+    visit("clutch", s.clutch);
+    visit("stop", s.stop);
+    visit("device_ok", s.device_ok);
+    visit("device", s.device);
+    visit("setpoint_rad", s.setpoint_rad);
+    visit("setpoint_radps", s.setpoint_radps);
+    visit("shown_N", s.shown_N);
+    visit("assist_force_limit_N", s.assist_force_limit_N);
+    visit("assist_stop_on_object", s.assist_stop_on_object);
+    visit("message_age_s", s.message_age_s);
+    visit("round_trip_s", s.round_trip_s);
+    visit("late_s", s.late_s);
+    visit("authority", s.authority);
+    visit("malformed_datagrams", s.malformed_datagrams);
+    visit("torque_Nm", s.torque_Nm);
+    visit("fast_torque_Nm", s.fast_torque_Nm);
+    visit("tip_force_N", s.tip_force_N);
+    visit("load_N", s.load_N);
+    visit("covariance_N2", s.covariance_N2);
+    visit("confidence", s.confidence);
+    visit("residual_sigma", s.residual_sigma);
+    visit("confidence_reasons", s.confidence_reasons);
+    visit("contact", s.contact);
+    visit("payload_kg", s.payload_kg);
+    visit("payload_sigma_kg", s.payload_sigma_kg);
+    visit("yielding", s.yielding);
+    visit("energy_in_J", s.energy_in_J);
+    visit("ahead_rad", s.ahead_rad);
+    visit("wanted_valve", s.wanted);
+    visit("valve", s.valve_command);
+    visit("spool", s.spool);
   }
 };
 

@@ -125,11 +125,6 @@ std::string calibrated_machine_text(std::string_view machine_file, const Machine
   return out.str();
 }
 
-std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target) {
-  cli::OutputFile file("--out", target);
-  return write_calibrated_machine(machine, target, file);
-}
-
 std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
                                      cli::OutputFile& file) {
   const std::string text = calibrated_machine_text(whole_file(machine.source, kLargestToml_MB), machine);

@@ -17,9 +17,8 @@ namespace knuckle::identify {
 /// Writes it to `target` from machine.source. A file already there is kept: FILE.toml as FILE.N.toml, the next free
 /// number. At any moment `target` is the old file or the new one, whole.
 /// @return where the old one was kept; empty if there was none.
+/// @param file opened at `target` before the work is done, so that a bad place is known then.
 /// @throws InputError naming the file that cannot be read or written.
-std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target);
-/// The same into a file opened before, so that a bad place is known before the work is done.
 std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
                                      cli::OutputFile& file);
 

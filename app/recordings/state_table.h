@@ -14,10 +14,9 @@
 
 namespace knuckle::recordings {
 
-/// What the columns of a field are called: joint_rad is boom_rad, arm_rad, bucket_rad; setpoint_rad is
-/// setpoint_boom_rad,
-/// ...; tip_force_N is tip_force_x_N and tip_force_z_N; sensors are called as in recordings that `knuckle identify`
-/// reads. In front of each stands the part of the struct that the field is of: truth_boom_rad.
+/// What the columns of a field are called: joint_rad is boom_rad, arm_rad, bucket_rad; setpoint_rad begins with
+/// setpoint_boom_rad; tip_force_N is tip_force_x_N and tip_force_z_N; sensors are called as in recordings that
+/// `knuckle identify` reads. In front of each stands the part of the struct that the field is of: truth_boom_rad.
 [[nodiscard]] std::vector<std::string> column_names(const Field& field);
 
 /// Time in seconds first, then all other fields in their order, numbers with all their digits; modes and reasons as

@@ -30,19 +30,19 @@ struct Truth {
 
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    auto& [joint_rad, joint_radps, spool, tip_m, tip_force_N, contact_m, pipe_N, payload_kg, weight_N, pump_flow_share,
-           energy_to_machine_J] = s;
-    visit("joint_rad", joint_rad);
-    visit("joint_radps", joint_radps);
-    visit("spool", spool);
-    visit("tip_m", tip_m);
-    visit("tip_force_N", tip_force_N);
-    visit("contact_m", contact_m);
-    visit("pipe_N", pipe_N);
-    visit("payload_kg", payload_kg);
-    visit("weight_N", weight_N);
-    visit("pump_flow_share", pump_flow_share);
-    visit("energy_to_machine_J", energy_to_machine_J);
+    [[maybe_unused]] const auto& [joint_rad, joint_radps, spool, tip_m, tip_force_N, contact_m, pipe_N, payload_kg,
+                                  weight_N, pump_flow_share, energy_to_machine_J] = s;
+    visit("joint_rad", s.joint_rad);
+    visit("joint_radps", s.joint_radps);
+    visit("spool", s.spool);
+    visit("tip_m", s.tip_m);
+    visit("tip_force_N", s.tip_force_N);
+    visit("contact_m", s.contact_m);
+    visit("pipe_N", s.pipe_N);
+    visit("payload_kg", s.payload_kg);
+    visit("weight_N", s.weight_N);
+    visit("pump_flow_share", s.pump_flow_share);
+    visit("energy_to_machine_J", s.energy_to_machine_J);
   }
 };
 
@@ -56,13 +56,13 @@ struct Hand {
 
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    auto& [joint_rad, joint_radps, intent_rad, tip_m, felt_N, energy_J] = s;
-    visit("joint_rad", joint_rad);
-    visit("joint_radps", joint_radps);
-    visit("intent_rad", intent_rad);
-    visit("tip_m", tip_m);
-    visit("felt_N", felt_N);
-    visit("energy_J", energy_J);
+    [[maybe_unused]] const auto& [joint_rad, joint_radps, intent_rad, tip_m, felt_N, energy_J] = s;
+    visit("joint_rad", s.joint_rad);
+    visit("joint_radps", s.joint_radps);
+    visit("intent_rad", s.intent_rad);
+    visit("tip_m", s.tip_m);
+    visit("felt_N", s.felt_N);
+    visit("energy_J", s.energy_J);
   }
 };
 
@@ -83,15 +83,16 @@ struct Sample {
   /// In tables and digests. t_s is the machine's time.
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    auto& [t_s, machine, master, truth, hand, tip_m, hand_setpoint_tip_m, felt_slew_N_per_ms, phase] = s;
-    visit("", machine);
-    visit("operator", master);
-    visit("truth", truth);
-    visit("hand", hand);
-    visit("tip_m", tip_m);
-    visit("hand_setpoint_tip_m", hand_setpoint_tip_m);
-    visit("felt_slew_N_per_ms", felt_slew_N_per_ms);
-    visit("phase", phase);
+    [[maybe_unused]] const auto& [t_s, machine, master, truth, hand, tip_m, hand_setpoint_tip_m, felt_slew_N_per_ms,
+                                  phase] = s;
+    visit("", s.machine);
+    visit("operator", s.master);
+    visit("truth", s.truth);
+    visit("hand", s.hand);
+    visit("tip_m", s.tip_m);
+    visit("hand_setpoint_tip_m", s.hand_setpoint_tip_m);
+    visit("felt_slew_N_per_ms", s.felt_slew_N_per_ms);
+    visit("phase", s.phase);
   }
 };
 

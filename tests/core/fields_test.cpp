@@ -13,9 +13,9 @@ struct Part {
 
   template <typename Self, typename Visit>
   static void fields(Self& self, Visit&& visit) {
-    auto& [tip_m, pull_N] = self;
-    visit("tip_m", tip_m);
-    visit("pull_N", pull_N);
+    [[maybe_unused]] const auto& [tip_m, pull_N] = self;
+    visit("tip_m", self.tip_m);
+    visit("pull_N", self.pull_N);
   }
 };
 
@@ -30,13 +30,13 @@ struct Whole {
   [[nodiscard]] static bool of_device(std::string_view field) { return field == "joint_rad"; }
   template <typename Self, typename Visit>
   static void fields(Self& self, Visit&& visit) {
-    auto& [at, on, fault, joint_rad, part, count] = self;
-    visit("time_ns", at);
-    visit("on", on);
-    visit("fault", fault);
-    visit("joint_rad", joint_rad);
-    visit("part", part);
-    visit("count", count);
+    [[maybe_unused]] const auto& [at, on, fault, joint_rad, part, count] = self;
+    visit("time_ns", self.at);
+    visit("on", self.on);
+    visit("fault", self.fault);
+    visit("joint_rad", self.joint_rad);
+    visit("part", self.part);
+    visit("count", self.count);
   }
 };
 

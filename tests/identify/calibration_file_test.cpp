@@ -15,6 +15,12 @@
 
 namespace knuckle::identify {
 namespace {
+
+/// @return where the older file was kept.
+std::string written(const MachineDescription& machine, const std::string& target) {
+  cli::OutputFile file("--out", target);
+  return write_calibrated_machine(machine, target, file);
+}
 namespace fs = std::filesystem;
 
 const std::string kMachine = test::source_dir() + "/config/machines/solar015.toml";
@@ -80,7 +86,7 @@ class CalibrationFile : public testing::Test {
 TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const MachineDescription machine = identified(seed);
-    (void)write_calibrated_machine(machine, path("out.toml"));
+    (void)written(machine, path("out.toml"));
     const MachineDescription again = load_machine(path("out.toml"));
     const DynamicsCalibration &a = *machine.dynamics_calibration, &b = *again.dynamics_calibration;
     for (int i = 0; i < kCalibrationCount; ++i) EXPECT_NEAR(a.parameters[i] / b.parameters[i], 1, 1e-12);
@@ -117,21 +123,21 @@ TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
 }
 
 TEST_F(CalibrationFile, KeepsTheMachineFileWordForWordAndReplacesAnOlderCalibration) {
-  (void)write_calibrated_machine(identified(1), path("once.toml"));
+  (void)written(identified(1), path("once.toml"));
   MachineDescription again = identified(2);
   again.source = path("once.toml");
-  (void)write_calibrated_machine(again, path("twice.toml"));
+  (void)written(again, path("twice.toml"));
   const std::string original = text_of(kMachine), twice = text_of(path("twice.toml"));
   EXPECT_EQ(twice.substr(0, original.size()), original);
   again.source = kMachine;
-  (void)write_calibrated_machine(again, path("fresh.toml"));
+  (void)written(again, path("fresh.toml"));
   EXPECT_EQ(twice, text_of(path("fresh.toml")));
 }
 
 TEST_F(CalibrationFile, HasNoTableOfAValveThatWasNotIdentified) {
   MachineDescription machine = identified(1);
   machine.valve_calibration[kArm].reset();
-  (void)write_calibrated_machine(machine, path("out.toml"));
+  (void)written(machine, path("out.toml"));
   const MachineDescription again = load_machine(path("out.toml"));
   EXPECT_TRUE(again.valve_calibration[kBoom] && again.valve_calibration[kBucket]);
   EXPECT_FALSE(again.valve_calibration[kArm]);
@@ -149,19 +155,19 @@ TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {
 TEST_F(CalibrationFile, KeepsEveryOlderFileUnderTheNextFreeNumber) {
   std::ofstream(path("mine.toml")) << "first";
   std::ofstream(path("mine.2.toml")) << "somebody's";
-  EXPECT_EQ(write_calibrated_machine(identified(1), path("mine.toml")), fs::canonical(folder_) / "mine.1.toml");
-  EXPECT_EQ(write_calibrated_machine(identified(2), path("mine.toml")), fs::canonical(folder_) / "mine.3.toml");
+  EXPECT_EQ(written(identified(1), path("mine.toml")), fs::canonical(folder_) / "mine.1.toml");
+  EXPECT_EQ(written(identified(2), path("mine.toml")), fs::canonical(folder_) / "mine.3.toml");
   EXPECT_EQ(text_of(path("mine.1.toml")), "first");
   EXPECT_EQ(text_of(path("mine.2.toml")), "somebody's");
   EXPECT_NE(text_of(path("mine.3.toml")), text_of(path("mine.toml")));
-  EXPECT_EQ(write_calibrated_machine(identified(2), path("new.toml")), "");
+  EXPECT_EQ(written(identified(2), path("new.toml")), "");
 }
 
 TEST_F(CalibrationFile, CalibratesAMachineFileInPlace) {
   fs::copy_file(kMachine, path("mine.toml"));
   MachineDescription machine = identified(1);
   machine.source = path("mine.toml");
-  EXPECT_FALSE(write_calibrated_machine(machine, path("mine.toml")).empty());
+  EXPECT_FALSE(written(machine, path("mine.toml")).empty());
   EXPECT_TRUE(load_machine(path("mine.toml")).dynamics_calibration);
   EXPECT_EQ(text_of(path("mine.1.toml")), text_of(kMachine));
 }
@@ -170,7 +176,7 @@ TEST_F(CalibrationFile, IsNotTouchedByACalibrationThatWouldBeRefused) {
   std::ofstream(path("mine.toml")) << "first";
   MachineDescription machine = identified(1);
   machine.dynamics_calibration->parameters[0] = -1;
-  EXPECT_THROW((void)write_calibrated_machine(machine, path("mine.toml")), InputError);
+  EXPECT_THROW((void)written(machine, path("mine.toml")), InputError);
   EXPECT_EQ(text_of(path("mine.toml")), "first");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
 }
