@@ -18,7 +18,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 enum class Lie { kNone, kAround, kFlips, kDrops };
-constexpr std::array kLies{Lie::kNone, Lie::kAround, Lie::kFlips, Lie::kNone, Lie::kDrops, Lie::kNone};
+constexpr std::array kLies{Lie::kNone, Lie::kFlips, Lie::kNone, Lie::kAround, Lie::kNone, Lie::kDrops, Lie::kNone};
 constexpr std::size_t kEarlier = 200, kChannelHeader = 4, kStunHeader = 20, kDataAttribute = 0x0013;
 
 std::size_t word(const Bytes& datagram, std::size_t at) {

@@ -7,7 +7,7 @@
 
 namespace knuckle::test {
 
-/// honest - false ones and old ones around each - each with a flipped bit - honest - nothing relayed - honest.
+/// honest - each with a flipped bit - honest - false ones and old ones around each - honest - nothing relayed - honest.
 /// @param turn the TURN server, ADDR:PORT. @param steps how often SIGUSR1 came. Until `ended` is not 0.
 void run_lying_relay(const std::string& listen, const std::string& turn, const volatile std::sig_atomic_t& steps,
                      const volatile std::sig_atomic_t& ended);

@@ -163,7 +163,7 @@ class Watch {
   double longest_gap_s_ = 0;
 };
 
-/// Engages, leads a little, keeps enable pressed and looks on; then lets go and engages anew.
+/// Engages, leads a little, keeps enable pressed and looks on, SIGUSR1 ends it early; then lets go and engages anew.
 int run_hand(const Options& o) {
   const auto started = Clock::now();
   pairing::LinkOptions options;
@@ -180,8 +180,7 @@ int run_hand(const Options& o) {
     std::cout << json.dump() << std::endl;
     hand.lead(0, 0.05);
     Watch watch(hand, started);
-    watch.look_until([] { return false; }, o.watch_s);
-    json["watched_s"] = o.watch_s;
+    watch.look_until([] { return steps != 0; }, o.watch_s);
     json["modes"] = watch.modes();
     json["longest_gap_ms"] = 1e3 * watch.longest_gap_s();
     json["engages_again"] = engaged && engage(hand);
