@@ -1,5 +1,5 @@
 // The result of a commissioning: the machine file with the measured values, followed by the record of how they were
-// measured (docs/commissioning.md lists the keys).
+// measured (docs/commissioning.md).
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The output of `knuckle doctor`, for people and for tools (docs/commissioning.md lists the keys).
+// The output of `knuckle doctor`, for people and for tools (docs/commissioning.md).
 #pragma once
 
 #include <string>
