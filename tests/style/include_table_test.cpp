@@ -1,6 +1,8 @@
-// Who may include whom, read from the #include lines of the tree; and files that would only work on one computer.
+// Who may include whom, read from the #include lines of the tree; files that would only work on one computer; and links
+// of the documentation that lead nowhere.
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -17,77 +19,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a subject may include besides itself: whole subjects, or single headers. A subject is the longest of these
-/// names that a file's path begins with.
+/// A subject is the longest of these names that a file's path begins with. Outside app: what each may include besides
+/// itself, whole subjects or single headers.
 using Table = std::map<std::string, std::set<std::string>>;
+const Table kOutsideApp{
+    {"core", {}},
+    {"machine", {"core"}},
+    {"transport", {"core"}},
+    {"transport/secure", {"core", "transport"}},
+    {"transport/ice", {"core", "transport", "transport/secure"}},
+    {"recording/mcap", {"core"}},
+    {"video", {"core"}},
+    {"estimation", {"core", "machine"}},
+    {"master", {"core", "machine", "transport"}},
+    {"slave", {"core", "machine", "transport", "estimation"}},
+    {"sim",
+     {"core", "transport", "machine/description.h", "machine/description_fwd.h", "machine/arm_description.h",
+      "machine/bus_description.h", "machine/device_description.h"}},
+    {"recording", {"core", "machine", "transport", "master", "slave", "recording/mcap"}},
+};
 
-std::set<std::string> operator+(std::set<std::string> some, const std::set<std::string>& more) {
-  some.insert(more.begin(), more.end());
-  return some;
-}
+/// Inside app: each subject may include what is outside app, and of app what stands on lower floors: not its
+/// neighbours.
+const std::vector<std::set<std::string>> kFloorsOfApp{
+    {"app/cli"},
+    {"app/pairing", "app/rendezvous", "app/audit", "app/motion", "app/recordings", "app/replay", "app/explain",
+     "app/operators"},
+    {"app/session", "app/bringup"},
+    {"app/report"},
+    {"app/battery", "app/identify", "app/export"},
+    {"app/check", "app/programs", "app/studies"},
+    {"app/relay", "app/console"},
+    {"app/console/widgets", "app/console/player"},
+    {"app/console/picture"},
+    {"app/console/screens"},
+    {"app/console/window"},
+    {"app"},  // the main files
+};
 
 Table make_table() {
-  const std::set<std::string> loops{"core", "machine", "transport", "estimation", "slave", "sim"};
-  const std::set<std::string> tables{"core", "machine", "estimation", "app/cli", "app/recordings"};
-  const std::set<std::string> screens =
-      loops + std::set<std::string>{"master", "recording", "video", "app/session", "app/console"};
-  Table table{
-      {"core", {}},
-      {"machine", {"core"}},
-      {"transport", {"core"}},
-      {"transport/secure", {"core", "transport"}},
-      {"transport/ice", {"core", "transport", "transport/secure"}},
-      {"recording/mcap", {"core"}},
-      {"video", {"core"}},
-      {"estimation", {"core", "machine"}},
-      {"master", {"core", "machine", "transport"}},
-      {"slave", {"core", "machine", "transport", "estimation"}},
-      {"sim",
-       {"core", "transport", "machine/description.h", "machine/description_fwd.h", "machine/arm_description.h",
-        "machine/bus_description.h", "machine/device_description.h"}},
-      {"recording", {"core", "machine", "transport", "master", "slave", "recording/mcap"}},
-      {"app/cli", {"core"}},
-      {"app/pairing", {"core", "machine/toml_reader.h", "transport", "transport/secure", "transport/ice", "app/cli"}},
-      {"app/rendezvous", {"core", "transport", "transport/secure", "transport/ice", "app/cli"}},
-      {"app/audit", {"core", "app/cli"}},
-      {"app/recordings",
-       {"core", "machine", "estimation", "slave/slave_state.h", "recording", "recording/mcap", "app/cli"}},
-      {"app/session", loops + tables + std::set<std::string>{"master", "recording"}},
-      {"app/explain",
-       {"core", "machine", "transport", "estimation", "master", "slave", "app/cli", "recording", "recording/mcap"}},
-      {"app/replay", {"core", "machine", "app/cli", "recording", "recording/mcap"}},
-      {"app/operators", {"core", "machine", "transport", "master", "slave", "recording", "app/cli"}},
-      {"app/motion", loops + std::set<std::string>{"app/cli"}},
-      {"app/report", tables + std::set<std::string>{"app/session"}},
-      {"app/bringup",
-       loops + tables + std::set<std::string>{"app/motion", "transport/secure", "app/pairing", "recording"}},
-      {"app/identify", tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/session/truth_file.h"}},
-      {"app/battery", tables + std::set<std::string>{"sim", "app/session", "app/report"}},
-      {"app/check", tables + std::set<std::string>{"sim", "transport", "app/session", "app/report", "app/battery"}},
-      {"app/programs",
-       loops + tables +
-           std::set<std::string>{"master", "recording", "app/session", "app/report", "app/bringup", "app/battery",
-                                 "app/pairing", "transport/secure", "app/audit", "video"}},
-      {"app/export",
-       {"core", "machine", "transport", "estimation", "slave", "recording", "recording/mcap", "master", "app/cli",
-        "app/recordings", "app/report/html.h"}},
-      {"app/relay",
-       {"core", "machine/load.h", "transport", "app/cli", "app/programs/program_console.h",
-        "app/programs/program_options.h", "app/session/link_file.h"}},
-      {"app/studies",
-       tables + std::set<std::string>{"sim", "app/motion", "app/report", "app/identify", "app/session", "app/battery"}},
-      {"app/console/player", screens + std::set<std::string>{"app/replay"}},
-      {"app/console/widgets", screens},
-      {"app/console/picture", screens + std::set<std::string>{"app/console/widgets"}},
-      {"app/console/screens", screens + std::set<std::string>{"app/replay", "app/console/player", "app/console/widgets",
-                                                              "app/console/picture"}},
-  };
-  table["app/console"] = table["app/programs"] + std::set<std::string>{"app/programs"};
-  table["app/console/window"] =
-      table["app/console"] + table["app/console/screens"] + std::set<std::string>{"app/console/screens"};
-  std::set<std::string> everything;
-  for (const auto& [subject, may] : table) everything.insert(subject);
-  table["app"] = everything;  // main() alone
+  Table table = kOutsideApp;
+  std::set<std::string> below;
+  for (const auto& [subject, may] : kOutsideApp) below.insert(subject);
+  for (const std::set<std::string>& floor : kFloorsOfApp) {
+    for (const std::string& subject : floor) table[subject] = below;
+    below.insert(floor.begin(), floor.end());
+  }
+  table["app/cli"] = {"core"};
   return table;
 }
 
@@ -180,6 +158,59 @@ bool names_a_private_path(const std::string& text) {
   return std::regex_search(text, path);
 }
 
+/// Text without its blocks of code.
+std::string prose(const std::string& markdown) {
+  std::string text, line;
+  bool code = false;
+  for (std::istringstream lines(markdown); std::getline(lines, line);) {
+    if (line.rfind("```", 0) == 0)
+      code = !code;
+    else if (!code)
+      text += line + '\n';
+  }
+  return text;
+}
+
+/// Anchors of a page's headings, made as GitHub makes them.
+std::set<std::string> anchors(const std::string& markdown) {
+  std::set<std::string> found;
+  std::string line;
+  for (std::istringstream lines(prose(markdown)); std::getline(lines, line);) {
+    if (line.empty() || line[0] != '#') continue;
+    std::string anchor;
+    for (const char c : line.substr(line.find_first_not_of("# "))) {
+      if (c == ' ')
+        anchor += '-';
+      else if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+        anchor += static_cast<char>(std::tolower(c));
+    }
+    found.insert(anchor);
+  }
+  return found;
+}
+
+/// Links in a text to files that are not there, or to headings that their page has not: [..](PAGE#ANCHOR) of a page,
+/// and docs/PAGE#ANCHOR wherever it is written.
+std::vector<std::string> dead_links(const fs::path& root, const fs::path& file, const std::string& text) {
+  static const std::regex link(R"(\]\(([^)#\s]*)(#[^)\s]*)?\))"), mention(R"((docs/[a-z-]+\.md)(#[a-z0-9-]+)?)");
+  std::vector<std::string> dead;
+  const auto check = [&](const fs::path& target, const std::string& anchor) {
+    const bool there = fs::exists(target);
+    if (there && (anchor.empty() || anchors(contents(target)).contains(anchor.substr(1)))) return;
+    dead.push_back(file.generic_string() + ": " + fs::relative(target, root).generic_string() + anchor);
+  };
+  const bool page = file.extension() == ".md";
+  const std::string read = page ? prose(text) : text;
+  for (auto it = std::sregex_iterator(read.begin(), read.end(), page ? link : mention); it != std::sregex_iterator();
+       ++it) {
+    const std::string target = (*it)[1], anchor = (*it)[2];
+    if (target.find("://") != std::string::npos || (page && target.empty() && anchor.empty())) continue;
+    const fs::path base = page ? (root / file).parent_path() : root;
+    check(target.empty() ? root / file : (base / target).lexically_normal(), anchor);
+  }
+  return dead;
+}
+
 TEST(IncludeTable, EveryFileIncludesAndDefinesOnlyWhatItsSubjectMay) {
   const fs::path root = test::source_dir();
   int checked = 0;
@@ -187,6 +218,7 @@ TEST(IncludeTable, EveryFileIncludesAndDefinesOnlyWhatItsSubjectMay) {
     const std::string subject = subject_of(file.generic_string());
     if (!is_source(file) || subject.empty()) continue;
     ++checked;
+    EXPECT_EQ(file.parent_path() == "app", subject == "app") << file << " stands on no floor of app";
     const std::string text = contents(root / file);
     for (const std::string& line : violations(subject, file.generic_string(), text)) ADD_FAILURE() << line;
     for (const std::string& line : strangers(subject, file.generic_string(), text)) ADD_FAILURE() << line;
@@ -204,6 +236,8 @@ TEST(IncludeTable, SeesWhatItForbids) {
   EXPECT_EQ(violations("core", "core/a.cpp", "#include \"local.h\"").size(), 1u);
   EXPECT_EQ(violations("app/session", "app/session/a.cpp", "#include \"app/report/html.h\"").size(), 1u);
   EXPECT_EQ(violations("app/programs", "app/programs/a.cpp", "#include \"app/studies/sweep.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/cli", "app/cli/a.cpp", "#include \"machine/load.h\"").size(), 1u);
+  EXPECT_EQ(violations("slave", "slave/a.cpp", "#include \"app/cli/json.h\"").size(), 1u);
   EXPECT_EQ(violations("app/console", "app/console/a.cpp", "#include \"app/console/window/window.h\"").size(), 1u);
   EXPECT_EQ(violations("app/console/window", "app/console/window/a.cpp", "#include \"app/console/keys.h\"").size(), 0u);
 }
@@ -249,6 +283,26 @@ TEST(HeavyHeaders, AreIncludedByFewFilesOfTheProgram) {
   EXPECT_EQ(command_lines, (std::set<std::string>{"app/cli/command.cpp", "app/cli/manual.cpp", "app/cli/options.cpp"}));
   // Those that read JSON; what is only written is put together by app/cli/json.h.
   EXPECT_EQ(json, (std::set<std::string>{"app/audit", "app/battery", "app/bringup", "app/cli", "app/studies"}));
+}
+
+TEST(Pages, EveryLinkLeadsToAFileAndAHeadingThatAreThere) {
+  const fs::path root = test::source_dir();
+  for (const fs::path& file : project_files(root)) {
+    // This file has dead links on purpose; a recording has the files that it was made with.
+    if (file.filename() == "include_table_test.cpp" || file.extension() == ".mcap") continue;
+    for (const std::string& line : dead_links(root, file, contents(root / file))) ADD_FAILURE() << line;
+  }
+}
+
+TEST(Pages, DeadLinksAreSeen) {
+  const fs::path root = test::source_dir();
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](safety.md) [b](https://example.org/c) [d](../README.md#safety)").size(),
+            0u);
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](gone.md)"), std::vector<std::string>{"docs/x.md: docs/gone.md"});
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](safety.md#gone)").size(), 1u);
+  EXPECT_EQ(dead_links(root, "core/x.h", "// see docs/safety.md#gone").size(), 1u);
+  EXPECT_EQ(anchors("## `[[fault]]`: what breaks\n```\n# no heading\n```\n"),
+            std::set<std::string>{"fault-what-breaks"});
 }
 
 TEST(ProjectFiles, NameNoPrivatePath) {
