@@ -37,7 +37,7 @@ bool BuriedObjectCue::step(const JointState& state, const ForceEstimate& force) 
     on_ = false;
   }
   const PlanarVector before = third_.value();
-  const JointVector variance = force.look_variance_Nm2 + force.tare_variance_Nm2;
+  const JointVector variance = force.measurement_variance_Nm2 + force.bias_variance_Nm2;
   const TipForce solved =
       solve_tip_force(kinematics_.tip_jacobian(state.angle_rad), force.fast_torque_Nm, variance.asDiagonal());
   const Sample now{third_.step(second_.step(first_.step(tip))), solved.force_N};

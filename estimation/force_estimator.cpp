@@ -1,5 +1,5 @@
-// One step of the force estimator: three momentum observers, tare, tip force. What follows from them (covariance,
-// contact, learning, confidence) is in force_judgement.cpp.
+// One step of the force estimator: three momentum observers, bias filter, tip force. What follows from them
+// (covariance, contact, learning, confidence) is in force_judgement.cpp.
 #include "estimation/force_estimator.h"
 
 #include <cmath>
@@ -31,7 +31,7 @@ FreeSpread spread_of(const MachineDescription& machine, std::size_t speed_class)
     const JointVector found_Nm = kCalibratedResidual[speed_class] * machine.dynamics_calibration->residual_rms_Nm;
     if (found_Nm.minCoeff() > 0) prior_Nm = found_Nm;
   }
-  return {prior_Nm.cwiseAbs2(), Tare::kLookEvery_s};
+  return {prior_Nm.cwiseAbs2(), BiasFilter::kUpdateEvery_s};
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       matched_(kSlowBand.velocity_Hz, step_s),
       bank_(kSlowBand.observer_Hz, step_s),
       speeds_(kSlowBand.observer_Hz, step_s),
-      tare_(machine),
+      bias_(machine),
       free_spread_{spread_of(machine, 0), spread_of(machine, 1)},
       free_ripple_{JointVector((kUsualLever_m * kRipplePrior_N[0]).cwiseAbs2()),
                    JointVector((kUsualLever_m * kRipplePrior_N[1]).cwiseAbs2())},
@@ -112,7 +112,7 @@ void ForceEstimator::start(const JointState& state) noexcept {
   for (JointVector* held : {&stuck_variance_, &stop_variance_, &relief_variance_, &slow_swing_variance_,
                             &swing_variance_, &turning_variance_})
     held->setZero();
-  tare_.discard();
+  bias_.discard();
   pitch_.reset(state.hull_pitch_rad);
   const Pose pose(state.angle_rad, state.hull_pitch_rad);
   const JointVector cylinder_Nm = state.lever_m.cwiseProduct(state.cylinder_N);
@@ -131,7 +131,7 @@ void ForceEstimator::start(const JointState& state) noexcept {
   start(contact_, pose, state);
   // Nothing learned yet: at least what the encoders' steps must shake.
   const JointVector shake_Nm = kShakePart * encoder_shake_Nm(pose, state.lever_m, kContactBand);
-  if (tare_.learned_s() == 0)
+  if (bias_.learned_s() == 0)
     for (JointVector& ripple : free_ripple_) ripple = ripple.cwiseMax(shake_Nm.cwiseAbs2());
   cusum_.reset(joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
 }
@@ -173,13 +173,12 @@ void ForceEstimator::slow_step(const Pose& pose, const JointState& state) noexce
                                 slow_.friction_Nm(friction_, late.segment<3>(3), late.segment<3>(12));
   const JointVector gravity = signals_.gravity_x.cwiseProduct(parameters_.segment<3>(kMomentX)) +
                               signals_.gravity_z.cwiseProduct(parameters_.segment<3>(kMomentZ));
-  untared_residual_Nm_ =
-      slow_.observer.step(momentum, imbalance) + joint_torque(gravity) - JointVector(seen.segment<3>(3));
-  estimate_.joint_torque_Nm = untared_residual_Nm_ + signals_.columns() * tare_.state() - estimate_.carried_Nm;
+  raw_residual_Nm_ = slow_.observer.step(momentum, imbalance) + joint_torque(gravity) - JointVector(seen.segment<3>(3));
+  estimate_.joint_torque_Nm = raw_residual_Nm_ + signals_.columns() * bias_.state() - estimate_.carried_Nm;
 }
 
 /// The quick ones. Their cylinder torque is matched too: the boom swings on its oil at 3-16 Hz, and torque that comes
-/// before the motion it makes would look like a contact. The tare is applied to what goes in; what yields and the lag
+/// before the motion it makes would look like a contact. The bias is applied to what goes in; what yields and the lag
 /// come from rates, which are known better behind the observer.
 JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept {
   ObserverChannel& motion = channel.motion;
@@ -188,7 +187,7 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
   const JointVector cylinder_Nm = pushes.head<3>(), pressure_sum_Pa = pushes.tail<3>();
   const JointVector turned = state.lever_m.cwiseProduct(motion.bristle);
   channel.torque_rate.step(cylinder_Nm);
-  const TareSignals signals{state.lever_m,
+  const BiasSignals signals{state.lever_m,
                             turned,
                             state.lever_m.cwiseProduct(motion.cylinder_mps),
                             turned.cwiseProduct(pressure_sum_Pa),
@@ -197,9 +196,9 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
   const JointVector momentum = inertia_kgm2_ * motion.rate.value();
   const JointVector imbalance =
       joint_torque((RigidArm::gravity(pose) + arm_.velocity_products(pose, rate)) * parameters_) +
-      motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * tare_.state() - cylinder_Nm;
+      motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * bias_.state() - cylinder_Nm;
   return motion.observer.step(momentum, imbalance) +
-         channel.torque_rate.columns(inertia_kgm2_) * tare_.state().tail<kTareUnseen>();
+         channel.torque_rate.columns(inertia_kgm2_) * bias_.state().tail<kBiasUnseen>();
 }
 
 }  // namespace knuckle::estimation

@@ -1,5 +1,5 @@
 // The force of the world on the bucket tip, from cylinder pressures: momentum observer on the machine's model (as
-// calibrated, else as drawn) minus friction ("dynamic tare"), with covariance, confidence and contact event. Runs in
+// calibrated, else as drawn) minus friction and bias, with covariance, confidence and contact event. Runs in
 // the slave loop. Mechanisms and figures: docs/theory.md, docs/evaluation.md.
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
+#include "estimation/bias_filter.h"
 #include "estimation/bucket_force.h"
 #include "estimation/contact.h"
 #include "estimation/foh_filter.h"
@@ -19,7 +20,6 @@
 #include "estimation/observer.h"
 #include "estimation/regressor.h"
 #include "estimation/rod_vibration.h"
-#include "estimation/tare.h"
 #include "estimation/torque_rate.h"
 #include "machine/arm_description.h"
 #include "machine/kinematics.h"
@@ -32,14 +32,14 @@ enum ConfidenceReason : std::uint8_t {
   kNearSingular = 1 << 1,   ///< straight arm or bucket lever near its toggle
   kReliefOpen = 1 << 2,     ///< a relief valve limits what can be known
   kFastMotion = 1 << 3,
-  kNotTared = 1 << 4,  ///< no free-motion adaptation yet
-  kResidual = 1 << 5,  ///< three joints do not agree on one tip force: contact elsewhere or a sensor fault
-  kBadInput = 1 << 6,  ///< a non-finite value came in: the last estimate is repeated
-  kEndStop = 1 << 7,   ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
+  kBiasNotLearned = 1 << 4,  ///< no free-motion adaptation yet
+  kResidual = 1 << 5,        ///< three joints do not agree on one tip force: contact elsewhere or a sensor fault
+  kBadInput = 1 << 6,        ///< a non-finite value came in: the last estimate is repeated
+  kEndStop = 1 << 7,         ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
 };
 
 /// ConfidenceReason bits in words, with commas; empty where none is set. Allocates.
-[[nodiscard]] std::string doubt_words(std::uint8_t confidence_reasons);
+[[nodiscard]] std::string doubt_text(std::uint8_t confidence_reasons);
 
 struct ForceEstimate {
   JointVector joint_torque_Nm =
@@ -63,9 +63,10 @@ struct ForceEstimate {
   // What belongs to joint_torque_Nm, as late as it is.
   JointVector rod_mps = JointVector::Zero();
   JointVector lever_m = JointVector::Zero();
-  JointVector turned_lever_m = JointVector::Zero();     ///< Lever times the direction in which friction acts, [-1, 1].
-  JointVector look_variance_Nm2 = JointVector::Zero();  ///< Of one look: free-motion residual and stuck friction.
-  JointVector tare_variance_Nm2 = JointVector::Zero();  ///< Of what the tare has not learned yet: lasts.
+  JointVector turned_lever_m = JointVector::Zero();  ///< Lever times the direction in which friction acts, [-1, 1].
+  JointVector measurement_variance_Nm2 =
+      JointVector::Zero();  ///< Of one measurement update: free-motion residual and stuck friction.
+  JointVector bias_variance_Nm2 = JointVector::Zero();  ///< Of what the bias filter has not learned yet: lasts.
 };
 
 /// The reported force; the slave's contact law; contact events.
@@ -83,21 +84,22 @@ class ForceEstimator {
   const ForceEstimate& step(const JointState& state) noexcept;
 
   /// The sensors were away for a while: the next step starts at rest where the machine is then. What was learned of it
-  /// stays, but for the looks not yet learned.
+  /// stays, but for the updates not yet learned.
   void restart_motion() noexcept { started_ = false; }
 
   /// Somebody who can see the machine says that nothing touches it: until false is said again, the size of the force is
-  /// no longer taken as a sign of contact, so that the tare learns it away (a sudden one still is).
-  void tare(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
+  /// no longer taken as a sign of contact, so that the bias filter learns it away (a sudden one still is).
+  void expect_free_motion(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
 
-  /// Something hangs on the bucket, or may: until false is said again the tare learns nothing, lest it learn the load.
-  void hold_tare(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
+  /// Something hangs on the bucket, or may: until false is said again the bias filter learns nothing, lest it learn the
+  /// load.
+  void hold_bias(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
 
   /// What the bucket is known to hold: its weight is no force of contact any more. Must change smoothly.
   void carry(const Load& load) noexcept { carried_ = load; }
 
   [[nodiscard]] const ForceEstimate& estimate() const noexcept { return estimate_; }
-  [[nodiscard]] const Tare& learned() const noexcept { return tare_; }
+  [[nodiscard]] const BiasFilter& learned() const noexcept { return bias_; }
 
  private:
   using Pushes = Eigen::Array<double, 6, 1>;  ///< cylinder torque, pressure sum
@@ -106,7 +108,7 @@ class ForceEstimator {
     pushes << state.lever_m.cwiseProduct(state.cylinder_N).array(), state.pressure_sum_Pa().array();
     return pushes;
   }
-  /// A channel that is not reported: its tare goes in with the rest, its pushes pass twins of its velocity poles.
+  /// A channel that is not reported: its bias goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
     QuickChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
         : motion(band, step_s, encoder_step_m),
@@ -159,21 +161,21 @@ class ForceEstimator {
   FohFilter<Bank> matched_first_, matched_, bank_;  ///< Twins of the velocity filter's poles and the observer's.
   FohFilter<Speeds> speeds_;
 
-  TareSignals signals_;  ///< H, as late as the slow residual.
-  JointVector untared_residual_Nm_ = JointVector::Zero();
-  Tare tare_;
+  BiasSignals signals_;  ///< H, as late as the slow residual.
+  JointVector raw_residual_Nm_ = JointVector::Zero();
+  BiasFilter bias_;
   std::array<FreeSpread, 2> free_spread_;   ///< Of the reported torque: slow, fast motion.
   std::array<JointVector, 2> free_ripple_;  ///< Variance of the high-passed contact torque, likewise.
   JointVector pressure_sum_Pa_ = JointVector::Zero();
   JointVector stuck_variance_ = JointVector::Zero();
-  JointVector slow_swing_variance_ = JointVector::Zero();  ///< What a swing makes of yielding masses; holds on.
+  JointVector slow_swing_variance_ = JointVector::Zero();  ///< What a swing makes of compliant masses; holds on.
   JointVector stop_variance_ = JointVector::Zero();        ///< What an end stop may take; holds on a little.
   JointVector turning_variance_ = JointVector::Zero();     ///< For the contact event: holds on after a rod turned.
-  JointVector swing_variance_ = JointVector::Zero();       ///< Likewise: of what a swing makes of yielding masses.
+  JointVector swing_variance_ = JointVector::Zero();       ///< Likewise: of what a swing makes of compliant masses.
   JointVector relief_variance_ = JointVector::Zero();
   ContactCusum cusum_;
   double mahalanobis2_ = 0;
-  double untouched_s_ = 0, quiet_s_ = 0, since_look_s_ = 0;
+  double untouched_s_ = 0, quiet_s_ = 0, since_update_s_ = 0;
   ForceEstimate estimate_;
 };
 

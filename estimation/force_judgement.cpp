@@ -42,7 +42,7 @@ constexpr double kStopFade_s = 0.3;
 constexpr double kStopSeen_N = 300;
 
 // Confidence.
-constexpr double kTaredAfter_s = 10;
+constexpr double kBiasdAfter_s = 10;
 constexpr double kUsableSigma_N = 300;
 constexpr double kReliefPart = 0.97;
 constexpr double kResidualSigma = 4;
@@ -62,14 +62,14 @@ std::size_t speed_class(const ObserverChannel& channel) noexcept {
 
 }  // namespace
 
-/// Variance of joint torque that friction may hide where a rod (almost) stands: with what the tare has found of it,
-/// since seals may hold more than all that the drawing knows of.
+/// Variance of joint torque that friction may hide where a rod (almost) stands: with what the bias filter has found of
+/// it, since seals may hold more than all that the drawing knows of.
 JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const noexcept {
   JointVector variance;
   for (int i = 0; i < kJoints; ++i) {
     const double slip = channel.cylinder_mps[i] / kStuckSpeed_mps;
     const double nominal_N = friction_[static_cast<std::size_t>(i)].static_N(0, pressure_sum_Pa_[i]);
-    const double found_N = tare_.state()[kTareCoulomb + i] + tare_.state()[kTareSeal + i] * pressure_sum_Pa_[i];
+    const double found_N = bias_.state()[kBiasCoulomb + i] + bias_.state()[kBiasSeal + i] * pressure_sum_Pa_[i];
     const double hidden = kStuckSpread * std::max(0.0, nominal_N + found_N) * channel.lever_m[i];
     variance[i] = std::exp(-slip * slip) * hidden * hidden;
   }
@@ -119,27 +119,27 @@ JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector
   return edge * edge * joint_torque(arm_.momentum(pose, absolute(half_step)) * parameters_);
 }
 
-/// What the tare has not learned, in this pose + what free motion of this speed class leaves beside that + what stuck
-/// friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
+/// What the bias filter has not learned, in this pose + what free motion of this speed class leaves beside that + what
+/// stuck friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
 void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
   hold(stuck_variance_, stuck_variance(slow_), std::exp(-step_s_ / kTurningFade_s));
   const JointVector inertial_Nm = kSlowInertialDoubt * slow_.observer.inertial_Nm();
   hold(slow_swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
-  const TareColumns h = signals_.columns();
-  const Eigen::Matrix3d untared = h * tare_.covariance() * h.transpose();
+  const BiasColumns h = signals_.columns();
+  const Eigen::Matrix3d from_bias_Nm2 = h * bias_.covariance() * h.transpose();
   const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
   const double length_m = pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m;
   const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
   const JointVector reach = jacobian.colwise().norm();
   const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);
   const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();
-  estimate_.joint_covariance_Nm2 = untared + spread;
+  estimate_.joint_covariance_Nm2 = from_bias_Nm2 + spread;
   estimate_.joint_covariance_Nm2.diagonal() += momentary + proportional.cwiseAbs2();
   estimate_.rod_mps = slow_.cylinder_mps;
   estimate_.lever_m = signals_.lever;
   estimate_.turned_lever_m = signals_.lever_dahl;
-  estimate_.look_variance_Nm2 = spread.diagonal() + momentary;
-  estimate_.tare_variance_Nm2 = untared.diagonal();
+  estimate_.measurement_variance_Nm2 = spread.diagonal() + momentary;
+  estimate_.bias_variance_Nm2 = from_bias_Nm2.diagonal();
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
   generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
                          0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
@@ -162,7 +162,7 @@ void ForceEstimator::judge_contact() noexcept {
   if (alarm >= 0 || estimate_.significant) {
     estimate_.contact = true;
     untouched_s_ = 0;
-    tare_.discard();
+    bias_.discard();
   } else if (mahalanobis2_ < kClear2 || free_motion_certain_ || !estimate_.contact) {
     untouched_s_ += step_s_;
   }
@@ -176,14 +176,14 @@ void ForceEstimator::judge_contact() noexcept {
 }
 
 void ForceEstimator::learn() noexcept {
-  since_look_s_ += step_s_;
-  if (maybe_loaded_) tare_.discard();
-  if (maybe_loaded_ || since_look_s_ < Tare::kLookEvery_s || untouched_s_ < kFreeTime_s ||
+  since_update_s_ += step_s_;
+  if (maybe_loaded_) bias_.discard();
+  if (maybe_loaded_ || since_update_s_ < BiasFilter::kUpdateEvery_s || untouched_s_ < kFreeTime_s ||
       slow_.cylinder_mps.cwiseAbs().maxCoeff() < kMoving_mps)
     return;
-  since_look_s_ = 0;
-  tare_.look({signals_, untared_residual_Nm_, estimate_.look_variance_Nm2});
-  free_spread_[speed_class(slow_)].look(estimate_.joint_torque_Nm, estimate_.tare_variance_Nm2);
+  since_update_s_ = 0;
+  bias_.update({signals_, raw_residual_Nm_, estimate_.measurement_variance_Nm2});
+  free_spread_[speed_class(slow_)].update(estimate_.joint_torque_Nm, estimate_.bias_variance_Nm2);
 }
 
 void ForceEstimator::judge_confidence() noexcept {
@@ -199,7 +199,7 @@ void ForceEstimator::judge_confidence() noexcept {
   if (sigma > kUsableSigma_N) lower(kNearSingular, kUsableSigma_N / sigma);
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() < kStuckSpeed_mps) lower(kStuckFriction, 0.9);
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
-  if (tare_.learned_s() < kTaredAfter_s) lower(kNotTared, 0.7 + 0.3 * tare_.learned_s() / kTaredAfter_s);
+  if (bias_.learned_s() < kBiasdAfter_s) lower(kBiasNotLearned, 0.7 + 0.3 * bias_.learned_s() / kBiasdAfter_s);
   if (estimate_.residual_sigma > kResidualSigma) lower(kResidual, kResidualSigma / estimate_.residual_sigma);
   if ((stop_variance_.array() > equivalent_torque2(signals_.lever, kStopSeen_N).array()).any()) lower(kEndStop, 0.5);
   if (relief_variance_.maxCoeff() > 0) lower(kReliefOpen, 0.8);

@@ -12,12 +12,12 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kSlowest_mps = 5e-3, kFastest_mps = 0.1;  // of the rods: moving, but slowly
-constexpr double kConstant_N = 30, kDirection_N = 40;      // what the tare leaves, per cylinder
+constexpr double kConstant_N = 30, kDirection_N = 40;      // what the bias filter leaves, per cylinder
 constexpr double kPlace_m = 0.1;                           // standard deviation of where a load lies
 constexpr double kLeastLoad_kg = 10;                       // for the prior of its moments
-constexpr double kLeastLook_N = 60;                        // residual of one look, cylinder equivalent
+constexpr double kLeastResidual_N = 60;                    // residual of one update, cylinder equivalent
 constexpr double kSmallestLever_m = 0.05;
-constexpr double kLooksPerIndependent = 40;  // looks of two seconds tell about the same
+constexpr double kUpdatesPerIndependent = 40;  // updates within two seconds tell about the same
 // A lift starts where the mean innovation of about half a second passes this many standard deviations.
 constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 // A wall overhead pushes the bucket down like a load, along which it also slides, but does not let it rise: bucket and
@@ -27,8 +27,8 @@ constexpr double kLifted_m = 0.03;
 constexpr double kEmpty_kg = 3;
 // A force against the load's weight for so long makes the load itself doubtful: it may have fallen out.
 constexpr double kDoubt_s = 0.1;
-// A load that looks agree upon for so long is carried; its weight passes from force to load and back in these times.
-constexpr double kKnownLooks = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
+// A load that updates agree upon for so long is carried; its weight passes from force to load and back in these times.
+constexpr double kKnownAfterUpdates = 4, kTakeUp_s = 0.3, kLetGo_s = 0.1;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void PayloadEstimator::start() noexcept {
   covariance_.setZero();
   covariance_(0, 0) = 4 * full_scale_kg_ * full_scale_kg_;
   surprise_.setZero();
-  squares_ = looks_ = since_look_s_ = 0;
+  squares_ = updates_ = since_update_s_ = 0;
   forget_way();
   kg_ = zero_kg_;
   sigma_kg_ = own_sigma_kg_ = weighed_sigma_kg_ = 2 * full_scale_kg_;
@@ -56,7 +56,7 @@ void PayloadEstimator::start() noexcept {
 
 bool PayloadEstimator::zero() noexcept {
   maybe_loaded_ = false;
-  if (looks_ <= kKnownLooks) return false;
+  if (updates_ <= kKnownAfterUpdates) return false;
   // What is called empty below a wall, or on ground, may be its push, and may have been so the time before.
   const double doubted_before_kg = not_lifted() > 0 ? zero_sigma_kg_ : 0;
   zero_sigma_kg_ = std::hypot(own_sigma_kg_, not_lifted() * kg(), doubted_before_kg);
@@ -89,18 +89,18 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
   const bool followed = follow_motion(state, force);
   judge_load(force);
   carry();
-  since_look_s_ += step_s_;
-  if (!followed || since_look_s_ < kLookEvery_s) return;
+  since_update_s_ += step_s_;
+  if (!followed || since_update_s_ < kUpdateEvery_s) return;
   const JointVector torque = force.joint_torque_Nm + force.carried_Nm;
   if (!torque.allFinite()) return;
   const double fastest = force.rod_mps.cwiseAbs().maxCoeff();
   if (fastest < kSlowest_mps || fastest > kFastest_mps) return;
-  since_look_s_ = 0;
-  const JointVector least = kLeastLook_N * force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
-  const JointVector variance = force.look_variance_Nm2.cwiseMax(least.cwiseAbs2());
-  const Rows look = rows(state, force);
-  if (surprised(look, torque, variance)) start();
-  accumulate(look, torque, variance);
+  since_update_s_ = 0;
+  const JointVector least = kLeastResidual_N * force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector variance = force.measurement_variance_Nm2.cwiseMax(least.cwiseAbs2());
+  const Rows update = rows(state, force);
+  if (surprised(update, torque, variance)) start();
+  accumulate(update, torque, variance);
   solve(force);
 }
 
@@ -160,11 +160,11 @@ bool PayloadEstimator::surprised(const Rows& rows, const JointVector& torque_Nm,
 
 void PayloadEstimator::accumulate(const Rows& rows, const JointVector& torque_Nm,
                                   const JointVector& variance) noexcept {
-  const double fade = std::exp(-kLookEvery_s / kMemory_s);
+  const double fade = std::exp(-kUpdateEvery_s / kMemory_s);
   information_ *= fade;
   right_ *= fade;
   squares_ *= fade;
-  looks_ = looks_ * fade + 1;
+  updates_ = updates_ * fade + 1;
   const bool first = lowest_m_ > highest_m_;
   lowest_m_ = first ? height_m_ : std::min(lowest_m_, height_m_);
   highest_m_ = first ? height_m_ : std::max(highest_m_, height_m_);
@@ -175,19 +175,19 @@ void PayloadEstimator::accumulate(const Rows& rows, const JointVector& torque_Nm
 }
 
 void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
-  // Neighbouring looks repeat each other, so each counts for a part only; the priors count in full.
+  // Neighbouring updates repeat each other, so each counts for a part only; the priors count in full.
   Unknowns prior;
   const double moment = kPlace_m * std::max(std::abs(kg_ - zero_kg_), kLeastLoad_kg);
   const JointVector lever = force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
-  const JointVector untared_N2 = force.tare_variance_Nm2.cwiseQuotient(lever.cwiseAbs2());
+  const JointVector from_bias_N2 = force.bias_variance_Nm2.cwiseQuotient(lever.cwiseAbs2());
   prior << 4 * full_scale_kg_ * full_scale_kg_, moment * moment, moment * moment,
-      untared_N2.array() + kConstant_N * kConstant_N, JointVector::Constant(kDirection_N * kDirection_N);
-  Information full = information_ / kLooksPerIndependent;
+      from_bias_N2.array() + kConstant_N * kConstant_N, JointVector::Constant(kDirection_N * kDirection_N);
+  Information full = information_ / kUpdatesPerIndependent;
   full.diagonal() += prior.cwiseInverse();
   const Eigen::LDLT<Information> factors(full);
-  unknowns_ = factors.solve(right_ / kLooksPerIndependent);
+  unknowns_ = factors.solve(right_ / kUpdatesPerIndependent);
   const double left = squares_ - 2 * unknowns_.dot(right_) + unknowns_.dot(information_ * unknowns_);
-  const double misfit = std::max(1.0, left / (kJoints * std::max(looks_, 1.0)));
+  const double misfit = std::max(1.0, left / (kJoints * std::max(updates_, 1.0)));
   covariance_ = factors.solve(Information::Identity());
   kg_ = unknowns_[0];
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
@@ -198,9 +198,9 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
 
 /// Who touches something may have taken some of it along or lost it.
 void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
-  const bool tared = (force.confidence_reasons & kNotTared) == 0;
-  if (tared && !tared_) start();
-  tared_ = tared;
+  const bool bias_learned = (force.confidence_reasons & kBiasNotLearned) == 0;
+  if (bias_learned && !bias_learned_) start();
+  bias_learned_ = bias_learned;
   // What the carried load's inertia explains is no doubt.
   const JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;
   const bool lifts = force.significant && left.dot(force.carried_Nm) < 0 &&
@@ -208,16 +208,16 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;
   if (doubted_s_ > kDoubt_s) start();
   const bool seen = kg() > kEmpty_kg + 3 * weighed_sigma_kg_;  // lifted or not
-  // A bucket that was lifted and weighs less than its zero is taken for empty, too: whatever is wrong there, the tare
-  // has to follow it.
+  // A bucket that was lifted and weighs less than its zero is taken for empty, too: whatever is wrong there, the bias
+  // filter has to follow it.
   const double doubt_kg = std::hypot(own_sigma_kg_, zero_sigma_kg_, not_lifted() * kg());
   const bool empty = !force.contact && kg() < kEmpty_kg && doubt_kg < kEmpty_kg;
   if (force.contact || seen) maybe_loaded_ = true;
-  if (empty || !tared_) maybe_loaded_ = false;
+  if (empty || !bias_learned_) maybe_loaded_ = false;
 }
 
 bool PayloadEstimator::known() const noexcept {
-  return tared_ && looks_ > kKnownLooks && kg() > 3 * sigma_kg_;
+  return bias_learned_ && updates_ > kKnownAfterUpdates && kg() > 3 * sigma_kg_;
 }
 
 void PayloadEstimator::carry() noexcept {

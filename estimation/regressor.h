@@ -25,7 +25,7 @@ using Regressor = Eigen::Matrix<double, kJoints, kBaseParameters>;
 /// i. Links only: cylinder and linkage masses have no exact place in them (lumped_parameters approximates).
 [[nodiscard]] BaseParameters base_parameters(const MachineDescription& machine);
 /// base_parameters plus cylinders and bucket linkage as point masses at their pins, by where their weight hangs in the
-/// middle of the stroke. What moves with the stroke, and the weight along a cylinder, is left to the tare.
+/// middle of the stroke. What moves with the stroke, and the weight along a cylinder, is left to the bias filter.
 [[nodiscard]] BaseParameters lumped_parameters(const MachineDescription& machine);
 /// Mass of each link in lumped_parameters, what hangs on it included: base parameters do not tell it.
 [[nodiscard]] JointVector lumped_masses_kg(const MachineDescription& machine);

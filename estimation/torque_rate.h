@@ -10,8 +10,8 @@
 
 namespace knuckle::estimation {
 
-/// Columns of the tare: what an observer's torque lacks by what yields at each joint [per rad/(N m)], and by the lag
-/// that all transmitters have [per s].
+/// Columns of the bias filter: what an observer's torque lacks by what yields at each joint [per rad/(N m)], and by the
+/// lag that all transmitters have [per s].
 using UnseenColumns = Eigen::Matrix<double, kJoints, kJoints + 1>;
 
 /// Pins, steel and the ground under the tracks yield to the torques of the cylinders, whose lengths the encoders

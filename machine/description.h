@@ -50,7 +50,7 @@ struct MachineDescription {
     double position_gain_1ps = 3;                                 ///< Kp
     double tip_stiffness_N_per_m = 1e5;                           ///< Ks
     JointVector stiffness_radius_m = JointVector(2.4, 1.3, 1.0);  ///< L_i: weights 1/L_i^2 of what yields.
-    double contact_crossover_radps = 12;                          ///< Of "rate, oil, force, yielding", at most.
+    double contact_crossover_radps = 12;                          ///< Of "rate, oil, force, compliance", at most.
     double feed_forward_fade_N = 500;                             ///< F1
     double bucket_position_gain_1ps = 3;                          ///< Kp of the bucket joint
     double dither = 0.0075;                                       ///< Fraction of spool stroke; 0 = off.

@@ -66,7 +66,7 @@ double blend(double dt_s, double time_s) noexcept {
 PlanarVector EchoSpring::step(const FeltInputs& in, double dt_s) noexcept {
   update_gate(in, dt_s);
   const bool silent = in.silence_s > kFrozenAfter_s;
-  const PlanarVector along_mps = silent ? PlanarVector::Zero() : PlanarVector(in.yielding * in.machine_mps);
+  const PlanarVector along_mps = silent ? PlanarVector::Zero() : PlanarVector(in.contact_compliance * in.machine_mps);
   carried_mps_ += (along_mps - carried_mps_) * blend(dt_s, kCarriedTime_s);
   if (!silent) update_anchor(in, dt_s);
   update_fades(in, dt_s);
@@ -76,7 +76,7 @@ PlanarVector EchoSpring::step(const FeltInputs& in, double dt_s) noexcept {
   load_N_ += (in.load_N - load_N_) * blend(dt_s, kLoadTime_s);
   const PlanarVector all_N = contact_N_ + engagement_ * freshness_ * trust_ * load_N_;
   const PlanarVector force_N = within(feel_.force_limit_N, all_N);
-  shown_N_ = force_N - all_N + contact_N_;
+  rendered_N_ = force_N - all_N + contact_N_;
   return force_N;
 }
 
@@ -150,12 +150,14 @@ void EchoSpring::update_anchor(const FeltInputs& in, double dt_s) noexcept {
     const PlanarVector wanted_N = in.reflected_N + spring_N_per_m_ * in.ahead_m;
     touched_s_ += dt_s;
     const double speed2 = in.machine_mps.squaredNorm();
-    const double moves_along =
-        touched_s_ < kTouch_s + in.round_trip_s ? 0 : in.yielding * speed2 / (speed2 + kCarried_mps * kCarried_mps);
+    const double moves_along = touched_s_ < kTouch_s + in.round_trip_s
+                                   ? 0
+                                   : in.contact_compliance * speed2 / (speed2 + kCarried_mps * kCarried_mps);
     const double time_s = std::lerp(feel_.bias_time_s, kCarriedBias_s, moves_along);
     const double at_once_N = std::lerp(kMismatch_N, kCarriedMismatch_N, moves_along);
     bias_N_ += within(at_once_N, wanted_N - bias_N_) * blend(dt_s, time_s + feel_.bias_time_per_rtt * in.round_trip_s);
-    const double limit_N = feel_.bias_limit_N + in.yielding * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
+    const double limit_N =
+        feel_.bias_limit_N + in.contact_compliance * std::max(0.0, feel_.force_limit_N - feel_.bias_limit_N);
     bias_N_ = within(limit_N, bias_N_);
   } else {
     bias_N_ -= bias_N_ * blend(dt_s, kBiasLeak_s);

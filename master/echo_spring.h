@@ -32,7 +32,7 @@ class EchoSpring {
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept { spring_N_per_m_ = spring_N_per_m; }
   /// Of that, what answers a contact: all but the load.
-  [[nodiscard]] const PlanarVector& contact_N() const noexcept { return shown_N_; }
+  [[nodiscard]] const PlanarVector& contact_N() const noexcept { return rendered_N_; }
   [[nodiscard]] bool contact() const noexcept { return contact_; }
   [[nodiscard]] const PlanarVector& normal() const noexcept { return normal_; }
   [[nodiscard]] double bias_N() const noexcept { return normal_.dot(bias_N_); }
@@ -74,7 +74,7 @@ class EchoSpring {
   double engagement_ = 0;                            // fade of the load with leading the machine
   PlanarVector carried_mps_ = PlanarVector::Zero();  // v_c
   PlanarVector contact_N_ = PlanarVector::Zero(), load_N_ = PlanarVector::Zero();
-  PlanarVector shown_N_ = PlanarVector::Zero();
+  PlanarVector rendered_N_ = PlanarVector::Zero();
 };
 
 }  // namespace knuckle::master

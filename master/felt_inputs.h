@@ -18,7 +18,7 @@ struct FeltInputs {
   PlanarVector reflected_N = PlanarVector::Zero();  ///< R = lambda * estimated force of the world on the tip
   PlanarVector load_N = PlanarVector::Zero();       ///< lambda * what the load adds to it
   double sigma_N = 0;                               ///< lambda * standard deviation of R
-  double yielding = 0;                              ///< y [0, 1]: what is pressed moves along with the tip
+  double contact_compliance = 0;                    ///< y [0, 1]: what is pressed moves along with the tip
   double confidence = 0;                            ///< [0, 1]
   double round_trip_s = 0;
   double silence_s = 0;   ///< Since the last newer message from the machine.

@@ -27,13 +27,13 @@ FeltLaw::FeltLaw(ControlLaw law, const DeviceDescription::Feel& feel) noexcept :
 
 PlanarVector FeltLaw::step(const FeltInputs& in, double dt_s) noexcept {
   const PlanarVector force_N = std::visit([&](auto& law) { return law.step(in, dt_s); }, law_);
-  shown_N_ = spring() ? spring()->contact_N() : law() == ControlLaw::kCues ? PlanarVector::Zero() : force_N;
+  rendered_N_ = spring() ? spring()->contact_N() : law() == ControlLaw::kCues ? PlanarVector::Zero() : force_N;
   if (law() == ControlLaw::kDirect || law() == ControlLaw::kCues) return force_N;
   downgraded_ = downgrade_.step(in, dt_s);
   cues_share_ = std::clamp(cues_share_ + (downgraded_ ? dt_s : -dt_s) / kFade_s, 0.0, 1.0);
   const PlanarVector cue_N = cues_.step(in, dt_s);  // always: what has been touched already is no news later
   if (cues_share_ == 0) return force_N;
-  shown_N_ *= 1 - cues_share_;
+  rendered_N_ *= 1 - cues_share_;
   return (1 - cues_share_) * force_N + cues_share_ * cue_N;
 }
 

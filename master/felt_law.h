@@ -24,9 +24,9 @@ class FeltLaw {
   [[nodiscard]] PlanarVector step(const FeltInputs& in, double dt_s) noexcept;
 
   /// Of that, what the hand is held against by a contact: without cues, which are signals, and without the load's
-  /// weight. It bounds what the machine presses (MasterMessage::shown_N), so that neither moves it or lets it press
+  /// weight. It bounds what the machine presses (MasterMessage::rendered_N), so that neither moves it or lets it press
   /// harder.
-  [[nodiscard]] const PlanarVector& shown_N() const noexcept { return shown_N_; }
+  [[nodiscard]] const PlanarVector& rendered_N() const noexcept { return rendered_N_; }
 
   /// K_l = lambda mu Ks; to be kept in step with the scales. Only while not engaged.
   void set_spring(double spring_N_per_m) noexcept;
@@ -44,7 +44,7 @@ class FeltLaw {
   Downgrade downgrade_;
   Reason downgraded_;
   double cues_share_ = 0;
-  PlanarVector shown_N_ = PlanarVector::Zero();
+  PlanarVector rendered_N_ = PlanarVector::Zero();
 };
 
 }  // namespace knuckle::master

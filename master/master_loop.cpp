@@ -155,7 +155,7 @@ FeltInputs MasterLoop::felt_inputs() const noexcept {
   const double variance_N2 =
       xx * direction.x() * direction.x() + 2 * xz * direction.x() * direction.y() + zz * direction.y() * direction.y();
   in.sigma_N = force_scale_ * std::sqrt(std::max(0.0, variance_N2));
-  in.yielding = slave_->yielding;
+  in.contact_compliance = slave_->contact_compliance;
   in.confidence = slave_->confidence;
   in.engaged =
       slave_->mode == Mode::kEngaged && driver_.reading().presence && leads();  // laws judge silence themselves
@@ -165,10 +165,10 @@ FeltInputs MasterLoop::felt_inputs() const noexcept {
 void MasterLoop::render(const DeviceReading& device) noexcept {
   const FeltInputs in = felt_inputs();
   law_force_N_ = energy_.gain() * felt_.step(in, kStep_s);
-  shown_N_ = energy_.gain() * felt_.shown_N();
+  rendered_N_ = energy_.gain() * felt_.rendered_N();
   if (!device.ok || settings_.let_go) {  // the firmware takes the torque away by itself, without a kick
     torque_Nm_.setZero();
-    shown_N_.setZero();
+    rendered_N_.setZero();
     limiter_.rest(kStep_s);
     return;
   }
@@ -179,7 +179,7 @@ void MasterLoop::render(const DeviceReading& device) noexcept {
   }
   energy_.step(torque_Nm_.dot(device.rate_radps), kStep_s);  // of the torque that acted until now
   torque_Nm_ = limiter_.step(wanted_Nm, posture_.jacobian, kStep_s);
-  shown_N_ *= limiter_.share();
+  rendered_N_ *= limiter_.share();
 }
 
 /// @return whether Stop was pressed since the last step, or enable released, or whoever pressed it ceased to lead.
@@ -208,7 +208,7 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.device_reason = device.reason;
   message.position_rad = set_point_.position_rad();
   message.velocity_radps = set_point_.velocity_radps();
-  message.shown_N = shown_N_ / force_scale_;
+  message.rendered_N = rendered_N_ / force_scale_;
   message.assist = settings_.assist;
   message.energy_in_J = energy_.in_J();
   link_.send(encode(message).view());

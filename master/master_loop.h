@@ -144,7 +144,7 @@ class MasterLoop {
   double round_trip_s_ = 0, silence_s_ = 1e9, lost_share_ = 0;
   bool heard_ = false;     // a round trip was measured
   DevicePosture posture_;  // at the set-point
-  PlanarVector law_force_N_ = PlanarVector::Zero(), shown_N_ = PlanarVector::Zero();
+  PlanarVector law_force_N_ = PlanarVector::Zero(), rendered_N_ = PlanarVector::Zero();
   JointVector torque_Nm_ = JointVector::Zero();
   std::uint32_t sequence_ = 0, stops_ = 0, releases_ = 0;
   bool leads_ = false, enabled_ = false, stopping_ = false;  // in the last step

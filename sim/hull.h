@@ -1,4 +1,4 @@
-// The hull on its tracks on yielding ground: heave and pitch about the middle of the tracks, held by a spring and
+// The hull on its tracks on compliant ground: heave and pitch about the middle of the tracks, held by a spring and
 // damper at either end that push and never pull (so it rocks, and tips), and that sink for good where they are
 // overloaded.
 #pragma once
@@ -31,7 +31,7 @@ class Hull {
   Hull(const HullTruth& truth, double start_pitch_rad);
 
   /// False: the hull stands like a rock, and nothing here is asked.
-  [[nodiscard]] bool yields() const noexcept { return truth_.stiffness_N_per_m > 0; }
+  [[nodiscard]] bool compliant() const noexcept { return truth_.stiffness_N_per_m > 0; }
   /// M to W.
   [[nodiscard]] Turn turn(const HullState& s) const noexcept { return Turn(start_pitch_rad_ + s.pitch_rad); }
   /// Boom pin (origin of M), frame W; it is at W's origin at the start.

@@ -60,7 +60,7 @@ struct Plant::Impl {
     constexpr std::int64_t kMillisecond = 4, kHalf = 2;
     for (std::int64_t left = count; left > 0; left -= kMillisecond) {
       const std::int64_t parts = std::min(left, kMillisecond),
-                         each = std::min(parts, near || model.pins_yield() ? kHalf : kMillisecond);
+                         each = std::min(parts, near || model.pins_compliant() ? kHalf : kMillisecond);
       for (std::int64_t part = 0; part < parts; part += each) step(std::min(each, parts - part));
     }
     refresh_mobility();
@@ -122,7 +122,7 @@ void Plant::Impl::step(std::int64_t parts) noexcept {
   const bool carried = held.load.mass_kg > 0;
   held.load = world.load();
   near = world.near(bucket);
-  moved_world = touched || near || carried || held.load.mass_kg > 0 || model.hull().yields();
+  moved_world = touched || near || carried || held.load.mass_kg > 0 || model.hull().compliant();
 }
 
 void Plant::Impl::refresh_mobility() noexcept {

@@ -23,7 +23,7 @@ struct EnergyLedger {
   PerJoint<Element> valve{};     ///< in: from pump and from the emptying chamber; out: to the filling chamber and tank
   PerJoint<Element> chambers{};  ///< in: oil from valve and tank checks; out: piston work; lost: port reliefs
   PerJoint<Element> piston{};    ///< in: piston work; out: to the links; lost: friction, cushions; stored: bristle,
-                                 ///< stops, yielding pins
+                                 ///< stops, compliant pins
   Element links;    ///< in: pistons; out: to the world; lost: joint stops, ground; stored: kinetic, potential, ground
   Element contact;  ///< in: work of the bucket on world and test rig; nothing is split further
 };

@@ -54,7 +54,8 @@ PlantModel::PlantModel(const MachineTruth& truth)
                     f.seal_N_per_Pa,
                     f.pin_share};
   }
-  pins_yield_ = std::any_of(truth.pin.begin(), truth.pin.end(), [](const PinTruth& pin) { return pin.yields(); });
+  pins_compliant_ =
+      std::any_of(truth.pin.begin(), truth.pin.end(), [](const PinTruth& pin) { return pin.compliant(); });
   relief_gain_ = hydraulics.pump_flow_m3ps / (kReliefOverride * hydraulics.port_relief_Pa);
   main_relief_gain_ = hydraulics.pump_flow_m3ps / (kReliefOverride * hydraulics.main_relief_Pa);
   suck_gain_ = 8e3 * hydraulics.hose_volume_m3 / oil_.bulk_modulus_Pa;
@@ -217,9 +218,9 @@ void PlantModel::flows(const StateVector& x, const HeldInputs& held, PlantDetail
 void PlantModel::rod_ends(const StateVector& x, PlantDetail& detail) const noexcept {
   detail.length_m = detail.pose.length_m;
   detail.speed = detail.pose.lever_m.cwiseProduct(x.segment<3>(kRate));
-  if (!pins_yield_) return;
+  if (!pins_compliant_) return;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (!truth_.pin[i].yields()) continue;
+    if (!truth_.pin[i].compliant()) continue;
     const auto n = static_cast<Eigen::Index>(i);
     detail.length_m[n] = x[kRodEnd + n];
     detail.speed[n] = x[kRodEndRate + n];
@@ -233,7 +234,7 @@ void PlantModel::push_link(const StateVector& x, std::size_t i, PlantDetail& det
   const PinTruth& pin = truth_.pin[i];
   detail.pin_N[n] = rod_N;
   detail.pin_loss_W[n] = 0;
-  if (!pin.yields()) return;
+  if (!pin.compliant()) return;
   const double pressed = pressed_m(x[kRodEnd + n] - detail.pose.length_m[n], pin.play_m);
   const double closing = x[kRodEndRate + n] - detail.pose.lever_m[n] * x[kRate + n];
   const double spring = pin.stiffness_N_per_m * pressed, damping = pin.damping_Ns_per_m * closing;
@@ -246,7 +247,7 @@ void PlantModel::push_link(const StateVector& x, std::size_t i, PlantDetail& det
 
 double PlantModel::pin_energy(const StateVector& x, const PoseGeometry& pose, std::size_t i) const noexcept {
   const PinTruth& pin = truth_.pin[i];
-  if (!pin.yields()) return 0;
+  if (!pin.compliant()) return 0;
   const auto n = static_cast<Eigen::Index>(i);
   const double pressed = pressed_m(x[kRodEnd + n] - pose.length_m[n], pin.play_m);
   return 0.5 * (pin.stiffness_N_per_m * pressed * pressed + pin.mass_kg * x[kRodEndRate + n] * x[kRodEndRate + n]);
@@ -257,7 +258,7 @@ HullState PlantModel::hull_state(const StateVector& x) noexcept {
 }
 
 HullFrame PlantModel::hull_frame(const StateVector& x) const noexcept {
-  if (!hull_.yields()) return {.turn = body_.hull(), .lift_mps2 = body_.lift_mps2()};
+  if (!hull_.compliant()) return {.turn = body_.hull(), .lift_mps2 = body_.lift_mps2()};
   const HullState s = hull_state(x);
   return {.turn = hull_.turn(s), .pin_m = hull_.pin_m(s), .pin_mps = hull_.pin_mps(s), .rate_radps = s.pitch_radps};
 }
@@ -291,7 +292,7 @@ Mobility PlantModel::mobility(const PlantDetail& detail) const noexcept {
   return mobility;
 }
 
-/// Arm on a yielding hull: five equations, the joints' three eliminated first.
+/// Arm on a compliant hull: five equations, the joints' three eliminated first.
 void PlantModel::accelerate(const StateVector& x, const JointVector& torque, const BucketLoad& load,
                             PlantDetail& detail, StateVector& dx) const noexcept {
   const JointVector rate = x.segment<3>(kRate), still = JointVector::Zero();
@@ -377,7 +378,7 @@ StateVector PlantModel::derivative(const StateVector& x, const HeldInputs& held,
     detail.contact = {};
   }
 
-  if (hull_.yields()) {
+  if (hull_.compliant()) {
     accelerate(x, torque, held.load, detail, dx);
   } else {
     detail.acceleration = detail.mass.solve(torque - body_.bias(detail.pose, rate, held.load));
@@ -395,14 +396,14 @@ void PlantModel::warm(double warmth_K) noexcept {
 }
 
 double PlantModel::settle(const StateVector& x, double dt) noexcept {
-  return hull_.yields() ? hull_.settle(hull_state(x), dt) : 0;
+  return hull_.compliant() ? hull_.settle(hull_state(x), dt) : 0;
 }
 
 double PlantModel::mechanical_energy(const StateVector& x, const PlantDetail& detail,
                                      const BucketLoad& load) const noexcept {
   const JointVector rate = x.segment<3>(kRate);
   double energy = detail.mass.kinetic_energy(rate);
-  if (!hull_.yields()) return energy + body_.potential_energy(detail.pose, load, body_.lift_mps2());
+  if (!hull_.compliant()) return energy + body_.potential_energy(detail.pose, load, body_.lift_mps2());
   const Eigen::Vector2d hull = x.segment<2>(kHull + 2);
   const Turn& turn = detail.hull.turn;
   energy += rate.dot(detail.hull_coupling * hull) + 0.5 * hull.dot(detail.hull_mass * hull) + detail.ground.stored_J;
@@ -431,12 +432,12 @@ StateVector PlantModel::equilibrium(const JointVector& joint_rad, const BucketLo
         std::max(kRestPressure_Pa, (kRestPressure_Pa * axes_[i].head_area_m2 - force) / axes_[i].rod_area_m2);
     x[kRod + n] = rod;
     x[kHead + n] = (force + rod * axes_[i].rod_area_m2) / axes_[i].head_area_m2;
-    if (const PinTruth& pin = truth_.pin[i]; pin.yields()) {
+    if (const PinTruth& pin = truth_.pin[i]; pin.compliant()) {
       const double slack = force == 0 ? 0 : std::copysign(0.5 * pin.play_m, force);
       x[kRodEnd + n] = pose.length_m[n] + slack + force / pin.stiffness_N_per_m;
     }
   }
-  if (hull_.yields()) {
+  if (hull_.compliant()) {
     const PlanarVector lift = body_.lift_mps2();
     const JointVector still = JointVector::Zero();
     const ArmForces arm = body_.inverse_dynamics(pose, still, still, load, {lift, 0, 0});

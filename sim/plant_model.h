@@ -61,7 +61,7 @@ struct PlantDetail {
   Eigen::Matrix2d hull_mass;                  ///< and of those two.
   JointVector length_m, speed;                ///< Cylinders, at their rods' ends.
   JointVector pin_N;                          ///< What a cylinder pushes its link with;
-  JointVector rod_damping_Ns_per_m;           ///< of all that slows a rod on a yielding pin, by its speed;
+  JointVector rod_damping_Ns_per_m;           ///< of all that slows a rod on a compliant pin, by its speed;
   JointVector pin_loss_W;                     ///< part of its power that is heat.
   PerJoint<double> head_flow, rod_flow;       ///< From the valve into the chambers.
   PerJoint<double> head_suck, rod_suck;       ///< Anti-cavitation checks, from tank.
@@ -124,16 +124,16 @@ class PlantModel {
   /// The springs' part of the stop forces [N], [N m]; the rest of a stop's force is damping.
   [[nodiscard]] double stop_spring(std::size_t i, double length_m) const noexcept;
   [[nodiscard]] double joint_stop_spring(std::size_t i, double joint_rad) const noexcept;
-  /// Of a yielding pin's spring, and of the rod's own motion.
+  /// Of a compliant pin's spring, and of the rod's own motion.
   [[nodiscard]] double pin_energy(const StateVector& x, const PoseGeometry& pose, std::size_t i) const noexcept;
   /// Whether any pin yields: then a step of a millisecond is too long.
-  [[nodiscard]] bool pins_yield() const noexcept { return pins_yield_; }
+  [[nodiscard]] bool pins_compliant() const noexcept { return pins_compliant_; }
   /// Flow that the openings ask for at the load-sensing pressure.
   [[nodiscard]] double asked_flow(const StateVector& x, const HeldInputs& held) const noexcept;
 
  private:
   /// How fast states decay by themselves [1/s], none above 0: chambers A, chambers B, bristles, as from kHead on; pump;
-  /// rods on yielding pins.
+  /// rods on compliant pins.
   using Decays = std::array<double, 3 * kJoints + 1 + kJoints>;
   /// Of a valve's flow, what the others' openings leave.
   [[nodiscard]] double left_by_others(std::size_t i, const HeldInputs& held) const noexcept;
@@ -160,7 +160,7 @@ class PlantModel {
   RigidBody body_;
   Hull hull_;
   double viscosity_ = 1;
-  bool pins_yield_ = false;
+  bool pins_compliant_ = false;
   Oil oil_;
   PerJoint<AxisConstants> axes_{};
   PerJoint<BristleConstants> bristles_{};

@@ -61,7 +61,7 @@ PlantModel::Decays PlantModel::decays(const StateVector& x, const HeldInputs& he
     decays[kJoints + i] = -oil_.pressure_rate(pb, rod_loss, rod_volume(i, length));
     decays[2 * kJoints + i] = -detail.bristle_decay_1ps[n];
     const PinTruth& pin = truth_.pin[i];
-    decays[3 * kJoints + 1 + i] = pin.yields() ? -detail.rod_damping_Ns_per_m[n] / pin.mass_kg : 0;
+    decays[3 * kJoints + 1 + i] = pin.compliant() ? -detail.rod_damping_Ns_per_m[n] / pin.mass_kg : 0;
   }
   const double regulator = detail.pump_flow > 0 && !detail.pump_at_limit ? regulator_gain_ : 0;
   const double relief = x[kPump] > h.main_relief_Pa ? main_relief_gain_ : 0;

@@ -211,7 +211,7 @@ void roughen_joint(std::size_t i, const JointVector& lever_m, double reach, cons
   double out_m = 0;  // joint to tip
   for (std::size_t k = i; k < kJoints; ++k) out_m += truth.machine.links[k].length_m;
   const double ratio = out_m / lever_m[static_cast<Eigen::Index>(i)];
-  truth.pin[i] = yielding_pin(ratio * ratio / bending, in(rough.play_m), cylinder.body_mass_kg + cylinder.rod_mass_kg);
+  truth.pin[i] = compliant_pin(ratio * ratio / bending, in(rough.play_m), cylinder.body_mass_kg + cylinder.rod_mass_kg);
 }
 
 /// Tracks and weight of machines of this size.

@@ -67,7 +67,7 @@ HullTruth hull_on_tracks(const MachineDescription& machine, double mass_kg, doub
   return hull;
 }
 
-PinTruth yielding_pin(double stiffness_N_per_m, double play_m, double mass_kg) noexcept {
+PinTruth compliant_pin(double stiffness_N_per_m, double play_m, double mass_kg) noexcept {
   constexpr double kDampingRatio = 0.3;  // of rod on pin; of the arm on the same spring it is about 0.01
   mass_kg = std::max(mass_kg, (stiffness_N_per_m + kAroundRod_N_per_m) / kFastestRod_1ps2);
   return {stiffness_N_per_m, 2 * kDampingRatio * std::sqrt(stiffness_N_per_m * mass_kg), play_m, mass_kg};
@@ -94,7 +94,7 @@ void check_truth(const MachineTruth& truth) {
       refuse(truth, joint, "valve.delay_s", cylinder.valve.delay_s, "0 to 0.2 s");
     }
     const PinTruth& pin = truth.pin[i];
-    if (pin.yields() && !(pin.stiffness_N_per_m + kAroundRod_N_per_m <= 1.001 * kFastestRod_1ps2 * pin.mass_kg)) {
+    if (pin.compliant() && !(pin.stiffness_N_per_m + kAroundRod_N_per_m <= 1.001 * kFastestRod_1ps2 * pin.mass_kg)) {
       refuse(truth, joint, "pins.stiffness", pin.stiffness_N_per_m, "at most 4e6 1/s^2 times its mass, less 8e7 N/m");
     }
     if (!(cylinder.valve.dead_band_extend < 1 && cylinder.valve.dead_band_retract < 1)) {

@@ -42,7 +42,7 @@ struct PinTruth {
   double damping_Ns_per_m = 0;
   double play_m = 0;   ///< The rod moves so far without moving the link.
   double mass_kg = 0;  ///< What swings between oil and pin, in addition to the cylinder's own masses.
-  [[nodiscard]] bool yields() const noexcept { return stiffness_N_per_m > 0; }
+  [[nodiscard]] bool compliant() const noexcept { return stiffness_N_per_m > 0; }
 };
 
 /// A pump that is not smooth, and the regulator that sets it.
@@ -128,9 +128,9 @@ enum class Family : std::uint8_t {
 [[nodiscard]] HullTruth hull_on_tracks(const MachineDescription& machine, double mass_kg, double track_m,
                                        double stiffness_N_per_m, double damping_ratio);
 
-/// A yielding pin with the damping of steel and grease. A light cylinder on a stiff pin is made as heavy as the step
+/// A compliant pin with the damping of steel and grease. A light cylinder on a stiff pin is made as heavy as the step
 /// needs: a part of what the arm weighs at its lever.
-[[nodiscard]] PinTruth yielding_pin(double stiffness_N_per_m, double play_m, double mass_kg) noexcept;
+[[nodiscard]] PinTruth compliant_pin(double stiffness_N_per_m, double play_m, double mass_kg) noexcept;
 
 /// @throws InputError naming key, value and bound where a value would break the plant's numerics.
 void check_truth(const MachineTruth& truth);

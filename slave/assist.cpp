@@ -11,7 +11,7 @@ namespace knuckle::slave {
 PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
                            const estimation::ForceEstimate& force) noexcept {
   // Only which joint is surer than which may count: a doubt that all share would draw the force towards zero.
-  const JointVector variance = (force.look_variance_Nm2 + force.tare_variance_Nm2).cwiseMax(1.0);
+  const JointVector variance = (force.measurement_variance_Nm2 + force.bias_variance_Nm2).cwiseMax(1.0);
   const JointVector weighed = variance / variance.minCoeff();
   return estimation::solve_tip_force(jacobian, force.fast_torque_Nm, weighed.asDiagonal()).force_N;
 }
@@ -51,11 +51,11 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matri
   }
   const Reason slowed{limits.reason, 0, static_cast<float>(contact.now_N.norm()), static_cast<float>(limit_N)};
   const double free_mps = limit_N / limits.free_Ns_per_m;
-  const double least_N = limits.known * limit_N;
+  const double least_N = limits.contact_share * limit_N;
   // Only a force that is there, not one that is foreseen, says which way is away.
   const PlanarVector tip_mps = jacobian * rate_radps;
-  const bool away = contact.now_N.norm() > least_N && tip_mps.dot(contact.now_N) > 0;
-  const double bound_mps = (away ? 1 - contact.direction_trust : 1) * tip_mps.norm();
+  const bool retreating = contact.now_N.norm() > least_N && tip_mps.dot(contact.now_N) > 0;
+  const double bound_mps = (retreating ? 1 - contact.direction_trust : 1) * tip_mps.norm();
   if (limits.slows_in_air && bound_mps > free_mps) {
     result.rate_radps *= free_mps / bound_mps;
     result.limiting = slowed;

@@ -15,10 +15,10 @@ struct AssistLimits {
   /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
-  double lead_s = 0.15;      ///< A rising force is taken as it will be when filters, valves and spools have closed.
-  double lead_Hz = 8;        ///< Low-pass of its rise.
-  double known = 0.2;        ///< Of the limit: from here on the force has a direction.
-  bool slows_in_air = true;  ///< Also where nothing is touched, and where the way out is not known.
+  double lead_s = 0.15;        ///< A rising force is taken as it will be when filters, valves and spools have closed.
+  double lead_Hz = 8;          ///< Low-pass of its rise.
+  double contact_share = 0.2;  ///< Of the limit: from here on the force has a direction.
+  bool slows_in_air = true;    ///< Also where nothing is touched, and where the way out is not known.
   ReasonCode reason = ReasonCode::kAssistForce;
 };
 inline constexpr AssistLimits kAssistLimits{};

@@ -12,22 +12,22 @@ namespace knuckle::slave {
 namespace {
 
 constexpr double kSingularity = 0.02;  // of J W J^T (about 0.5 in both directions where the arm is well bent)
-constexpr double kLargestPress = 10;   // of F1: force given way to, no press needs more
+constexpr double kLargestPress = 10;   // of F1: force complied with, no press needs more
 // Of F1: from where on a force is one, says where it acts, and holds the set-point back.
-constexpr double kTouching = 0.6, kPlaced = 0.6, kLeashed = 2;
+constexpr double kTouching = 0.6, kPlaced = 0.6, kLimited = 2;
 constexpr double kNoDivision = 1e-6;
 constexpr double kLeastLever_m = 0.01;
 constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and free motion leave less
 
 }  // namespace
 
-/// Least squares with the same weights as giving way. What end stops or reliefs may take of a joint's torque is no
+/// Least squares with the same weights as the compliance. What end stops or reliefs may take of a joint's torque is no
 /// force of the world: such a joint counts the less.
 PlanarVector ContactLaw::force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
                                   const estimation::ForceEstimate& force) const noexcept {
   const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastLever_m);
   const JointVector believed =
-      usual_Nm.cwiseAbs2().cwiseQuotient(force.look_variance_Nm2.cwiseMax(usual_Nm.cwiseAbs2()));
+      usual_Nm.cwiseAbs2().cwiseQuotient(force.measurement_variance_Nm2.cwiseMax(usual_Nm.cwiseAbs2()));
   const PlanarJacobian weighted = jacobian * weight_.cwiseProduct(believed).asDiagonal();
   const Eigen::Matrix2d normal = weighted * jacobian.transpose() + kSingularity * Eigen::Matrix2d::Identity();
   return normal.inverse() * (weighted * force.fast_torque_Nm);
@@ -51,7 +51,7 @@ Touch ContactLaw::touch(const estimation::JointState& state, const estimation::F
   Touch touch;
   touch.tip_jacobian = kinematics_.tip_jacobian(state.angle_rad);
   touch.force_N = force_of(touch.tip_jacobian, state, force);
-  touch.away = touch.force_N.stableNormalized();
+  touch.normal = touch.force_N.stableNormalized();
   touch.confidence = force.confidence;
   // A small force does not say where it acts.
   const double placed_N = kPlaced * control_.feed_forward_fade_N;
@@ -63,10 +63,10 @@ Touch ContactLaw::touch(const estimation::JointState& state, const estimation::F
   return touch;
 }
 
-JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
+JointVector ContactLaw::compliance_rad(const Touch& touch) const noexcept {
   // Springs per joint (Kq_i = Ks L_i^2) would give a stiffness that varies more than twofold with direction and pose,
   // which the operator's spring, K_l = lambda mu Ks, cannot match. Pressures that cannot be explained must not move the
-  // machine: what is not trusted is not given way to, and nothing is given way to without bound.
+  // machine: a force that is not trusted is not complied with, and none without bound.
   PlanarVector force_N = trust(touch.confidence) * touch.force_N;
   force_N *= std::min(1.0, kLargestPress * control_.feed_forward_fade_N / std::max(force_N.norm(), 1.0));
   return to_joints(touch.jacobian) * force_N / control_.tip_stiffness_N_per_m;
@@ -74,33 +74,35 @@ JointVector ContactLaw::give_rad(const Touch& touch) const noexcept {
 
 JointVector ContactLaw::shortened_rad(const JointVector& lead_rad, const Touch& touch,
                                       double allowed_N) const noexcept {
-  const double pressing_m = -touch.away.dot(touch.jacobian * lead_rad);
+  const double pressing_m = -touch.normal.dot(touch.jacobian * lead_rad);
   const double allowed_m = allowed_N / control_.tip_stiffness_N_per_m;
   if (pressing_m <= allowed_m) return lead_rad;
-  // The whole lead is cut short, and the deeper it was the more with the joints that give way: where pressing and
-  // giving way are in balance all joints then rest. Valves do not keep the balance of some that press and others that
-  // yield. Where the force is not trusted its direction is not either: what leads along the contact goes on there, or
+  // The whole lead is cut short, and the deeper it was the more with the joints that comply: where pressing and
+  // compliance are in balance all joints then rest. Valves do not keep the balance of some that press and others that
+  // comply. Where the force is not trusted its direction is not either: what leads along the contact goes on there, or
   // noise of the direction would switch it on and off.
   const double along_m = (1 - trust(touch.confidence)) * control_.feed_forward_fade_N / control_.tip_stiffness_N_per_m;
   const double share = (allowed_m + along_m) / (pressing_m + along_m);
   const double rest_m = allowed_m - share * share * pressing_m;
-  return share * share * lead_rad + to_joints(touch.jacobian) * (-rest_m * touch.away);
+  return share * share * lead_rad + to_joints(touch.jacobian) * (-rest_m * touch.normal);
 }
 
-double ContactLaw::known(const Touch& touch, double most_N) const noexcept {
-  const double from_N = std::min(kLeashed * control_.feed_forward_fade_N, most_N / 2.5);
+double ContactLaw::contact_probability(const Touch& touch, double most_N) const noexcept {
+  const double from_N = std::min(kLimited * control_.feed_forward_fade_N, most_N / 2.5);
   return std::clamp(touch.force_N.norm() / from_N - 1, 0.0, 1.0);
 }
 
-JointVector ContactLaw::leashed_rad(const JointVector& lead_rad, const Touch& touch, const PlanarVector& shown_N,
-                                    double most_N, double known, double yielding) const noexcept {
-  if (known <= 0) return lead_rad;
+JointVector ContactLaw::limited_lead_rad(const JointVector& lead_rad, const Touch& touch,
+                                         const PlanarVector& rendered_N, double most_N, double contact_probability,
+                                         double contact_compliance) const noexcept {
+  if (contact_probability <= 0) return lead_rad;
   const double f1_N = control_.feed_forward_fade_N;
-  // What is not given way to is not pressed on either, and counts for a wall.
-  const double shown_and_margin_N = trust(touch.confidence) * (std::max(0.0, touch.away.dot(shown_N)) + f1_N);
-  const JointVector felt_rad = shortened_rad(lead_rad, touch, shown_and_margin_N);
-  const JointVector leashed_rad = lead_rad + known * (1 - trust(touch.confidence) * yielding) * (felt_rad - lead_rad);
-  return leashed_rad + known * (shortened_rad(leashed_rad, touch, most_N) - leashed_rad);
+  // What is not complied with is not pressed on either, and counts for a wall.
+  const double rendered_and_margin_N = trust(touch.confidence) * (std::max(0.0, touch.normal.dot(rendered_N)) + f1_N);
+  const JointVector felt_rad = shortened_rad(lead_rad, touch, rendered_and_margin_N);
+  const JointVector limited_lead_rad =
+      lead_rad + contact_probability * (1 - trust(touch.confidence) * contact_compliance) * (felt_rad - lead_rad);
+  return limited_lead_rad + contact_probability * (shortened_rad(limited_lead_rad, touch, most_N) - limited_lead_rad);
 }
 
 JointVector ContactLaw::slowed_radps(const JointVector& rate_radps, const Touch& touch,

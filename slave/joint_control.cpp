@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kAccelerationLead_s = 0.1;  // covers valve delay and spool lag in free motion
 constexpr double kLeadFade = 0.6;            // tip force at which the lead is gone, of the feed-forward's
-constexpr double kKnownFor_s = 3;            // a contact that is touched no more, or only lightly
+constexpr double kRemembered_s = 3;          // a contact that is touched no more, or only lightly
 constexpr double kPumpShare = 0.95;          // of the pump's flow, kept back for leakage and errors of gain
 constexpr double kFadeInTip_mps = 0.01;      // dead-band compensation grows over this tip speed
 constexpr double kLearnBelow_mps = 0.002;    // cylinder speed under which the dead band is learned
@@ -56,7 +56,7 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       ahead_(step_s),
       rising_to_ceiling_(step_s, kCeilingLimits),
       rising_to_assist_(step_s),
-      yielding_(step_s),
+      contact_compliance_(step_s),
       learning_{Learning(step_s), Learning(step_s), Learning(step_s)} {}
 
 void JointControl::reset() noexcept {
@@ -65,9 +65,9 @@ void JointControl::reset() noexcept {
   acceleration_.reset(JointVector::Zero());
   rising_to_ceiling_.reset();
   rising_to_assist_.reset();
-  yielding_.reset();
+  contact_compliance_.reset();
   touched_m_.setZero();
-  known_ = 0;
+  contact_probability_ = 0;
   ahead_.reset(JointVector::Zero());
   learning_.fill(Learning(step_s_));
   supply_Pa_ = machine_.hydraulics.load_sensing_margin_Pa;
@@ -76,13 +76,13 @@ void JointControl::reset() noexcept {
 JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                       const JointVector& towards_radps) const noexcept {
   const JointVector& velocity = velocity_.value();
-  const PlanarVector away = force_N.stableNormalized();
-  const double leaving_mps = away.dot(touch.tip_jacobian * velocity);
-  const double pressing_mps = -away.dot(touch.tip_jacobian * towards_radps);
+  const PlanarVector normal = force_N.stableNormalized();
+  const double leaving_mps = normal.dot(touch.tip_jacobian * velocity);
+  const double pressing_mps = -normal.dot(touch.tip_jacobian * towards_radps);
   const double away_mps = (1 - held) * std::max(0.0, leaving_mps - std::max(0.0, pressing_mps));
-  const double back_mps = held * std::max(0.0, touch.away.dot(touch.jacobian * velocity));
-  return (1 - fade) * law_.slowed_radps(velocity, touch, touch.away * back_mps) +
-         fade * (law_.to_joints(touch.tip_jacobian) * (away * away_mps));
+  const double back_mps = held * std::max(0.0, touch.normal.dot(touch.jacobian * velocity));
+  return (1 - fade) * law_.slowed_radps(velocity, touch, touch.normal * back_mps) +
+         fade * (law_.to_joints(touch.tip_jacobian) * (normal * away_mps));
 }
 
 JointVector JointControl::wanted_rates(const estimation::JointState& state, const Touch& touch,
@@ -94,11 +94,11 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   // helps.
   if (touch.jacobian.allFinite()) {
     touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
-    output.yielding = yielding_.step(touched_m_, force.tip_N);
+    output.contact_compliance = contact_compliance_.step(touched_m_, force.tip_N);
   } else {
-    yielding_.reset();  // nobody knows where it is touched
+    contact_compliance_.reset();  // nobody knows where it is touched
   }
-  const double fade = (1 - output.yielding) * std::min(1.0, tip_force / control.feed_forward_fade_N);
+  const double fade = (1 - output.contact_compliance) * std::min(1.0, tip_force / control.feed_forward_fade_N);
   const double lead = kAccelerationLead_s * std::max(0.0, 1.0 - tip_force / (kLeadFade * control.feed_forward_fade_N));
   const JointVector before = velocity_.value();
   velocity_.step(command.velocity_radps);
@@ -106,19 +106,21 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
 
   JointVector gain = JointVector::Constant(control.position_gain_1ps);
   gain[kBucket] = control.bucket_position_gain_1ps;
-  const JointVector ahead_rad = command.position_rad - state.angle_rad, give_rad = law_.give_rad(touch);
+  const JointVector ahead_rad = command.position_rad - state.angle_rad, compliance_rad = law_.compliance_rad(touch);
   const bool assisted = command.force_limit_N > 0 && command.force_limit_N < machine_.limits.tip_force_N;
   const double most_N = assisted ? command.force_limit_N : machine_.limits.tip_force_N;
-  // A contact that was known stays so while it is touched: a leash that comes and goes with the force makes it swing.
-  const double known_now = law_.known(touch, most_N);
-  known_ = std::max(known_now, known_ - step_s_ / kKnownFor_s);
-  const double known = std::max(known_now, known_ * std::min(1.0, touch.force_N.norm() / control.feed_forward_fade_N));
-  const JointVector leashed_rad = law_.leashed_rad(ahead_rad, touch, command.shown_N, most_N, known, output.yielding);
-  const JointVector towards = law_.steadied_radps(gain.cwiseProduct(leashed_rad + give_rad), touch, state);
-  // The leashed set-point stands still until the hand has come back to it.
-  const double cut_m = touch.away.dot(touch.jacobian * (leashed_rad - ahead_rad));
+  // A contact that was certain stays so while it is touched: a limit that comes and goes with the force makes it swing.
+  const double probability_now = law_.contact_probability(touch, most_N);
+  contact_probability_ = std::max(probability_now, contact_probability_ - step_s_ / kRemembered_s);
+  const double contact_probability = std::max(
+      probability_now, contact_probability_ * std::min(1.0, touch.force_N.norm() / control.feed_forward_fade_N));
+  const JointVector limited_lead_rad = law_.limited_lead_rad(ahead_rad, touch, command.rendered_N, most_N,
+                                                             contact_probability, output.contact_compliance);
+  const JointVector towards = law_.steadied_radps(gain.cwiseProduct(limited_lead_rad + compliance_rad), touch, state);
+  // The limited set-point stands still until the hand has come back to it.
+  const double cut_m = touch.normal.dot(touch.jacobian * (limited_lead_rad - ahead_rad));
   const double held = std::clamp(cut_m * control.tip_stiffness_N_per_m / control.feed_forward_fade_N, 0.0, 1.0);
-  if (cut_m > 0 && touch.away.dot(command.shown_N) + control.feed_forward_fade_N > most_N) {
+  if (cut_m > 0 && touch.normal.dot(command.rendered_N) + control.feed_forward_fade_N > most_N) {
     output.limits |= assisted ? kLimitAssistForce : kLimitForceCeiling;
     output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0,
                      static_cast<float>(touch.force_N.norm()), static_cast<float>(most_N)};

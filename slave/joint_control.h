@@ -6,10 +6,10 @@
 
 #include "core/filters.h"
 #include "core/joints.h"
+#include "estimation/contact_compliance.h"
 #include "estimation/force_estimator.h"
 #include "estimation/force_lag.h"
 #include "estimation/joint_state.h"
-#include "estimation/yielding.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "slave/assist.h"
@@ -21,8 +21,8 @@ struct JointCommand {
   JointVector position_rad = JointVector::Zero();
   JointVector velocity_radps = JointVector::Zero();
   bool active = false;  ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
-  PlanarVector shown_N = PlanarVector::Zero();  ///< MasterMessage::shown_N
-  double force_limit_N = 0;                     ///< Of the assist; 0: off.
+  PlanarVector rendered_N = PlanarVector::Zero();  ///< MasterMessage::rendered_N
+  double force_limit_N = 0;                        ///< Of the assist; 0: off.
 };
 
 class JointControl {
@@ -30,7 +30,7 @@ class JointControl {
   struct Output {
     JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
-    double yielding = 0;                           ///< SlaveMessage::yielding
+    double contact_compliance = 0;                 ///< SlaveMessage::contact_compliance
     JointVector ahead_rad = JointVector::Zero();   ///< SlaveMessage::ahead_rad
     std::uint16_t limits = 0;                      ///< LimitFlag bits (transport/link_messages.h).
     Reason assist;                                 ///< Why ceiling or assist slow or hold; kNone: they do not.
@@ -82,10 +82,10 @@ class JointControl {
   LowPass<JointVector> velocity_, acceleration_;
   estimation::ForceLag<JointVector> ahead_;
   RisingForce rising_to_ceiling_, rising_to_assist_;
-  estimation::Yielding yielding_;
+  estimation::ContactCompliance contact_compliance_;
   PlanarVector touched_m_ =
-      PlanarVector::Zero();  ///< Way of whatever point is touched: the touch wanders along the bucket.
-  double known_ = 0;         ///< How sure a contact is, or was lately.
+      PlanarVector::Zero();         ///< Way of whatever point is touched: the touch wanders along the bucket.
+  double contact_probability_ = 0;  ///< How sure a contact is, or was lately.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -131,7 +131,7 @@ void SlaveLoop::estimate(Time now) noexcept {
   rest_rate_.step(state_->rate_radps);
   force_.step(*state_);
   payload_.step(*state_, force_.estimate());
-  force_.hold_tare(payload_.maybe_loaded());
+  force_.hold_bias(payload_.maybe_loaded());
   force_.carry(payload_.carried());
   // Noise of estimate and speed would add up to energy that nothing put in.
   if (force_.estimate().significant && led(decision_.state.mode))
@@ -222,7 +222,7 @@ void SlaveLoop::decide() noexcept {
 
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
-  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.shown_N,
+  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.rendered_N,
                               master_.assist.force_limit_N};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands.value());
@@ -310,7 +310,7 @@ void SlaveLoop::publish(Time now) noexcept {
   sent_.load_N = force.loaded_tip_N - force.tip_N;
   sent_.covariance_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
   sent_.confidence = state_ && !sensor_fault_ ? force.confidence : 0;
-  sent_.yielding = control_output_.yielding;
+  sent_.contact_compliance = control_output_.contact_compliance;
   sent_.contact = force.contact;
   sent_.limits = static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
   sent_.payload_kg = payload_.kg();

@@ -35,7 +35,7 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.device = asked.device_reason;
   state.setpoint_rad = asked.position_rad;
   state.setpoint_radps = asked.velocity_radps;
-  state.shown_N = asked.shown_N;
+  state.rendered_N = asked.rendered_N;
   state.assist_force_limit_N = asked.assist.force_limit_N;
   state.assist_stop_on_object = asked.assist.stop_on_object;
   state.message_age_s = age_s(slave.master_at(), now);
@@ -54,7 +54,7 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.contact = told.contact;
   state.payload_kg = told.payload_kg;
   state.payload_sigma_kg = told.payload_sigma_kg;
-  state.yielding = told.yielding;
+  state.contact_compliance = told.contact_compliance;
   state.energy_in_J = told.energy_in_J;
   state.ahead_rad = told.ahead_rad;
   state.wanted = slave.wanted();

@@ -36,7 +36,7 @@ struct SlaveState {
   bool heard = false, presence = false, enable = false, clutch = false, stop = false, device_ok = false;
   Reason device;
   JointVector setpoint_rad = JointVector::Zero(), setpoint_radps = JointVector::Zero();
-  PlanarVector shown_N = PlanarVector::Zero();
+  PlanarVector rendered_N = PlanarVector::Zero();
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
   // The link.
@@ -51,7 +51,7 @@ struct SlaveState {
   std::uint8_t confidence_reasons = 0;  ///< estimation::ConfidenceReason bits.
   bool contact = false;
   double payload_kg = 0, payload_sigma_kg = 0;
-  double yielding = 0, energy_in_J = 0;
+  double contact_compliance = 0, energy_in_J = 0;
   // The valves.
   JointVector ahead_rad = JointVector::Zero();
   JointVector wanted = JointVector::Zero();         ///< Before the gate, [-1, 1].
@@ -63,11 +63,11 @@ struct SlaveState {
     [[maybe_unused]] const auto& [at, mode, blocking, fault, limits, operational, pilot_on, e_stop_open, measured,
                                   pressure_Pa, cylinder_m, hull_pitch_rad, oldest_node, oldest_age_s, joint_rad,
                                   joint_radps, heard, presence, enable, clutch, stop, device_ok, device, setpoint_rad,
-                                  setpoint_radps, shown_N, assist_force_limit_N, assist_stop_on_object, message_age_s,
-                                  round_trip_s, late_s, authority, malformed_datagrams, torque_Nm, fast_torque_Nm,
-                                  tip_force_N, load_N, covariance_N2, confidence, residual_sigma, confidence_reasons,
-                                  contact, payload_kg, payload_sigma_kg, yielding, energy_in_J, ahead_rad, wanted,
-                                  valve_command, spool] = s;
+                                  setpoint_radps, rendered_N, assist_force_limit_N, assist_stop_on_object,
+                                  message_age_s, round_trip_s, late_s, authority, malformed_datagrams, torque_Nm,
+                                  fast_torque_Nm, tip_force_N, load_N, covariance_N2, confidence, residual_sigma,
+                                  confidence_reasons, contact, payload_kg, payload_sigma_kg, contact_compliance,
+                                  energy_in_J, ahead_rad, wanted, valve_command, spool] = s;
     visit("time_ns", s.at);
     visit("mode", s.mode);
     visit("blocking", s.blocking);
@@ -93,7 +93,7 @@ struct SlaveState {
     visit("device", s.device);
     visit("setpoint_rad", s.setpoint_rad);
     visit("setpoint_radps", s.setpoint_radps);
-    visit("shown_N", s.shown_N);
+    visit("rendered_N", s.rendered_N);
     visit("assist_force_limit_N", s.assist_force_limit_N);
     visit("assist_stop_on_object", s.assist_stop_on_object);
     visit("message_age_s", s.message_age_s);
@@ -112,7 +112,7 @@ struct SlaveState {
     visit("contact", s.contact);
     visit("payload_kg", s.payload_kg);
     visit("payload_sigma_kg", s.payload_sigma_kg);
-    visit("yielding", s.yielding);
+    visit("contact_compliance", s.contact_compliance);
     visit("energy_in_J", s.energy_in_J);
     visit("ahead_rad", s.ahead_rad);
     visit("wanted_valve", s.wanted);

@@ -94,7 +94,7 @@ Datagram encode(const MasterMessage& message) noexcept {
   put(out, message.device_reason);
   put_each(out, message.position_rad);
   put_each(out, message.velocity_radps);
-  put_each(out, message.shown_N, kMostForce_N);
+  put_each(out, message.rendered_N, kMostForce_N);
   out.put(static_cast<float>(std::clamp(message.assist.force_limit_N, -2 * kMostForce_N, 2 * kMostForce_N)));
   out.put(message.energy_in_J);
   return datagram;
@@ -119,7 +119,7 @@ std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) 
   const bool known = get(*in, message.device_reason);
   bounded.each(message.position_rad, kMostAngle_rad);
   bounded.each(message.velocity_radps, kMostRate_radps);
-  bounded.each(message.shown_N, kMostForce_N);
+  bounded.each(message.rendered_N, kMostForce_N);
   message.assist.force_limit_N = bounded.single(0, kMostForce_N);
   message.energy_in_J = bounded.number(-kMostEnergy_J, kMostEnergy_J);
   if (!known || (flags & ~unsigned{kMasterFlags}) != 0 || !bounded.ok()) return std::nullopt;
@@ -141,7 +141,7 @@ Datagram encode(const SlaveMessage& message) noexcept {
   put_each(out, message.load_N, kMostForce_N);
   put_each(out, message.covariance_N2, kMostCovariance_N2);
   out.put(message.confidence);
-  out.put(message.yielding);
+  out.put(message.contact_compliance);
   out.put(static_cast<std::uint8_t>(message.contact ? 1 : 0));
   out.put(message.limits);
   put_each(out, message.pressure_Pa);
@@ -167,7 +167,7 @@ std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) no
   bounded.each(message.load_N, kMostForce_N);
   bounded.each(message.covariance_N2, kMostCovariance_N2);
   message.confidence = bounded.number(0, 1);
-  message.yielding = bounded.number(0, 1);
+  message.contact_compliance = bounded.number(0, 1);
   const auto contact = in->get<std::uint8_t>();
   message.limits = in->get<std::uint16_t>();
   bounded.each(message.pressure_Pa, kMostPressure_Pa);

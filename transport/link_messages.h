@@ -50,7 +50,7 @@ struct MasterMessage {
   Reason device_reason;                              ///< Why device_ok is false.
   JointVector position_rad = JointVector::Zero();    ///< Machine joint set-point, clutch offset included.
   JointVector velocity_radps = JointVector::Zero();  ///< Of the set-point, low-passed at kSetPointRateCutoff_Hz.
-  PlanarVector shown_N =
+  PlanarVector rendered_N =
       PlanarVector::Zero();  ///< Of a contact on the hand, without cues and load; machine scale, frame M.
   AssistSettings assist;
   double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
@@ -74,7 +74,7 @@ struct SlaveMessage {
   PlanarVector load_N = PlanarVector::Zero();  ///< What the load adds to it: its weight, as far as it is carried.
   std::array<double, 3> covariance_N2{};       ///< xx, xz, zz of tip_force_N.
   double confidence = 0;                       ///< [0, 1]
-  double yielding = 0;                         ///< [0, 1]: what the tip presses against moves along with it.
+  double contact_compliance = 0;               ///< [0, 1]: what the tip presses against moves along with it.
   bool contact = false;                        ///< Contact event is on.
   std::uint16_t limits = 0;                    ///< LimitFlag bits being hit.
   std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.

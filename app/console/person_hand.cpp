@@ -12,7 +12,7 @@ constexpr double kRamp_s = 0.25;          // from rest to full rate, and back
 constexpr double kAlignRate_radps = 0.6;  // how fast a hand is brought to the machine's pose at most,
 constexpr double kAlignGain_1ps = 4;      // slowing down as it comes near
 constexpr double kMostPush_N = 6;         // a hand that moves on against a wall leans on it, no more
-constexpr double kLeash_rad = 0.3;        // likewise for each joint: the wrist's spring
+constexpr double kMostAhead_rad = 0.3;    // likewise for each joint: the wrist's spring
 constexpr double kLongestStep_s = 0.01;   // a loop that has stood makes no jump
 constexpr Duration kTakeHold = 300ms;     // the machine's side must see a hand before it sees enable pressed
 
@@ -26,7 +26,7 @@ bool aligns(const HandInput& held, const sim::OperatorView& seen) noexcept {
 
 PersonHand::PersonHand(const DeviceDescription& device, const MachineDescription& machine,
                        const sim::LimbImpedance& limb) noexcept
-    : kinematics_(device.link_m), leash_m_(kMostPush_N / limb.stiffness_N_per_m) {
+    : kinematics_(device.link_m), most_ahead_m_(kMostPush_N / limb.stiffness_N_per_m) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto row = Eigen::Index(i);
     device_min_rad_[row] = device.min_rad[i];
@@ -80,8 +80,8 @@ JointVector PersonHand::moving(const HandInput& held, const sim::OperatorView& s
 JointVector PersonHand::within_reach(const JointVector& joint_rad, const JointVector& hand_rad) const noexcept {
   JointVector ahead_rad = joint_rad.cwiseMax(device_min_rad_).cwiseMin(device_max_rad_) - hand_rad;
   const double ahead_m = (kinematics_.posture(hand_rad + ahead_rad).tip_m - kinematics_.posture(hand_rad).tip_m).norm();
-  ahead_rad *=
-      std::min({1.0, leash_m_ / std::max(ahead_m, 1e-9), kLeash_rad / std::max(ahead_rad.cwiseAbs().maxCoeff(), 1e-9)});
+  ahead_rad *= std::min(
+      {1.0, most_ahead_m_ / std::max(ahead_m, 1e-9), kMostAhead_rad / std::max(ahead_rad.cwiseAbs().maxCoeff(), 1e-9)});
   return hand_rad + ahead_rad;
 }
 

@@ -34,7 +34,7 @@ class PersonHand {
 
   master::DeviceKinematics kinematics_;
   JointVector device_min_rad_, device_max_rad_, machine_min_rad_, machine_max_rad_;
-  double leash_m_;  // of the meant tip before the hand's: the limb's spring pushes no harder
+  double most_ahead_m_;  // of the meant tip before the hand's: the limb's spring pushes no harder
 
   sim::OperatorIntent intent_;
   JointVector rate_radps_ = JointVector::Zero();  // of the requested machine pose, rounded off

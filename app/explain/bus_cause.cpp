@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 #include "core/frame_words.h"
 #include "machine/bus_nodes.h"
 #include "slave/bus_map.h"

@@ -11,7 +11,7 @@
 #include "app/explain/device_cause.h"
 #include "app/explain/link_cause.h"
 #include "app/explain/node_cause.h"
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 
 namespace knuckle::explain {
 namespace {

@@ -10,7 +10,7 @@ namespace knuckle::explain {
 namespace {
 
 constexpr Duration kOperatorPause = 50ms;  // fifty of its periods
-constexpr Duration kAftermath = 200ms;
+constexpr Duration kAfterStop = 200ms;
 constexpr double kApart = slave::ValveMonitor::kTolerance;
 constexpr double kStill = 0.002;  // of stroke; a spool that follows moves by more from one status to the next
 constexpr double kLag_s = slave::ValveMonitor::kWindow_s;
@@ -180,7 +180,7 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
       });
       if (!known || canopen::function_of(can.frame.id) == 0) ++evidence.foreign[can.frame.id];
     }
-    if (can.at <= since || can.at > since + kAftermath) continue;
+    if (can.at <= since || can.at > since + kAfterStop) continue;
     if (can.kind == WireEventKind::kCanReceived) ++evidence.can_received_after;
     if (can.kind == WireEventKind::kCanSent) ++evidence.can_sent_after;
     if (can.kind == WireEventKind::kCanRefused) ++evidence.can_refused_after;

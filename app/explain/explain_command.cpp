@@ -11,8 +11,8 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
-#include "app/explain/account.h"
-#include "app/explain/words.h"
+#include "app/explain/text.h"
+#include "app/explain/timeline.h"
 #include "recording/flaws.h"
 
 namespace knuckle::explain {
@@ -31,14 +31,14 @@ void print(std::ostream& out, const char* heading, const std::vector<std::string
   for (const std::string& line : lines) out << "  " << line << '\n';
 }
 
-void print(std::ostream& out, const Account& account) {
-  out << account.headline << '\n';
-  out << "Most likely: " << account.cause.text << '\n';
-  for (const std::string& line : account.cause.supports) out << "  for: " << line << '\n';
-  for (const std::string& line : account.cause.against) out << "  but: " << line << '\n';
-  print(out, "Last inputs", account.inputs);
-  print(out, "Last second", account.before);
-  print(out, "Afterwards", account.after);
+void print(std::ostream& out, const Timeline& timeline) {
+  out << timeline.headline << '\n';
+  out << "Most likely: " << timeline.cause.text << '\n';
+  for (const std::string& line : timeline.cause.supports) out << "  for: " << line << '\n';
+  for (const std::string& line : timeline.cause.against) out << "  but: " << line << '\n';
+  print(out, "Last inputs", timeline.inputs);
+  print(out, "Last second", timeline.before);
+  print(out, "Afterwards", timeline.after);
 }
 
 /// What a recording without a stop says of the machine.
@@ -59,9 +59,9 @@ void print(std::ostream& out, const Report& report, const recording::Recording& 
     out << without_a_stop(recording) << '\n';
     print(out, "Out of the ordinary all the same", report.notes);
   }
-  for (std::size_t i = 0; i < report.accounts.size(); ++i) {
+  for (std::size_t i = 0; i < report.timelines.size(); ++i) {
     out << fmt::format("\n[{}] ", i + 1);
-    print(out, report.accounts[i]);
+    print(out, report.timelines[i]);
   }
 }
 
@@ -69,26 +69,26 @@ Json seconds(const std::optional<Time>& at) {
   return at ? Json(to_seconds(*at)) : Json(nullptr);
 }
 
-Json json_of(const Account& account) {
-  const Reason& reason = account.stop.reason;
-  const Aftermath& after = account.aftermath;
-  return {{"at_s", to_seconds(account.stop.at)},
-          {"mode_before", name(account.stop.before)},
-          {"mode", name(account.stop.mode)},
+Json json_of(const Timeline& timeline) {
+  const Reason& reason = timeline.stop.reason;
+  const WhatFollowed& after = timeline.followed;
+  return {{"at_s", to_seconds(timeline.stop.at)},
+          {"mode_before", name(timeline.stop.before)},
+          {"mode", name(timeline.stop.mode)},
           {"code", name(reason.code)},
           {"subject", reason.subject},
           {"value", reason.value},
           {"limit", reason.limit},
-          {"headline", account.headline},
+          {"headline", timeline.headline},
           {"cause",
-           {{"id", account.cause.id},
-            {"text", account.cause.text},
-            {"since_s", to_seconds(account.cause.since)},
-            {"supports", account.cause.supports},
-            {"against", account.cause.against}}},
-          {"last_inputs", account.inputs},
-          {"last_second", account.before},
-          {"afterwards", account.after},
+           {{"id", timeline.cause.id},
+            {"text", timeline.cause.text},
+            {"since_s", to_seconds(timeline.cause.since)},
+            {"supports", timeline.cause.supports},
+            {"against", timeline.cause.against}}},
+          {"last_inputs", timeline.inputs},
+          {"last_second", timeline.before},
+          {"afterwards", timeline.after},
           {"commands_neutral_s", seconds(after.commands_neutral)},
           {"spools_neutral_s", seconds(after.spools_neutral)},
           {"pilot_off_s", seconds(after.pilot_off)},
@@ -108,7 +108,7 @@ Json json_of(const Report& report, const recording::Recording& recording) {
             {"stopped_at_begin", report.survey.begins_stopped},
             {"stops", Json::array()},
             {"notes", report.notes}};
-  for (const Account& account : report.accounts) json["stops"].push_back(json_of(account));
+  for (const Timeline& timeline : report.timelines) json["stops"].push_back(json_of(timeline));
   return json;
 }
 

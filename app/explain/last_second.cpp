@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 #include "estimation/force_estimator.h"
 
 namespace knuckle::explain {
@@ -82,7 +82,7 @@ std::string estimate_text(const std::vector<const SlaveState*>& states) {
     confidence.add(state->confidence);
     doubts |= state->confidence_reasons;
   }
-  const std::string why = estimation::doubt_words(doubts);
+  const std::string why = estimation::doubt_text(doubts);
   return fmt::format("estimate: tip force {:.0f} to {:.0f} N, confidence {:.2f} to {:.2f}{}; {}", force.low, force.high,
                      confidence.low, confidence.high, why.empty() ? "" : " (" + why + ")",
                      switch_text("contact", states, &SlaveState::contact));

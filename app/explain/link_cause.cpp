@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 
 namespace knuckle::explain {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 
 namespace knuckle::explain {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "app/explain/node_cause.h"
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 #include "slave/sensors.h"
 
 namespace knuckle::explain {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "app/report/machine_drawing.h"
-#include "app/report/verdict_words.h"
+#include "app/report/verdict_text.h"
 #include "machine/pose.h"
 
 namespace knuckle::report {
@@ -163,13 +163,13 @@ std::vector<Moment> key_moments(const session::SessionRecord& record) {
     if (moments.size() < kMostMoments) add_moment(moments, record, row, label);
   };
   for (const session::FaultRecord& fault : record.faults)
-    add(row_at(record, fault.at_s), in_words(name(fault.reason.code)));
+    add(row_at(record, fault.at_s), plain_text(name(fault.reason.code)));
   std::set<std::string> shown;  // the first touch is worth a picture, its chatter is not
   for (const session::EventRecord& event : record.events)
-    if (shown.insert(event.what).second) add(row_at(record, event.t_s), in_words(event.what));
+    if (shown.insert(event.what).second) add(row_at(record, event.t_s), plain_text(event.what));
   for (std::size_t i = 1; i < record.samples.size(); ++i) {
     const auto phase = record.samples[i].phase;
-    if (phase != record.samples[i - 1].phase && phase < record.phases.size()) add(i, in_words(record.phases[phase]));
+    if (phase != record.samples[i - 1].phase && phase < record.phases.size()) add(i, plain_text(record.phases[phase]));
   }
   add(0, "start");
   std::sort(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; });

@@ -11,10 +11,10 @@
 
 #include "app/report/filmstrip.h"
 #include "app/report/html.h"
-#include "app/report/metric_words.h"
+#include "app/report/metric_text.h"
 #include "app/report/report_plots.h"
 #include "app/report/summary.h"
-#include "app/report/verdict_words.h"
+#include "app/report/verdict_text.h"
 
 namespace knuckle::report {
 namespace {
@@ -64,7 +64,7 @@ void write_verdict(std::ostream& out, const session::Judged& judged, const Sorte
   out << "<p>" << goals_text(judged) << ": ";
   for (const session::CriterionResult* goal : by.towards) {
     const std::string excuse = excuse_text(*goal, judged.metrics);
-    out << (goal == by.towards.front() ? "" : "; ") << escaped(metric_words(goal->name)) << " ("
+    out << (goal == by.towards.front() ? "" : "; ") << escaped(metric_text(goal->name)) << " ("
         << escaped(value_text(*goal)) << (excuse.empty() ? "" : "; " + excuse) << ")";
   }
   out << ".</p>\n";
@@ -100,9 +100,9 @@ void write_header(std::ostream& out, const session::Judged& judged, const Sorted
   write_facts(out, s, judged.metrics);
 }
 
-/// Words, and the name by which scenarios and JSON call it.
-std::string named_in_words(std::string_view name) {
-  return escaped(metric_words(name)) + " <span class=\"soft\">" + escaped(std::string(name)) + "</span>";
+/// Text, and the name by which scenarios and JSON call it.
+std::string named_text(std::string_view name) {
+  return escaped(metric_text(name)) + " <span class=\"soft\">" + escaped(std::string(name)) + "</span>";
 }
 
 void write_latencies(std::ostream& out, const std::vector<session::HopLatency>& hops) {
@@ -111,7 +111,7 @@ void write_latencies(std::ostream& out, const std::vector<session::HopLatency>& 
          "class=\"wide\"><table><tr><th>way<th class=\"n\">median<th class=\"n\">99 %<th class=\"n\">largest<th "
          "class=\"n\">samples</tr>\n";
   for (const session::HopLatency& hop : hops) {
-    out << "<tr><td>" << escaped(hop_words(hop.hop));
+    out << "<tr><td>" << escaped(hop_text(hop.hop));
     for (const double latency_us : {hop.latency_us.p50, hop.latency_us.p99, hop.latency_us.max})
       out << "<td class=\"n\">" << (hop.samples > 0 ? shown(1e-3 * latency_us, "ms") : "-");
     out << "<td class=\"n\">" << hop.samples << "</tr>\n";
@@ -141,7 +141,7 @@ void write_bounds_table(std::ostream& out, const session::Judged& judged, const 
     const bool in_plots = number != all.end() && session.record.samples.size() > 1;
     const std::string moment = escaped(moment_text(*r));
     out << "<tr><td>" << (in_plots ? "<b class=\"mark\">" + std::to_string(number - all.begin() + 1) + "</b> " : "")
-        << named_in_words(r->name);
+        << named_text(r->name);
     if (const std::string excuse = excuse_text(*r, judged.metrics); !excuse.empty())
       out << "<br><span class=\"soft\">" << excuse << "</span>";
     out << "<td class=\"n\" data-of=\"value\">" << escaped(measured_text(*r)) << "<td class=\"n\" data-of=\"bound\">"
@@ -208,7 +208,7 @@ void write_all_metrics(std::ostream& out, const session::Metrics& metrics) {
   out << "<section><h2>All metrics</h2><div class=\"wide\"><table><tr><th>group<th>metric<th class=\"n\">value</tr>\n";
   for (const session::MetricEntry& entry : session::metric_table()) {
     if (!(metrics.*entry.member)) continue;
-    out << "<tr><td>" << entry.group << "<td>" << named_in_words(entry.name) << "<td class=\"n\">"
+    out << "<tr><td>" << entry.group << "<td>" << named_text(entry.name) << "<td class=\"n\">"
         << escaped(shown(metrics.*entry.member, std::string(entry.unit))) << "</tr>\n";
   }
   out << "</table></div></section>\n";

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "app/report/metric_words.h"
+#include "app/report/metric_text.h"
 #include "app/report/number_text.h"
-#include "app/report/verdict_words.h"
+#include "app/report/verdict_text.h"
 #include "app/session/limit_times.h"
 
 namespace knuckle::report {
@@ -24,7 +24,7 @@ std::string what_ran(const session::SessionResult& s) {
 
 std::string line_of(const CriterionResult& result, const session::Metrics& metrics) {
   const std::string excuse = excuse_text(result, metrics), moment = moment_text(result);
-  return fmt::format("    {}: {}{}{} [{}]\n", metric_words(result.name), value_text(result),
+  return fmt::format("    {}: {}{}{} [{}]\n", metric_text(result.name), value_text(result),
                      excuse.empty() ? "" : "; " + excuse, moment.empty() ? "" : "; at " + moment, result.name);
 }
 

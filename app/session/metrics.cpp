@@ -146,8 +146,8 @@ void measure_no_load(const SessionRecord& record, const std::vector<bool>& free,
   Mean squares;
   for (std::size_t i = 0; i < record.samples.size(); ++i) {
     const Sample& s = record.samples[i];
-    const bool tared = (s.machine.confidence_reasons & estimation::kNotTared) == 0;
-    if (!free[i] || !tared || s.truth.payload_kg != 0) continue;
+    const bool bias_learned = (s.machine.confidence_reasons & estimation::kBiasNotLearned) == 0;
+    if (!free[i] || !bias_learned || s.truth.payload_kg != 0) continue;
     squares.add(s.machine.tip_force_N.squaredNorm(), s.t_s);
     if (s.machine.confidence > kBelieved) keep_worst(metrics.free_estimate_peak_N, s.machine.tip_force_N.norm(), s.t_s);
   }

@@ -19,8 +19,8 @@ namespace {
 
 using sim::FaultKind;
 
-constexpr double kTail_s = 0.5;         // recorded after the operator has finished
-constexpr Duration kAftermath = 300ms;  // a fault that latches so soon after something was mended is due to it
+constexpr double kTail_s = 0.5;            // recorded after the operator has finished
+constexpr Duration kDueToMending = 300ms;  // a fault that latches so soon after something was mended is due to it
 
 }  // namespace
 
@@ -159,7 +159,7 @@ SessionRecord Session::Impl::take_record() {
   const auto cause_of = [this](Time latched_at) {
     Cause cause{latched_at, {}};
     for (const Injected& i : faults.injected()) {
-      if (i.at > latched_at || latched_at - i.mended_at > kAftermath) continue;
+      if (i.at > latched_at || latched_at - i.mended_at > kDueToMending) continue;
       cause = {last_good_input(i, latched_at), i.at};
     }
     return cause;

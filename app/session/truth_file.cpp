@@ -55,7 +55,7 @@ sim::PinTruth read_pins(TomlTable table, const CylinderDescription& cylinder) {
   const double stiffness = table.number("stiffness_kN_per_mm", 1, 100, 1e6);
   double play_m = 0;
   read(table, "play_mm", 0, 5, 1e-3, play_m);
-  return sim::yielding_pin(stiffness, play_m, cylinder.body_mass_kg + cylinder.rod_mass_kg);
+  return sim::compliant_pin(stiffness, play_m, cylinder.body_mass_kg + cylinder.rod_mass_kg);
 }
 
 void read_joint(TomlTable table, std::size_t joint, sim::MachineTruth& truth) {

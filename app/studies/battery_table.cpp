@@ -198,7 +198,7 @@ Quantities honesty() {
              {"95 % ellipse of the tip force contains the true force, free motion", "free_covered", By::kRatio, "1"}),
       within(0.9, 0.99,
              {"95 % ellipse of the tip force contains the true force, known forces", "press_covered", By::kShare, "1"}),
-      {"NIS of the tare filter, mean per degree of freedom", "nis", By::kMedian, "1"}};
+      {"NIS of the bias filter, mean per degree of freedom", "nis", By::kMedian, "1"}};
 }
 
 Quantities payload(double full_scale_kg) {

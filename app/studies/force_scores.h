@@ -26,7 +26,7 @@ void add_presses(const std::vector<PressScore>& presses, Row& metrics);
 /// The real-time estimator, first adapting in the warm-up. Forces are judged with what it takes for a load's weight.
 /// Metrics: |F| in free motion (slow_rms_N, slow_p95_N, digging_rms_N); add_presses() and press_covered (truth inside
 /// the 95 % ellipse, 0 or 1); free_covered (looks every half second of free motion that have zero inside the ellipse,
-/// of how many); nis (mean normalised innovation squared of the tare's filter, per degree of freedom); detection_s of
+/// of how many); nis (mean normalised innovation squared of the bias filter, per degree of freedom); detection_s of
 /// each 500 N step, null where it was not seen while it lasted; false_alarms and in how many seconds; payload_error_kg,
 /// and payload_covered by its 95 % interval. contact_models: the same pulls by other models (contact_model_scores.h).
 [[nodiscard]] Row score_estimator(const MachineDescription& machine, const Trials& trials);

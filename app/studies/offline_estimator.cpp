@@ -32,7 +32,7 @@ std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& r
     }
     const estimation::ForceEstimate& force = force_.step(*state);
     payload_.step(*state, force);
-    force_.hold_tare(payload_.maybe_loaded());
+    force_.hold_bias(payload_.maybe_loaded());
     force_.carry(payload_.carried());
     result[k] = {
         force.loaded_tip_N,

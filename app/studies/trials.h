@@ -42,7 +42,7 @@ struct TrialPlan {
   double slow_s = 30, digging_s = 30;
   int presses = 12, knocks = 8, lifts = 2;
   double from_tip_m = 0;  ///< Where pulls and knocks act: from the tip towards the bucket pin.
-  sim::HullTruth hull;    ///< A test rig pulls no machine over that stands on yielding ground.
+  sim::HullTruth hull;    ///< A test rig pulls no machine over that stands on compliant ground.
 };
 
 /// @param machine as the controller sees it. Same seed, same motions and loads.

@@ -316,7 +316,7 @@ FullResult identify_full(const MachineDescription& machine, std::span<const Reco
   FullOptions used = options;
   FullResult result = fit(machine, recordings, used);
   if (!result.summary.indistinct.empty() && options.regressor.friction.seal) {
-    // Short recordings cannot tell the seals' friction from breakaway: then it is left to the tare.
+    // Short recordings cannot tell the seals' friction from breakaway: then it is left to the bias filter.
     used.regressor.friction.seal = false;
     FullResult fewer = fit(machine, recordings, used);
     if (!fewer.summary.usable) return result;

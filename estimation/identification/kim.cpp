@@ -19,7 +19,7 @@ constexpr int kPerLink = 3;  // m L, A, mu
 using LinkParameters = std::array<double, kPerLink>;
 
 /// What one sample knows before any parameter does.
-struct Look {
+struct PoseSample {
   JointVector phi_rad;      ///< Absolute angles.
   JointVector rate_radps;   ///< Relative joints.
   JointVector known_Nm;     ///< Of m2 and m3 at the ends of the links before them.
@@ -28,15 +28,15 @@ struct Look {
 
 /// Model minus measured torque; equations (3) to (6) of the paper.
 struct TorqueError {
-  Look look;
+  PoseSample sample;
   template <typename T>
   bool operator()(const T* boom, const T* arm, const T* bucket, T* error) const {
     const std::array<const T*, kJoints> links{boom, arm, bucket};
     T gravity(0);
     for (int i = kBucket; i >= kBoom; --i) {
       const T* link = links[static_cast<std::size_t>(i)];
-      gravity += kGravity_mps2 * link[0] * cos(look.phi_rad[i] + link[1]) + look.known_Nm[i];
-      error[i] = gravity + link[2] * look.rate_radps[i] - look.measured_Nm[i];
+      gravity += kGravity_mps2 * link[0] * cos(sample.phi_rad[i] + link[1]) + sample.known_Nm[i];
+      error[i] = gravity + link[2] * sample.rate_radps[i] - sample.measured_Nm[i];
     }
     return true;
   }
@@ -63,8 +63,8 @@ JointVector absolute_angles(const Motion& motion, Eigen::Index sample) {
   return absolute(motion.joint_rad.col(sample)).array() + motion.hull_pitch_rad[sample];
 }
 
-std::vector<Look> looks(std::span<const Motion> motions, const KimModel& model, const JointVector& length_m) {
-  std::vector<Look> result;
+std::vector<PoseSample> samples(std::span<const Motion> motions, const KimModel& model, const JointVector& length_m) {
+  std::vector<PoseSample> result;
   for (const Motion& motion : motions) {
     for (const Stretch& stretch : motion.stretches) {
       for (Eigen::Index i = stretch.first; i < stretch.end; ++i) {
@@ -97,11 +97,11 @@ const std::array<double, kPerLink> kPrinted{1, 1 / kDegree, kDegree};
 
 /// Finds the links' parameters. @return all torque errors about the solution, linearised: what is left to explain on
 /// the right, in columns of kNames (SI).
-LeastSquaresProblem fit_links(const std::vector<Look>& looks, PerJoint<LinkParameters>& links) {
+LeastSquaresProblem fit_links(const std::vector<PoseSample>& samples, PerJoint<LinkParameters>& links) {
   ceres::Problem problem;
-  for (const Look& look : looks) {
+  for (const PoseSample& sample : samples) {
     using Cost = ceres::AutoDiffCostFunction<TorqueError, kJoints, kPerLink, kPerLink, kPerLink>;
-    problem.AddResidualBlock(new Cost(new TorqueError{look}), nullptr, links[0].data(), links[1].data(),
+    problem.AddResidualBlock(new Cost(new TorqueError{sample}), nullptr, links[0].data(), links[1].data(),
                              links[2].data());
   }
   ceres::Solver::Options options;
@@ -195,7 +195,7 @@ KimResult identify_kim(const MachineDescription& machine, std::span<const Record
   summary.reasons = unfit(motions, kBoom, options.least_s, kLeastSpan_rad);
   if (!summary.reasons.empty()) return result;
 
-  const std::vector<Look> data = looks(motions, result.model, lengths(machine));
+  const std::vector<PoseSample> data = samples(motions, result.model, lengths(machine));
   PerJoint<LinkParameters> links;
   links.fill({20, 0, 0});
   const LeastSquaresSolution about = solve_least_squares(fit_links(data, links));

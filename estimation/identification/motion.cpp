@@ -45,7 +45,7 @@ struct Raw {
         cylinder_N(j, n) = m.pressure_Pa[2 * k] * machine.cylinders[k].head_area_m2() -
                            m.pressure_Pa[2 * k + 1] * machine.cylinders[k].rod_side_area_m2();
         pressure_sum_Pa(j, n) = m.pressure_Pa[2 * k] + m.pressure_Pa[2 * k + 1];
-        if (compliance_radpNm[j] != 0) yield(kinematics, j, n, compliance_radpNm[j]);
+        if (compliance_radpNm[j] != 0) bend(kinematics, j, n, compliance_radpNm[j]);
         const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
         if (!angle) known[i] = 0;
         joint_rad(j, n) = angle.value_or(std::numeric_limits<double>::quiet_NaN());
@@ -59,7 +59,7 @@ struct Raw {
 
  private:
   /// The length that the link is at, c r F behind the encoder's angle.
-  void yield(const Kinematics& kinematics, int j, Eigen::Index n, double compliance_radpNm) {
+  void bend(const Kinematics& kinematics, int j, Eigen::Index n, double compliance_radpNm) {
     const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
     const auto cylinder = angle ? kinematics.cylinder_at(j, *angle) : std::nullopt;
     if (cylinder) cylinder_m(j, n) -= cylinder->lever_m * cylinder->lever_m * compliance_radpNm * cylinder_N(j, n);

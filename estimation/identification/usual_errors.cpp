@@ -4,10 +4,10 @@
 #include <numbers>
 #include <utility>
 
+#include "estimation/bias_filter.h"
 #include "estimation/compliance.h"
 #include "estimation/identification/kinematic_calibration.h"
 #include "estimation/length_error.h"
-#include "estimation/tare.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -42,7 +42,7 @@ session::SessionSetup press_on_ground(const Cell& cell, std::uint64_t seed) {
   sim::Phase& release = phase_named(scenario, "release");
   release.tip_m = {2.1, kGround_m + 0.4};
   approach.bucket_rad = release.bucket_rad = -1.3;
-  phase_named(scenario, "warm_up").duration_s = 10;  // long enough for the tare
+  phase_named(scenario, "warm_up").duration_s = 10;  // long enough for the bias filter
   if (cell.limb == LimbClass::kLightGrip) {
     phase_named(scenario, "press").force_N = 1;        // as much as fingertips push for ten seconds
     approach.tolerance_m = release.tolerance_m = 0.3;  // the device's friction moves a hand of 5 N/m that much

@@ -26,7 +26,7 @@ class Drag {
     ForceEstimate force;
     force.fast_torque_Nm = third_.step(second_.step(
         first_.step(JointVector(kinematics_.tip_jacobian(state.angle_rad).transpose() * PlanarVector(force_N, 0)))));
-    force.look_variance_Nm2 = JointVector(900, 900, 400);
+    force.measurement_variance_Nm2 = JointVector(900, 900, 400);
     return cue_.step(state, force);
   }
   [[nodiscard]] double travelled_m() const { return 2.2 - x_m_; }

@@ -106,7 +106,7 @@ TEST(ForceEstimator, HullThatTiltsIsNoForce) {
     run.hull_pitch_rad = 0.12 * n / 1000;
     run.step(PlanarVector::Zero());
   }
-  EXPECT_LT(run.no_load_N(2), level_N + 20) << "before the tare could learn it";
+  EXPECT_LT(run.no_load_N(2), level_N + 20) << "before the bias filter could learn it";
 }
 
 TEST(ForceEstimator, JointTorqueIsJacobianTransposedTimesTipForce) {
@@ -150,8 +150,8 @@ TEST(ForceEstimator, DoubtsARodAtRestByTheFrictionThatWasFound) {
   const MachineDescription machine = test_machine();
   for (int i = 0; i < kJoints; ++i) {
     const double nominal_N = CylinderFriction(machine.cylinders[static_cast<std::size_t>(i)].friction).static_N();
-    const double seals_N = run.estimator().learned().state()[kTareSeal + i] * 40e5;  // there is more in every cylinder
-    EXPECT_GT(std::sqrt(e.look_variance_Nm2[i]), 0.5 * (nominal_N + seals_N) * std::abs(e.lever_m[i])) << i;
+    const double seals_N = run.estimator().learned().state()[kBiasSeal + i] * 40e5;  // there is more in every cylinder
+    EXPECT_GT(std::sqrt(e.measurement_variance_Nm2[i]), 0.5 * (nominal_N + seals_N) * std::abs(e.lever_m[i])) << i;
   }
 }
 
@@ -194,7 +194,7 @@ TEST(ForceEstimator, AStopIsKnownAsFarOffAsPinsOfADrawingMayPutIt) {
   EXPECT_TRUE(run.estimator().estimate().confidence_reasons & kEndStop);
 }
 
-TEST(ForceEstimator, CalibratedMachineIsGoodBeforeAnyTare) {
+TEST(ForceEstimator, CalibratedMachineIsGoodBeforeAnyBiasIsLearned) {
   SyntheticErrors errors = oil_of_today();
   errors.viscosity_factor = 1;
   Twin drawn(errors), calibrated(errors, 1, calibrated_twin(errors, 10));
@@ -277,9 +277,9 @@ TEST(Contact, FiveHundredNewtonStepIsSeenWithinATenthOfASecond) {
 class HeavySwing {
  public:
   HeavySwing() {
-    run_.estimator().tare(true);
+    run_.estimator().expect_free_motion(true);
     run_.free_motion(60);
-    run_.estimator().tare(false);
+    run_.estimator().expect_free_motion(false);
     run_.free_motion(5);
   }
   const ForceEstimate& step(double part, const PlanarVector& tip_N = PlanarVector::Zero()) {
@@ -354,12 +354,12 @@ TEST(ForceEstimator, NonFiniteInputRepeatsTheLastEstimateWithoutConfidence) {
   EXPECT_GT(run.estimator().estimate().confidence, 0.5);
 }
 
-TEST(ForceEstimator, PoseThatMovedWhileTheSensorsWereAwayIsNoForceAndTheTareStays) {
+TEST(ForceEstimator, PoseThatMovedWhileTheSensorsWereAwayIsNoForceAndTheBiasStays) {
   Twin run(oil_of_today());
   run.free_motion(30);
   run.stop();
   const JointVector before_rad = run.angle_rad;
-  const TareVector learned = run.estimator().learned().state();
+  const BiasVector learned = run.estimator().learned().state();
   run.gap(1.5);
   double most_N = 0;
   for (double t = 0; t < 1; t += kStep_s) {
@@ -369,7 +369,7 @@ TEST(ForceEstimator, PoseThatMovedWhileTheSensorsWereAwayIsNoForceAndTheTareStay
   EXPECT_GT((run.angle_rad - before_rad).norm(), 0.1);
   EXPECT_LT(most_N, 400) << "no more than friction hides at rest";
   EXPECT_EQ((run.estimator().learned().state() - learned).norm(), 0);
-  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kNotTared);
+  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kBiasNotLearned);
 }
 
 TEST(ForceEstimator, StepAllocatesNothing) {

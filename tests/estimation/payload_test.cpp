@@ -35,7 +35,7 @@ class Scale {
                                  machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N;
       const JointState state = *filter_.step(machine_.measure(p, torque));
       payload_.step(state, estimator_.step(state));
-      estimator_.hold_tare(payload_.maybe_loaded());
+      estimator_.hold_bias(payload_.maybe_loaded());
       estimator_.carry(payload_.carried());
     }
   }
@@ -90,7 +90,7 @@ TEST(Payload, DiggingBeforeTheLiftDoesNotSpoilIt) {
   EXPECT_LT(scale.payload().sigma_kg(), 5);
 }
 
-TEST(Payload, SmallLoadIsNotTaredAway) {
+TEST(Payload, SmallLoadIsNotLearnedAway) {
   Scale scale(oil_of_today());
   scale.move(40, 0);
   scale.move(1, 0, {600, 900});
@@ -156,7 +156,7 @@ TEST(Payload, PushDownOnABucketThatIsNotLiftedIsNoLoad) {
   Scale scale(oil_of_today());
   scale.move_hardly();
   scale.move(40, 0);
-  EXPECT_FALSE(scale.force().confidence_reasons & kNotTared);
+  EXPECT_FALSE(scale.force().confidence_reasons & kBiasNotLearned);
   scale.move(5, 0, {0, -1500});
   EXPECT_GT(scale.payload().kg(), 100);
   EXPECT_LT(scale.payload().kg(), 3 * scale.payload().sigma_kg());
@@ -231,7 +231,7 @@ TEST(Payload, WayThatNobodySawIsNoLift) {
   EXPECT_FALSE(hoist.known());
 }
 
-/// Looks disagree with the load so far, and begin a lift anew.
+/// Updates disagree with the load so far, and begin a lift anew.
 TEST(Payload, LiftOfAMinuteAgoDoesNotMakeALoadOfAWallThatIsPressedSlowly) {
   Hoist hoist;
   hoist.turn(3, 0.03, 0);
@@ -290,7 +290,7 @@ TEST(Payload, ZeroOfABucketThatWasLiftedEndsTheDoubtOfTheOneBefore) {
   EXPECT_TRUE(hoist.known());
 }
 
-/// Or the tare would be held until zero is set anew.
+/// Or the bias filter would be held until zero is set anew.
 TEST(Payload, BucketThatWeighsLessThanItsZeroIsEmpty) {
   Hoist hoist;
   hoist.turn(4, 0.03, 50);
@@ -315,7 +315,7 @@ TEST(Payload, BucketThatWeighsLessThanItsZeroButWasNotLiftedIsNotTakenForEmpty) 
 }
 
 TEST(Payload, LoadIsCarriedThroughADeadPointAndBehindIt) {
-  for (int step = 0; step < 15; ++step) {  // at each time since the last look
+  for (int step = 0; step < 15; ++step) {  // at each time since the last update
     Hoist hoist;
     hoist.turn(4, 0.05, 50);
     ASSERT_GT(hoist.payload().carried()[0], 45);
@@ -341,7 +341,7 @@ TEST(Payload, MotionThatIsSeenAgainIsNoAcceleration) {
   }
 }
 
-TEST(Payload, HoldsTheTareBeforeTheLoadIsLifted) {
+TEST(Payload, HoldsTheBiasBeforeTheLoadIsLifted) {
   Hoist hoist;
   hoist.nudge(4, 50, 50);
   EXPECT_FALSE(hoist.known());

@@ -65,7 +65,7 @@ class PlantRig {
     plant_.step(std::chrono::milliseconds(5));
     sense();
     payload_.step(state_, estimator_.step(state_));
-    estimator_.hold_tare(payload_.maybe_loaded());
+    estimator_.hold_bias(payload_.maybe_loaded());
     estimator_.carry(payload_.carried());
     return estimator_.estimate();
   }

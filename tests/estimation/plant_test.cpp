@@ -52,9 +52,9 @@ class OnTheMachine : public ::testing::TestWithParam<unsigned> {
   double phase_s_ = 0;
 };
 
-TEST_P(OnTheMachine, FreeMotionShowsLittleForceAfterTheTare) {
+TEST_P(OnTheMachine, FreeMotionShowsLittleForceOnceTheBiasIsLearned) {
   free_motion_N(25, 1);
-  EXPECT_FALSE(rig_.estimator().estimate().confidence_reasons & kNotTared);
+  EXPECT_FALSE(rig_.estimator().estimate().confidence_reasons & kBiasNotLearned);
   const double slow_N = free_motion_N(10, 1);
   free_motion_N(2, 2.5);
   const double digging_N = free_motion_N(10, 2.5);
@@ -108,13 +108,13 @@ TEST_P(OnTheMachine, FiftyKilogramsInTheBucketAreWeighedWithinFive) {
 
 /// A machine whose steel and ground yield, in free air: of half of the way that its tip swings no encoder sees
 /// anything.
-class YieldingMachine : public ::testing::Test {
+class CompliantMachine : public ::testing::Test {
  protected:
   static sim::MachineTruth truth(const MachineDescription& nominal) {
     sim::MachineTruth truth = sim::nominal_truth(nominal);
     truth.hull = sim::hull_on_tracks(nominal, 1300, 1.2, 6e6, 0.1);
     constexpr PerJoint<double> kPin_N_per_m{1.7e8, 5e7, 5e7};
-    for (std::size_t i = 0; i < kJoints; ++i) truth.pin[i] = sim::yielding_pin(kPin_N_per_m[i], 1e-4, 15);
+    for (std::size_t i = 0; i < kJoints; ++i) truth.pin[i] = sim::compliant_pin(kPin_N_per_m[i], 1e-4, 15);
     return truth;
   }
   /// The boom goes up and down by jerks, with the arm stretched out.
@@ -136,7 +136,7 @@ class YieldingMachine : public ::testing::Test {
   double clock_s_ = 0, largest_N_ = 0, contact_s_ = 0;
 };
 
-TEST_F(YieldingMachine, SwingThatNoEncoderSeesIsNoForce) {
+TEST_F(CompliantMachine, SwingThatNoEncoderSeesIsNoForce) {
   jerk(40);
   largest_N_ = contact_s_ = 0;
   jerk(20);

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "app/explain/account.h"
 #include "app/explain/bus_cause.h"
 #include "app/explain/evidence.h"
+#include "app/explain/timeline.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
@@ -45,7 +45,7 @@ class Explained {
   }
   [[nodiscard]] std::string file() const { return folder_.file("run.mcap"); }
   /// Of the first stop.
-  [[nodiscard]] const Account& account() const { return report.accounts.at(0); }
+  [[nodiscard]] const Timeline& timeline() const { return report.timelines.at(0); }
 
   Report report;
 
@@ -55,53 +55,53 @@ class Explained {
 
 TEST(Explain, NamesTheNodeThatFellSilentAndSince) {
   const Explained run("kind = \"node_silent\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6");
-  ASSERT_EQ(run.report.accounts.size(), 1U);
-  const Account& account = run.account();
-  EXPECT_EQ(account.cause.id, "node_silent");
-  EXPECT_TRUE(contains(account.cause.text, "arm_head_pressure (node 0x22)")) << account.cause.text;
-  EXPECT_TRUE(contains(account.headline, "while engaged")) << account.headline;
-  const Duration before = account.stop.at - account.cause.since;
+  ASSERT_EQ(run.report.timelines.size(), 1U);
+  const Timeline& timeline = run.timeline();
+  EXPECT_EQ(timeline.cause.id, "node_silent");
+  EXPECT_TRUE(contains(timeline.cause.text, "arm_head_pressure (node 0x22)")) << timeline.cause.text;
+  EXPECT_TRUE(contains(timeline.headline, "while engaged")) << timeline.headline;
+  const Duration before = timeline.stop.at - timeline.cause.since;
   EXPECT_GE(before, 25ms);
   EXPECT_LE(before, 40ms);
-  EXPECT_TRUE(contains(joined(account.inputs), "13 of 14 nodes sent in time")) << joined(account.inputs);
+  EXPECT_TRUE(contains(joined(timeline.inputs), "13 of 14 nodes sent in time")) << joined(timeline.inputs);
 }
 
 TEST(Explain, DoesNotBlameANodeWhenAllFallSilentForWantOfSync) {
   const Explained run("kind = \"sync_dropped\"\nduration_s = 0.6");
-  EXPECT_EQ(run.account().cause.id, "sync_missing") << run.account().cause.text;
+  EXPECT_EQ(run.timeline().cause.id, "sync_missing") << run.timeline().cause.text;
 }
 
 TEST(Explain, NamesTheStuckValveAndNotItsWitness) {
   const Explained run("kind = \"valve_stuck\"\njoint = \"arm\"\nduration_s = 1.3", 1.3, 3);
-  const Account& account = run.account();
-  EXPECT_EQ(account.cause.id, "valve_stuck") << account.headline;
-  EXPECT_TRUE(contains(account.cause.text, "valve of the arm")) << account.cause.text;
+  const Timeline& timeline = run.timeline();
+  EXPECT_EQ(timeline.cause.id, "valve_stuck") << timeline.headline;
+  EXPECT_TRUE(contains(timeline.cause.text, "valve of the arm")) << timeline.cause.text;
 }
 
 TEST(Explain, TellsARebootFromASilentNodeAndAnEmergency) {
-  EXPECT_EQ(Explained("kind = \"node_reset\"\nnode = \"boom_valve\"\nduration_s = 0.6").account().cause.id,
+  EXPECT_EQ(Explained("kind = \"node_reset\"\nnode = \"boom_valve\"\nduration_s = 0.6").timeline().cause.id,
             "node_rebooted");
-  EXPECT_EQ(Explained("kind = \"node_emergency\"\nnode = \"boom_valve\"\nduration_s = 0.5").account().cause.id,
+  EXPECT_EQ(Explained("kind = \"node_emergency\"\nnode = \"boom_valve\"\nduration_s = 0.5").timeline().cause.id,
             "node_emergency");
-  EXPECT_EQ(Explained("kind = \"emcy_storm\"\nnode = \"arm_encoder\"\nduration_s = 0.5").account().cause.id,
+  EXPECT_EQ(Explained("kind = \"emcy_storm\"\nnode = \"arm_encoder\"\nduration_s = 0.5").timeline().cause.id,
             "emergency_storm");
 }
 
 TEST(Explain, TellsASnappedWireAFrozenEncoderAndABrokenTransmitterApart) {
-  EXPECT_EQ(Explained("kind = \"encoder_broken\"\njoint = \"arm\"\nduration_s = 0.6").account().cause.id,
+  EXPECT_EQ(Explained("kind = \"encoder_broken\"\njoint = \"arm\"\nduration_s = 0.6").timeline().cause.id,
             "encoder_wire");
-  EXPECT_EQ(Explained("kind = \"sensor_invalid\"\nnode = \"boom_head_pressure\"\nduration_s = 0.6").account().cause.id,
+  EXPECT_EQ(Explained("kind = \"sensor_invalid\"\nnode = \"boom_head_pressure\"\nduration_s = 0.6").timeline().cause.id,
             "sensor_broken");
   const Explained frozen("kind = \"sensor_frozen\"\nnode = \"boom_encoder\"\nduration_s = 3", 2.3, 6);
-  EXPECT_EQ(frozen.account().cause.id, "sensor_frozen");
-  EXPECT_TRUE(contains(frozen.account().cause.text, "encoder of the boom")) << frozen.account().cause.text;
+  EXPECT_EQ(frozen.timeline().cause.id, "sensor_frozen");
+  EXPECT_TRUE(contains(frozen.timeline().cause.text, "encoder of the boom")) << frozen.timeline().cause.text;
 }
 
 TEST(Explain, TellsTheControllersTroublesApart) {
-  EXPECT_EQ(Explained("kind = \"bus_cut\"\nduration_s = 0.6").account().cause.id, "bus_cut");
-  EXPECT_EQ(Explained("kind = \"can_down\"\nduration_s = 0.6").account().cause.id, "can_down");
-  EXPECT_EQ(Explained("kind = \"bus_off\"\nduration_s = 0.6").account().cause.id, "bus_off");
-  EXPECT_EQ(Explained("kind = \"no_acknowledge\"\nduration_s = 0.6").account().cause.id, "bus_disturbed");
+  EXPECT_EQ(Explained("kind = \"bus_cut\"\nduration_s = 0.6").timeline().cause.id, "bus_cut");
+  EXPECT_EQ(Explained("kind = \"can_down\"\nduration_s = 0.6").timeline().cause.id, "can_down");
+  EXPECT_EQ(Explained("kind = \"bus_off\"\nduration_s = 0.6").timeline().cause.id, "bus_off");
+  EXPECT_EQ(Explained("kind = \"no_acknowledge\"\nduration_s = 0.6").timeline().cause.id, "bus_disturbed");
 }
 
 TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
@@ -116,12 +116,12 @@ TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
         Story{"kind = \"node_id_twice\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6", "node_id_twice",
               "node id of arm_head_pressure (node 0x22)", "0x1A2 arrived"}}) {
     const Explained run(fault);
-    ASSERT_FALSE(run.report.accounts.empty()) << id;
-    const Cause& cause = run.account().cause;
+    ASSERT_FALSE(run.report.timelines.empty()) << id;
+    const Cause& cause = run.timeline().cause;
     EXPECT_EQ(cause.id, id) << cause.text;
     EXPECT_TRUE(contains(cause.text, text)) << cause.text;
     EXPECT_TRUE(contains(joined(cause.supports), support)) << joined(cause.supports);
-    EXPECT_LE(run.account().stop.at - cause.since, 10ms) << "seen at the first frame";
+    EXPECT_LE(run.timeline().stop.at - cause.since, 10ms) << "seen at the first frame";
   }
 }
 
@@ -141,22 +141,22 @@ TEST(Explain, OfANodeIdThatTwoUseCountsTheFramesThatTheMachineFileGivesIt) {
 }
 
 TEST(Explain, TellsTheDevicesTroublesApart) {
-  EXPECT_EQ(Explained("kind = \"device_unplugged\"\nduration_s = 0.6").account().cause.id, "device_unplugged");
-  EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").account().cause.id, "device_silent");
-  EXPECT_EQ(Explained("kind = \"device_bad_crc\"\nduration_s = 0.6").account().cause.id, "device_reports_damaged");
-  EXPECT_EQ(Explained("kind = \"device_truncated\"\nduration_s = 0.6").account().cause.id, "device_reports_cut_short");
-  EXPECT_EQ(Explained("kind = \"device_wild\"\nduration_s = 0.6").account().cause.id, "device_values_impossible");
+  EXPECT_EQ(Explained("kind = \"device_unplugged\"\nduration_s = 0.6").timeline().cause.id, "device_unplugged");
+  EXPECT_EQ(Explained("kind = \"device_silent\"\nduration_s = 0.6").timeline().cause.id, "device_silent");
+  EXPECT_EQ(Explained("kind = \"device_bad_crc\"\nduration_s = 0.6").timeline().cause.id, "device_reports_damaged");
+  EXPECT_EQ(Explained("kind = \"device_truncated\"\nduration_s = 0.6").timeline().cause.id, "device_reports_cut_short");
+  EXPECT_EQ(Explained("kind = \"device_wild\"\nduration_s = 0.6").timeline().cause.id, "device_values_impossible");
 }
 
 TEST(Explain, TellsACutNetworkFromDamagedContentAndFromALoopThatHangs) {
-  EXPECT_EQ(Explained("kind = \"link_cut\"\nduration_s = 0.6").account().cause.id, "link_cut");
-  EXPECT_EQ(Explained("kind = \"link_nan\"\nduration_s = 0.6").account().cause.id, "link_content_damaged");
-  EXPECT_EQ(Explained("kind = \"loop_hung\"\nduration_s = 0.6").account().cause.id, "machine_loop_paused");
+  EXPECT_EQ(Explained("kind = \"link_cut\"\nduration_s = 0.6").timeline().cause.id, "link_cut");
+  EXPECT_EQ(Explained("kind = \"link_nan\"\nduration_s = 0.6").timeline().cause.id, "link_content_damaged");
+  EXPECT_EQ(Explained("kind = \"loop_hung\"\nduration_s = 0.6").timeline().cause.id, "machine_loop_paused");
 }
 
 TEST(Explain, OfALostLinkTheMachinesSideAloneClaimsNoMoreThanItCanKnow) {
   const Explained run("kind = \"link_cut\"\nduration_s = 0.6", 1.3, 2, {.operator_side = false});
-  const Cause& cause = run.account().cause;
+  const Cause& cause = run.timeline().cause;
   EXPECT_EQ(cause.id, "link_cut");
   EXPECT_TRUE(contains(cause.text, "or the operator's program")) << cause.text;
   EXPECT_FALSE(cause.against.empty());
@@ -164,30 +164,30 @@ TEST(Explain, OfALostLinkTheMachinesSideAloneClaimsNoMoreThanItCanKnow) {
 
 TEST(Explain, AMachineThatIsNotHeardAnyMoreIsAStop) {
   const Explained run("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5);
-  ASSERT_FALSE(run.report.accounts.empty());
-  EXPECT_EQ(run.report.accounts.size(), 1U);
-  EXPECT_TRUE(run.account().stop.machine_unheard);
-  EXPECT_EQ(run.account().cause.id, "machine_program_gone") << run.account().cause.text;
+  ASSERT_FALSE(run.report.timelines.empty());
+  EXPECT_EQ(run.report.timelines.size(), 1U);
+  EXPECT_TRUE(run.timeline().stop.machine_unheard);
+  EXPECT_EQ(run.timeline().cause.id, "machine_program_gone") << run.timeline().cause.text;
 }
 
 TEST(Explain, NamesTheEStopAndWhenTheMachineWasNeutralAndMovedAgain) {
   const Explained run("kind = \"e_stop\"\nduration_s = 0.6");
-  const Account& account = run.account();
-  EXPECT_EQ(account.cause.id, "e_stop");
-  ASSERT_TRUE(account.aftermath.commands_neutral && account.aftermath.spools_neutral && account.aftermath.resumed);
-  EXPECT_LE(*account.aftermath.commands_neutral - account.stop.at, 10ms);
-  EXPECT_LE(*account.aftermath.spools_neutral - account.stop.at, 150ms);
-  ASSERT_TRUE(account.aftermath.released && account.aftermath.pressed);
-  EXPECT_LT(*account.aftermath.released, *account.aftermath.pressed);
-  EXPECT_LT(*account.aftermath.pressed, *account.aftermath.resumed);
-  EXPECT_FALSE(account.aftermath.moved_unasked);
+  const Timeline& timeline = run.timeline();
+  EXPECT_EQ(timeline.cause.id, "e_stop");
+  ASSERT_TRUE(timeline.followed.commands_neutral && timeline.followed.spools_neutral && timeline.followed.resumed);
+  EXPECT_LE(*timeline.followed.commands_neutral - timeline.stop.at, 10ms);
+  EXPECT_LE(*timeline.followed.spools_neutral - timeline.stop.at, 150ms);
+  ASSERT_TRUE(timeline.followed.released && timeline.followed.pressed);
+  EXPECT_LT(*timeline.followed.released, *timeline.followed.pressed);
+  EXPECT_LT(*timeline.followed.pressed, *timeline.followed.resumed);
+  EXPECT_FALSE(timeline.followed.moved_unasked);
 }
 
 TEST(Explain, FitsEachStopOnAScreen) {
   for (const char* fault : {"kind = \"node_emergency\"\nnode = \"boom_valve\"\nduration_s = 0.5",
                             "kind = \"bus_cut\"\nduration_s = 0.6", "kind = \"sync_dropped\"\nduration_s = 0.6"}) {
     const Explained run(fault);
-    const Account& a = run.account();
+    const Timeline& a = run.timeline();
     EXPECT_LE(5 + a.cause.supports.size() + a.cause.against.size() + a.inputs.size() + a.before.size() + a.after.size(),
               40U);
   }
@@ -195,13 +195,13 @@ TEST(Explain, FitsEachStopOnAScreen) {
 
 TEST(Explain, SaysOfARecordingWithoutStopsThatThereIsNone) {
   const Explained run("");
-  EXPECT_TRUE(run.report.accounts.empty());
+  EXPECT_TRUE(run.report.timelines.empty());
   EXPECT_TRUE(run.report.notes.empty()) << joined(run.report.notes);
 }
 
 TEST(Explain, NotesAFloodedBusThatStoppedNothing) {
   const Explained run("kind = \"babble\"\nduration_s = 1");
-  EXPECT_TRUE(run.report.accounts.empty());
+  EXPECT_TRUE(run.report.timelines.empty());
   EXPECT_TRUE(contains(joined(run.report.notes), "floods the bus")) << joined(run.report.notes);
 }
 
@@ -210,12 +210,12 @@ TEST(Explain, OfATruncatedRecordingTellsWhatIsLeft) {
   const auto whole = std::filesystem::file_size(run.file());
   std::filesystem::resize_file(run.file(), whole - whole / 10);
   const Report report = Explained::of(run.file());
-  ASSERT_EQ(report.accounts.size(), 1U);
-  EXPECT_EQ(report.accounts[0].cause.id, "node_silent");
+  ASSERT_EQ(report.timelines.size(), 1U);
+  EXPECT_EQ(report.timelines[0].cause.id, "node_silent");
   EXPECT_LT(report.survey.last, run.report.survey.last);
   // Before the stop nothing has stopped.
   std::filesystem::resize_file(run.file(), whole / 4);
-  EXPECT_TRUE(Explained::of(run.file()).accounts.empty());
+  EXPECT_TRUE(Explained::of(run.file()).timelines.empty());
 }
 
 TEST(Explain, DoesNotTakeStepsThatTheRecordingLostForAPauseOfTheLoop) {
@@ -238,8 +238,8 @@ TEST(Explain, HasAFlightRecordOfAMachineThatIsNotHeardAnyMore) {
   const std::filesystem::directory_iterator flights(folder.file("flights"));
   ASSERT_NE(flights, std::filesystem::directory_iterator());
   const Report report = Explained::of(flights->path().string());
-  ASSERT_FALSE(report.accounts.empty());
-  EXPECT_TRUE(report.accounts[0].stop.machine_unheard);
+  ASSERT_FALSE(report.timelines.empty());
+  EXPECT_TRUE(report.timelines[0].stop.machine_unheard);
 }
 
 /// A machine's side whose steps are made by hand, without wires.
@@ -295,10 +295,10 @@ TEST(Explain, NamesTheOperatorsStop) {
   run.stop({ReasonCode::kOperatorStop, 0, 0, 0});
   run.step(50);
   const Report report = run.report();
-  ASSERT_EQ(report.accounts.size(), 1U);
-  EXPECT_EQ(report.accounts[0].cause.id, "operator_stop");
-  EXPECT_TRUE(contains(joined(report.accounts[0].before), "stop on since 1.005 s"))
-      << joined(report.accounts[0].before);
+  ASSERT_EQ(report.timelines.size(), 1U);
+  EXPECT_EQ(report.timelines[0].cause.id, "operator_stop");
+  EXPECT_TRUE(contains(joined(report.timelines[0].before), "stop on since 1.005 s"))
+      << joined(report.timelines[0].before);
 }
 
 TEST(Explain, OfANodeMissedBeforeItSaysWhyCountsOneStopWithTheBetterReason) {
@@ -309,10 +309,10 @@ TEST(Explain, OfANodeMissedBeforeItSaysWhyCountsOneStopWithTheBetterReason) {
   run.stop({ReasonCode::kNodeFault, 0x22, 127, 5});
   run.step(10);
   const Report report = run.report();
-  ASSERT_EQ(report.accounts.size(), 1U);
-  EXPECT_EQ(report.accounts[0].stop.reason.code, ReasonCode::kNodeFault);
-  EXPECT_EQ(report.accounts[0].stop.before, Mode::kEngaged);
-  EXPECT_EQ(report.accounts[0].stop.at, Time(55ms)) << "when it stopped";
+  ASSERT_EQ(report.timelines.size(), 1U);
+  EXPECT_EQ(report.timelines[0].stop.reason.code, ReasonCode::kNodeFault);
+  EXPECT_EQ(report.timelines[0].stop.before, Mode::kEngaged);
+  EXPECT_EQ(report.timelines[0].stop.at, Time(55ms)) << "when it stopped";
 }
 
 TEST(Explain, SaysThatANodesFramesAreShorterThanMapped) {
@@ -321,11 +321,11 @@ TEST(Explain, SaysThatANodesFramesAreShorterThanMapped) {
   run.stop({ReasonCode::kFrameShort, 0x31, 4, 6});
   run.step(10);
   const Report report = run.report();
-  ASSERT_EQ(report.accounts.size(), 1U);
-  EXPECT_EQ(report.accounts[0].cause.id, "frame_short");
-  EXPECT_TRUE(contains(report.accounts[0].cause.text,
+  ASSERT_EQ(report.timelines.size(), 1U);
+  EXPECT_EQ(report.timelines[0].cause.id, "frame_short");
+  EXPECT_TRUE(contains(report.timelines[0].cause.text,
                        "arm_encoder (node 0x31) sent process data of 4 bytes, of which 6 are mapped"))
-      << report.accounts[0].cause.text;
+      << report.timelines[0].cause.text;
 }
 
 TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
@@ -360,8 +360,8 @@ TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
   run.stop({ReasonCode::kOperatorStop, 0, 0, 0});
   run.step(10);
   const Report report = run.report();
-  ASSERT_EQ(report.accounts.size(), 2U);
-  EXPECT_EQ(report.accounts[1].stop.before, Mode::kFault);
+  ASSERT_EQ(report.timelines.size(), 2U);
+  EXPECT_EQ(report.timelines[1].stop.before, Mode::kFault);
 }
 
 TEST(Explain, FindsWhatFollowedALaterStopOfTheSameFlightRecord) {
@@ -373,9 +373,9 @@ TEST(Explain, FindsWhatFollowedALaterStopOfTheSameFlightRecord) {
   run.step(2000);
   (void)run.report();
   const Report report = run.flight();
-  ASSERT_EQ(report.accounts.size(), 2U);
-  EXPECT_GE(report.survey.last - report.accounts[1].stop.at, 5s);
-  EXPECT_LT(report.survey.last - report.accounts[1].stop.at, 7s);
+  ASSERT_EQ(report.timelines.size(), 2U);
+  EXPECT_GE(report.survey.last - report.timelines[1].stop.at, 5s);
+  EXPECT_LT(report.survey.last - report.timelines[1].stop.at, 7s);
 }
 
 TEST(Explain, DoesNotTakeAStopFromBeforeTheRecordingForOneInIt) {
@@ -383,7 +383,7 @@ TEST(Explain, DoesNotTakeAStopFromBeforeTheRecordingForOneInIt) {
   run.stop({ReasonCode::kPresenceLost, 0, 0, 0});
   run.step(20);
   const Report report = run.report();
-  EXPECT_TRUE(report.accounts.empty());
+  EXPECT_TRUE(report.timelines.empty());
   EXPECT_TRUE(report.survey.begins_stopped);
 }
 

@@ -250,9 +250,9 @@ TEST(EchoSpring, BoundsBiasForceAndTangentialDamping) {
 }
 
 /// Hand and machine move on together at 30 mm/s against 1 N, the machine 5 mm behind.
-LawBench moving_along(double yielding) {
+LawBench moving_along(double contact_compliance) {
   LawBench bench;
-  bench.in.yielding = yielding;
+  bench.in.contact_compliance = contact_compliance;
   bench.in.reflected_N = kOut;
   bench.in.hand_mps = bench.in.machine_mps = -0.03 * kOut;
   bench.in.ahead_m = -5e-3 * kOut;

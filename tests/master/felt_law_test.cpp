@@ -124,7 +124,8 @@ TEST(FeltLaw, ShowsTheMachineAllOfItsForceButNoCue) {
     for (int i = 0; i < 500; ++i) {
       rig.run(kStep_s);
       most_N = std::max(most_N, rig.force_N.norm());
-      ASSERT_EQ(rig.felt.shown_N(), rig.felt.law() == ControlLaw::kCues ? PlanarVector::Zero() : rig.force_N) << name;
+      ASSERT_EQ(rig.felt.rendered_N(), rig.felt.law() == ControlLaw::kCues ? PlanarVector::Zero() : rig.force_N)
+          << name;
     }
     EXPECT_GT(most_N, 0.5) << name;
   }
@@ -201,14 +202,14 @@ TEST(Downgrade, ShowsTheMachineNothingOnceOnlyCuesAreLeft) {
   Rig rig(ControlLaw::kEchoSpring);
   rig.in.reflected_N = PlanarVector(0, 6);
   rig.run(3);
-  EXPECT_GT(rig.felt.shown_N().norm(), 1);
+  EXPECT_GT(rig.felt.rendered_N().norm(), 1);
   rig.in.lost_share = 0.8;
   rig.run(3);
   double most_N = 0;
   for (int i = 0; i < 500; ++i) {
     rig.run(kStep_s);
     most_N = std::max(most_N, rig.force_N.norm());
-    ASSERT_EQ(rig.felt.shown_N().norm(), 0);
+    ASSERT_EQ(rig.felt.rendered_N().norm(), 0);
   }
   EXPECT_GT(most_N, 0.5) << "the cue of an overload";
 }

@@ -112,9 +112,9 @@ TEST(MasterLoop, TellsTheMachineTheForceOnTheHandUnderEachLaw) {
       const PlanarVector before_N = rig.loop.law_force_N();
       rig.tick();
       if (rig.heard_at != rig.now) continue;
-      const PlanarVector shown_N = rig.loop.force_scale() * rig.heard.shown_N;
-      most_N = std::max(most_N, shown_N.norm());
-      apart_N = std::max(apart_N, (shown_N - before_N).norm());  // the link takes a millisecond
+      const PlanarVector rendered_N = rig.loop.force_scale() * rig.heard.rendered_N;
+      most_N = std::max(most_N, rendered_N.norm());
+      apart_N = std::max(apart_N, (rendered_N - before_N).norm());  // the link takes a millisecond
     }
     if (law == ControlLaw::kCues) {
       EXPECT_EQ(most_N, 0) << "a vibration is not pressed against";
@@ -135,7 +135,7 @@ TEST(MasterLoop, TellsTheMachineWhatHotMotorsLeaveOfTheForce) {
   rig.run(60);
   const double law_N = rig.loop.law_force_N().norm(), sent_N = rig.loop.sent_force_N().norm();
   ASSERT_LT(sent_N, 0.9 * law_N) << "not hot";
-  EXPECT_NEAR(rig.loop.force_scale() * rig.heard.shown_N.norm(), sent_N, 0.05 * sent_N);
+  EXPECT_NEAR(rig.loop.force_scale() * rig.heard.rendered_N.norm(), sent_N, 0.05 * sent_N);
   EXPECT_EQ(rig.loop.warning().code, ReasonCode::kMotorHeat);
 }
 
@@ -144,10 +144,10 @@ TEST(MasterLoop, TellsTheMachineThatNothingIsShownOnceItHasLetGo) {
   rig.engage();
   push_back(rig);
   rig.run(3);
-  ASSERT_GT(rig.heard.shown_N.norm(), 1000);
+  ASSERT_GT(rig.heard.rendered_N.norm(), 1000);
   rig.loop.let_go();
   rig.run(0.1);
-  EXPECT_EQ(rig.heard.shown_N.norm(), 0);
+  EXPECT_EQ(rig.heard.rendered_N.norm(), 0);
 }
 
 TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {

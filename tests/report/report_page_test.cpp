@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "app/report/metric_words.h"
+#include "app/report/metric_text.h"
 #include "app/report/number_text.h"
 #include "app/report/report.h"
 #include "app/report/report_plots.h"
@@ -50,15 +50,15 @@ TEST(NumberText, NeverWritesAPowerOfTen) {
   EXPECT_EQ(shown(3510.0, "N"), "3510 N");
 }
 
-TEST(MetricWords, AreThereForEveryMetricAndDifferent) {
+TEST(MetricText, AreThereForEveryMetricAndDifferent) {
   std::vector<std::string> all;
   for (const session::MetricEntry& entry : session::metric_table()) {
-    const std::string words = metric_words(entry.name);
-    EXPECT_NE(words, entry.name);
-    EXPECT_EQ(std::count(all.begin(), all.end(), words), 0) << words;
-    all.push_back(words);
+    const std::string text = metric_text(entry.name);
+    EXPECT_NE(text, entry.name);
+    EXPECT_EQ(std::count(all.begin(), all.end(), text), 0) << text;
+    all.push_back(text);
   }
-  EXPECT_EQ(metric_words("another"), "another");
+  EXPECT_EQ(metric_text("another"), "another");
 }
 
 TEST(Report, SaysByWhichCommandItWasMadeAndWhen) {
@@ -206,7 +206,7 @@ TEST(Report, ListsLatenciesInWords) {
   session.hops = {{"hand_to_valve", 12, {14000, 21000, 23500}}};
   const std::string text = page(session);
   for (const std::string& part :
-       {std::string("Latencies"), hop_words("hand_to_valve"), std::string("14 ms"), std::string("23.5 ms")})
+       {std::string("Latencies"), hop_text("hand_to_valve"), std::string("14 ms"), std::string("23.5 ms")})
     EXPECT_TRUE(has(text, part)) << part;
 }
 

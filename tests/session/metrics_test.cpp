@@ -75,12 +75,12 @@ TEST(Metrics, DriftIsTheMeanErrorWhileTheHandStandsStill) {
   EXPECT_FALSE(compute_metrics(record).steady_drift_m.has_value());
 }
 
-TEST(Metrics, NoLoadForceCountsOnlyTaredUnloadedFreeRows) {
+TEST(Metrics, NoLoadForceCountsOnlyLearnedUnloadedFreeRows) {
   SessionRecord record = engaged_record(10);
   during(record, 0, 10, [](Sample& s) { s.machine.tip_force_N = {60, 80}; });
   during(record, 0, 2, [](Sample& s) {
     s.machine.tip_force_N = {9000, 0};
-    s.machine.confidence_reasons = estimation::kNotTared;
+    s.machine.confidence_reasons = estimation::kBiasNotLearned;
   });
   during(record, 5, 6, [](Sample& s) {
     s.machine.tip_force_N = {9000, 0};

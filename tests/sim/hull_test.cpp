@@ -1,4 +1,4 @@
-// The hull on yielding ground: at rest it stays, it rocks at the frequency of its springs, tips when it must, and no
+// The hull on compliant ground: at rest it stays, it rocks at the frequency of its springs, tips when it must, and no
 // energy is made.
 #include <gtest/gtest.h>
 

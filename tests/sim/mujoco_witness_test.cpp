@@ -139,7 +139,7 @@ TEST(MujocoWitness, WhatTheGroundHoldsUpIsHeldByTheJointsAlike) {
   }
 }
 
-TEST(MujocoWitness, ArmAndYieldingHullMoveEachOtherTheSameWay) {
+TEST(MujocoWitness, ArmAndCompliantHullMoveEachOtherTheSameWay) {
   MachineTruth truth = nominal_truth(machine());
   truth.hull_pitch_rad = kPitch_rad;
   truth.hull = {.stiffness_N_per_m = 5e5,

@@ -105,9 +105,9 @@ TEST(PlantStepReuse, OfADerivativeWhereOnlyValvesMovedChangesNothing) {
   EXPECT_TRUE(broke) << "or a wall that breaks was not tried";
 }
 
-TEST(PlantStepOnYieldingPins, IsCloseToTheReference) {
+TEST(PlantStepOnCompliantPins, IsCloseToTheReference) {
   MachineTruth truth = nominal_truth(default_machine());
-  for (PinTruth& pin : truth.pin) pin = yielding_pin(30e6, 0, 15);
+  for (PinTruth& pin : truth.pin) pin = compliant_pin(30e6, 0, 15);
   PlantModel model(truth);
   const WorldModel free({}, default_machine());
   HeldInputs held;

@@ -29,7 +29,7 @@ double outer_share(const std::vector<double>& values, double low, double high) {
 TEST(Population, ASmoothMachineHasNoneOfTheRougherEffects) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const MachineTruth smooth = sample_truth(default_machine(), Family::kSmooth, seed);
-    EXPECT_FALSE(smooth.pin[kBoom].yields());
+    EXPECT_FALSE(smooth.pin[kBoom].compliant());
     EXPECT_EQ(smooth.hull.stiffness_N_per_m, 0);
     EXPECT_EQ(smooth.valve[kArm].curve_exponent, 1);
     EXPECT_EQ(smooth.valve[kArm].leakage_m3ps_per_Pa, 0);

@@ -126,7 +126,7 @@ double ahead_m(const Plant& plant) {
 
 TEST(RoughPins, YieldByForceOverStiffnessAndByTheirPlay) {
   constexpr double kStiffness = 30e6, kPlay_m = 2e-3;
-  Plant plant = rough_plant([](MachineTruth& t) { t.pin[kBoom] = yielding_pin(kStiffness, kPlay_m, 20); });
+  Plant plant = rough_plant([](MachineTruth& t) { t.pin[kBoom] = compliant_pin(kStiffness, kPlay_m, 20); });
   const auto rest_under = [&](double up_N) {
     plant.set_pull(PlanarVector(0, up_N));
     run(plant, 3);
@@ -154,7 +154,7 @@ TEST(RoughPins, LetTheArmSwingOnItsSteel) {
   // A pull let go of: the joint swings against its rod, at the frequency of pin spring and arm with oil in series, so
   // lower with a softer pin.
   const auto swings = [](double stiffness) {
-    Plant plant = rough_plant([&](MachineTruth& t) { t.pin[kBoom] = yielding_pin(stiffness, 0, 20); });
+    Plant plant = rough_plant([&](MachineTruth& t) { t.pin[kBoom] = compliant_pin(stiffness, 0, 20); });
     plant.set_pull(PlanarVector(0, -2000));
     run(plant, 3);
     plant.set_pull(PlanarVector(0, 0));
@@ -177,7 +177,7 @@ TEST(RoughPins, AreDrivenIntoBothStopsWithoutComingApart) {
   // Cushion, stop and thick oil all brake a rod that weighs little.
   Plant plant = rough_plant([](MachineTruth& t) {
     for (std::size_t i = 0; i < kJoints; ++i) {
-      t.pin[i] = yielding_pin(20e6, 1e-3, 10);
+      t.pin[i] = compliant_pin(20e6, 1e-3, 10);
       t.friction[i].viscous_Ns_per_m = 80e3;
     }
   });
@@ -254,8 +254,8 @@ TEST(Roughness, EnergyIsKeptWithAllOfIt) {
           t.friction[i].seal_N_per_Pa = 5e-5;
           t.friction[i].pin_share = 0.03;
         }
-        t.pin[kBoom] = yielding_pin(30e6, 0.5e-3, 20);
-        t.pin[kArm] = yielding_pin(40e6, 0.3e-3, 15);
+        t.pin[kBoom] = compliant_pin(30e6, 0.5e-3, 20);
+        t.pin[kArm] = compliant_pin(40e6, 0.3e-3, 15);
         t.warm_up = {.rise_K = 30, .time_s = 5};
         t.pump = {.regulator_Hz = 5, .regulator_damping = 0.3};
         t.cross_talk = 0.05;
@@ -287,7 +287,7 @@ TEST(Roughness, RestIsStillRest) {
     for (std::size_t i = 0; i < kJoints; ++i) {
       t.valve[i].stiction = 0.03;
       t.friction[i].seal_N_per_Pa = 7e-5;
-      t.pin[i] = yielding_pin(30e6, 0.5e-3, 15);
+      t.pin[i] = compliant_pin(30e6, 0.5e-3, 15);
     }
     t.pump = {.regulator_Hz = 5, .regulator_damping = 0.3};
   });

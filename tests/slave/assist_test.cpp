@@ -27,7 +27,7 @@ TipContact steady(const PlanarVector& force_N, double direction_trust = 1) {
 estimation::ForceEstimate estimate(const PlanarVector& tip_N, double confidence) {
   estimation::ForceEstimate force;
   force.fast_torque_Nm = jacobian().transpose() * tip_N;
-  force.look_variance_Nm2 = JointVector::Constant(2500);
+  force.measurement_variance_Nm2 = JointVector::Constant(2500);
   force.confidence = confidence;
   return force;
 }
@@ -203,25 +203,25 @@ TEST(ForceLimitedApproach, TellsTheForceThatIsThereNotTheOneForeseen) {
 
 TEST(ForceLimitedApproach, AJointWhoseTorqueIsDoubtedCountsLess) {
   const PlanarVector pressed(-2000, 300);
-  for (const bool by_tare : {false, true}) {
+  for (const bool by_bias : {false, true}) {
     for (int doubted = 0; doubted < kJoints; ++doubted) {
       auto force = estimate(pressed, 1);
-      force.look_variance_Nm2.setConstant(1);
-      force.tare_variance_Nm2.setConstant(2);
-      (by_tare ? force.tare_variance_Nm2 : force.look_variance_Nm2)[doubted] = 1e8;
+      force.measurement_variance_Nm2.setConstant(1);
+      force.bias_variance_Nm2.setConstant(2);
+      (by_bias ? force.bias_variance_Nm2 : force.measurement_variance_Nm2)[doubted] = 1e8;
       force.fast_torque_Nm[doubted] += 500;
-      EXPECT_LT((raw_tip_force(jacobian(), force) - pressed).norm(), 1) << by_tare << doubted;
+      EXPECT_LT((raw_tip_force(jacobian(), force) - pressed).norm(), 1) << by_bias << doubted;
     }
   }
   // Nothing is known better than to 1 N m: below that all count alike.
   auto force = estimate(pressed, 1);
-  force.tare_variance_Nm2.setZero();
+  force.bias_variance_Nm2.setZero();
   force.fast_torque_Nm += JointVector(100, -50, 80);
-  force.look_variance_Nm2 = JointVector(1, 1, 1);
+  force.measurement_variance_Nm2 = JointVector(1, 1, 1);
   const PlanarVector alike = raw_tip_force(jacobian(), force);
-  force.look_variance_Nm2 = JointVector(0, 0.5, 1);
+  force.measurement_variance_Nm2 = JointVector(0, 0.5, 1);
   EXPECT_EQ(raw_tip_force(jacobian(), force), alike);
-  force.look_variance_Nm2 = JointVector(1, 1.5, 1);
+  force.measurement_variance_Nm2 = JointVector(1, 1.5, 1);
   EXPECT_GT((raw_tip_force(jacobian(), force) - alike).norm(), 1);
 }
 
@@ -230,7 +230,7 @@ TEST(ForceLimitedApproach, DistrustNeverMakesTheForceLess) {
   for (const double confidence : {1.0, 0.4, 0.2, 0.1, 0.05, 0.0}) {
     for (const double variance : {1.0, 2500.0, 1e6, 1e9}) {
       auto force = estimate(pressed, confidence);
-      force.look_variance_Nm2.setConstant(variance);
+      force.measurement_variance_Nm2.setConstant(variance);
       EXPECT_LT((raw_tip_force(jacobian(), force) - pressed).norm(), 1) << confidence << ' ' << variance;
     }
   }

@@ -1,4 +1,4 @@
-// Giving way where the bucket is touched, the leash on the set-point, and a loop that is no faster than the oil allows.
+// Compliance where the bucket is touched, the limit of the set-point, and a loop that is no faster than the oil allows.
 #include "slave/contact_law.h"
 
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ TEST(ContactLaw, GivesWayWhereTheBucketIsTouchedAndNotAtItsTip) {
   const BucketProfile& profile = machine().bucket_profile;
   for (const PlanarVector& at_m : {profile.heel_m, profile.back_m, profile.cheek_m}) {
     const Touch touch = bench.touched(force_N, at_m);
-    const JointVector give_rad = bench.law.give_rad(touch);
-    const double along_m = touch.away.dot(bench.jacobian_at(at_m) * give_rad);
+    const JointVector compliance_rad = bench.law.compliance_rad(touch);
+    const double along_m = touch.normal.dot(bench.jacobian_at(at_m) * compliance_rad);
     EXPECT_NEAR(along_m, expected_m, 0.2 * expected_m) << at_m.transpose();
   }
 }
@@ -72,22 +72,24 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
   const PlanarVector pushed_N(-5000, 0);
   const Touch touch = bench.at_tip(pushed_N);
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
-  const auto lead_m = [&](const PlanarVector& shown_N, double yielding = 0) {
-    return PlanarVector(touch.tip_jacobian *
-                        bench.law.leashed_rad(lead_rad, touch, shown_N, 1e6, bench.law.known(touch, 1e6), yielding));
+  const auto lead_m = [&](const PlanarVector& rendered_N, double contact_compliance = 0) {
+    return PlanarVector(touch.tip_jacobian * bench.law.limited_lead_rad(lead_rad, touch, rendered_N, 1e6,
+                                                                        bench.law.contact_probability(touch, 1e6),
+                                                                        contact_compliance));
   };
   const double stiffness = machine().control.tip_stiffness_N_per_m, margin_N = machine().control.feed_forward_fade_N;
-  for (const double shown_N : {0.0, 1000.0, 4000.0}) {
-    const double allowed_m = (shown_N + margin_N) / stiffness;
-    EXPECT_NEAR(lead_m({-shown_N, 0}).x(), allowed_m, 0.1 * allowed_m) << shown_N;
+  for (const double rendered_N : {0.0, 1000.0, 4000.0}) {
+    const double allowed_m = (rendered_N + margin_N) / stiffness;
+    EXPECT_NEAR(lead_m({-rendered_N, 0}).x(), allowed_m, 0.1 * allowed_m) << rendered_N;
   }
   EXPECT_NEAR(lead_m({1000, 0}).x(), lead_m({0, 0}).x(), 1e-9) << "what is shown the other way allows nothing";
   const PlanarVector free_m = touch.tip_jacobian * lead_rad;
   EXPECT_NEAR(lead_m({-20e3, 0}).x(), free_m.x(), 1e-12);
   EXPECT_NEAR(lead_m({0, 0}, 1).x(), free_m.x(), 1e-12) << "soil goes along";
-  EXPECT_EQ(bench.law.leashed_rad(-lead_rad, touch, {0, 0}, 1e6, 1, 0), JointVector(-lead_rad)) << "away is free";
+  EXPECT_EQ(bench.law.limited_lead_rad(-lead_rad, touch, {0, 0}, 1e6, 1, 0), JointVector(-lead_rad)) << "away is free";
   const Touch light = bench.at_tip({-300, 0});
-  EXPECT_EQ(bench.law.leashed_rad(lead_rad, light, {0, 0}, 1e6, bench.law.known(light, 1e6), 0), lead_rad)
+  EXPECT_EQ(bench.law.limited_lead_rad(lead_rad, light, {0, 0}, 1e6, bench.law.contact_probability(light, 1e6), 0),
+            lead_rad)
       << "nothing is touched";
 }
 
@@ -98,15 +100,16 @@ TEST(ContactLaw, WhatIsNotTrustedIsNotPressedOnAsItIsNotGivenWayTo) {
   for (const double confidence : {0.4, 0.3, 0.2, 0.1}) {
     const Touch touch = bench.touched({-5000, 0}, at_m, confidence);
     const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0);
-    const JointVector leashed_rad = bench.law.leashed_rad(lead_rad, touch, {-2000, 0}, 1e6, 1, 0);
-    const double pressed_m = (touch.tip_jacobian * leashed_rad).x();
+    const JointVector limited_lead_rad = bench.law.limited_lead_rad(lead_rad, touch, {-2000, 0}, 1e6, 1, 0);
+    const double pressed_m = (touch.tip_jacobian * limited_lead_rad).x();
     EXPECT_LT(pressed_m, last_m) << confidence;
     last_m = pressed_m;
   }
   EXPECT_NEAR(last_m, 0, 1e-4);
   const Touch doubtful = bench.touched({-5000, 0}, at_m, 0.1);
   const JointVector lead_rad = bench.law.to_joints(doubtful.tip_jacobian) * PlanarVector(0.15, 0);
-  EXPECT_NEAR((doubtful.tip_jacobian * bench.law.leashed_rad(lead_rad, doubtful, {-2000, 0}, 1e6, 1, 1)).x(), 0, 1e-4)
+  EXPECT_NEAR((doubtful.tip_jacobian * bench.law.limited_lead_rad(lead_rad, doubtful, {-2000, 0}, 1e6, 1, 1)).x(), 0,
+              1e-4)
       << "whether it moves along is not known either";
 }
 
@@ -115,7 +118,7 @@ TEST(ContactLaw, NoiseInTheDirectionOfADoubtfulForceDoesNotSwitchTheWayAlongIt) 
   const Touch touch = bench.touched({-2500, 0}, {machine().links[kBucket].length_m, 0}, 0.1);
   const auto along_m = [&](double pressing_m) {
     const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(pressing_m, 0.15);
-    return (touch.tip_jacobian * bench.law.leashed_rad(lead_rad, touch, {0, 0}, 1e6, 1, 0)).y();
+    return (touch.tip_jacobian * bench.law.limited_lead_rad(lead_rad, touch, {0, 0}, 1e6, 1, 0)).y();
   };
   double last_m = along_m(-0.005);
   for (double pressing_m = -0.005; pressing_m < 0.03; pressing_m += 1e-4) {
@@ -129,10 +132,10 @@ TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
   const Touch touch = bench.at_tip({-5000, 0});
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
   const double most_N = 3000, allowed_m = most_N / machine().control.tip_stiffness_N_per_m;
-  for (const double yielding : {0.5, 1.0}) {
-    const JointVector leashed_rad =
-        bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, bench.law.known(touch, most_N), yielding);
-    EXPECT_NEAR((touch.tip_jacobian * leashed_rad).x(), allowed_m, 0.1 * 0.15) << yielding;
+  for (const double contact_compliance : {0.5, 1.0}) {
+    const JointVector limited_lead_rad = bench.law.limited_lead_rad(
+        lead_rad, touch, {-8000, 0}, most_N, bench.law.contact_probability(touch, most_N), contact_compliance);
+    EXPECT_NEAR((touch.tip_jacobian * limited_lead_rad).x(), allowed_m, 0.1 * 0.15) << contact_compliance;
   }
 }
 
@@ -154,9 +157,9 @@ TEST(ContactLaw, DrawsBackBeyondWhatMayBePressedHoweverMuchTheHandIsShown) {
   const Touch touch = bench.at_tip({-5000, 0});
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0);
   const auto towards_mps = [&](double most_N) {
-    const JointVector leashed_rad =
-        bench.law.leashed_rad(lead_rad, touch, {-8000, 0}, most_N, bench.law.known(touch, most_N), 0);
-    return (touch.tip_jacobian * (leashed_rad + bench.law.give_rad(touch))).x();
+    const JointVector limited_lead_rad = bench.law.limited_lead_rad(lead_rad, touch, {-8000, 0}, most_N,
+                                                                    bench.law.contact_probability(touch, most_N), 0);
+    return (touch.tip_jacobian * (limited_lead_rad + bench.law.compliance_rad(touch))).x();
   };
   EXPECT_GT(towards_mps(6000), 0);
   EXPECT_LT(towards_mps(4000), 0);
@@ -240,11 +243,11 @@ TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
   force.fast_torque_Nm = JointVector(0, 0, 400);  // the bucket is pressed against its stop
   const PlanarVector believed_N = bench.law.touch(bench.state, force).force_N;
   ASSERT_GT(believed_N.norm(), 100);
-  force.look_variance_Nm2 = JointVector(100, 100, std::pow(1e5 * bench.state.lever_m[kBucket], 2));
+  force.measurement_variance_Nm2 = JointVector(100, 100, std::pow(1e5 * bench.state.lever_m[kBucket], 2));
   EXPECT_LT(bench.law.touch(bench.state, force).force_N.norm(), 0.05 * believed_N.norm());
   // Free motion and standing friction of all joints take nothing from a force.
   force.fast_torque_Nm = bench.kinematics.tip_jacobian(kPose).transpose() * PlanarVector(-1500, 400);
-  force.look_variance_Nm2 = (300 * bench.state.lever_m).cwiseAbs2();
+  force.measurement_variance_Nm2 = (300 * bench.state.lever_m).cwiseAbs2();
   const PlanarVector pressed_N = bench.law.touch(bench.state, force).force_N;
   EXPECT_NEAR((pressed_N - PlanarVector(-1500, 400)).norm(), 0, 0.1 * pressed_N.norm());
 }

@@ -45,7 +45,7 @@ class Rig {
   /// The hand is shown all that the tip feels.
   JointControl::Output step(JointCommand command) {
     const sim::PlantState& p = plant_.state();
-    command.shown_N = p.contact_N;
+    command.rendered_N = p.contact_N;
     estimation::ForceEstimate force;
     force.tip_N = p.contact_N;
     force.confidence = 1;
@@ -192,7 +192,7 @@ class PressedMachine {
     for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics_.cylinder_at(i, kStart[i])->lever_m;
     estimation::ForceEstimate force;
     force.fast_torque_Nm = kinematics_.tip_jacobian(kStart).transpose() * tip_N;
-    force.look_variance_Nm2 = JointVector::Constant(2500);
+    force.measurement_variance_Nm2 = JointVector::Constant(2500);
     force.tip_N = tip_N;
     force.confidence = confidence;
     const JointVector ahead = kinematics_.tip_jacobian(kStart).transpose() * PlanarVector(0.2, 0);
@@ -253,7 +253,7 @@ TEST(JointControl, ForceLimitSwitchedOnInContactTakesTheForceForNoRise) {
   EXPECT_NEAR(again.forward_mps(again.step(pressed, 4000)), steady_mps, 1e-9);
 }
 
-TEST(JointControl, LeashOfAKnownContactStaysForAWhileAsLongAsItIsTouched) {
+TEST(JointControl, SetPointLimitOfACertainContactStaysForAWhileAsLongAsItIsTouched) {
   const PlanarVector pressed(-3000, 0), light(-800, 0);
   const auto next_mps = [](PressedMachine& machine, const PlanarVector& tip_N) {
     return machine.forward_mps(machine.step(tip_N, 0, 1, 0));
@@ -288,12 +288,12 @@ TEST(JointControl, ForceLimitWithAnUnknownForceHoldsStillAndLetsGoWhenItIsKnownA
   EXPECT_NE(held.limits & kLimitAssistForce, 0);
   EXPECT_EQ(held.assist.code, ReasonCode::kAssistForceUnknown);
   EXPECT_TRUE(held.valve.allFinite());
-  EXPECT_EQ(held.yielding, 0);
+  EXPECT_EQ(held.contact_compliance, 0);
   EXPECT_GT(machine.forward_mps(machine.step({-100, 0}, 1500)), 0.01);
   // Forces that a contact is judged from, too.
   for (int i = 0; i < 10; ++i) {
     const auto known = machine.step({-400, 0}, 1500);
-    EXPECT_TRUE(std::isfinite(known.yielding));
+    EXPECT_TRUE(std::isfinite(known.contact_compliance));
     EXPECT_TRUE(known.valve.allFinite());
   }
 }

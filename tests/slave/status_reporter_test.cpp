@@ -104,7 +104,7 @@ TEST(StatusReporter, TellsWhyTheForceIsKnownNoBetter) {
   bench.run(500ms);
   const std::uint8_t doubts = bench.reporter.sent().force_doubts;
   EXPECT_EQ(doubts, bench.m.loop.force().confidence_reasons);
-  EXPECT_TRUE(doubts & estimation::kNotTared) << "it has never moved freely";
+  EXPECT_TRUE(doubts & estimation::kBiasNotLearned) << "it has never moved freely";
   EXPECT_FALSE(doubts & estimation::kBadInput);
 }
 

@@ -33,7 +33,7 @@ MasterMessage some_master() {
   m.device_reason = {ReasonCode::kNoPresence, 7, 1.0F, -2.0F};
   m.position_rad = {1, 2, -1};
   m.velocity_radps = {0, 0.5, 0};
-  m.shown_N = {-2, 1};
+  m.rendered_N = {-2, 1};
   m.assist = {1500, true};
   m.energy_in_J = 4;
   return m;
@@ -60,7 +60,7 @@ SlaveMessage some_slave() {
   m.load_N = {0, -2};
   m.covariance_N2 = {4, 0, 10};
   m.confidence = 0.5;
-  m.yielding = 1;
+  m.contact_compliance = 1;
   m.contact = true;
   m.limits = kLimitPressure | kLimitPumpFlow | kLimitAssistForce;
   m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
@@ -92,7 +92,7 @@ TEST(LinkMessages, DecodeTheSameBytes) {
   EXPECT_TRUE(master->presence && master->clutch && master->device_ok);
   EXPECT_FALSE(master->enable || master->stop);
   EXPECT_EQ(master->assist.force_limit_N, 1500);
-  EXPECT_EQ(master->shown_N, PlanarVector(-2, 1));
+  EXPECT_EQ(master->rendered_N, PlanarVector(-2, 1));
   EXPECT_TRUE(master->assist.stop_on_object);
   EXPECT_EQ(master->position_rad, JointVector(1, 2, -1));
   EXPECT_EQ(master->device_report_at, Time(-1ns));
@@ -104,7 +104,7 @@ TEST(LinkMessages, DecodeTheSameBytes) {
   EXPECT_EQ(slave->ahead_rad, JointVector(0, 0, 1));
   EXPECT_EQ(slave->tip_force_N, PlanarVector(2, -1));
   EXPECT_EQ(slave->load_N, PlanarVector(0, -2));
-  EXPECT_EQ(slave->yielding, 1);
+  EXPECT_EQ(slave->contact_compliance, 1);
   EXPECT_TRUE(slave->contact);
 }
 
@@ -206,14 +206,14 @@ TEST(LinkMessages, NumbersBeyondAnythingHonestAreRefused) {
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.velocity_radps[kBucket] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.ahead_rad[kBoom] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.confidence = wild; }));
-    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.yielding = wild; }));
+    EXPECT_FALSE(slave([&](SlaveMessage& m) { m.contact_compliance = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.pressure_Pa[5] = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.payload_kg = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.payload_sigma_kg = wild; }));
     EXPECT_FALSE(slave([&](SlaveMessage& m) { m.energy_in_J = wild; }));
   }
   EXPECT_FALSE(slave([](SlaveMessage& m) { m.confidence = 1.01; }));
-  EXPECT_FALSE(slave([](SlaveMessage& m) { m.yielding = -0.01; }));
+  EXPECT_FALSE(slave([](SlaveMessage& m) { m.contact_compliance = -0.01; }));
   for (const std::size_t at : {143U, 151U, 159U, 167U, 175U, 183U, 191U}) {  // force, load and covariance
     auto wild = test::hex(kSlave);
     const double value = 1e308;

@@ -68,7 +68,7 @@ bool limit_chips(const widgets::Ui& ui, const ConsoleData& data, const widgets::
 
 std::string confidence_words(const ConsoleView& view) {
   if (valves_freshness(view).stale()) return "the machine reports no cause";
-  const std::string words = estimation::doubt_words(view.status.force_doubts);
+  const std::string words = estimation::doubt_text(view.status.force_doubts);
   return words.empty() ? "no known disturbance" : words;
 }
 

@@ -100,7 +100,7 @@ inline ConsoleView canned_view() {
   s.overruns = 1;
   s.fifo_priority = 80;
   s.bus_load = 0.41;
-  s.force_doubts = estimation::kStuckFriction | estimation::kNotTared;
+  s.force_doubts = estimation::kStuckFriction | estimation::kBiasNotLearned;
   return v;
 }
 

@@ -14,7 +14,7 @@ class Operate : public ShownConsole {};
 
 TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
   for (unsigned bit = 0; bit < 8; ++bit) {
-    for (const unsigned beside : {0U, unsigned{estimation::kNotTared}, unsigned{estimation::kStuckFriction}}) {
+    for (const unsigned beside : {0U, unsigned{estimation::kBiasNotLearned}, unsigned{estimation::kStuckFriction}}) {
       view_.status.force_doubts = static_cast<std::uint8_t>(1U << bit | beside);
       const std::string words = screens::confidence_words(view_);
       int seen = 0;

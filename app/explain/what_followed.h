@@ -11,7 +11,7 @@
 namespace knuckle::explain {
 
 /// Times are those of the machine's steps, counted from the session's start. Empty where it was not seen to happen.
-struct Aftermath {
+struct WhatFollowed {
   std::optional<Time> commands_neutral;   ///< The last valve was commanded to neutral; before the stop: it was already.
   std::optional<Time> pilot_off;          ///< The enable node reported that pilot pressure is off; likewise.
   std::optional<Time> spools_neutral;     ///< All spools were reported within their dead bands; likewise.
@@ -23,8 +23,8 @@ struct Aftermath {
   Time known_until{};
 };
 
-[[nodiscard]] Aftermath aftermath_of(const Stop& stop, const Window& window, const MachineDescription& machine);
+[[nodiscard]] WhatFollowed what_followed(const Stop& stop, const Window& window, const MachineDescription& machine);
 /// One line for each thing of it.
-[[nodiscard]] std::vector<std::string> lines_of(const Aftermath& aftermath, const Stop& stop);
+[[nodiscard]] std::vector<std::string> lines_of(const WhatFollowed& followed, const Stop& stop);
 
 }  // namespace knuckle::explain

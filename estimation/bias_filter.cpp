@@ -1,5 +1,5 @@
-// Priors and the sequential update of the tare's Kalman filter.
-#include "estimation/tare.h"
+// Priors and the sequential update of the bias filter.
+#include "estimation/bias_filter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,17 +45,17 @@ double offset_N(const CylinderDescription& cylinder, double pressure_Pa) {
 
 /// Covariance of the moments for 1 kg more or less at a place of one link: it moves that link's own moments and, at
 /// their full length, the earlier links', all together.
-TareMatrix of_mass(const MachineDescription& machine, int link, const PlanarVector& at_m) {
-  TareVector per_mass = TareVector::Zero();
-  for (int i = 0; i < link; ++i) per_mass[kTareX + i] = machine.links[static_cast<std::size_t>(i)].length_m;
-  per_mass[kTareX + link] = at_m.x();
-  per_mass[kTareZ + link] = at_m.y();
+BiasMatrix of_mass(const MachineDescription& machine, int link, const PlanarVector& at_m) {
+  BiasVector per_mass = BiasVector::Zero();
+  for (int i = 0; i < link; ++i) per_mass[kBiasMomentX + i] = machine.links[static_cast<std::size_t>(i)].length_m;
+  per_mass[kBiasMomentX + link] = at_m.x();
+  per_mass[kBiasMomentZ + link] = at_m.y();
   return per_mass * per_mass.transpose();
 }
 
 }  // namespace
 
-Tare::Tare(const MachineDescription& machine) {
+BiasFilter::BiasFilter(const MachineDescription& machine) {
   if (machine.dynamics_calibration) {
     expect_calibrated(machine, *machine.dynamics_calibration);
   } else {
@@ -66,98 +66,98 @@ Tare::Tare(const MachineDescription& machine) {
   for (int i = 0; i < kJoints; ++i) {
     const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
     const FrictionDescription& friction = cylinder.friction;
-    walk_[kTareBias + i] = kBiasWalk_N * kBiasWalk_N;
-    walk_[kTareCoulomb + i] = std::pow(kFrictionWalkPart * friction.coulomb_N, 2);
-    walk_[kTareViscous + i] = std::pow(kFrictionWalkPart * friction.viscous_Ns_per_m, 2);
-    walk_[kTareSeal + i] = std::pow(kFrictionWalkPart * kSealPart * mean_area_m2(cylinder), 2);
+    walk_[kBiasOffset + i] = kBiasWalk_N * kBiasWalk_N;
+    walk_[kBiasCoulomb + i] = std::pow(kFrictionWalkPart * friction.coulomb_N, 2);
+    walk_[kBiasViscous + i] = std::pow(kFrictionWalkPart * friction.viscous_Ns_per_m, 2);
+    walk_[kBiasSeal + i] = std::pow(kFrictionWalkPart * kSealPart * mean_area_m2(cylinder), 2);
   }
   prior_ = p_.diagonal();
 }
 
-void Tare::expect_drawing(const MachineDescription& machine) {
+void BiasFilter::expect_drawing(const MachineDescription& machine) {
   for (int i = 0; i < kJoints; ++i) {
     const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
-    p_(kTareBias + i, kTareBias + i) = std::pow(offset_N(cylinder, kPressureOffset_Pa), 2);
-    p_(kTareCoulomb + i, kTareCoulomb + i) = std::pow(kCoulombPart * cylinder.friction.coulomb_N, 2);
-    p_(kTareViscous + i, kTareViscous + i) = std::pow(kViscousPart * cylinder.friction.viscous_Ns_per_m, 2);
-    p_(kTareSeal + i, kTareSeal + i) = std::pow(kSealPart * mean_area_m2(cylinder), 2);
+    p_(kBiasOffset + i, kBiasOffset + i) = std::pow(offset_N(cylinder, kPressureOffset_Pa), 2);
+    p_(kBiasCoulomb + i, kBiasCoulomb + i) = std::pow(kCoulombPart * cylinder.friction.coulomb_N, 2);
+    p_(kBiasViscous + i, kBiasViscous + i) = std::pow(kViscousPart * cylinder.friction.viscous_Ns_per_m, 2);
+    p_(kBiasSeal + i, kBiasSeal + i) = std::pow(kSealPart * mean_area_m2(cylinder), 2);
   }
   for (int k = 0; k < kJoints; ++k) {
     const LinkDescription& link = machine.links[static_cast<std::size_t>(k)];
     p_ += std::pow(kMassPart * link.mass_kg, 2) * of_mass(machine, k, link.com_m);
     const double com = std::pow(kComPart * link.length_m * link.mass_kg, 2);
-    p_(kTareX + k, kTareX + k) += com;
-    p_(kTareZ + k, kTareZ + k) += com;
+    p_(kBiasMomentX + k, kBiasMomentX + k) += com;
+    p_(kBiasMomentZ + k, kBiasMomentZ + k) += com;
   }
 }
 
 /// The same for calibrated machines: identification does not find it.
-void Tare::expect_bending(const MachineDescription& machine) {
+void BiasFilter::expect_bending(const MachineDescription& machine) {
   const JointVector compliance = usual_compliance_radpNm(machine);
   for (int i = 0; i < kJoints; ++i) {
-    p_(kTareBending + i, kTareBending + i) = std::pow(compliance[i], 2);
-    least_[kTareBending + i] = std::pow(kBendingLeastPart * compliance[i], 2);
-    walk_[kTareBending + i] = std::pow(kBendingWalkPart * compliance[i], 2);
+    p_(kBiasBending + i, kBiasBending + i) = std::pow(compliance[i], 2);
+    least_[kBiasBending + i] = std::pow(kBendingLeastPart * compliance[i], 2);
+    walk_[kBiasBending + i] = std::pow(kBendingWalkPart * compliance[i], 2);
   }
 }
 
-void Tare::expect_lag() {
-  x_[kTareLag] = kUsualLag_s;
-  p_(kTareLag, kTareLag) = kLagSpread_s * kLagSpread_s;
-  least_[kTareLag] = kLagLeast_s * kLagLeast_s;
-  walk_[kTareLag] = kLagWalk_s * kLagWalk_s;
+void BiasFilter::expect_lag() {
+  x_[kBiasLag] = kUsualLag_s;
+  p_(kBiasLag, kBiasLag) = kLagSpread_s * kLagSpread_s;
+  least_[kBiasLag] = kLagLeast_s * kLagLeast_s;
+  walk_[kBiasLag] = kLagWalk_s * kLagWalk_s;
 }
 
 /// Covariance of the identified parameters, carried over to the corrections; and what a day changes. Inertias,
 /// breakaway and load share have no correction: what they have wrong stays in the residual of free motion.
-void Tare::expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found) {
-  Eigen::Matrix<double, kTareStates, kCalibrationCount> map = decltype(map)::Zero();
+void BiasFilter::expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found) {
+  Eigen::Matrix<double, kBiasStates, kCalibrationCount> map = decltype(map)::Zero();
   for (int i = 0; i < kJoints; ++i) {
-    map(kTareX + i, kMomentX + i) = map(kTareZ + i, kMomentZ + i) = 1;
-    map(kTareBias + i, friction_index(i, kCoulombExtend)) = map(kTareCoulomb + i, friction_index(i, kCoulombExtend)) =
-        map(kTareCoulomb + i, friction_index(i, kCoulombRetract)) = 0.5;
-    map(kTareBias + i, friction_index(i, kCoulombRetract)) = -0.5;
-    map(kTareViscous + i, friction_index(i, kViscous)) = 1;
-    map(kTareSeal + i, friction_index(i, kSeal)) = 1;
+    map(kBiasMomentX + i, kMomentX + i) = map(kBiasMomentZ + i, kMomentZ + i) = 1;
+    map(kBiasOffset + i, friction_index(i, kCoulombExtend)) = map(kBiasCoulomb + i, friction_index(i, kCoulombExtend)) =
+        map(kBiasCoulomb + i, friction_index(i, kCoulombRetract)) = 0.5;
+    map(kBiasOffset + i, friction_index(i, kCoulombRetract)) = -0.5;
+    map(kBiasViscous + i, friction_index(i, kViscous)) = 1;
+    map(kBiasSeal + i, friction_index(i, kSeal)) = 1;
   }
   p_ = map * found.covariance * map.transpose();
   for (int i = 0; i < kJoints; ++i) {
     const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
     const FrictionCalibration friction = found.friction(i);
     const double coulomb = 0.5 * (friction.coulomb_extend_N + friction.coulomb_retract_N);
-    p_(kTareBias + i, kTareBias + i) += std::pow(offset_N(cylinder, kDailyOffset_Pa), 2);
-    p_(kTareCoulomb + i, kTareCoulomb + i) += std::pow(kDailyCoulombPart * coulomb, 2);
-    p_(kTareViscous + i, kTareViscous + i) += std::pow(kDailyViscousPart * friction.viscous_Ns_per_m, 2);
+    p_(kBiasOffset + i, kBiasOffset + i) += std::pow(offset_N(cylinder, kDailyOffset_Pa), 2);
+    p_(kBiasCoulomb + i, kBiasCoulomb + i) += std::pow(kDailyCoulombPart * coulomb, 2);
+    p_(kBiasViscous + i, kBiasViscous + i) += std::pow(kDailyViscousPart * friction.viscous_Ns_per_m, 2);
     const bool seal_known = found.covariance(friction_index(i, kSeal), friction_index(i, kSeal)) > 0;
-    p_(kTareSeal + i, kTareSeal + i) +=
+    p_(kBiasSeal + i, kBiasSeal + i) +=
         std::pow(seal_known ? kDailyCoulombPart * friction.seal_m2 : kSealPart * mean_area_m2(cylinder), 2);
   }
   p_ += kDailyDirt_kg * kDailyDirt_kg * of_mass(machine, kBucket, machine.links[kBucket].com_m);
   p_ += kDailyDirt_kg * kDailyDirt_kg / 9 * of_mass(machine, kArm, machine.links[kArm].com_m);
 }
 
-void Tare::predict(double duration_s) noexcept {
-  for (int i = 0; i < kTareStates; ++i)
+void BiasFilter::predict(double duration_s) noexcept {
+  for (int i = 0; i < kBiasStates; ++i)
     if (p_(i, i) < prior_[i]) p_(i, i) = std::max(least_[i], p_(i, i) + walk_[i] * duration_s);
 }
 
-void Tare::look(const TareSample& sample) noexcept {
-  if (queued_ == kDelayedLooks) {
+void BiasFilter::update(const BiasSample& sample) noexcept {
+  if (queued_ == kDelayedUpdates) {
     learn(queue_[static_cast<std::size_t>(next_)]);
   } else {
     ++queued_;
   }
   queue_[static_cast<std::size_t>(next_)] = sample;
-  next_ = (next_ + 1) % kDelayedLooks;
+  next_ = (next_ + 1) % kDelayedUpdates;
 }
 
-void Tare::learn(const TareSample& sample) noexcept {
-  predict(kLookEvery_s);
-  const TareColumns h = sample.signals.columns();
+void BiasFilter::learn(const BiasSample& sample) noexcept {
+  predict(kUpdateEvery_s);
+  const BiasColumns h = sample.signals.columns();
   last_nis_ = 0;
   for (int i = 0; i < kJoints; ++i) {
-    const TareVector row = h.row(i).transpose();
-    const TareVector ph = p_ * row;
+    const BiasVector row = h.row(i).transpose();
+    const BiasVector ph = p_ * row;
     const double spread = row.dot(ph);
     const double innovation = -sample.residual_Nm[i] - row.dot(x_);
     last_nis_ += innovation * innovation / (spread + sample.variance_Nm2[i]) / kJoints;
@@ -166,15 +166,15 @@ void Tare::learn(const TareSample& sample) noexcept {
     const double repeated = kRepeats * (sample.variance_Nm2[i] + inexact);
     const double ratio = std::abs(innovation) / (2.5 * std::sqrt(spread + repeated));
     const double variance = repeated * std::max(1.0, ratio);
-    const TareVector gain = ph / (spread + variance);
+    const BiasVector gain = ph / (spread + variance);
     x_ += gain * innovation;
     p_ -= gain * ph.transpose();
   }
-  x_[kTareLag] = std::clamp(x_[kTareLag], 0.0, kMostLag_s);
+  x_[kBiasLag] = std::clamp(x_[kBiasLag], 0.0, kMostLag_s);
   p_ = 0.5 * (p_ + p_.transpose()).eval();
   if (learned_s_ == 0) mean_nis_ = last_nis_;
-  mean_nis_ += kLookEvery_s / std::min(kNisMemory_s, learned_s_ + kLookEvery_s) * (last_nis_ - mean_nis_);
-  learned_s_ += kLookEvery_s;
+  mean_nis_ += kUpdateEvery_s / std::min(kNisMemory_s, learned_s_ + kUpdateEvery_s) * (last_nis_ - mean_nis_);
+  learned_s_ += kUpdateEvery_s;
 }
 
 }  // namespace knuckle::estimation

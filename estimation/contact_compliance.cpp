@@ -1,4 +1,4 @@
-#include "estimation/yielding.h"
+#include "estimation/contact_compliance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@ constexpr double kLeastVariance_m2 = 1e-9;  // a few hundredths of a millimetre:
 
 }  // namespace
 
-double Yielding::step(const PlanarVector& tip_m, const PlanarVector& force_N) noexcept {
+double ContactCompliance::step(const PlanarVector& tip_m, const PlanarVector& force_N) noexcept {
   if (!started_) tip_.reset(tip_m);
   started_ = true;
   const PlanarVector before = tip_.value();

@@ -1,4 +1,4 @@
-#include "app/explain/account.h"
+#include "app/explain/timeline.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "app/explain/last_inputs.h"
 #include "app/explain/last_second.h"
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 #include "core/error.h"
 #include "machine/load.h"
 
@@ -32,21 +32,21 @@ std::string headline_of(const Stop& stop, const MachineDescription& machine) {
                      reason_text(machine, stop.reason));
 }
 
-Account account_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
+Timeline timeline_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
   const Evidence evidence = evidence_of(stop, window, machine);
-  Account account;
-  account.stop = stop;
-  account.headline = headline_of(stop, machine);
-  account.cause = likely_cause(stop, window, evidence, machine);
-  account.inputs = last_inputs(stop, window, evidence);
-  account.before = last_second(stop, window, machine);
+  Timeline timeline;
+  timeline.stop = stop;
+  timeline.headline = headline_of(stop, machine);
+  timeline.cause = likely_cause(stop, window, evidence, machine);
+  timeline.inputs = last_inputs(stop, window, evidence);
+  timeline.before = last_second(stop, window, machine);
   if (!window.machine.empty()) {
-    account.aftermath = aftermath_of(stop, window, machine);
-    account.after = lines_of(account.aftermath, stop);
+    timeline.followed = what_followed(stop, window, machine);
+    timeline.after = lines_of(timeline.followed, stop);
   } else {
-    account.after.emplace_back("the machine's side is not in this recording");
+    timeline.after.emplace_back("the machine's side is not in this recording");
   }
-  return account;
+  return timeline;
 }
 
 /// Nodes that nobody knows, and process data that came late.
@@ -70,7 +70,8 @@ Report report_on(recording::Recording& recording, Sides sides) {
   for (std::size_t i = 0; i < stops.size(); ++i) {
     Time to = stops[i].at + kAfter;
     if (i + 1 < stops.size()) to = std::min(to, stops[i + 1].at - 1ms);
-    report.accounts.push_back(account_of(stops[i], load_window(recording, sides, stops[i].at - kBefore, to), machine));
+    report.timelines.push_back(
+        timeline_of(stops[i], load_window(recording, sides, stops[i].at - kBefore, to), machine));
   }
   if (stops.empty()) report.notes = notes_on(recording, sides, report.survey, machine);
   return report;

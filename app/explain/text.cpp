@@ -1,4 +1,4 @@
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 
 #include <fmt/format.h>
 

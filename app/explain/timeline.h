@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "app/explain/aftermath.h"
 #include "app/explain/cause.h"
+#include "app/explain/what_followed.h"
 #include "app/explain/window.h"
 #include "machine/description.h"
 #include "recording/recording.h"
@@ -13,20 +13,20 @@
 namespace knuckle::explain {
 
 /// Lines of plain text, without indentation.
-struct Account {
+struct Timeline {
   Stop stop;
   std::string headline;  ///< What stopped the machine, when, in which mode.
   Cause cause;
   std::vector<std::string> inputs;  ///< The last of each wire, and what changed first.
   std::vector<std::string> before;  ///< Operator, sensors, estimate and limits in the last second.
   std::vector<std::string> after;
-  Aftermath aftermath;
+  WhatFollowed followed;
 };
 
 /// Of one recording, with all of its stops.
 struct Report {
   Survey survey;
-  std::vector<Account> accounts;
+  std::vector<Timeline> timelines;
   std::vector<std::string> notes;  ///< Where nothing stopped: what is out of the ordinary all the same.
 };
 

@@ -1,4 +1,4 @@
-#include "app/report/verdict_words.h"
+#include "app/report/verdict_text.h"
 
 #include <fmt/format.h>
 
@@ -99,10 +99,10 @@ Sorted sorted(const session::Judged& judged) {
   return by;
 }
 
-std::string in_words(std::string_view name) {
-  std::string words(name);
-  std::ranges::replace(words, '_', ' ');
-  return words;
+std::string plain_text(std::string_view name) {
+  std::string text(name);
+  std::ranges::replace(text, '_', ' ');
+  return text;
 }
 
 std::string done_text(const session::Judged& judged) {
@@ -162,7 +162,7 @@ std::string excuse_text(const CriterionResult& result, const session::Metrics& m
 
 std::string moment_text(const CriterionResult& result) {
   if (!result.at_s) return "";
-  return fmt::format("{:.1f} s", *result.at_s) + (result.phase.empty() ? "" : ", " + in_words(result.phase));
+  return fmt::format("{:.1f} s", *result.at_s) + (result.phase.empty() ? "" : ", " + plain_text(result.phase));
 }
 
 }  // namespace knuckle::report

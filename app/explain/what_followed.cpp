@@ -1,4 +1,4 @@
-#include "app/explain/aftermath.h"
+#include "app/explain/what_followed.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/explain/words.h"
+#include "app/explain/text.h"
 #include "transport/canopen.h"
 
 namespace knuckle::explain {
@@ -37,7 +37,7 @@ class ValveCommands {
   std::array<bool, kJoints> open_{};
 };
 
-void note_commands(const Stop& stop, const Window& window, const MachineDescription& machine, Aftermath& after) {
+void note_commands(const Stop& stop, const Window& window, const MachineDescription& machine, WhatFollowed& after) {
   ValveCommands commands(machine);
   int sent = 0;
   Time since = window.from;
@@ -86,8 +86,8 @@ std::string when(const char* what, const std::optional<Time>& at, const Stop& st
 
 }  // namespace
 
-Aftermath aftermath_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
-  Aftermath after;
+WhatFollowed what_followed(const Stop& stop, const Window& window, const MachineDescription& machine) {
+  WhatFollowed after;
   after.known_until = window.machine.empty() ? window.from : window.machine.back().at;
   Since pilot, spools;
   bool enable = false;
@@ -108,7 +108,7 @@ Aftermath aftermath_of(const Stop& stop, const Window& window, const MachineDesc
   return after;
 }
 
-std::vector<std::string> lines_of(const Aftermath& after, const Stop& stop) {
+std::vector<std::string> lines_of(const WhatFollowed& after, const Stop& stop) {
   std::vector<std::string> lines;
   if (after.sent_nothing)
     lines.emplace_back(

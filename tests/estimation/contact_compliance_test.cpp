@@ -1,5 +1,5 @@
 // Walls, soil and loads told from each other by force and way of the tip.
-#include "estimation/yielding.h"
+#include "estimation/contact_compliance.h"
 
 #include <gtest/gtest.h>
 
@@ -17,26 +17,26 @@ class Pressed {
  public:
   double step(double way_m, double force_N) {
     const PlanarVector noise(10 * normal_(random_), 10 * normal_(random_));
-    share = yielding_.step(way_m * kInto, force_.step(-force_N * kInto + noise));
+    share = contact_compliance_.step(way_m * kInto, force_.step(-force_N * kInto + noise));
     return share;
   }
   double share = 0;
 
  private:
-  Yielding yielding_{kStep_s};
+  ContactCompliance contact_compliance_{kStep_s};
   ForceLag<PlanarVector> force_{kStep_s};
   std::mt19937_64 random_{1};
   std::normal_distribution<double> normal_;
 };
 
-TEST(Yielding, SoilThatMovesAlongUnderASteadyForceYields) {
+TEST(ContactCompliance, SoilThatMovesAlongUnderASteadyForceYields) {
   Pressed soil;
   double way = 0;
   for (double t = 0; t < 2; t += kStep_s) soil.step(way += 0.1 * kStep_s, 1000);
   EXPECT_GT(soil.share, 0.95);
 }
 
-TEST(Yielding, ALoadThatHangsStillSaysNothingUntilItIsLifted) {
+TEST(ContactCompliance, ALoadThatHangsStillSaysNothingUntilItIsLifted) {
   Pressed load;
   for (double t = 0; t < 3; t += kStep_s) EXPECT_LT(load.step(0, 500), 0.2) << t;
   double way = 0;
@@ -44,7 +44,7 @@ TEST(Yielding, ALoadThatHangsStillSaysNothingUntilItIsLifted) {
   EXPECT_GT(load.share, 0.8);
 }
 
-TEST(Yielding, AWallDoesNotAtAnyStiffnessNorSpeedOfTouch) {
+TEST(ContactCompliance, AWallDoesNotAtAnyStiffnessNorSpeedOfTouch) {
   for (const double wall_N_per_m : {2e5, 1e6, 1e8}) {
     for (const double speed_mps : {0.01, 0.1, 0.3}) {
       Pressed wall;
@@ -62,7 +62,7 @@ TEST(Yielding, AWallDoesNotAtAnyStiffnessNorSpeedOfTouch) {
   }
 }
 
-TEST(Yielding, HammeringOnAWallIsNoSoil) {
+TEST(ContactCompliance, HammeringOnAWallIsNoSoil) {
   Pressed wall;
   for (double t = 0; t < 5; t += kStep_s) {
     const double way = 0.02 * std::sin(2 * 3.14159 * 1.5 * t);
@@ -71,7 +71,7 @@ TEST(Yielding, HammeringOnAWallIsNoSoil) {
   }
 }
 
-TEST(Yielding, FreeAirIsNoContactAndForgetsTheLastOne) {
+TEST(ContactCompliance, FreeAirIsNoContactAndForgetsTheLastOne) {
   Pressed tip;
   double way = 0;
   for (double t = 0; t < 1; t += kStep_s) EXPECT_EQ(tip.step(way += 0.3 * kStep_s, 60), 0);

@@ -1,4 +1,4 @@
-// What a session achieved, in words: for the summary and the report.
+// What a session achieved, as text: for the summary and the report.
 #pragma once
 
 #include <string>
@@ -38,6 +38,6 @@ struct Sorted {
 [[nodiscard]] Sorted sorted(const session::Judged& judged);
 
 /// Name of a phase or an event as it is read: "piece broke" of "piece_broke".
-[[nodiscard]] std::string in_words(std::string_view name);
+[[nodiscard]] std::string plain_text(std::string_view name);
 
 }  // namespace knuckle::report

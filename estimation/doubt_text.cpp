@@ -5,7 +5,7 @@
 
 namespace knuckle::estimation {
 
-std::string doubt_words(std::uint8_t confidence_reasons) {
+std::string doubt_text(std::uint8_t confidence_reasons) {
   constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
       {{kBadInput, "sensor values are not usable"},
        {kNearSingular, "arm near straight or bucket near its end"},
@@ -14,7 +14,7 @@ std::string doubt_words(std::uint8_t confidence_reasons) {
        {kReliefOpen, "a relief valve is open"},
        {kStuckFriction, "at rest: friction hides small forces"},
        {kFastMotion, "fast motion"},
-       {kNotTared, "still learning this machine's free motion"}}};
+       {kBiasNotLearned, "still learning this machine's free motion"}}};
   std::string words;
   for (const auto& [bit, why] : kWords)
     if ((confidence_reasons & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);

@@ -1,5 +1,5 @@
-// What the tare learns in free motion, and what it must not learn.
-#include "estimation/tare.h"
+// What the bias filter learns in free motion, and what it must not learn.
+#include "estimation/bias_filter.h"
 
 #include <gtest/gtest.h>
 
@@ -17,22 +17,22 @@ namespace {
 
 constexpr double kStep_s = SyntheticMachine::kStep_s;
 
-TEST(Tare, LearnsTodaysOilFromTwentySecondsOfFreeMotion) {
-  Twin untared(oil_of_today());
-  const double before = untared.no_load_N(3);
-  EXPECT_TRUE(untared.estimator().estimate().confidence_reasons & kNotTared);
-  untared.free_motion(27);
-  const double after = untared.no_load_N(20);
+TEST(BiasFilter, LearnsTodaysOilFromTwentySecondsOfFreeMotion) {
+  Twin unlearned(oil_of_today());
+  const double before = unlearned.no_load_N(3);
+  EXPECT_TRUE(unlearned.estimator().estimate().confidence_reasons & kBiasNotLearned);
+  unlearned.free_motion(27);
+  const double after = unlearned.no_load_N(20);
   EXPECT_GT(before, 100);
   EXPECT_LT(after, 35);
-  EXPECT_FALSE(untared.estimator().estimate().confidence_reasons & kNotTared);
+  EXPECT_FALSE(unlearned.estimator().estimate().confidence_reasons & kBiasNotLearned);
 }
 
-TEST(Tare, SlowPressOnAWallIsNeverLearned) {
+TEST(BiasFilter, SlowPressOnAWallIsNeverLearned) {
   Twin run(oil_of_today());
   run.free_motion(30);
   run.stop();
-  const TareVector before = run.estimator().learned().state();
+  const BiasVector before = run.estimator().learned().state();
   const PlanarVector push(-2000, 0);
   for (double t = 0; t < 5; t += kStep_s) run.step(push * t / 5, 0);
   for (double t = 0; t < 20; t += kStep_s) run.step(push, 0);
@@ -41,7 +41,7 @@ TEST(Tare, SlowPressOnAWallIsNeverLearned) {
   EXPECT_TRUE(run.estimator().estimate().contact);
 }
 
-TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
+TEST(BiasFilter, SlowPressWhileMovingIsNotLearnedAway) {
   // Worse than a wall: the rods move all the time, so only the size of the force gives it away.
   Twin run(oil_of_today());
   run.free_motion(30);
@@ -54,7 +54,7 @@ TEST(Tare, SlowPressWhileMovingIsNotLearnedAway) {
   EXPECT_LT(run.no_load_N(10), 60);
 }
 
-TEST(Tare, LearnsFrictionOfSealsByPressure) {
+TEST(BiasFilter, LearnsFrictionOfSealsByPressure) {
   SyntheticErrors e = real_sensors();
   e.seal_m2 = 6e-5;    // 2 % of the piston areas
   e.back_swing = 0.9;  // else it looks like Coulomb friction and load
@@ -64,58 +64,59 @@ TEST(Tare, LearnsFrictionOfSealsByPressure) {
   EXPECT_LT(run.no_load_N(20), 0.5 * before_N);
   EXPECT_LT(run.no_load_N(20), 60);
   EXPECT_FALSE(run.estimator().estimate().contact);
-  const TareVector& learned = run.estimator().learned().state();
-  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(learned[kTareSeal + i], e.seal_m2, 0.5 * e.seal_m2) << i;
+  const BiasVector& learned = run.estimator().learned().state();
+  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(learned[kBiasSeal + i], e.seal_m2, 0.5 * e.seal_m2) << i;
 }
 
-TEST(Tare, OperatorsWordLetsALargeErrorBeLearned) {
+TEST(BiasFilter, OperatorsWordLetsALargeErrorBeLearned) {
   SyntheticErrors e = real_sensors();
   e.bias_N = JointVector(6000, 0, 0);  // far beyond the prior: a transmitter 18 bar off
   Twin stuck(e), told(e);
-  told.estimator().tare(true);
+  told.estimator().expect_free_motion(true);
   stuck.free_motion(60);
   told.free_motion(60);
   EXPECT_TRUE(stuck.estimator().estimate().contact);
   EXPECT_LT(told.no_load_N(10), 0.5 * stuck.no_load_N(10));
 }
 
-TEST(Tare, LearnsNothingWhileSomethingMayHang) {
+TEST(BiasFilter, LearnsNothingWhileSomethingMayHang) {
   Twin run(oil_of_today());
   run.free_motion(25);
-  const TareVector before = run.estimator().learned().state();
-  run.estimator().hold_tare(true);
+  const BiasVector before = run.estimator().learned().state();
+  run.estimator().hold_bias(true);
   for (double t = 0; t < 20; t += kStep_s) run.step({0, -60});
   EXPECT_EQ((run.estimator().learned().state() - before).norm(), 0);
 }
 
-TEST(Tare, IsTrustedAfterTheWarmUpOfAScenario) {
+TEST(BiasFilter, IsTrustedAfterTheWarmUpOfAScenario) {
   Twin run(oil_of_today());
   run.free_motion(15);
-  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kNotTared);
+  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kBiasNotLearned);
   EXPECT_LT(run.no_load_N(5), 60);
 }
 
-TEST(Tare, PriorOfACalibratedMachineIsItsCovarianceAndWhatADayChanges) {
+TEST(BiasFilter, PriorOfACalibratedMachineIsItsCovarianceAndWhatADayChanges) {
   const MachineDescription known = calibrated_twin(oil_of_today(), 10), vague = calibrated_twin(oil_of_today(), 200);
   const auto sigma = [](const MachineDescription& machine, int state) {
-    return std::sqrt(Tare(machine).covariance()(state, state));
+    return std::sqrt(BiasFilter(machine).covariance()(state, state));
   };
   for (int i = 0; i < kJoints; ++i) {
-    EXPECT_LT(sigma(known, kTareBias + i), 0.3 * sigma(test_machine(), kTareBias + i));
-    EXPECT_GT(sigma(known, kTareBias + i), 25) << "transmitters drift from day to day";
-    EXPECT_GT(sigma(vague, kTareBias + i), 140) << "what identification left uncertain stays so";
-    EXPECT_NEAR(sigma(known, kTareViscous + i), 0.4 * 25e3, 100) << "oil is another every day";
+    EXPECT_LT(sigma(known, kBiasOffset + i), 0.3 * sigma(test_machine(), kBiasOffset + i));
+    EXPECT_GT(sigma(known, kBiasOffset + i), 25) << "transmitters drift from day to day";
+    EXPECT_GT(sigma(vague, kBiasOffset + i), 140) << "what identification left uncertain stays so";
+    EXPECT_NEAR(sigma(known, kBiasViscous + i), 0.4 * 25e3, 100) << "oil is another every day";
   }
 }
 
-TEST(Tare, NormalisedInnovationsTellWhetherTheModelFits) {
+TEST(BiasFilter, NormalisedInnovationsTellWhetherTheModelFits) {
   Twin fits(real_sensors());
   fits.free_motion(40);
   const double quiet = fits.estimator().learned().mean_nis();
   EXPECT_GT(quiet, 0.1);
   EXPECT_LT(quiet, 2);
-  // A hidden pull that swings beside the motion is no friction, offset or weight: looks disagree with their variances.
-  fits.estimator().tare(true);
+  // A hidden pull that swings beside the motion is no friction, offset or weight: updates disagree with their
+  // variances.
+  fits.estimator().expect_free_motion(true);
   for (double t = 0; t < 20; t += kStep_s) fits.step(300 * PlanarVector(std::sin(3 * t), std::cos(4 * t)));
   EXPECT_GT(fits.estimator().learned().mean_nis(), 2 * quiet);
 }
@@ -143,28 +144,28 @@ double fast_Nm_without_contact(Twin& run) {
 }
 
 // A swing's torque is a quarter of a period away from what late pressures make of it: unknown, the lag is a force.
-TEST(Tare, LearnsHowLateTransmittersAreFromAnArmThatSwings) {
+TEST(BiasFilter, LearnsHowLateTransmittersAreFromAnArmThatSwings) {
   for (const double lag_s : {0.0, 2e-3, 8e-3}) {
     SCOPED_TRACE(lag_s);
     Twin run = swinging({lag_s, lag_s, lag_s, lag_s, lag_s, lag_s});
     run.free_motion(60);
-    EXPECT_NEAR(run.estimator().learned().state()[kTareLag], lag_s, 1.5e-3);
+    EXPECT_NEAR(run.estimator().learned().state()[kBiasLag], lag_s, 1.5e-3);
     EXPECT_LT(fast_Nm_without_contact(run), 300);  // 8 ms not taken off: 440
   }
 }
 
-// Each transmitter has a lag of its own, the tare one for all.
-TEST(Tare, LagsThatDifferByTwoMillisecondsAreNoContact) {
+// Each transmitter has a lag of its own, the bias filter one for all.
+TEST(BiasFilter, LagsThatDifferByTwoMillisecondsAreNoContact) {
   Twin run = swinging({3e-3, 5e-3, 7e-3, 5e-3, 4e-3, 6e-3});
   run.free_motion(60);
-  EXPECT_NEAR(run.estimator().learned().state()[kTareLag], 5e-3, 2.5e-3);
+  EXPECT_NEAR(run.estimator().learned().state()[kBiasLag], 5e-3, 2.5e-3);
   EXPECT_LT(fast_Nm_without_contact(run), 300);
 }
 
 // A lag that nobody has learned yet may be anything near the usual one: what it makes of a swing must be doubted.
-TEST(Tare, ASwingIsNoContactWhileTheLagIsUnknown) {
+TEST(BiasFilter, ASwingIsNoContactWhileTheLagIsUnknown) {
   Twin run(real_sensors());  // at once, where 5 ms are expected
-  run.estimator().hold_tare(true);
+  run.estimator().hold_bias(true);
   run.free_motion(60);  // calm: all that shakes free motion is known well
   for (const double swing_radps : {12.0, 16.0}) {
     SCOPED_TRACE(swing_radps);

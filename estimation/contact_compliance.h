@@ -1,4 +1,4 @@
-// Does what the tip presses against yield? Soil and loads move along with the tip under a force that stays; the force
+// Is the contact compliant? Soil and loads move along with the tip under a force that stays; the force
 // of a wall grows with the way into it.
 #pragma once
 
@@ -12,14 +12,14 @@ namespace knuckle::estimation {
 ///   var(x) / (var(x) + x0^2) / (1 + (k / k0)^2):
 /// none while the tip stands (nothing is known, and a wall must not be taken for soil), one where it moves on by much
 /// more than x0 and the force does not grow.
-class Yielding {
+class ContactCompliance {
  public:
   static constexpr double kTouch_N = 150;   ///< Less is no contact.
   static constexpr double kMemory_s = 0.4;  ///< Of the covariances.
   static constexpr double kSeen_m = 1e-3;   ///< x0: over this way k0 makes some three standard deviations of F.
   static constexpr double kStiffness_N_per_m = 3e4;  ///< k0: below what soil has when a tool first goes into it.
 
-  explicit Yielding(double step_s) noexcept : step_s_(step_s), tip_(step_s) {}
+  explicit ContactCompliance(double step_s) noexcept : step_s_(step_s), tip_(step_s) {}
 
   /// @param tip_m measured; @param force_N reported force of the world on it. Frame M.
   /// @return share of what the tip presses against that moves along with it, [0, 1]

@@ -1,0 +1,114 @@
+// The bias filter ("dynamic tare"): a Kalman filter that learns, in free motion, what the nominal model has wrong
+// today: pressure offsets, friction, oil viscosity, gravity moments, lag. A calibrated machine starts with what its
+// identification left uncertain and what changes from day to day.
+//
+// In free motion the external torque is zero, so the nominal observer's answer e is minus the model error:
+// e = -H x + noise, where x are small corrections with priors. The correction H x is then added to every answer.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <limits>
+
+#include "core/joints.h"
+#include "estimation/torque_rate.h"
+#include "machine/calibration.h"
+#include "machine/description_fwd.h"
+
+namespace knuckle::estimation {
+
+inline constexpr int kBiasStates = 22;
+/// x: per cylinder bias [N], Coulomb [N], viscous [N s/m], friction of the seals by pressure [m^2]; per link X and Z
+/// [kg m]; per joint how far it yields behind its encoder [rad/(N m)]; how late all pressures come [s].
+enum BiasState {
+  kBiasOffset = 0,
+  kBiasCoulomb = 3,
+  kBiasViscous = 6,
+  kBiasSeal = 9,
+  kBiasMomentX = 12,
+  kBiasMomentZ = 15,
+  kBiasBending = 18,
+  kBiasLag = 21
+};
+inline constexpr int kBiasUnseen = UnseenColumns::ColsAtCompileTime;  ///< From kBiasBending to the end.
+static_assert(kBiasBending + kBiasUnseen == kBiasStates);
+inline constexpr double kUsualLag_s = 5e-3;  ///< Of transmitters that have not shown theirs.
+using BiasVector = Eigen::Matrix<double, kBiasStates, 1>;
+using BiasMatrix = Eigen::Matrix<double, kBiasStates, kBiasStates>;
+/// H in relative joints: joint i sees its own cylinder's four corrections, the moments of links k >= i, the inertia
+/// of what yields anywhere, and the lag that all transmitters have: they are of one make.
+using BiasColumns = Eigen::Matrix<double, kJoints, kBiasStates>;
+
+/// The signals H is made of (each filtered like the residual it belongs to).
+struct BiasSignals {
+  JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
+  UnseenColumns unseen = UnseenColumns::Zero();  ///< Of what yields and of the lag.
+  [[nodiscard]] BiasColumns columns() const noexcept {
+    BiasColumns h = BiasColumns::Zero();
+    for (int i = 0; i < kJoints; ++i) {
+      h(i, kBiasOffset + i) = lever[i];
+      h(i, kBiasCoulomb + i) = lever_dahl[i];
+      h(i, kBiasViscous + i) = lever_speed[i];
+      h(i, kBiasSeal + i) = lever_dahl_pressure[i];
+      for (int k = i; k < kJoints; ++k) {
+        h(i, kBiasMomentX + k) = gravity_x[k];
+        h(i, kBiasMomentZ + k) = gravity_z[k];
+      }
+    }
+    h.rightCols<kBiasUnseen>() = unseen;
+    return h;
+  }
+};
+
+/// One measurement in free motion.
+struct BiasSample {
+  BiasSignals signals;
+  JointVector residual_Nm;   ///< e, nominal model
+  JointVector variance_Nm2;  ///< Of one measurement taken alone.
+};
+
+class BiasFilter {
+ public:
+  /// Updates are made this often, and kept back this long: a contact seen meanwhile throws them away, so that what led
+  /// up to it is not learned either.
+  static constexpr double kUpdateEvery_s = 0.05;
+  static constexpr int kDelayedUpdates = 20;
+  static constexpr double kRepeats = 20;  ///< Updates of one second tell about the same, so each counts for so little.
+  static constexpr double kNisMemory_s = 30;
+
+  explicit BiasFilter(const MachineDescription& machine);
+
+  /// Random walk of the corrections over `duration_s` (oil warms; only while learning is allowed).
+  void predict(double duration_s) noexcept;
+  /// Queues one measurement update and learns from the one that has been waiting longest, once the queue is full.
+  void update(const BiasSample& sample) noexcept;
+  /// Something touched the machine: forget the updates not yet learned.
+  void discard() noexcept { queued_ = 0; }
+
+  [[nodiscard]] const BiasVector& state() const noexcept { return x_; }
+  [[nodiscard]] const BiasMatrix& covariance() const noexcept { return p_; }
+  /// Normalised innovation squared, mean of the three joints: e^2 / (H P H' + R) of one update before it is learned. 1
+  /// on average where model and variances are right; NaN before the first update.
+  [[nodiscard]] double mean_nis() const noexcept { return mean_nis_; }  ///< Over the last half minute of updates.
+  /// Seconds of free motion learned so far.
+  [[nodiscard]] double learned_s() const noexcept { return learned_s_; }
+
+ private:
+  void expect_drawing(const MachineDescription& machine);
+  void expect_bending(const MachineDescription& machine);
+  void expect_lag();
+  void expect_calibrated(const MachineDescription& machine, const DynamicsCalibration& found);
+  void learn(const BiasSample& sample) noexcept;
+
+  BiasVector x_ = BiasVector::Zero();
+  BiasMatrix p_ = BiasMatrix::Zero();
+  BiasVector walk_ = BiasVector::Zero();   ///< Variance per second.
+  BiasVector prior_ = BiasVector::Zero();  ///< Variance no correction grows beyond.
+  BiasVector least_ = BiasVector::Zero();  ///< Nor falls below.
+  std::array<BiasSample, kDelayedUpdates> queue_{};
+  int queued_ = 0, next_ = 0;
+  double learned_s_ = 0;
+  double last_nis_ = std::numeric_limits<double>::quiet_NaN(), mean_nis_ = last_nis_;
+};
+
+}  // namespace knuckle::estimation
