@@ -30,7 +30,7 @@ void add_options(const cli::OptionList& c, Options& o) {
                "The code that the far end shows, case and dashes do not count: pair without asking, or fail");
   c.add_flag("--observer", o.observer, "On the machine's computer: let it observe the machine, but not control it");
   c.add_flag("--renew", o.renew, "Make a new key for this computer: every far end must be paired again");
-  c.add_option("--revoke", o.revoke, "Let the far end of this name in no more");
+  c.add_option("--revoke", o.revoke, "Revoke the far end of this name: it is let in no more");
 }
 
 /// A code as a person copies it: case and what is between its groups do not count.
