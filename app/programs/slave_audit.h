@@ -1,4 +1,4 @@
-// What the machine's side writes into its audit trail (docs/network.md lists it).
+// What the machine's side writes into its audit trail (docs/network.md).
 #pragma once
 
 #include <string>
