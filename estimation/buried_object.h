@@ -4,9 +4,9 @@
 #include <array>
 
 #include "core/joints.h"
-#include "estimation/foh_filter.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
+#include "estimation/observer.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {

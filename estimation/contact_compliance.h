@@ -2,10 +2,36 @@
 // of a wall grows with the way into it.
 #pragma once
 
+#include <array>
+
 #include "core/joints.h"
-#include "estimation/force_lag.h"
+#include "estimation/force_estimator.h"
+#include "estimation/observer.h"
 
 namespace knuckle::estimation {
+
+// What makes a signal as late as the reported force.
+
+/// The three poles of the slow channel. T is double or a fixed-size Eigen vector.
+template <typename T>
+class ForceLag {
+ public:
+  explicit ForceLag(double step_s) noexcept
+      : poles_{FohFilter<T>(kSlowBand.velocity_Hz, step_s), FohFilter<T>(kSlowBand.velocity_Hz, step_s),
+               FohFilter<T>(kSlowBand.observer_Hz, step_s)} {}
+  const T& step(T value) noexcept {
+    for (FohFilter<T>& pole : poles_) value = pole.step(value);
+    return poles_.back().value();
+  }
+  /// As if the input had been `value` for ever.
+  void reset(const T& value) noexcept {
+    for (FohFilter<T>& pole : poles_) pole.reset(value);
+  }
+  [[nodiscard]] const T& value() const noexcept { return poles_.back().value(); }
+
+ private:
+  std::array<FohFilter<T>, 3> poles_;
+};
 
 /// Over the last half second of a contact, with x the way of the tip against the force and F its size, both equally
 /// late: stiffness k = cov(F, x) / var(x), at least 0. The share is

@@ -3,8 +3,9 @@
 #include "estimation/force_estimator.h"
 
 #include <cmath>
+#include <utility>
 
-#include "estimation/known_friction.h"
+#include "estimation/friction.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
@@ -199,6 +200,24 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
       motion.friction_Nm(friction_, cylinder_Nm, pressure_sum_Pa) + signals.columns() * bias_.state() - cylinder_Nm;
   return motion.observer.step(momentum, imbalance) +
          channel.torque_rate.columns(inertia_kgm2_) * bias_.state().tail<kBiasUnseen>();
+}
+
+// Why the force is not known better, in words.
+
+std::string doubt_text(std::uint8_t confidence_reasons) {
+  constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
+      {{kBadInput, "sensor values are not usable"},
+       {kNearSingular, "arm near straight or bucket near its end"},
+       {kResidual, "the joints disagree: contact elsewhere than at the tip, or a sensor error"},
+       {kEndStop, "a cylinder is at its end stop"},
+       {kReliefOpen, "a relief valve is open"},
+       {kStuckFriction, "at rest: friction hides small forces"},
+       {kFastMotion, "fast motion"},
+       {kBiasNotLearned, "still learning this machine's free motion"}}};
+  std::string words;
+  for (const auto& [bit, why] : kWords)
+    if ((confidence_reasons & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);
+  return words;
 }
 
 }  // namespace knuckle::estimation

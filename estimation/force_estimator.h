@@ -3,28 +3,139 @@
 // the slave loop. Mechanisms and figures: docs/theory.md, docs/evaluation.md.
 #pragma once
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 
 #include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/bias_filter.h"
-#include "estimation/bucket_force.h"
-#include "estimation/contact.h"
-#include "estimation/foh_filter.h"
-#include "estimation/free_spread.h"
 #include "estimation/friction.h"
 #include "estimation/joint_state.h"
-#include "estimation/load.h"
 #include "estimation/observer.h"
 #include "estimation/regressor.h"
-#include "estimation/rod_vibration.h"
-#include "estimation/torque_rate.h"
+#include "estimation/tip_force.h"
 #include "machine/arm_description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
+
+// What a load in the bucket asks of the joints: columns of gravity torque for its mass and first moments.
+
+/// (m [kg], m x, m z [kg m]), place in bucket axes.
+using Load = Eigen::Vector3d;
+
+/// Torques of a load on the joints are columns * load:
+///   tau_bucket = -g (m x cos phi_3 - m z sin phi_3),  tau_arm = tau_bucket - g m l_arm cos phi_2,
+///   tau_boom = tau_arm - g m l_boom cos phi_1.
+[[nodiscard]] inline Eigen::Matrix3d load_columns(const JointVector& length_m, const Pose& pose) noexcept {
+  Eigen::Matrix3d columns;
+  Eigen::RowVector3d row(0, -kGravity_mps2 * pose.cos[kBucket], kGravity_mps2 * pose.sin[kBucket]);
+  for (int i = kBucket; i >= 0; --i) {
+    if (i < kBucket) row[0] -= kGravity_mps2 * length_m[i] * pose.cos[i];
+    columns.row(i) = row;
+  }
+  return columns;
+}
+
+// Contact as an event: two-sided CUSUM per joint on the high-passed contact torque, so that whatever changes slowly
+// (bias, gravity errors, a load being lifted) does not count and a step does at once.
+
+class ContactCusum {
+ public:
+  static constexpr double kHighPass_Hz = 2;
+  static constexpr double kDrift = 2;  ///< k, in standard deviations of the free signal.
+  /// h, likewise, for a step of 5 ms. With 10, an hour of free air has four times as many false events
+  /// (docs/theory.md). A hit that is clipped is noticed 6 ms later than with 10, one of four deviations 25 ms later.
+  static constexpr double kThreshold = 20;
+  static constexpr double kReferenceStep_s = 5e-3;
+  static constexpr double kClip = 10;  ///< One sample adds no more: a single outlier is no contact.
+
+  explicit ContactCusum(double step_s) noexcept
+      : slow_(kHighPass_Hz, step_s, JointVector::Zero()), weight_(step_s / kReferenceStep_s) {}
+
+  void reset(const JointVector& torque_Nm) noexcept {
+    slow_.reset(torque_Nm);
+    up_.setZero();
+    down_.setZero();
+  }
+
+  /// @param sigma_Nm standard deviation of the high-passed signal in free motion, per joint.
+  /// @return joint that crossed its threshold in this step, or -1. The sums start again after an alarm.
+  int step(const JointVector& torque_Nm, const JointVector& sigma_Nm) noexcept {
+    high_passed_ = torque_Nm - slow_.step(torque_Nm);
+    int alarm = -1;
+    for (int i = 0; i < kJoints; ++i) {
+      const double z = std::clamp(high_passed_[i] / sigma_Nm[i], -kClip, kClip);
+      up_[i] = std::max(0.0, up_[i] + weight_ * (z - kDrift));
+      down_[i] = std::max(0.0, down_[i] + weight_ * (-z - kDrift));
+      if (alarm < 0 && std::max(up_[i], down_[i]) > kThreshold) alarm = i;
+    }
+    if (alarm >= 0) {
+      up_.setZero();
+      down_.setZero();
+    }
+    return alarm;
+  }
+  [[nodiscard]] const JointVector& high_passed_Nm() const noexcept { return high_passed_; }
+
+ private:
+  LowPass<JointVector> slow_;
+  double weight_;
+  JointVector up_ = JointVector::Zero(), down_ = JointVector::Zero(), high_passed_ = JointVector::Zero();
+};
+
+// How wrong the estimator is when nothing touches the machine, learned while nothing does.
+
+/// Covariance of the joint torques less their bias in free motion of one speed class, less what the bias filter's own
+/// covariance accounts for already: adding that to it gives the whole. Kept as running moments of the last kMemory_s of
+/// updates; before the first updates a prior stands for them and counts as many as kPriorUpdates. Never below a tenth
+/// of the prior's spread: a quiet minute makes no perfect estimator.
+class FreeSpread {
+ public:
+  static constexpr double kMemory_s = 60;
+  static constexpr double kPriorUpdates = 20;
+  static constexpr double kSmallestPart = 0.1;      ///< Of the prior's spread.
+  static constexpr double kLeastUnexplained = 0.5;  ///< Of the variance seen, whatever the bias filter says.
+
+  FreeSpread(const JointVector& prior_variance_Nm2, double look_every_s) noexcept
+      : floor_Nm2_(kSmallestPart * kSmallestPart * prior_variance_Nm2),
+        moment_Nm2_(prior_variance_Nm2.asDiagonal()),
+        most_updates_(kMemory_s / look_every_s) {
+    solve();
+  }
+
+  /// @param explained_Nm2 variances that the bias filter's covariance gave this update.
+  void update(const JointVector& torque_Nm, const JointVector& explained_Nm2) noexcept {
+    updates_ = std::min(updates_ + 1, most_updates_);
+    moment_Nm2_ += (torque_Nm * torque_Nm.transpose() - moment_Nm2_) / updates_;
+    explained_Nm2_ += (explained_Nm2 - explained_Nm2_) / updates_;
+    solve();
+  }
+  [[nodiscard]] const Eigen::Matrix3d& covariance_Nm2() const noexcept { return covariance_Nm2_; }
+
+ private:
+  /// Variances are reduced, correlations stay: so the matrix stays positive definite.
+  void solve() noexcept {
+    JointVector part;
+    for (int i = 0; i < kJoints; ++i) {
+      const double seen = moment_Nm2_(i, i);
+      const double left = std::max(seen - explained_Nm2_[i], kLeastUnexplained * seen);
+      part[i] = std::sqrt(left / seen);
+    }
+    covariance_Nm2_ = part.asDiagonal() * moment_Nm2_ * part.asDiagonal();
+    covariance_Nm2_.diagonal() = covariance_Nm2_.diagonal().cwiseMax(floor_Nm2_);
+  }
+
+  JointVector floor_Nm2_;
+  Eigen::Matrix3d moment_Nm2_;
+  JointVector explained_Nm2_ = JointVector::Zero();
+  double updates_ = kPriorUpdates, most_updates_;
+  Eigen::Matrix3d covariance_Nm2_;
+};
 
 /// Why the confidence is below 1 (bits).
 enum ConfidenceReason : std::uint8_t {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimation/end_stop.h"
 #include "estimation/force_estimator.h"
 #include "estimation/length_error.h"
 

@@ -8,6 +8,7 @@
 #include "core/joints.h"
 #include "machine/arm_description.h"
 #include "machine/calibration.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 
@@ -83,5 +84,12 @@ class DahlState {
  private:
   double value_ = 0;
 };
+
+// Friction of a cylinder as identified, or as drawn where it was not.
+
+[[nodiscard]] inline CylinderFriction known_friction(const MachineDescription& machine, int joint) {
+  return machine.dynamics_calibration ? CylinderFriction(machine.dynamics_calibration->friction(joint))
+                                      : CylinderFriction(machine.cylinders[static_cast<std::size_t>(joint)].friction);
+}
 
 }  // namespace knuckle::estimation

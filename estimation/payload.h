@@ -8,7 +8,6 @@
 #include "core/joints.h"
 #include "estimation/force_estimator.h"
 #include "estimation/joint_state.h"
-#include "estimation/load.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {

@@ -2,6 +2,7 @@
 // simulator reads these descriptions and the haptic device's, and nothing else of this folder.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,9 +11,19 @@
 #include "machine/arm_description.h"
 #include "machine/bus_description.h"
 #include "machine/calibration.h"
-#include "machine/camera_description.h"
 
 namespace knuckle {
+
+// A camera that is mounted on the machine, as `[[camera]]` of its file says: where its lens is and what it looks at.
+
+/// Fixed to the machine's base, without lens distortion, its horizon level.
+struct CameraDescription {
+  std::string name;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< Of the lens, frame M with y to the left.
+  double pan_rad = 0;                                    ///< Positive: to the left of straight ahead.
+  double tilt_rad = 0;                                   ///< Positive: above the horizon.
+  double field_of_view_rad = 1;                          ///< Across the width of its picture.
+};
 
 struct LimitsDescription {
   double tip_speed_mps = 0;               ///< Commanded tip speed limit.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "machine/description.h"
+#include "machine/description_fwd.h"
 #include "machine/device_description.h"
 
 namespace knuckle {
@@ -39,5 +40,25 @@ namespace knuckle {
 
 /// Whether the configuration directory has a file of this name and kind.
 [[nodiscard]] bool has_config(const std::string& kind, const std::string& name);
+
+// Which haptic device goes with a machine, and whether the two make one spring.
+
+/// @param asked name or .toml file; empty: the device made for this machine where there is one, else knuckle1.
+/// @throws InputError as load_device() does.
+[[nodiscard]] DeviceDescription device_for(const MachineDescription& machine, const std::string& asked);
+
+/// Hand and machine must be one spring, or what is held is not what is felt: K_l = lambda mu Ks.
+/// @throws InputError where they are not.
+void check_springs(const MachineDescription& machine, const DeviceDescription& device);
+
+// A machine's camera by its name.
+
+/// nullptr where the machine's file does not know it.
+[[nodiscard]] inline const CameraDescription* find_camera(const MachineDescription& machine,
+                                                          std::string_view name) noexcept {
+  for (const CameraDescription& camera : machine.cameras)
+    if (camera.name == name) return &camera;
+  return nullptr;
+}
 
 }  // namespace knuckle

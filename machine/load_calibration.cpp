@@ -3,10 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "machine/description.h"
-#include "machine/geometry_errors.h"
 #include "machine/kinematics.h"
 
 namespace knuckle {

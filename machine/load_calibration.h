@@ -1,10 +1,38 @@
 // The optional [calibration] of a machine file, as strict as the rest of it.
 #pragma once
 
+#include <string>
+#include <vector>
+
+#include "core/error.h"
 #include "machine/description_fwd.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
+
+// Why the joints of a machine cannot work as its file says: all that Kinematics refuses it for.
+
+struct GeometryError {
+  int joint;
+  const char* table;  ///< "links" or "cylinders", of it the joint's.
+  const char* key;
+  double value;
+  std::string bound;
+};
+
+/// what() names the machine file and the first error.
+class GeometryErrors : public InputError {
+ public:
+  /// @param errors at least one.
+  GeometryErrors(const std::string& source, std::vector<GeometryError> errors);
+  [[nodiscard]] const std::vector<GeometryError>& errors() const noexcept { return errors_; }
+
+ private:
+  std::vector<GeometryError> errors_;
+};
+
+/// "links.boom.min_rad"
+[[nodiscard]] std::string key_of(const GeometryError& error);
 
 /// Fills the optionals of `machine`, whose other fields are complete, from the root table's `calibration`.
 /// Notes what is wrong with it; also where a covariance is not symmetric and positive semidefinite, friction would

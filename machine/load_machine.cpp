@@ -10,12 +10,10 @@
 #include <numbers>
 #include <optional>
 
-#include "machine/bus_nodes.h"
-#include "machine/geometry_errors.h"
+#include "machine/bus_description.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
-#include "machine/pose.h"
 #include "machine/room.h"
 #include "machine/toml_reader.h"
 

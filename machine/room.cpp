@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {

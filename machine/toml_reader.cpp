@@ -16,7 +16,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"
-#include "machine/whole_file.h"
+#include "machine/file_text.h"
 
 namespace knuckle {
 namespace {

@@ -4,7 +4,6 @@
 #include <variant>
 
 #include "core/reason.h"
-#include "machine/control_law.h"
 #include "machine/device_description.h"
 #include "master/cues_law.h"
 #include "master/direct_law.h"

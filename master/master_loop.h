@@ -6,7 +6,6 @@
 
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/control_law.h"
 #include "machine/description_fwd.h"
 #include "machine/device_description.h"
 #include "master/device_driver.h"

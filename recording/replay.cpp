@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "machine/control_law.h"
+#include "machine/device_description.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"

@@ -11,7 +11,7 @@
 
 #include "core/time.h"
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "recording/scene_entities.h"
 #include "slave/slave_state.h"
 

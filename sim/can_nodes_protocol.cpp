@@ -1,4 +1,4 @@
-#include "sim/can_nodes_protocol.h"
+#include "sim/can_nodes.h"
 
 namespace knuckle::sim {
 

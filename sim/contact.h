@@ -3,10 +3,77 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
+#include <cstdint>
 
-#include "sim/bucket.h"
+#include "core/joints.h"
+#include "machine/description_fwd.h"
+#include "sim/linkage.h"
+#include "sim/world.h"
 
 namespace knuckle::sim {
+
+// The bucket as the world meets it: a convex outline that moves, and the linkage's pin behind it.
+
+/// Corners of the outline in order, counter-clockwise; then the pin between rocker and coupler, which moves by itself.
+enum class BucketPlace : std::uint8_t { kTip, kEdge, kHeel, kBack, kPin, kCheek, kLinkage };
+inline constexpr std::size_t kCorners = 6;
+inline constexpr std::size_t kPlaces = 7;
+[[nodiscard]] const char* name(BucketPlace place) noexcept;  ///< "tip", "heel", ...
+
+/// How the bucket moves, frame W.
+struct BucketMotion {
+  PlanarVector pin_m = PlanarVector::Zero(), pin_mps = PlanarVector::Zero();  ///< Origin of the bucket's axes.
+  Turn turn;                                                                  ///< Bucket axes to W.
+  double rate_radps = 0;
+  double angle_rad = 0;  ///< Of pin to tip to the horizontal, not wrapped.
+  PlanarVector linkage_m = PlanarVector::Zero(), linkage_mps = PlanarVector::Zero();  ///< Pin of rocker and coupler.
+
+  [[nodiscard]] PlanarVector at(const PlanarVector& of_bucket_m) const noexcept { return pin_m + turn * of_bucket_m; }
+  /// Velocity of the bucket's material at a point of W.
+  [[nodiscard]] PlanarVector velocity(const PlanarVector& at_m) const noexcept {
+    return pin_mps + rate_radps * perp(at_m - pin_m);
+  }
+};
+
+/// The true outline, bucket axes.
+class BucketOutline {
+ public:
+  explicit BucketOutline(const MachineDescription& machine);
+
+  [[nodiscard]] const PlanarVector& corner(std::size_t i) const noexcept { return corners_[i]; }
+  [[nodiscard]] const PlanarVector& tip() const noexcept { return corners_[0]; }
+  /// Where a corner or the linkage's pin is, frame W.
+  [[nodiscard]] PlanarVector place(std::size_t i, const BucketMotion& bucket) const noexcept {
+    return i < kCorners ? bucket.at(corners_[i]) : bucket.linkage_m;
+  }
+  [[nodiscard]] PlanarVector velocity(std::size_t i, const BucketMotion& bucket) const noexcept {
+    return i < kCorners ? bucket.velocity(bucket.at(corners_[i])) : bucket.linkage_mps;
+  }
+  /// Side i runs from corner i to the next. Outward normal and the direction of the run, bucket axes.
+  [[nodiscard]] const PlanarVector& outward(std::size_t side) const noexcept { return outward_[side]; }
+  [[nodiscard]] const PlanarVector& along(std::size_t side) const noexcept { return along_[side]; }
+  /// Distance of a point outside the line of a side, negative inside; bucket axes.
+  [[nodiscard]] double outside(std::size_t side, const PlanarVector& at_m) const noexcept {
+    return (at_m - corners_[side]).dot(outward_[side]);
+  }
+  /// The corner at that end of a side which is nearer to a point.
+  [[nodiscard]] std::size_t nearer_corner(std::size_t side, const PlanarVector& at_m) const noexcept {
+    const bool first = (at_m - corners_[side]).dot(along_[side]) < 0.5 * length_m_[side];
+    return first ? side : (side + 1) % kCorners;
+  }
+  /// The side that a point is furthest outside of, or, inside the outline, least far behind.
+  [[nodiscard]] std::size_t nearest_side(const PlanarVector& at_m) const noexcept;
+  /// The outline's point nearest to a point, both in bucket axes.
+  [[nodiscard]] PlanarVector nearest(const PlanarVector& at_m) const noexcept;
+  /// A circle about the bucket pin that holds outline and linkage.
+  [[nodiscard]] double radius_m() const noexcept { return radius_m_; }
+
+ private:
+  std::array<PlanarVector, kCorners> corners_, outward_, along_;
+  std::array<double, kCorners> length_m_{};
+  double radius_m_ = 0;
+};
 
 /// A spring to an anchor that is dragged along where the force would pass its limit: sticks, then slides, at any speed
 /// without the stiffness of a regularised sign.
@@ -71,5 +138,82 @@ struct ContactForces {
 
 /// How the bucket answers a force (x, z) and a moment at its pin, frame W: accelerations of pin and angle.
 using Mobility = Eigen::Matrix3d;
+
+// A running wall: a face, and ends where it has any, against every corner of the bucket; its own corners against every
+// side of the bucket. It breaks by the forces it takes.
+
+class Wall {
+ public:
+  explicit Wall(const WallDescription& description);
+
+  /// Adds what the bucket feels of this wall.
+  void add_forces(const BucketMotion& bucket, const BucketOutline& outline, ContactForces& forces) const noexcept;
+  /// Moves friction's anchors and the damage after a substep. @return the force by which the piece has just broken
+  /// loose, else 0 [N].
+  double advance(const BucketMotion& bucket, const BucketOutline& outline, double dt) noexcept;
+  /// Damping of what will be touched next.
+  void set_mobility(const Mobility& mobility, const BucketMotion& bucket, const BucketOutline& outline) noexcept;
+  /// A lower bound of how far the bucket is from it, negative inside.
+  [[nodiscard]] double clearance_m(const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  [[nodiscard]] const WallDescription& data() const noexcept { return data_; }
+
+ private:
+  /// Surfaces of the wall: the face, the end at from_m, the end at to_m.
+  enum Surface : std::uint8_t { kFace, kFromEnd, kToEnd, kSurfaces };
+  static constexpr std::size_t kEnds = 2;
+
+  /// A place of the bucket in the wall, or a corner of the wall in the bucket.
+  struct Pair {
+    bool touched = false;
+    std::size_t surface = 0;        ///< By which it came in: of the wall, or side of the bucket.
+    std::size_t slipped = kPlaces;  ///< Of a corner of the wall: what has slipped off there since it touches.
+    double damping_Ns_per_m = 0;
+    Bristle slide{2e6, 4e3};
+  };
+  /// One contact now. The normal points onto the bucket.
+  struct Touch {
+    std::size_t surface = 0;
+    std::size_t slipped = kPlaces;
+    PlanarVector at_m, normal, along;
+    double depth_m = 0, closing_mps = 0;  ///< Depth 0: no contact.
+    double slide_m = 0, slide_mps = 0;    ///< Of the bucket along the wall.
+  };
+  [[nodiscard]] bool far(const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  /// Of a point behind each surface, negative outside.
+  [[nodiscard]] std::array<double, kSurfaces> depths_m(const PlanarVector& at_m) const noexcept;
+  [[nodiscard]] Touch touch_of_place(std::size_t place, const BucketMotion& bucket,
+                                     const BucketOutline& outline) const noexcept;
+  [[nodiscard]] Touch touch_of_end(std::size_t end, const BucketMotion& bucket,
+                                   const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool faces(std::size_t side, std::size_t end, double lean, const BucketMotion& bucket,
+                           const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t facing_side(std::size_t end, std::size_t next_to, const PlanarVector& in_bucket_m,
+                                        const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t surface_entered(std::size_t place, const std::array<double, kSurfaces>& depth,
+                                            const BucketMotion& bucket, const BucketOutline& outline) const noexcept;
+  [[nodiscard]] std::size_t slips_off(std::size_t end, const BucketMotion& bucket,
+                                      const BucketOutline& outline) const noexcept;
+  [[nodiscard]] bool is_past(std::size_t place, std::size_t end, const BucketMotion& bucket,
+                             const BucketOutline& outline) const noexcept;
+  [[nodiscard]] double normal_force(const Pair& pair, const Touch& touch) const noexcept;
+  [[nodiscard]] PlanarVector force(const Pair& pair, const Touch& touch) const noexcept;
+  [[nodiscard]] double advance(Pair& pair, const Touch& touch) const noexcept;
+  [[nodiscard]] double damping(double inverse_mass_1pkg) const noexcept;
+  [[nodiscard]] PlanarVector end_m(std::size_t end) const noexcept {
+    return data_.point_m + (end == 0 ? data_.from_m : data_.to_m) * along_;
+  }
+  [[nodiscard]] PlanarVector end_normal(std::size_t end) const noexcept {
+    return end == 0 ? PlanarVector(-along_) : along_;
+  }
+  [[nodiscard]] static std::size_t end_surface(std::size_t end) noexcept { return end == 0 ? kFromEnd : kToEnd; }
+
+  WallDescription data_;
+  PlanarVector normal_, along_;
+  std::array<bool, kEnds> has_end_;
+  std::array<Pair, kPlaces> places_{};
+  std::array<Pair, kEnds> ends_{};
+  double damage_Ns_ = 0;
+  bool broken_ = false;
+};
 
 }  // namespace knuckle::sim

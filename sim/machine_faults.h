@@ -3,12 +3,72 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
 
+#include "core/time.h"
 #include "machine/bus_description.h"
-#include "sim/fault_kinds.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::sim {
+
+// What can be broken on purpose, in scenarios and by `knuckle node`: one list for both.
+
+/// By name in files and on the command line: name() and fault_named().
+enum class FaultKind : std::uint8_t {
+  // Link, device and loop.
+  kLinkCut,          ///< no datagram passes, both ways
+  kLinkCutBack,      ///< nothing comes back from the machine; set-points still arrive
+  kLinkNaN,          ///< set-points arrive as not-a-number
+  kLinkSlow,         ///< datagrams take longer and longer, both ways, up to kLinkSlowBy
+  kLinkLossy,        ///< kLinkLossyShare of the machine's messages are lost
+  kClockStep,        ///< the operator's clock jumps ahead by kClockStepBy, and back when mended
+  kDeviceUnplugged,  ///< cable pulled
+  kDeviceSilent,     ///< no reports
+  kDeviceBadCrc,     ///< reports damaged
+  kDeviceTruncated,  ///< reports end early
+  kDeviceWild,       ///< encoder counts that stand for no angle
+  kLoopHung,         ///< the slave loop does not run
+  // The controller on the machine's bus.
+  kBusOff,         ///< off the bus, until it is restarted
+  kCanDown,        ///< its interface is taken down
+  kNoAcknowledge,  ///< counts errors until it is error-passive; what it sends still arrives, as after many repeats
+  // Behind the machine's bus: what nodes can be made to do wrong on a real one, too.
+  kNodeSilent,       ///< its cable is off
+  kNodeEmergency,    ///< one EMCY; its reset when mended
+  kEmcyStorm,        ///< an EMCY every millisecond
+  kNodeReset,        ///< reboots by itself and has lost its configuration
+  kWrongIdentity,    ///< answers with another product code from its next start on
+  kSensorFrozen,     ///< goes on sending its last value
+  kSensorInvalid,    ///< sends the impossible value
+  kEncoderBroken,    ///< wire snapped: the length runs to its end
+  kValveStuck,       ///< the spool stays where it is
+  kForeignSender,    ///< somebody else sends it set-points, 20 a second
+  kNodeIdTwice,      ///< a second device has its node id and sends the same
+  kEStop,            ///< E-stop chain of the machine opens
+  kSyncDropped,      ///< no node receives SYNC
+  kBusCut,           ///< cable cut between controller and nodes
+  kOtherController,  ///< somebody else sends SYNC and the controller's heartbeat, 20 a second
+  kBabble,           ///< a node fills the bus to 95 % with frames of the highest priority
+};
+inline constexpr int kFaultKinds = 31;
+inline constexpr Duration kLinkSlowBy =
+    218ms;  ///< A round trip above the one at which cues take over, below the one at which the machine holds.
+inline constexpr double kLinkLossyShare = 0.85;
+inline constexpr Duration kClockStepBy = 10s;
+
+[[nodiscard]] const char* name(FaultKind kind) noexcept;
+[[nodiscard]] std::optional<FaultKind> fault_named(std::string_view name) noexcept;
+/// With commas. @param of which; empty: of all.
+[[nodiscard]] std::string fault_names(bool (*of)(FaultKind) = nullptr);
+
+/// Nodes of a real bus can do it.
+[[nodiscard]] bool behind_bus(FaultKind kind) noexcept;
+/// It is about one node.
+[[nodiscard]] bool concerns_node(FaultKind kind) noexcept;
+/// Why this node of the bus cannot have it; nullptr where it can.
+[[nodiscard]] const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept;
 
 class MachineFaults {
  public:

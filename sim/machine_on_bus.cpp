@@ -1,13 +1,118 @@
 #include "sim/machine_on_bus.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
-#include "core/loop_table.h"
 
 namespace knuckle::sim {
+namespace {
+
+SensorErrors errors_of(const MachineTruth& truth) {
+  SensorErrors errors;
+  for (std::size_t i = 0; i < truth.pressure.size(); ++i) {
+    errors.pressure_gain[i] = truth.pressure[i].gain;
+    errors.pressure_offset_Pa[i] = truth.pressure[i].offset_Pa;
+    errors.pressure_noise_Pa[i] = truth.pressure[i].noise_Pa;
+  }
+  errors.encoder_offset_m = truth.encoder_offset_m;
+  errors.encoder_noise_m = truth.encoder_noise_m;
+  errors.tilt_offset_rad = truth.tilt_offset_rad;
+  errors.tilt_noise_rad = truth.tilt_noise_rad;
+  return errors;
+}
+
+}  // namespace
+
+SimulatedMachine::SimulatedMachine(const MachineTruth& truth, const WorldDescription& world,
+                                   const JointVector& start_rad, CanBus& port, std::uint64_t seed)
+    : plant_(truth, world, start_rad),
+      nodes_(truth.machine, errors_of(truth), port, seed),
+      felt_Pa_(plant_.state().transmitter_Pa),
+      wire_m_(plant_.state().cylinder_m) {
+  draw_wires();
+}
+
+/// A short hole is a late thread, whose controller went on: it is made up for in one longer step. A long one is a
+/// program that stalled, controller and all: its nodes' watchdogs run out in it, tick by tick, as they do on a machine
+/// whose controller stalls; what comes after them is left out, as nothing moves any more.
+void SimulatedMachine::step(Time now) noexcept {
+  constexpr Duration kLate = 200ms, kMadeUpFor = 2s;
+  if (last_ != kNever && now - last_ > kLate) {
+    for (const Time end = std::min(now, last_ + kMadeUpFor); last_ + kTick < end;) step_once(last_ + kTick);
+    last_ = now - kTick;
+  }
+  step_once(now);
+}
+
+void SimulatedMachine::step_once(Time now) noexcept {
+  if (last_ != kNever && now > last_) {
+    const NodeOutputs asked = nodes_.outputs();
+    for (int j = 0; j < kJoints; ++j) plant_.set_valve_demand(j, asked.spool_demand[j]);
+    plant_.set_pilot(asked.pilot);
+    plant_.step(now - last_);
+    feel(now - last_);
+    draw_wires();
+  }
+  last_ = now;
+  nodes_.step(now, signals());
+}
+
+void SimulatedMachine::feel(Duration time) noexcept {
+  if (time != felt_for_) {
+    felt_for_ = time;
+    for (std::size_t i = 0; i < felt_Pa_.size(); ++i) {
+      const double lag_s = plant_.truth().pressure[i].lag_s;
+      share_[i] = lag_s > 0 ? 1 - std::exp(-to_seconds(time) / lag_s) : 1;
+    }
+  }
+  const auto& true_Pa = plant_.state().transmitter_Pa;
+  for (std::size_t i = 0; i < felt_Pa_.size(); ++i) {
+    felt_Pa_[i] = share_[i] < 1 ? felt_Pa_[i] + share_[i] * (true_Pa[i] - felt_Pa_[i]) : true_Pa[i];
+  }
+}
+
+void SimulatedMachine::draw_wires() noexcept {
+  const MachineTruth& truth = plant_.truth();
+  for (int j = 0; j < kJoints; ++j) {
+    const double shortest_m = truth.machine.cylinders[static_cast<std::size_t>(j)].min_length_m;
+    const double length_m = plant_.state().cylinder_m[j];
+    const double drawn_m = length_m + truth.encoder_scale[j] * (length_m - shortest_m);
+    const double half = 0.5 * truth.encoder_slack_m[j], before_m = wire_m_[j];
+    wire_m_[j] = std::clamp(wire_m_[j], drawn_m - half, drawn_m + half);
+    const bool follows = half == 0 || wire_m_[j] != before_m;
+    wire_mps_[j] = follows ? (1 + truth.encoder_scale[j]) * plant_.state().cylinder_mps[j] : 0;
+  }
+}
+
+/// What of the pump's ripple a transmitter shows: sampled at the bus's rate it is any slow motion.
+double SimulatedMachine::ripple_Pa(std::size_t channel) const noexcept {
+  constexpr double kClosed = 0.1, kTurn = 2 * std::numbers::pi;
+  constexpr double kEngine_Hz = 0.13, kEngineSwing = 0.01;  // its speed is not quite constant
+  const PumpTruth& pump = plant_.truth().pump;
+  const double t = plant_.state().t_s, opening = plant_.state().opening[static_cast<Eigen::Index>(channel / 2)];
+  const bool fed = channel % 2 == 0 ? opening > 0 : opening < 0;
+  const double turns = pump.ripple_Hz * (t - kEngineSwing * std::cos(kTurn * kEngine_Hz * t) / (kTurn * kEngine_Hz));
+  const double lag = kTurn * pump.ripple_Hz * plant_.truth().pressure[channel].lag_s;
+  return (fed ? 1 : kClosed) * pump.ripple_Pa * std::sin(kTurn * std::fmod(turns, 1.0)) / std::sqrt(1 + lag * lag);
+}
+
+MachineSignals SimulatedMachine::signals() const noexcept {
+  const PlantState& state = plant_.state();
+  MachineSignals signals{state.spool, felt_Pa_, wire_m_, wire_mps_, state.tilt_hull_rad};
+  for (std::size_t i = 0; i < felt_Pa_.size(); ++i) {
+    signals.pressure_Pa[i] += plant_.truth().pressure[i].drift_Pa_per_K * state.warmth_K;
+  }
+  if (plant_.truth().pump.ripple_Pa > 0) {
+    for (std::size_t i = 0; i < felt_Pa_.size(); ++i) signals.pressure_Pa[i] += ripple_Pa(i);
+  }
+  const SensorDescription& sensors = plant_.truth().machine.sensors;
+  if (sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom) signals.slope_rad = state.tilt_boom_rad;
+  return signals;
+}
 
 MachineOnBus::MachineOnBus(const MachineTruth& truth, const WorldDescription& world, const JointVector& start_rad,
                            std::uint64_t seed, CanBus* wire)

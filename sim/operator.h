@@ -2,8 +2,10 @@
 // to be, from what is seen on the screen (late) and felt in the hand. Knows the arm's shape, never its controller.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <random>
 #include <vector>
 
 #include "core/joints.h"
@@ -11,10 +13,48 @@
 #include "machine/description_fwd.h"
 #include "sim/haptic_device.h"
 #include "sim/person.h"
-#include "sim/wander.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::sim {
+
+// The way a hand goes from one place to another.
+
+inline constexpr double kPeakOfMinimumJerk = 1.875;  ///< Peak speed over mean speed.
+
+/// Minimum-jerk position in [0, 1] for u in [0, 1] (Flash and Hogan 1985).
+[[nodiscard]] inline double minimum_jerk(double u) noexcept {
+  u = std::clamp(u, 0.0, 1.0);
+  return u * u * u * (10 + u * (-15 + 6 * u));
+}
+
+// Joints that move at random, each by itself, anywhere in their ranges and to the ends: what free air is judged with.
+
+/// Every stretch is of minimum jerk (Flash and Hogan 1985), begins and ends at rest, and is followed by a pause.
+class Wander {
+ public:
+  /// @param low_rad, @param high_rad the joints' ranges.
+  Wander(std::uint64_t seed, const JointVector& low_rad, const JointVector& high_rad);
+
+  /// Begins anew, with other numbers than before. @param fastest_radps peak speed of the fastest stretch.
+  void begin(const JointVector& from_rad, double fastest_radps) noexcept;
+  /// @param t_s since the beginning, never going back. @param going_on new stretches may begin.
+  /// @return where the joints are meant to be.
+  const JointVector& step(double t_s, bool going_on) noexcept;
+  /// Nothing is on its way.
+  [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
+
+ private:
+  struct Stretch {
+    double from_rad = 0, to_rad = 0, begin_s = 0, end_s = 0, until_s = 0;  // the last: of the pause
+  };
+  [[nodiscard]] Stretch drawn(int joint, double from_rad, double t_s) noexcept;
+
+  std::mt19937_64 random_;
+  JointVector low_rad_, high_rad_, meant_rad_ = JointVector::Zero();
+  double fastest_radps_ = 0;
+  PerJoint<Stretch> stretches_{};
+  bool at_rest_ = true;
+};
 
 enum class PhaseKind : std::uint8_t {
   kEngage,  ///< take hold, align the hand with the machine, press enable, wait until engaged

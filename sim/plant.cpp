@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "sim/hydraulics.h"
 #include "sim/plant_model.h"
-#include "sim/spool.h"
 
 namespace knuckle::sim {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "sim/contact.h"
 #include "sim/rigid_body.h"
 #include "sim/soil.h"
-#include "sim/wall.h"
 #include "sim/world.h"
 
 namespace knuckle::sim {

@@ -8,7 +8,6 @@
 #include "core/joints.h"
 #include "estimation/contact_compliance.h"
 #include "estimation/force_estimator.h"
-#include "estimation/force_lag.h"
 #include "estimation/joint_state.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"

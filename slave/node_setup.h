@@ -9,7 +9,7 @@
 
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"

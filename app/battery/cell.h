@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "app/battery/settings.h"
 #include "app/session/options.h"
@@ -35,5 +36,11 @@ class Drawer {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// A session of a battery again, from the battery's result.
+
+/// @param name FILE:N: session N of the battery whose result `knuckle-studies sweep --json` wrote into FILE; as
+/// --from-cell takes it. @return its inputs, and the digest that it had. @throws InputError
+[[nodiscard]] session::SimulateOptions cell_of_result(const std::string& name);
 
 }  // namespace knuckle::battery

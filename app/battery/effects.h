@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/battery/rows_file.h"
+#include "app/battery/rows.h"
 #include "sim/truth.h"
 
 namespace knuckle::battery {

@@ -10,10 +10,8 @@
 #include <numbers>
 #include <optional>
 
-#include "app/battery/draw.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
-#include "machine/pose.h"
 #include "sim/hull.h"
 #include "sim/person.h"
 #include "sim/rigid_body.h"

@@ -4,7 +4,7 @@
 
 #include "app/session/scenario.h"
 #include "core/error.h"
-#include "machine/control_law.h"
+#include "machine/device_description.h"
 #include "machine/toml_reader.h"
 #include "sim/person.h"
 #include "sim/truth.h"

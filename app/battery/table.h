@@ -2,10 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
-#include "app/battery/rows_file.h"
+#include "app/battery/rows.h"
 
 namespace knuckle::battery {
 
@@ -35,5 +36,10 @@ struct Group {
 
 /// By round trip, limb and what else the battery draws in classes; numbers that are drawn continuously by decade.
 [[nodiscard]] std::vector<Group> groups_of(const Rows& rows, Kind kind);
+
+// A battery as a page: its table, and maps of what was stable and what was felt.
+
+/// @throws InputError where gnuplot is missing or refuses.
+void write_page(std::ostream& out, const Settings& settings, const Rows& rows);
 
 }  // namespace knuckle::battery

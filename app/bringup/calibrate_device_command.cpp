@@ -5,10 +5,10 @@
 #include "app/bringup/device_calibration.h"
 #include "app/cli/output_file.h"
 #include "core/realtime_thread.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 
 namespace knuckle::bringup {
 namespace {

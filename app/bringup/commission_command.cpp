@@ -16,10 +16,10 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "core/text.h"
+#include "machine/file_text.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 #include "sim/machine_on_bus.h"
 #include "slave/bus_listen.h"
 

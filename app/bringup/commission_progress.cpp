@@ -9,7 +9,7 @@
 #include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "machine/whole_file.h"
+#include "machine/file_text.h"
 
 namespace knuckle::bringup {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "app/cli/command.h"
 #include "core/error.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
-#include "machine/toml_lines.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::bringup {

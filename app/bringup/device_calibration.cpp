@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
-#include "machine/toml_lines.h"
 
 namespace knuckle::bringup {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/realtime_thread.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
 #include "machine/load.h"
 
 namespace knuckle::bringup {

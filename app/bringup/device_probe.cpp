@@ -8,7 +8,7 @@
 #include "app/cli/command.h"
 #include "core/error.h"
 #include "core/loop_table.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
 #include "transport/hidapi_port.h"
 #include "transport/libusb_port.h"
 

@@ -10,8 +10,8 @@
 #include "app/bringup/doctor_report.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "machine/room.h"
 #include "sim/machine_on_bus.h"
 

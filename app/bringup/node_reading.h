@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/bringup/bus_survey.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "slave/node_setup.h"
 

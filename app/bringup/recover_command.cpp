@@ -10,9 +10,9 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
 #include "core/text.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 #include "slave/bus_listen.h"
 
 namespace knuckle::bringup {

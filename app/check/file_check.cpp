@@ -11,7 +11,6 @@
 #include "app/session/link_file.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
-#include "machine/device_choice.h"
 #include "machine/load.h"
 #include "machine/room.h"
 #include "machine/toml_reader.h"

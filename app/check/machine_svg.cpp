@@ -11,7 +11,7 @@
 #include "app/check/machine_sheet.h"
 #include "app/report/html.h"
 #include "app/report/machine_drawing.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "machine/room.h"
 
 namespace knuckle::checking {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/end_stop.h"
-#include "estimation/known_friction.h"
+#include "estimation/friction.h"
+#include "estimation/length_error.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::console {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/trust.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 
 namespace knuckle::console {
 namespace {

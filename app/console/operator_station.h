@@ -17,7 +17,7 @@
 #include "recording/recorder.h"
 #include "recording/taped_wires.h"
 #include "sim/haptic_device.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 

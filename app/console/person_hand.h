@@ -10,7 +10,7 @@
 #include "master/device_kinematics.h"
 #include "sim/haptic_device.h"
 #include "sim/operator.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 
 namespace knuckle::console {
 

@@ -7,10 +7,6 @@
 #include <iterator>
 #include <optional>
 
-#include "app/explain/bus_cause.h"
-#include "app/explain/device_cause.h"
-#include "app/explain/link_cause.h"
-#include "app/explain/node_cause.h"
 #include "app/explain/text.h"
 
 namespace knuckle::explain {

@@ -1,6 +1,7 @@
 // The most likely cause of a stop, from what the wires say; the fault's code only tells where to look first.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,5 +21,31 @@ struct Cause {
 
 [[nodiscard]] Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evidence,
                                  const MachineDescription& machine);
+
+// Causes on the bus itself: who else speaks there.
+
+/// nullopt where the stop has another reason than somebody else on the bus.
+[[nodiscard]] std::optional<Cause> bus_cause(const Stop& stop, const Window& window, const MachineDescription& machine);
+
+// Causes at the haptic device.
+
+/// nullopt where the stop has another reason than the device.
+[[nodiscard]] std::optional<Cause> device_cause(const Stop& stop, const Window& window, const Evidence& evidence);
+
+// Causes between the two sides: network, programs, what the operator's side sends.
+
+/// nullopt where the stop has another reason than the link.
+[[nodiscard]] std::optional<Cause> link_cause(const Stop& stop, const Window& window, const Evidence& evidence);
+
+// Causes at a node of the machine's bus, at its sensor or valve, or at all of them.
+
+/// nullopt where no node shows anything.
+[[nodiscard]] std::optional<Cause> node_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                                              const MachineDescription& machine);
+
+/// Its sensor sends what cannot be, or what contradicts the others. nullopt where it is no sensor, or the stop has
+/// another reason.
+[[nodiscard]] std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                                                const MachineDescription& machine);
 
 }  // namespace knuckle::explain

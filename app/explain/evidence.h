@@ -9,7 +9,7 @@
 
 #include "app/explain/window.h"
 #include "core/joints.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description.h"
 #include "transport/canopen.h"
 

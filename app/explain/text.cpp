@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::explain {

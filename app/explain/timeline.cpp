@@ -3,14 +3,134 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
-#include "app/explain/last_inputs.h"
-#include "app/explain/last_second.h"
 #include "app/explain/text.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "transport/canopen.h"
 
 namespace knuckle::explain {
+namespace {
+
+constexpr double kSpoolMargin = 0.01;  // of stroke; dead bands are known to that
+
+/// What the valves were last told, frame by frame.
+class ValveCommands {
+ public:
+  explicit ValveCommands(const MachineDescription& machine) : bus_(machine.bus) {}
+  /// @return whether it was one for a valve.
+  bool take(const CanFrame& frame) {
+    for (std::size_t joint = 0; joint < kJoints; ++joint) {
+      if (frame.id != bus_.valves[joint].rpdo_id()) continue;
+      if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
+        open_[joint] = command->control_word == canopen::kControlActive && command->set_point != 0;
+      return true;
+    }
+    return false;
+  }
+  [[nodiscard]] bool neutral() const {
+    return std::none_of(open_.begin(), open_.end(), [](bool open) { return open; });
+  }
+
+ private:
+  const BusDescription& bus_;
+  std::array<bool, kJoints> open_{};
+};
+
+void note_commands(const Stop& stop, const Window& window, const MachineDescription& machine, WhatFollowed& after) {
+  ValveCommands commands(machine);
+  int sent = 0;
+  Time since = window.from;
+  bool neutral = true;
+  const Time until = after.resumed.value_or(window.to);
+  for (const CanSeen& can : window.can) {
+    if (can.at >= until) break;
+    if (can.kind != WireEventKind::kCanSent || !commands.take(can.frame)) continue;
+    if (can.at >= stop.at) ++sent;
+    if (commands.neutral() && !neutral) since = can.at;
+    if (!commands.neutral() && neutral && can.at > stop.at) after.moved_unasked = true;
+    neutral = commands.neutral();
+    if (neutral && can.at >= stop.at && !after.commands_neutral) after.commands_neutral = since;
+  }
+  after.sent_nothing = sent == 0;
+}
+
+bool spools_neutral(const slave::SlaveState& state, const MachineDescription& machine) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const double spool = state.spool[joint];
+    const double band = machine.cylinders[static_cast<std::size_t>(joint)].valve.dead_band(spool > 0);
+    if (std::abs(spool) > band + kSpoolMargin) return false;
+  }
+  return true;
+}
+
+/// Since when something had held that was seen at or after the stop.
+class Since {
+ public:
+  void see(Time at, bool holds, Time stop, std::optional<Time>& result) {
+    if (holds && !held_) since_ = at;
+    held_ = holds;
+    if (holds && at >= stop && !result) result = since_;
+  }
+
+ private:
+  bool held_ = false;
+  Time since_{};
+};
+
+std::string when(const char* what, const std::optional<Time>& at, const Stop& stop, Time known_until) {
+  if (!at) return fmt::format("{}: not seen until {}, where what is known ends", what, at_text(known_until));
+  if (*at < stop.at) return fmt::format("{}: already, since {}", what, at_text(*at));
+  return fmt::format("{}: {:.0f} ms after the stop", what, 1e3 * to_seconds(*at - stop.at));
+}
+
+}  // namespace
+
+WhatFollowed what_followed(const Stop& stop, const Window& window, const MachineDescription& machine) {
+  WhatFollowed after;
+  after.known_until = window.machine.empty() ? window.from : window.machine.back().at;
+  Since pilot, spools;
+  bool enable = false;
+  for (const slave::SlaveState& state : window.machine) {
+    pilot.see(state.at, !state.pilot_on, stop.at, after.pilot_off);
+    spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
+    if (state.at > stop.at && !after.resumed) {
+      if (!state.enable && enable) after.released = state.at;
+      if (state.enable && !enable) after.pressed = state.at;
+      const bool by_operator =
+          state.blocking.code == ReasonCode::kReleaseToRecover || state.blocking.code == ReasonCode::kEnableNotPressed;
+      if (by_operator && !after.cause_gone) after.cause_gone = state.at;
+      if (state.mode == Mode::kEngaged) after.resumed = state.at;
+    }
+    enable = state.enable;
+  }
+  note_commands(stop, window, machine, after);
+  return after;
+}
+
+std::vector<std::string> lines_of(const WhatFollowed& after, const Stop& stop) {
+  std::vector<std::string> lines;
+  if (after.sent_nothing)
+    lines.emplace_back(
+        "valves: no command got onto the wire any more: their own watchdogs centre the spools, and the enable node "
+        "removes pilot pressure");
+  else
+    lines.push_back(when("valve commands neutral on the wire", after.commands_neutral, stop, after.known_until));
+  lines.push_back(when("spools in their dead bands, first reported", after.spools_neutral, stop, after.known_until));
+  lines.push_back(when("pilot pressure off, first reported", after.pilot_off, stop, after.known_until));
+  if (after.moved_unasked) lines.emplace_back("A VALVE WAS COMMANDED AGAIN before the machine was engaged");
+  std::string how =
+      !after.resumed ? fmt::format("not engaged again until {}, where what is known ends", at_text(after.known_until))
+                     : "engaged again at " + at_text(*after.resumed);
+  if (after.cause_gone) how += "; what was noticed had passed at " + at_text(*after.cause_gone);
+  if (after.released) how += "; enable was released at " + at_text(*after.released);
+  if (after.pressed) how += ", pressed at " + at_text(*after.pressed);
+  lines.push_back(how);
+  return lines;
+}
+
 namespace {
 
 constexpr Duration kBefore = 12s,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description.h"
 #include "slave/bus_map.h"
 #include "slave/sensors.h"

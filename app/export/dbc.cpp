@@ -12,7 +12,7 @@
 
 #include "app/cli/command.h"
 #include "app/export/bus_messages.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description.h"
 
 namespace knuckle::exporting {

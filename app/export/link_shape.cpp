@@ -5,7 +5,7 @@
 #include <array>
 
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::exporting {
 namespace {

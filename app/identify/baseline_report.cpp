@@ -6,13 +6,11 @@
 #include <cmath>
 #include <sstream>
 
-#include "app/identify/baseline_figures.h"
-#include "app/identify/held_out.h"
+#include "app/identify/scores.h"
 #include "app/report/html.h"
 #include "core/error.h"
 #include "core/quantile.h"
-#include "estimation/identification/kim.h"
-#include "estimation/identification/malaguti.h"
+#include "estimation/identification/baseline.h"
 #include "estimation/identification/static_poses.h"
 
 namespace knuckle::identify {

@@ -9,10 +9,9 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
-#include "machine/toml_lines.h"
 #include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 
 namespace knuckle::identify {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/seed.h"
 #include "estimation/identification/excitation.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::identify {
 namespace {

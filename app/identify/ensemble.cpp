@@ -1,16 +1,12 @@
 #include "app/identify/ensemble.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "app/cli/interrupt.h"
-#include "app/identify/parallel.h"
-#include "app/identify/parameter_scores.h"
+#include "app/identify/scores.h"
 #include "core/error.h"
 
 namespace knuckle::identify {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "app/identify/baseline_runs.h"
-#include "app/identify/held_out.h"
+#include "app/identify/baseline_report.h"
 #include "app/identify/identify_data.h"
 #include "app/identify/identify_options.h"
+#include "app/identify/scores.h"
 #include "estimation/identification/full.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/valve_identification.h"

@@ -3,8 +3,10 @@
 
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "app/identify/identify.h"
+#include "app/report/html.h"
 
 namespace knuckle::identify {
 
@@ -18,5 +20,23 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
 
 /// Whether standard deviations can be believed.
 [[nodiscard]] std::string sigma_text(const Identified& result);
+
+// The figures of an identification's report.
+
+/// Measured and modelled torque with residuals, one figure a held-out recording.
+[[nodiscard]] std::vector<report::PageFigure> torque_figures(const IdentifyData& data, const Identified& result);
+/// Friction over speed of each cylinder, with its uncertainty, beside the drawing's; none without a calibration.
+[[nodiscard]] std::vector<report::PageFigure> friction_figures(const Identified& result);
+/// What was identified from: joint angles and pressures over time, one figure a recording.
+[[nodiscard]] std::vector<report::PageFigure> data_figures(const IdentifyData& data);
+
+// One self-contained HTML page about an identification: verdict, measured against estimated torque, residuals,
+// parameters against the drawing, friction, geometry, held-out errors, what was found in the data.
+
+/// @throws InputError where gnuplot is missing.
+void check_identify_report_tools();
+
+/// @throws InputError where gnuplot fails.
+void write_identify_report(const IdentifyData& data, const Identified& result, std::ostream& out);
 
 }  // namespace knuckle::identify

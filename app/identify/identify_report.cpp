@@ -1,13 +1,10 @@
-#include "app/identify/identify_report.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "app/identify/identify_output.h"
-#include "app/identify/identify_plots.h"
 #include "app/report/html.h"
-#include "app/report/number_text.h"
+#include "app/report/result_text.h"
 
 namespace knuckle::identify {
 namespace {

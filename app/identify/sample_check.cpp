@@ -1,5 +1,3 @@
-#include "app/identify/sample_check.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/identify/data_check.h"
 #include "core/quantile.h"
 #include "machine/description.h"
 #include "machine/toml_reader.h"

@@ -9,7 +9,7 @@
 #include "app/motion/path_leader.h"
 #include "core/joints.h"
 #include "core/time.h"
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 #include "estimation/identification/recording.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
+#include "estimation/identification/kinematic_calibration.h"
 #include "estimation/identification/recording.h"
-#include "estimation/identification/survey.h"
 #include "machine/description.h"
 #include "sim/truth.h"
 #include "sim/world.h"

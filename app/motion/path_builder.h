@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/joints.h"
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 
 namespace knuckle::motion {
 

@@ -8,7 +8,7 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
 #include "transport/link_session.h"

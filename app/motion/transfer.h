@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/joints.h"
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 #include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 

@@ -9,7 +9,7 @@
 #include "app/session/operator_path.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
 #include "sim/haptic_device.h"
 #include "transport/link_messages.h"
 

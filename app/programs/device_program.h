@@ -13,7 +13,6 @@
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "sim/operator.h"
-#include "sim/operator_limb.h"
 #include "sim/person.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"

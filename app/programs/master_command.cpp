@@ -19,7 +19,6 @@
 #include "app/recordings/program_log.h"
 #include "app/session/scenario.h"
 #include "app/session/session_head.h"
-#include "machine/device_choice.h"
 #include "machine/load.h"
 #include "transport/mirrored_link.h"
 #include "transport/udp_link.h"

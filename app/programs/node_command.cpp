@@ -12,7 +12,7 @@
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/load.h"
 #include "transport/socket_can.h"
 

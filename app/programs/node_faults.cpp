@@ -6,7 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/recordings/csv_mapping.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/load.h"
 
 namespace knuckle::programs {

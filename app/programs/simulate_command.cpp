@@ -10,15 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "app/battery/cell_of_result.h"
+#include "app/battery/cell.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
 #include "app/recordings/recorded_table.h"
-#include "app/report/csv_table.h"
 #include "app/report/report.h"
-#include "app/report/result_json.h"
-#include "app/report/summary.h"
+#include "app/report/result_files.h"
+#include "app/report/result_text.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"

@@ -5,7 +5,7 @@
 
 #include "app/cli/command.h"
 #include "core/error.h"
-#include "machine/find_camera.h"
+#include "machine/load.h"
 #include "transport/socket_address.h"
 
 namespace knuckle::programs {

@@ -19,7 +19,7 @@
 #include "app/recordings/csv_encoding.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "machine/whole_file.h"
+#include "machine/file_text.h"
 
 namespace knuckle::recordings {
 namespace {

@@ -7,9 +7,9 @@
 #include "app/cli/interrupt.h"
 #include "app/recordings/import.h"
 #include "app/recordings/recorded_table.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "machine/whole_file.h"
 
 namespace knuckle::recordings {
 namespace {

@@ -6,7 +6,7 @@
 #include "app/recordings/recording_reader.h"
 #include "core/joints.h"
 #include "core/time.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
 
 namespace knuckle::recordings {
 namespace {

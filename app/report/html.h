@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/report/gnuplot.h"
+#include "app/report/plots.h"
 
 namespace knuckle::report {
 

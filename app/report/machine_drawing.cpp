@@ -1,7 +1,13 @@
 #include "app/report/machine_drawing.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#include "app/report/result_text.h"
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::report {
 namespace {
@@ -108,6 +114,199 @@ void SvgCanvas::rounded_box(const char* css_class, const PlanarVector& low_m, co
                             double radius_m) {
   out_ << "<rect class=\"" << css_class << "\" x=\"" << low_m.x() << "\" y=\"" << -high_m.y() << "\" width=\""
        << high_m.x() - low_m.x() << "\" height=\"" << high_m.y() - low_m.y() << "\" rx=\"" << radius_m << "\"/>";
+}
+
+namespace {
+
+constexpr double kSameMoment_s = 0.3;
+constexpr double kTrail_s = 4;
+
+/// What every frame shows: the hull, the tip's whole path and the scene within reach.
+struct Stage {
+  Eigen::AlignedBox2d box;
+  double size_m = 1, ground_m = 0;
+  double metres_per_N = 0;
+
+  Stage(const session::SessionResult& session, const std::vector<Moment>& moments) : size_m(reach_m(session.machine)) {
+    ground_m = ground_level(session.scene, session.machine);
+    box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.06 * size_m));
+    box.extend(PlanarVector(0.75 * size_m, 0.3 * size_m));
+    double most_N = 1;
+    for (const session::Sample& s : session.record.samples) {
+      box.extend(s.truth.tip_m);
+      most_N = std::max(most_N, s.truth.tip_force_N.norm());
+    }
+    for (const Moment& m : moments)
+      for (const PlanarVector& p : outline(session.machine, session.record.samples[m.row].truth.joint_rad))
+        box.extend(p);
+    // Of what stands around, at least the near face is seen.
+    for (const session::SceneLine& line : session.scene) {
+      if (!line.closed) continue;
+      double near_m = 1e9;
+      for (const PlanarVector& p : line.points_m) near_m = std::min(near_m, p.x());
+      box.extend(PlanarVector(std::min(near_m, size_m), 0));
+    }
+    box.min().array() -= 0.06 * size_m;
+    box.max().array() += 0.06 * size_m;
+    metres_per_N = 0.3 * size_m / most_N;
+  }
+
+ private:
+  /// Ground or soil where the machine stands; else as high as its tracks usually are.
+  [[nodiscard]] static double ground_level(const session::Scene& scene, const MachineDescription& machine) {
+    for (const session::SceneLine& line : scene)
+      if (line.kind == session::SceneLine::Kind::kGround && !line.points_m.empty()) return line.points_m.front().y();
+    return ground_level_m(machine);
+  }
+};
+
+const char* css_class(session::SceneLine::Kind kind) {
+  switch (kind) {
+    case session::SceneLine::Kind::kGround:
+      return "ground";
+    case session::SceneLine::Kind::kWall:
+      return "wall";
+    case session::SceneLine::Kind::kPiece:
+      return "piece";
+    case session::SceneLine::Kind::kSoil:
+      return "soil";
+    case session::SceneLine::Kind::kVirtualWall:
+      return "virtual";
+  }
+  return "ground";
+}
+
+void draw_scene(SvgCanvas& canvas, const session::Scene& scene, const Stage& stage, double t_s) {
+  for (const session::SceneLine& line : scene) {
+    if (t_s < line.from_s || t_s >= line.until_s || line.points_m.empty()) continue;
+    auto points = line.points_m;
+    if (line.kind == session::SceneLine::Kind::kVirtualWall) {
+      canvas.polyline(css_class(line.kind), points);
+      continue;
+    }
+    if (!line.closed) {  // material below an open line
+      const double bottom_m = stage.box.min().y() - 1;
+      points.emplace_back(points.back().x(), bottom_m);
+      points.emplace_back(points.front().x(), bottom_m);
+    }
+    canvas.polygon(css_class(line.kind), points);
+  }
+}
+
+/// An arrow from the tip along the force: a wall's push points out of the wall, where it can be seen.
+void draw_force(SvgCanvas& canvas, const char* shaft, const char* head, const PlanarVector& tip_m,
+                const PlanarVector& force_N, const Stage& stage) {
+  const double head_m = 0.035 * stage.size_m;
+  if (stage.metres_per_N * force_N.norm() < 1.5 * head_m) return;  // too small to be drawn
+  const PlanarVector along = force_N.normalized();
+  const PlanarVector aside(-along.y(), along.x());
+  const PlanarVector point = tip_m + stage.metres_per_N * force_N;
+  const PlanarVector neck = point - head_m * along;
+  canvas.polyline(shaft, {tip_m, neck});
+  canvas.polygon(head, {point, neck + 0.45 * head_m * aside, neck - 0.45 * head_m * aside});
+}
+
+std::vector<PlanarVector> trail(const session::SessionRecord& record, std::size_t row) {
+  std::vector<PlanarVector> points;
+  std::size_t i = row;
+  while (i > 0 && record.samples[row].t_s - record.samples[i].t_s < kTrail_s) --i;
+  for (; i <= row; ++i)
+    if (points.empty() || (record.samples[i].truth.tip_m - points.back()).norm() > 0.01)
+      points.push_back(record.samples[i].truth.tip_m);
+  return points;
+}
+
+void draw_scale_bar(std::ostringstream& svg, const Stage& stage) {
+  const double x = stage.box.min().x() + 0.04 * stage.size_m, y = -stage.box.min().y() - 0.04 * stage.size_m;
+  svg << "<path class=\"scale\" d=\"M" << x << ' ' << y - 0.03 << "v.06M" << x << ' ' << y << "h1m0-.03v.06\"/>"
+      << "<text class=\"scale\" font-size=\"" << 0.05 * stage.size_m << "\" x=\"" << x + 1.06 << "\" y=\""
+      << y + 0.017 * stage.size_m << "\">1 m</text>";
+}
+
+std::string frame_svg(const session::SessionResult& session, const Stage& stage, std::size_t row) {
+  const session::Sample& s = session.record.samples[row];
+  std::ostringstream svg;
+  svg.precision(4);
+  const PlanarVector size = stage.box.sizes();
+  svg << "<svg class=\"frame\" role=\"img\" viewBox=\"" << stage.box.min().x() << ' ' << -stage.box.max().y() << ' '
+      << size.x() << ' ' << size.y() << "\">";
+  SvgCanvas canvas(svg);
+  draw_scene(canvas, session.scene, stage, s.t_s);
+  canvas.polyline("trail", trail(session.record, row));
+  draw_machine(canvas, session.machine, s.truth.joint_rad, stage.ground_m);
+  draw_force(canvas, "truth", "truthhead", s.truth.tip_m, s.truth.tip_force_N, stage);
+  draw_force(canvas, "estimate", "estimatehead", s.truth.tip_m, s.machine.tip_force_N, stage);
+  draw_scale_bar(svg, stage);
+  svg << "</svg>";
+  return svg.str();
+}
+
+/// Moments in time order, those at one time joined into one label.
+void add_moment(std::vector<Moment>& moments, const session::SessionRecord& record, std::size_t row,
+                const std::string& label) {
+  for (Moment& m : moments) {
+    if (std::abs(record.samples[m.row].t_s - record.samples[row].t_s) > kSameMoment_s) continue;
+    if (m.label.find(label) == std::string::npos) m.label += ", " + label;
+    return;
+  }
+  moments.push_back({row, label});
+}
+
+std::size_t row_at(const session::SessionRecord& record, double t_s) {
+  const auto& rows = record.samples;
+  const auto later =
+      std::lower_bound(rows.begin(), rows.end(), t_s, [](const session::Sample& s, double t) { return s.t_s < t; });
+  return std::min(static_cast<std::size_t>(later - rows.begin()), rows.size() - 1);
+}
+
+}  // namespace
+
+std::vector<Moment> key_moments(const session::SessionRecord& record) {
+  std::vector<Moment> moments;
+  if (record.samples.empty()) return moments;
+  add_moment(moments, record, record.samples.size() - 1, "end");
+  const auto add = [&](std::size_t row, const std::string& label) {
+    if (moments.size() < kMostMoments) add_moment(moments, record, row, label);
+  };
+  for (const session::FaultRecord& fault : record.faults)
+    add(row_at(record, fault.at_s), plain_text(name(fault.reason.code)));
+  std::set<std::string> shown;  // the first touch is worth a picture, its chatter is not
+  for (const session::EventRecord& event : record.events)
+    if (shown.insert(event.what).second) add(row_at(record, event.t_s), plain_text(event.what));
+  for (std::size_t i = 1; i < record.samples.size(); ++i) {
+    const auto phase = record.samples[i].phase;
+    if (phase != record.samples[i - 1].phase && phase < record.phases.size()) add(i, plain_text(record.phases[phase]));
+  }
+  add(0, "start");
+  std::sort(moments.begin(), moments.end(), [](const Moment& a, const Moment& b) { return a.row < b.row; });
+  return moments;
+}
+
+std::vector<Frame> filmstrip(const session::SessionResult& session) {
+  std::vector<Frame> frames;
+  if (session.record.samples.empty()) return frames;
+  const std::vector<Moment> moments = key_moments(session.record);
+  const Stage stage(session, moments);
+  for (const Moment& m : moments)
+    frames.push_back({session.record.samples[m.row].t_s, m.label, frame_svg(session, stage, m.row)});
+  return frames;
+}
+
+std::string filmstrip_css() {
+  return R"(.frame{display:block;width:100%;stroke-linejoin:round;stroke-linecap:round}
+.frame .ground{fill:var(--ground);stroke:none}.frame .soil{fill:var(--soil);stroke:none}
+.frame .wall{fill:var(--wall);stroke:none}.frame .piece{fill:var(--piece);stroke:var(--paper);stroke-width:.015}
+.frame .virtual{fill:none;stroke:var(--blue);stroke-width:.015;stroke-dasharray:.06 .05}
+.frame .trail{fill:none;stroke:var(--blue);stroke-width:.014;stroke-opacity:.55}
+.frame .hull{fill:var(--hull);stroke:none}.frame .track{fill:var(--track);stroke:none}
+.frame .link{fill:var(--link);stroke:var(--edge);stroke-width:.014}
+.frame .bucket{fill:var(--bucket);stroke:var(--edge);stroke-width:.014}
+.frame .barrel{fill:none;stroke:var(--edge);stroke-linecap:butt}.frame .rod{fill:none;stroke:var(--rod);stroke-linecap:butt}
+.frame .rocker{fill:none;stroke:var(--edge)}.frame .pin{fill:var(--paper);stroke:var(--edge);stroke-width:.01}
+.frame .truth{fill:none;stroke:var(--vermilion);stroke-width:.045}.frame .truthhead{fill:var(--vermilion)}
+.frame .estimate{fill:none;stroke:var(--blue);stroke-width:.018}.frame .estimatehead{fill:var(--blue)}
+.frame path.scale{fill:none;stroke:var(--ink);stroke-width:.014}.frame text.scale{fill:var(--ink)}
+)";
 }
 
 }  // namespace knuckle::report

@@ -9,12 +9,10 @@
 #include <optional>
 #include <vector>
 
-#include "app/report/filmstrip.h"
 #include "app/report/html.h"
-#include "app/report/metric_text.h"
+#include "app/report/machine_drawing.h"
 #include "app/report/report_plots.h"
-#include "app/report/summary.h"
-#include "app/report/verdict_text.h"
+#include "app/report/result_text.h"
 
 namespace knuckle::report {
 namespace {

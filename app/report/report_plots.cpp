@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/report/gnuplot.h"
-#include "app/report/plot_script.h"
+#include "app/report/plots.h"
 #include "app/session/record_windows.h"
 
 namespace knuckle::report {

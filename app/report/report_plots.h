@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/report/html.h"
-#include "app/report/plot_script.h"
+#include "app/report/plots.h"
 #include "app/session/session_result.h"
 
 namespace knuckle::report {

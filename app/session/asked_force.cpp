@@ -6,7 +6,6 @@
 
 #include "app/session/scenario.h"
 #include "machine/kinematics.h"
-#include "machine/pose.h"
 #include "sim/rigid_body.h"
 
 namespace knuckle::session {

@@ -8,8 +8,8 @@
 #include "app/session/metrics_felt.h"
 #include "app/session/metrics_truth.h"
 #include "app/session/record_windows.h"
-#include "estimation/foh_filter.h"
 #include "estimation/force_estimator.h"
+#include "estimation/observer.h"
 
 namespace knuckle::session {
 namespace {

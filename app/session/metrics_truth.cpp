@@ -5,7 +5,7 @@
 #include <deque>
 
 #include "app/session/record_windows.h"
-#include "estimation/foh_filter.h"
+#include "estimation/observer.h"
 
 namespace knuckle::session {
 namespace {

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "sim/operator_limb.h"
 #include "sim/person.h"
 
 namespace knuckle::session {

@@ -16,7 +16,7 @@
 #include "app/session/session_setup.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "recording/file_names.h"
 #include "recording/recorder.h"
 #include "transport/timed_frame.h"

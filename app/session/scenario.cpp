@@ -6,10 +6,9 @@
 #include <utility>
 
 #include "core/error.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
-#include "machine/pose.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::session {

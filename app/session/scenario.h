@@ -10,9 +10,9 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description_fwd.h"
-#include "sim/fault_kinds.h"
+#include "sim/machine_faults.h"
 #include "sim/operator.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "sim/world.h"
 #include "transport/link_messages.h"
 

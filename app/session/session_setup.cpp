@@ -6,7 +6,6 @@
 #include "app/session/operator_path.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
-#include "machine/device_choice.h"
 #include "machine/load.h"
 #include "machine/room.h"
 

@@ -12,7 +12,7 @@
 #include "recording/taped_wires.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "sim/truth.h"
 #include "slave/slave_loop.h"
 #include "transport/faulty_ports.h"

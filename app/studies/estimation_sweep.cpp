@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iostream>
@@ -14,14 +15,92 @@
 #include "app/session/truth_file.h"
 #include "app/studies/battery_machine.h"
 #include "app/studies/battery_table.h"
-#include "app/studies/error_sources.h"
 #include "app/studies/shared_battery.h"
 #include "app/studies/sweep.h"
 #include "core/error.h"
+#include "machine/description.h"
 #include "machine/load.h"
+#include "sim/truth.h"
 
 namespace knuckle::studies {
 namespace {
+
+// Which of a sampled machine's errors costs what: truths that differ from the drawing in one respect alone.
+
+enum class ErrorSource : std::uint8_t {
+  kNone,  ///< Nominal: what is left is LuGre against Dahl, cylinder masses, noise, quantisation, lags, hoses.
+  kGeometry,
+  kMasses,
+  kFriction,
+  kTransmitters,
+  kSlope,     ///< Hull pitch and slope sensor.
+  kEncoders,  ///< Offsets and noise.
+  kValves,
+  kOil,  ///< Viscosity, and other oil on the day of use.
+};
+inline constexpr std::array<const char*, 9> kErrorSourceNames{
+    "nothing but noise", "pins and lengths", "masses", "friction", "pressure transmitters",
+    "hull and slope",    "encoders",         "valves", "oil"};
+
+void take_geometry(const MachineDescription& from, MachineDescription& to) {
+  for (std::size_t i = 0; i < kJoints; ++i) to.links[i].length_m = from.links[i].length_m;
+  to.boom_mount = from.boom_mount;
+  to.arm_mount = from.arm_mount;
+  const BucketLinkage masses = to.bucket_linkage;
+  to.bucket_linkage = from.bucket_linkage;
+  to.bucket_linkage.rocker_mass_kg = masses.rocker_mass_kg;
+  to.bucket_linkage.coupler_mass_kg = masses.coupler_mass_kg;
+}
+
+void take_masses(const MachineDescription& from, MachineDescription& to) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    to.links[i].mass_kg = from.links[i].mass_kg;
+    to.links[i].inertia_kgm2 = from.links[i].inertia_kgm2;
+    to.cylinders[i].body_mass_kg = from.cylinders[i].body_mass_kg;
+    to.cylinders[i].rod_mass_kg = from.cylinders[i].rod_mass_kg;
+  }
+  to.bucket_linkage.rocker_mass_kg = from.bucket_linkage.rocker_mass_kg;
+  to.bucket_linkage.coupler_mass_kg = from.bucket_linkage.coupler_mass_kg;
+}
+
+/// The drawing with one kind of error of the sampled machine.
+sim::MachineTruth with_only(const MachineDescription& nominal, const sim::MachineTruth& sampled, ErrorSource source) {
+  sim::MachineTruth truth = sim::nominal_truth(nominal);
+  switch (source) {
+    case ErrorSource::kNone:
+      break;
+    case ErrorSource::kGeometry:
+      take_geometry(sampled.machine, truth.machine);
+      break;
+    case ErrorSource::kMasses:
+      take_masses(sampled.machine, truth.machine);
+      break;
+    case ErrorSource::kFriction:
+      truth.friction = sampled.friction;
+      break;
+    case ErrorSource::kTransmitters:
+      truth.pressure = sampled.pressure;
+      break;
+    case ErrorSource::kSlope:
+      truth.hull_pitch_rad = sampled.hull_pitch_rad;
+      truth.tilt_offset_rad = sampled.tilt_offset_rad;
+      break;
+    case ErrorSource::kEncoders:
+      truth.encoder_offset_m = sampled.encoder_offset_m;
+      truth.encoder_noise_m = sampled.encoder_noise_m;
+      break;
+    case ErrorSource::kValves:
+      for (std::size_t i = 0; i < kJoints; ++i) {
+        truth.machine.cylinders[i].valve = sampled.machine.cylinders[i].valve;
+      }
+      truth.machine.hydraulics.bulk_modulus_Pa = sampled.machine.hydraulics.bulk_modulus_Pa;
+      break;
+    case ErrorSource::kOil:
+      truth.viscosity_factor = sampled.viscosity_factor;
+      break;
+  }
+  return truth;
+}
 
 constexpr std::uint64_t kSeedsApart = 1'000'000'007;  // so that two sweeps share no machine
 

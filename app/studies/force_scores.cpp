@@ -6,15 +6,141 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
-#include "app/studies/contact_model_scores.h"
-#include "app/studies/offline_estimator.h"
+#include "core/joints.h"
 #include "core/quantile.h"
+#include "estimation/contact_models.h"
+#include "estimation/force_estimator.h"
+#include "estimation/identification/recording.h"
+#include "estimation/joint_state.h"
+#include "estimation/payload.h"
+#include "machine/description.h"
+#include "machine/description_fwd.h"
 
 namespace knuckle::studies {
 namespace {
 
+// The real-time force and payload estimators, run over recordings in the order the slave loop steps them.
+
+/// What is judged of one sample.
+struct EstimateSample {
+  PlanarVector tip_N = PlanarVector::Zero();      ///< With the weight of what is carried.
+  PlanarVector contact_N = PlanarVector::Zero();  ///< Without.
+  Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
+  estimation::JointLoad load;  ///< With what is carried, for the other contact models.
+  bool contact = false;
+  bool valid = false;  ///< false where a length made no joint angle.
+};
+
+class OfflineEstimator {
+ public:
+  /// @param machine calibrated() or not.
+  OfflineEstimator(const MachineDescription& machine, double step_s);
+  /// Starts at rest where the recording starts; what was learned before stays.
+  std::vector<EstimateSample> run(const estimation::Recording& recording);
+  [[nodiscard]] estimation::PayloadEstimator& payload() noexcept { return payload_; }
+  [[nodiscard]] const estimation::ForceEstimator& force() const noexcept { return force_; }
+
+ private:
+  JointVector offset_m_;
+  estimation::JointStateFilter filter_;
+  estimation::ForceEstimator force_;
+  estimation::PayloadEstimator payload_;
+};
+
+constexpr double kVelocityCutoff_Hz = 10;  // of the slave loop; the force estimator has rates of its own
+
+OfflineEstimator::OfflineEstimator(const MachineDescription& machine, double step_s)
+    : offset_m_(machine.sensors.encoder_offset_m),
+      filter_(machine, step_s, kVelocityCutoff_Hz),
+      force_(machine, step_s),
+      payload_(machine, step_s) {}
+
+std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& recording) {
+  filter_.reset();
+  force_.restart_motion();
+  payload_.restart_motion();
+  std::vector<EstimateSample> result(recording.samples.size());
+  for (std::size_t k = 0; k < recording.samples.size(); ++k) {
+    estimation::Measurement measurement = recording.samples[k];
+    measurement.cylinder_m -= offset_m_;
+    const auto state = recording.usable[k] != 0 ? filter_.step(measurement) : std::nullopt;
+    if (!state) {
+      filter_.reset();
+      force_.restart_motion();
+      payload_.restart_motion();
+      continue;
+    }
+    const estimation::ForceEstimate& force = force_.step(*state);
+    payload_.step(*state, force);
+    force_.hold_bias(payload_.maybe_loaded());
+    force_.carry(payload_.carried());
+    result[k] = {
+        force.loaded_tip_N,
+        force.tip_N,
+        force.covariance_N2,
+        {state->angle_rad, state->lever_m, force.joint_torque_Nm + force.carried_Nm, force.joint_covariance_Nm2},
+        force.contact,
+        true};
+  }
+  return result;
+}
+
+// The contact models beside the tip force, on the same known pulls.
+
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+PlanarVector no_answer() {
+  return PlanarVector::Constant(kNaN);
+}
+
+Row model_metrics(const std::vector<PressScore>& presses) {
+  std::vector<double> answered;
+  for (const PressScore& press : presses) answered.push_back(std::isnan(press.error_N) ? 0 : 1);
+  Row metrics;
+  metrics["answered"] = metric(answered);
+  add_presses(presses, metrics);
+  return metrics;
+}
+
+/// Metrics by model: tip_wrench, tip_force_of_two at the tip, force_and_position with the direction given. Of each,
+/// answered (0 or 1: a pull may be refused) and those of its pulls (force_scores.h); of tip_wrench torque_Nm about the
+/// tip, where there is none; of force_and_position place_error_m along the bucket.
+/// @param machine as the estimator sees it; @param pulls its answers to trials.pulls.
+Row score_contact_models(const MachineDescription& machine, const Trials& trials,
+                         const std::vector<EstimateSample>& pulls) {
+  const JointVector length_m(machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m);
+  std::vector<PressScore> wrenches, forces, places;
+  std::vector<double> torque_Nm, place_error_m;
+  for (const Press& press : trials.presses) {
+    const std::size_t last = press.judge_to - 1;
+    const PlanarVector truth = trials.pulls.truth[last].contact_N;
+    const estimation::JointLoad& load = pulls[last].load;
+    const auto score = [&](const PlanarVector& answer) { return score_pull(truth, answer, press.creeping); };
+
+    const auto wrench = estimation::tip_wrench(length_m, load);
+    const auto* three = std::get_if<estimation::TipWrench>(&wrench);
+    wrenches.push_back(score(three != nullptr ? PlanarVector(three->wrench.head<2>()) : no_answer()));
+    if (three != nullptr) torque_Nm.push_back(std::abs(three->wrench[2]));
+
+    const auto force = estimation::tip_force_of_two(length_m, load, length_m[kBucket]);
+    const auto* two = std::get_if<estimation::TwoJointForce>(&force);
+    forces.push_back(score(two != nullptr ? two->force_N : no_answer()));
+
+    const auto place = estimation::force_and_position(length_m, load, truth);
+    const auto* at = std::get_if<estimation::ForceAtPlace>(&place);
+    places.push_back(score(at != nullptr ? PlanarVector(at->force_N * truth.normalized()) : no_answer()));
+    if (at != nullptr) place_error_m.push_back(std::abs(at->place_m - length_m[kBucket]));
+  }
+  Row models{{"tip_wrench", model_metrics(wrenches)},
+             {"tip_force_of_two", model_metrics(forces)},
+             {"force_and_position", model_metrics(places)}};
+  models["tip_wrench"]["torque_Nm"] = metric(torque_Nm);
+  models["force_and_position"]["place_error_m"] = metric(place_error_m);
+  return models;
+}
+
 constexpr double kSettle_s = 1.0;  // filters start at each recording's beginning
 constexpr double kLookEvery_s = 0.5;
 constexpr double kChi2_95 = 5.991;   // two degrees of freedom

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/battery/row.h"
+#include "app/battery/rows.h"
 #include "core/joints.h"
 
 namespace knuckle::studies {

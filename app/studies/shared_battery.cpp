@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/cli/command.h"
-#include "app/identify/parallel.h"
+#include "app/identify/ensemble.h"
 #include "app/studies/ranks.h"
 #include "core/error.h"
 

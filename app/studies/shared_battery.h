@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "app/battery/rows_file.h"
+#include "app/battery/rows.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/progress.h"
 #include "app/studies/sweep.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/joints.h"
-#include "machine/camera_description.h"
+#include "machine/description.h"
 
 namespace knuckle::estimation {
 

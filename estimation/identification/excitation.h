@@ -3,11 +3,20 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "estimation/identification/joint_path.h"
+#include "core/joints.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
+
+// A motion of the three joints to be driven: sampled at a fixed period.
+
+struct JointPath {
+  double step_s = 0.005;
+  std::vector<JointVector> joint_rad;
+  [[nodiscard]] double duration_s() const noexcept { return step_s * static_cast<double>(joint_rad.size()); }
+};
 
 struct SweepOptions {
   double slowest_mps = 0.02, fastest_mps = 0.04;  ///< Cylinder speed; one value a stroke.

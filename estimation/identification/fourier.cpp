@@ -6,8 +6,7 @@
 
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
-#include "estimation/identification/path_condition.h"
-#include "estimation/identification/path_room.h"
+#include "estimation/identification/path_check.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {

@@ -7,12 +7,9 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "estimation/identification/consistency.h"
+#include "estimation/identification/filtered_regressor.h"
 #include "estimation/identification/least_squares.h"
-#include "estimation/identification/projection.h"
-#include "estimation/identification/savitzky_golay.h"
-#include "estimation/identification/usual_errors.h"
-#include "estimation/identification/zero_phase.h"
+#include "estimation/identification/smoothing.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
 

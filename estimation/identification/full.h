@@ -2,20 +2,53 @@
 // in both directions and fast motion.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "estimation/identification/excitation_check.h"
+#include "core/joints.h"
 #include "estimation/identification/filtered_regressor.h"
 #include "estimation/identification/identification.h"
 #include "estimation/identification/motion.h"
 #include "estimation/identification/recording.h"
 #include "machine/calibration.h"
+#include "machine/description.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
+
+// Whether recordings can tell anything: the refusals of identification, each one line with its number.
+
+struct ExcitationLimits {
+  double least_duration_s = 20;    ///< Of usable data.
+  double least_travel_rad = 0.1;   ///< Of each joint, end to end.
+  double least_directed_s = 2;     ///< In each direction of each cylinder...
+  double moving_mps = 3e-3;        ///< ...faster than this.
+  double least_pressure_Pa = 1e5;  ///< A channel that never reaches it is not connected.
+};
+
+/// @return reasons why these recordings cannot be used, empty if none.
+[[nodiscard]] std::vector<std::string> excitation_faults(std::span<const Recording> recordings,
+                                                         std::span<const Motion> motions,
+                                                         const ExcitationLimits& limits = {});
+
+// Parameters that some arm of steel could have: the pseudo-inertia of each link, carrying the later links at its end,
+//   [[J, X, Z], [X, M, 0], [Z, 0, M]] >= 0   <=>   J M >= X^2 + Z^2,  M > 0,  M = sum of m_k for k >= i,
+// with M no more than the machine file's masses allow, and no cylinder whose viscosity, Coulomb friction (the mean of
+// both directions: half their difference is a transmitter's error) or static friction drives it.
+
+/// Greatest M_i: links, cylinders and linkage from joint i on, a quarter more than the machine file says.
+[[nodiscard]] JointVector greatest_mass_kg(const MachineDescription& machine);
+
+[[nodiscard]] bool physically_consistent(const CalibrationVector& parameters, const JointVector& greatest_kg) noexcept;
+
+/// The consistent parameters p nearest to `free` in the metric of the data, (p - free)^T information (p - free).
+/// Parameters without any information stay as they are. Ceres on J = (X^2 + Z^2) / M + d^2 and the like.
+[[nodiscard]] CalibrationVector nearest_consistent(const CalibrationVector& free, const CalibrationMatrix& information,
+                                                   const JointVector& greatest_kg);
 
 /// One switch an ingredient. As they stand they are the method.
 struct FullOptions {
@@ -50,6 +83,31 @@ struct FullResult {
 /// calibration. Usable where the smoothing windows fit.
 [[nodiscard]] TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const MachineDescription& machine,
                                               const Recording& recording, const FullOptions& options = {});
+
+// What no residual of a fit can show: errors of sensors, lengths and the model that the parameters take up. Found by
+// identifying the same recordings again with one of them at a time put on (type B uncertainties of JCGM 100:2008, 4.3;
+// for the model, an allowance of ours).
+
+/// All that `full` identifies from.
+struct FullInput {
+  MachineDescription machine;  ///< As calibrated().
+  std::vector<Recording> recordings;
+  FullOptions options;
+};
+
+struct UsualError {
+  enum class Of : std::uint8_t {
+    kInput,  ///< A sensor or a length.
+    kModel,  ///< The friction law or the weights. What friction parameters mean changes with it: only the base counts.
+  } of;
+  std::string name;                       ///< "gain of boom pressure A"
+  std::function<void(FullInput&)> apply;  ///< Puts one standard deviation of it on; of kModel, all of it.
+};
+
+/// Transmitter gains and lag, slope sensor, compliance behind the encoders; lengths, which a survey has made smaller;
+/// each term of the friction law the other way; rows weighted otherwise. Offsets of transmitters are not among them:
+/// they are constant forces, which friction parameters take up. @param machine as calibrated().
+[[nodiscard]] std::vector<UsualError> usual_errors(const MachineDescription& machine);
 
 /// "J1" ... "Z3", "boom F_c extend" ... in the order of Calibration.
 [[nodiscard]] std::vector<IdentifiedParameter> calibration_names();

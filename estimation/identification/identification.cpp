@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/identification/zero_phase.h"
+#include "estimation/identification/smoothing.h"
 
 namespace knuckle::estimation {
 namespace {

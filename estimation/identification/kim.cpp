@@ -1,5 +1,3 @@
-#include "estimation/identification/kim.h"
-
 #include <ceres/ceres.h>
 
 #include <cmath>

@@ -7,11 +7,27 @@
 
 #include "core/joints.h"
 #include "estimation/identification/identification.h"
-#include "estimation/identification/survey.h"
 #include "machine/calibration.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
+
+// What a surveyor (total station, tape and plumb) measures of the standing machine: the points that link angles and
+// lengths show in, beside what the wire encoders say.
+
+/// One pose at rest; frame M. A point that was not measured is NaN.
+struct SurveyPose {
+  JointVector cylinder_m = JointVector::Zero();      ///< Encoder readings.
+  PlanarVector arm_pin_m = PlanarVector::Zero();     ///< Joint boom-arm.
+  PlanarVector bucket_pin_m = PlanarVector::Zero();  ///< Joint arm-bucket.
+  PlanarVector tip_m = PlanarVector::Zero();
+};
+
+struct Survey {
+  std::string source;
+  double point_sigma_m = 1e-3;  ///< Of one coordinate.
+  std::vector<SurveyPose> poses;
+};
 
 /// Standard deviations of the machine around its drawing. +-2 mm evenly spread is 1.2 mm, +-0.5 mm is 0.3 mm.
 struct GeometryOptions {

@@ -1,11 +1,9 @@
-#include "estimation/identification/malaguti.h"
-
 #include <cmath>
 #include <numbers>
 
-#include "estimation/foh_filter.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
+#include "estimation/observer.h"
 
 namespace knuckle::estimation {
 namespace {

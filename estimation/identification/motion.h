@@ -3,10 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "estimation/identification/recording.h"
-#include "estimation/identification/stretch.h"
+#include "estimation/identification/smoothing.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {
@@ -48,5 +49,19 @@ struct Motion {
 /// Half a window in samples: at least one; for smoothing, at least what the order needs.
 [[nodiscard]] int half_window(double window_s, double step_s) noexcept;
 [[nodiscard]] int smoothing_half_window(const MotionOptions& options, double step_s) noexcept;
+
+// Whether pressures and lengths were recorded at the same time.
+
+inline constexpr double kMostPressureLag_s = 0.25;  ///< Either way; more is not looked for.
+
+/// How much later pressures come than lengths [s]: the shift at which the full model, identified anew for each,
+/// explains the torque best. +-kMostPressureLag_s where none within explains it best; nothing where the recordings
+/// are less than 20 s or cannot be solved for.
+/// @param machine as calibrated().
+[[nodiscard]] std::optional<double> pressure_lag_s(const MachineDescription& machine,
+                                                   const std::vector<Recording>& recordings);
+
+/// Pressures read lag_s later, between samples by a line; where they are not known, the sample is not usable.
+[[nodiscard]] Recording without_pressure_lag(const Recording& recording, double lag_s);
 
 }  // namespace knuckle::estimation

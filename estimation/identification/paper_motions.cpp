@@ -5,7 +5,7 @@
 #include <random>
 
 #include "core/error.h"
-#include "estimation/identification/path_room.h"
+#include "estimation/identification/path_check.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/joints.h"
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::estimation {

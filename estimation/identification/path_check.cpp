@@ -1,14 +1,15 @@
 // Extremes of a joint path, and what they are held against.
 #include "estimation/identification/path_check.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
 
 #include "core/error.h"
 #include "machine/description.h"
-#include "machine/kinematics.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -148,6 +149,119 @@ std::vector<std::string> check_path(const MachineDescription& machine, const Joi
   findings.above("end: not at rest, rate", rate_at(path, path.joint_rad.size() - 1).cwiseAbs().maxCoeff(), kRest_radps,
                  "rad/s");
   return findings.take();
+}
+
+namespace {
+
+constexpr double kMargin_rad = 0.03;   ///< Beyond the soft margin: what following overshoots.
+constexpr double kWallMargin_m = 0.1;  ///< Likewise; near a wall the gate slows down.
+constexpr double kShare = 0.95;        ///< Of every limit of speed.
+constexpr double kGentle_mps2 = 3;     ///< Tip acceleration: tracks stay on the ground, modes stay quiet.
+
+constexpr int kGrid = 8;
+/// Where a smaller window lies in the range: 0 at its lower end, 1 at its upper one.
+const std::array<JointVector, 6> kPlaces{
+    {{0.5, 0.5, 0.5}, {1, 0.5, 0.5}, {0.5, 0, 0.5}, {1, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 0.5}}};
+
+bool clear_of_walls(const LimitsDescription& limits, const Kinematics& kinematics, const PathRoom& room) {
+  for (int i = 0; i < kGrid * kGrid * kGrid; ++i) {
+    const int arm = i / kGrid, bucket = arm / kGrid;
+    const JointVector share = JointVector(i % kGrid, arm % kGrid, bucket) / (kGrid - 1.0);
+    const PlanarVector tip = kinematics.tip(room.low_rad + share.cwiseProduct(room.high_rad - room.low_rad));
+    if (tip.y() < limits.floor_m + kWallMargin_m || tip.y() > limits.ceiling_m - kWallMargin_m ||
+        tip.x() > limits.reach_m - kWallMargin_m) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+PathRoom::PathRoom(const MachineDescription& machine)
+    : flow_m3ps(kShare * kPathPumpShare * machine.hydraulics.pump_flow_m3ps),
+      tip_speed_mps(kShare * machine.limits.tip_speed_mps),
+      tip_mps2(kGentle_mps2) {
+  const Kinematics kinematics(machine);
+  const double margin = machine.limits.joint_soft_margin_rad + kMargin_rad;
+  for (int joint = 0; joint < kJoints; ++joint) {
+    rate_radps[joint] = kShare * machine.links[static_cast<std::size_t>(joint)].max_rate_radps;
+  }
+  for (int twentieths = 20; twentieths >= 7; --twentieths) {
+    for (const JointVector& place : kPlaces) {
+      for (int joint = 0; joint < kJoints; ++joint) {
+        const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+        const double whole = std::max(0.0, link.max_rad - link.min_rad - 2 * margin);
+        low_rad[joint] = link.min_rad + margin + place[joint] * (1 - twentieths / 20.0) * whole;
+        high_rad[joint] = low_rad[joint] + twentieths / 20.0 * whole;
+      }
+      if (clear_of_walls(machine.limits, kinematics, *this)) return;
+    }
+  }
+  throw InputError(machine.source + ": no room to move in between the virtual walls of [limits]");
+}
+
+double PathRoom::speed_use(const PathExtremes& extremes, double fastest_mps) const {
+  return std::max({extremes.fastest_radps.cwiseQuotient(rate_radps).maxCoeff(), extremes.flow_m3ps / flow_m3ps,
+                   extremes.tip_speed_mps / tip_speed_mps, extremes.fastest_cylinder_mps.maxCoeff() / fastest_mps});
+}
+
+// Normal matrix of the regressor along a path, and its condition.
+
+namespace {
+
+constexpr int kFrictionColumns = 3;  ///< Coulomb extending, Coulomb retracting, viscous.
+constexpr int kColumns = kBaseParameters + kJoints * kFrictionColumns;
+constexpr double kSlip_mps = 1e-3;  ///< Friction turns round over this speed.
+constexpr double kLeastLever_m = 0.05;
+using Rows = Eigen::Matrix<double, kJoints, kColumns>;
+
+/// Torque rows to rows of cylinder force.
+Rows rows_at(const Kinematics& kinematics, const RigidArm& arm, const JointVector& angle, const JointVector& rate,
+             const JointVector& acceleration) {
+  Rows rows = Rows::Zero();
+  const Regressor absolute_rows = arm.inverse_dynamics(Pose(angle, 0), absolute(rate), absolute(acceleration));
+  for (int column = 0; column < kBaseParameters; ++column) {
+    rows.col(column) = joint_torque(absolute_rows.col(column));
+  }
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto cylinder = kinematics.cylinder_at(joint, angle[joint]);
+    const double lever = cylinder ? cylinder->lever_m : 0;
+    const double speed = lever * rate[joint];
+    const double slip = std::clamp(speed / kSlip_mps, -1.0, 1.0);
+    const int first = kBaseParameters + joint * kFrictionColumns;
+    rows(joint, first) = lever * std::max(0.0, slip);
+    rows(joint, first + 1) = lever * std::min(0.0, slip);
+    rows(joint, first + 2) = lever * speed;
+    rows.row(joint) /= std::max(kLeastLever_m, std::abs(lever));
+  }
+  return rows;
+}
+
+}  // namespace
+
+PathCondition::PathCondition(const MachineDescription& machine, bool with_inertia)
+    : kinematics_(machine), arm_(machine), with_inertia_(with_inertia) {}
+
+double PathCondition::operator()(const JointPath& path, std::size_t every) const {
+  Eigen::Matrix<double, kColumns, kColumns> normal = Eigen::Matrix<double, kColumns, kColumns>::Zero();
+  const double step_s = path.step_s;
+  for (std::size_t i = std::max<std::size_t>(1, every / 2); i + 1 < path.joint_rad.size(); i += every) {
+    const JointVector &before = path.joint_rad[i - 1], &at = path.joint_rad[i], &after = path.joint_rad[i + 1];
+    const Rows rows =
+        rows_at(kinematics_, arm_, at, (after - before) / (2 * step_s), (after - 2 * at + before) / (step_s * step_s));
+    normal.noalias() += rows.transpose() * rows;
+  }
+  const int first = with_inertia_ ? 0 : kMomentX;  // the inertias come first
+  const int columns = kColumns - first;
+  const Eigen::VectorXd scale = normal.diagonal().tail(columns).cwiseSqrt();
+  if (!(scale.minCoeff() > 0)) return std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal.bottomRightCorner(columns, columns) *
+                                 scale.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
+  if (!(eigenvalues[0] > 0)) return std::numeric_limits<double>::infinity();
+  return std::sqrt(eigenvalues[columns - 1] / eigenvalues[0]);
 }
 
 }  // namespace knuckle::estimation

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estimation/identification/survey_fit.h"
+#include "estimation/identification/survey_geometry.h"
 
 namespace knuckle::estimation {
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "estimation/identification/valve_model.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {

@@ -1,12 +1,10 @@
-#include "estimation/identification/valve_model.h"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "estimation/identification/stretch.h"
-#include "estimation/identification/zero_phase.h"
+#include "estimation/identification/smoothing.h"
+#include "estimation/identification/valve_identification.h"
 
 namespace knuckle::estimation {
 namespace {

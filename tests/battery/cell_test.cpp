@@ -11,12 +11,11 @@
 #include <string>
 #include <thread>
 
-#include "app/battery/row.h"
+#include "app/battery/rows.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "sim/plant.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"

@@ -1,12 +1,13 @@
 // Rows in files: taken up where a run ended, never mixed with another battery's, never destroying what is not theirs;
 // and the figures made of them.
+#include "app/battery/rows.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
 #include "app/battery/effects.h"
-#include "app/battery/rows_file.h"
 #include "app/battery/table.h"
 #include "core/error.h"
 #include "tests/support/places.h"

@@ -9,7 +9,7 @@
 #include "app/bringup/device_doctor.h"
 #include "app/programs/device_faults.h"
 #include "core/error.h"
-#include "machine/device_joints.h"
+#include "machine/device_description.h"
 #include "machine/load.h"
 #include "sim/haptic_device.h"
 #include "tests/support/places.h"

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "app/identify/commission.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 #include "tests/support/places.h"

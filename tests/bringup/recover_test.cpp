@@ -8,8 +8,8 @@
 #include <memory>
 #include <sstream>
 
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/places.h"
 #include "transport/canopen.h"

@@ -12,8 +12,8 @@
 
 #include "app/console/machine_words.h"
 #include "estimation/regressor.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "tests/console/console_rig.h"
 
 namespace knuckle::console {

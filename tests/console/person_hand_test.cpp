@@ -5,7 +5,7 @@
 
 #include "app/console/hand_input.h"
 #include "machine/load.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 
 namespace knuckle::console {
 namespace {

@@ -1,7 +1,5 @@
 // One force anywhere on the bucket, from three joint torques: found wherever it acts, as sure as it says, and at the
 // tip within a hundredth of what it is.
-#include "estimation/bucket_force.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

@@ -1,12 +1,11 @@
 // Rods that vibrate on their oil by less than encoders show, from pressures alone.
-#include "estimation/rod_vibration.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "estimation/observer.h"
 #include "tests/estimation/test_machine.h"
 
 namespace knuckle::estimation {

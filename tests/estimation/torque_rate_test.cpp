@@ -1,6 +1,4 @@
 // What the rates of the cylinders' torques tell, against the transfer functions they stand for.
-#include "estimation/torque_rate.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <complex>
 #include <numbers>
 
+#include "estimation/bias_filter.h"
 #include "estimation/force_estimator.h"
 
 namespace knuckle::estimation {

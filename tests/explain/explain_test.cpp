@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "app/explain/bus_cause.h"
+#include "app/explain/cause.h"
 #include "app/explain/evidence.h"
 #include "app/explain/timeline.h"
 #include "core/error.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/export/dbc.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "slave/bus_map.h"
 #include "tests/export/machines.h"
 #include "transport/canopen.h"

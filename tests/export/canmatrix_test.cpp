@@ -16,7 +16,7 @@
 
 #include "app/export/bus_messages.h"
 #include "app/export/dbc.h"
-#include "machine/bus_nodes.h"
+#include "machine/bus_description.h"
 #include "tests/export/machines.h"
 #include "tests/support/candump.h"
 #include "tests/support/run_program.h"

@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "estimation/identification/baseline.h"
-#include "estimation/identification/kim.h"
-#include "estimation/identification/malaguti.h"
 #include "estimation/identification/paper_motions.h"
 #include "estimation/identification/static_poses.h"
 #include "tests/estimation/test_machine.h"

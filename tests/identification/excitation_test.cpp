@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "estimation/identification/path_check.h"
-#include "estimation/identification/path_condition.h"
 #include "machine/load.h"
 
 namespace knuckle::estimation {

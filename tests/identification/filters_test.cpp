@@ -4,8 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimation/identification/savitzky_golay.h"
-#include "estimation/identification/zero_phase.h"
+#include "estimation/identification/smoothing.h"
 
 namespace knuckle::estimation {
 namespace {

@@ -7,8 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "estimation/identification/consistency.h"
-#include "estimation/identification/projection.h"
+#include "estimation/identification/filtered_regressor.h"
 #include "machine/kinematics.h"
 #include "tests/identification/synthetic.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "estimation/identification/joint_path.h"
+#include "estimation/identification/excitation.h"
 #include "estimation/identification/recording.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"

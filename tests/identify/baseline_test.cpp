@@ -1,13 +1,13 @@
 // The papers' experiments on the simulated machine: what comes out, and that the reports show the papers' tables and
 // figures.
+#include "estimation/identification/baseline.h"
+
 #include <gtest/gtest.h>
 
 #include <sstream>
 
 #include "app/identify/baseline_report.h"
 #include "core/error.h"
-#include "estimation/identification/kim.h"
-#include "estimation/identification/malaguti.h"
 #include "estimation/identification/static_poses.h"
 #include "machine/load.h"
 #include "tests/support/places.h"

@@ -8,8 +8,6 @@
 #include <numbers>
 #include <random>
 
-#include "app/identify/data_physics.h"
-#include "app/identify/valve_check.h"
 #include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"

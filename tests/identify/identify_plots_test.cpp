@@ -1,10 +1,9 @@
 // The figures of an identification: every axis has its label inside the picture, and no key lies on anything.
-#include "app/identify/identify_plots.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "app/identify/identify_output.h"
 #include "tests/identify/recorded_motion.h"
 
 namespace knuckle::identify {

@@ -15,7 +15,7 @@
 #include "app/identify/data_check.h"
 #include "app/identify/identify_output.h"
 #include "estimation/identification/full.h"
-#include "estimation/identification/pressure_lag.h"
+#include "estimation/identification/motion.h"
 #include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"

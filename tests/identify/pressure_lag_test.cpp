@@ -1,8 +1,7 @@
 // Pressures and lengths of two clocks: the shift between them is found in motion alone, on machines as they are drawn.
-#include "estimation/identification/pressure_lag.h"
-
 #include <gtest/gtest.h>
 
+#include "estimation/identification/motion.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "estimation/identification/survey.h"
+#include "estimation/identification/kinematic_calibration.h"
 #include "sim/linkage.h"
 #include "sim/truth.h"
 

@@ -1,6 +1,4 @@
 // A survey on paper and back; a table that is not one is refused with file, row and column.
-#include "app/identify/survey_file.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <sstream>
 
+#include "app/identify/identify_data.h"
 #include "core/error.h"
 
 namespace knuckle::identify {

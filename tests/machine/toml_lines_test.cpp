@@ -1,10 +1,9 @@
 // A person's TOML file changed line by line: what is not meant to change stays to the byte.
-#include "machine/toml_lines.h"
-
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "machine/file_text.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {

@@ -4,7 +4,7 @@
 #include "core/joints.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 
 namespace knuckle::test {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "sim/haptic_device.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 #include "tests/programs/program_rig.h"
 #include "transport/hid_reports.h"
 

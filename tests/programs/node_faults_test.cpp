@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"

@@ -5,11 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/report/csv_table.h"
-#include "app/report/filmstrip.h"
+#include "app/report/machine_drawing.h"
 #include "app/report/report.h"
-#include "app/report/result_json.h"
-#include "app/report/summary.h"
+#include "app/report/result_files.h"
+#include "app/report/result_text.h"
 #include "core/error.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/places.h"

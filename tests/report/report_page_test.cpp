@@ -11,11 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "app/report/metric_text.h"
-#include "app/report/number_text.h"
 #include "app/report/report.h"
 #include "app/report/report_plots.h"
-#include "app/report/summary.h"
+#include "app/report/result_text.h"
 #include "tests/session/synthetic_session.h"
 
 namespace knuckle::report {

@@ -10,8 +10,8 @@
 
 #include "app/session/criteria.h"
 #include "app/session/record_windows.h"
-#include "estimation/foh_filter.h"
 #include "estimation/force_estimator.h"
+#include "estimation/observer.h"
 #include "tests/session/synthetic_session.h"
 
 namespace knuckle::session {

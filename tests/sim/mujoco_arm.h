@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "machine/load.h"
-#include "sim/bucket.h"
+#include "sim/contact.h"
 #include "sim/truth.h"
 #include "tests/support/places.h"
 

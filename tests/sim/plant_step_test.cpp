@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "sim/plant.h"
 #include "sim/plant_model.h"
 #include "test_plant.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/device_truth.h"
+#include "sim/haptic_device.h"
 #include "sim/plant.h"
 #include "sim/rigid_body.h"
 #include "tests/master/desk.h"

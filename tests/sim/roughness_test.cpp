@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "machine/kinematics.h"
+#include "sim/hydraulics.h"
 #include "sim/plant_model.h"
-#include "sim/spool.h"
 #include "test_plant.h"
 
 namespace knuckle::sim {

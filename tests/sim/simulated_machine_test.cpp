@@ -1,10 +1,9 @@
-#include "sim/simulated_machine.h"
-
 #include <gtest/gtest.h>
 
 #include <utility>
 
 #include "machine/load.h"
+#include "sim/machine_on_bus.h"
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"

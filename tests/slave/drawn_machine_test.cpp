@@ -6,7 +6,7 @@
 #include <random>
 
 #include "machine/load.h"
-#include "sim/simulated_machine.h"
+#include "sim/machine_on_bus.h"
 #include "slave/slave_loop.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/places.h"

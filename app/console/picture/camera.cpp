@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "machine/description.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "core/joints.h"
-#include "machine/camera_description.h"
+#include "machine/description.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::console::picture {

@@ -7,7 +7,7 @@
 #include "app/console/picture/mesh.h"
 #include "core/joints.h"
 #include "machine/description_fwd.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
 

@@ -5,7 +5,7 @@
 
 #include "app/console/picture/gl_program.h"
 #include "app/console/picture/picture_colours.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/console/picture/camera.h"
-#include "machine/find_camera.h"
+#include "machine/load.h"
 
 namespace knuckle::console::screens {
 namespace {

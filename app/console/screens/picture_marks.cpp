@@ -8,7 +8,7 @@
 #include "app/console/picture/machine_panel.h"
 #include "app/console/screens/distances.h"
 #include "app/console/screens/payload_total.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::console::screens {
 namespace {

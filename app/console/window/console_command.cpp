@@ -17,10 +17,8 @@
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
-#include "machine/device_choice.h"
-#include "machine/find_camera.h"
 #include "machine/load.h"
-#include "sim/operator_limb.h"
+#include "sim/person.h"
 
 namespace knuckle::console::window {
 namespace {

@@ -10,8 +10,8 @@
 #include "app/console/screens/picture_marks.h"
 #include "app/console/screens/screens.h"
 #include "core/error.h"
-#include "machine/find_camera.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
+#include "machine/load.h"
 #include "video/newest.h"
 
 namespace knuckle::console::window {

@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "tests/support/places.h"
 
 namespace knuckle::console::window {

@@ -14,7 +14,6 @@
 
 #include "app/console/console_host.h"
 #include "app/console/hand_input.h"
-#include "machine/device_choice.h"
 #include "machine/load.h"
 #include "tests/console/window/eyes.h"
 #include "tests/support/places.h"

@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "app/console/picture/simulated_camera.h"
-#include "machine/pose.h"
-#include "sim/bucket.h"
+#include "machine/kinematics.h"
+#include "sim/contact.h"
 #include "tests/console/window/canned_console.h"
 #include "video/newest.h"
 

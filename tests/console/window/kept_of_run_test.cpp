@@ -9,7 +9,7 @@
 #include "app/console/live_session.h"
 #include "app/console/screens/console_data.h"
 #include "app/session/session_head.h"
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"
 #include "tests/console/player/played_files.h"

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "app/console/picture/offscreen.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
-#include "machine/pose.h"
 #include "tests/support/places.h"
 
 namespace knuckle::console::window {

@@ -2,7 +2,7 @@
 // ground that is drawn only where it is known.
 #include <cmath>
 
-#include "machine/pose.h"
+#include "machine/kinematics.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {

@@ -1,0 +1,412 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "app/explain/cause.h"
+#include "app/explain/text.h"
+#include "slave/sensors.h"
+
+namespace knuckle::explain {
+namespace {
+
+constexpr std::size_t kStorm = 20;  // emergencies of one node within two seconds that are no single event
+
+std::string name_of(const NodeSeen& seen) {
+  return fmt::format("{} (node 0x{:02X})", seen.node.name, seen.node.node.id);
+}
+
+std::string names_of(const std::vector<const NodeSeen*>& nodes) {
+  std::string names;
+  for (const NodeSeen* seen : nodes) names += (names.empty() ? "" : ", ") + name_of(*seen);
+  return names;
+}
+
+std::vector<const NodeSeen*> those(const Evidence& evidence, auto condition) {
+  std::vector<const NodeSeen*> found;
+  for (const NodeSeen& seen : evidence.nodes)
+    if (condition(seen)) found.push_back(&seen);
+  return found;
+}
+
+Time first_silence(const std::vector<const NodeSeen*>& nodes) {
+  Time first = *nodes.front()->data.last;
+  for (const NodeSeen* seen : nodes) first = std::min(first, *seen->data.last);
+  return first;
+}
+
+std::optional<Cause> other_node(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
+  if (stop.reason.code != ReasonCode::kNodeIdentity || !evidence.other_identity) return std::nullopt;
+  const auto& answer = *evidence.other_identity;
+  const char* what = answer.object == canopen::kDeviceType ? "device type"
+                     : answer.object == canopen::kVendorId ? "vendor"
+                                                           : "product code";
+  return Cause{"other_node",
+               fmt::format("{} is another device than the machine file names: its {} is 0x{:X}, and must be 0x{:X}; it "
+                           "was exchanged, or the node number is set wrongly",
+                           node_text(machine, evidence.other_node), what, answer.value, evidence.expected_identity),
+               {fmt::format("it answered so itself, when object 0x{:04X}:{:02d} was read at the start-up",
+                            answer.object.index, answer.object.subindex)},
+               {},
+               stop.at};
+}
+
+std::optional<Cause> rebooted(const Evidence& evidence) {
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.booted.has_value(); });
+  if (nodes.empty() || nodes.size() == evidence.nodes.size()) return std::nullopt;
+  return Cause{
+      "node_rebooted",
+      names_of(nodes) + " started anew by itself at " + at_text(*nodes.front()->booted) +
+          " and lost its configuration: check its power supply and connector",
+      {"it sent its boot-up message, which nobody had asked for",
+       fmt::format("the other {} nodes went on as usual: not the whole bus", evidence.nodes.size() - nodes.size())},
+      {"a node that is off, or whose cable is off, would stay silent"},
+      *nodes.front()->booted};
+}
+
+/// Of the node that the stop names: others may have left their working state because of the stop.
+std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence) {
+  if (stop.reason.code != ReasonCode::kSensorStale && stop.reason.code != ReasonCode::kNodeFault) return std::nullopt;
+  const auto named = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  if (named.empty() || !named.front()->left || !named.front()->emergencies.empty()) return std::nullopt;
+  const NodeSeen& first = *named.front();
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.left.has_value(); });
+  const bool all = nodes.size() == evidence.nodes.size();
+  return Cause{
+      "node_not_operational",
+      fmt::format("{} said at {} to be {}: set so from outside, by a service tool or another controller, or gone there "
+                  "by itself after an error: see its manual",
+                  all ? "all nodes" : names_of(nodes), at_text(*first.left),
+                  first.left_to == canopen::NmtState::kStopped ? "stopped" : "pre-operational"),
+      {"its heartbeat says so, and goes on: power and cable are sound",
+       fmt::format("in that state a node sends no process data; the last came at {}",
+                   first.data.last ? at_text(*first.data.last) : "no known time")},
+      {"a node that started anew would have said so first"},
+      *first.left};
+}
+
+std::optional<Cause> too_short(const Stop& stop, const Evidence& evidence) {
+  if (stop.reason.code != ReasonCode::kFrameShort) return std::nullopt;
+  const auto nodes = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  if (nodes.empty()) return std::nullopt;
+  Cause cause{"frame_short",
+              fmt::format("{} sent process data of {:.0f} bytes, of which {:.0f} are mapped: its mapping was changed "
+                          "behind the start-up, or its firmware does not keep to it",
+                          names_of(nodes), stop.reason.value, stop.reason.limit),
+              {},
+              {},
+              stop.at};
+  if (!nodes.front()->data.silent())
+    cause.supports.emplace_back("its frames go on in time: power, cable and SYNC are sound");
+  return cause;
+}
+
+Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evidence) {
+  const NodeSeen& seen = *nodes.front();
+  Cause cause{"node_silent",
+              fmt::format("{} sent no frame since {}; all others did: node dead, its power or its cable off",
+                          names_of(nodes), at_text(first_silence(nodes))),
+              {},
+              {},
+              first_silence(nodes)};
+  cause.supports.push_back(fmt::format("process data, usual every {}, came last at {}", span_text(seen.data.usual),
+                                       at_text(*seen.data.last)));
+  if (seen.heartbeat.silent())
+    cause.supports.push_back("its heartbeat, due every " + span_text(seen.heartbeat.usual) + ", came last at " +
+                             at_text(*seen.heartbeat.last) + " and was missing as well");
+  cause.supports.push_back(
+      fmt::format("the other {} nodes went on as usual: SYNC and bus are sound", evidence.nodes.size() - nodes.size()));
+  cause.against.emplace_back(
+      "it reported no emergency and did not start anew, so a dead node and a broken cable to it "
+      "look the same");
+  return cause;
+}
+
+std::optional<Cause> silent(const Evidence& evidence) {
+  const auto quiet = those(evidence, [](const NodeSeen& seen) { return seen.data.silent(); });
+  if (quiet.empty()) return std::nullopt;
+  const auto gone = those(evidence, [](const NodeSeen& seen) { return seen.silent(); });
+  const std::size_t all = evidence.nodes.size();
+  if (gone.size() == all)
+    return Cause{"bus_cut",
+                 "all nodes fell silent at once, at " + at_text(first_silence(gone)) +
+                     ": the bus is cut between controller and nodes, or all nodes lost power",
+                 {"neither process data nor heartbeats came from any of them"},
+                 {"a missing SYNC would leave the heartbeats"},
+                 first_silence(gone)};
+  const auto beating = quiet.size() - gone.size();
+  // The enable node does not wait for SYNC.
+  if (gone.empty() && beating + 1 >= all)
+    return Cause{"sync_missing",
+                 "SYNC does not reach the nodes since " + at_text(first_silence(quiet)) +
+                     ": all that is sent on SYNC stopped at once, and what is not goes on",
+                 {fmt::format("{} of {} nodes sent no process data, but all their heartbeats went on", beating, all),
+                  "enable node and heartbeats need no SYNC: bus and power are sound"},
+                 {"a cut bus would have silenced the heartbeats as well"},
+                 first_silence(quiet)};
+  if (!gone.empty()) return one_silent(gone, evidence);
+  return Cause{"process_data_missing",
+               names_of(quiet) + " sent no process data since " + at_text(first_silence(quiet)) +
+                   ", although it lives: its heartbeat went on",
+               {"no emergency came from it, and the others went on as usual"},
+               {"cable and power are sound: look at the node's configuration"},
+               first_silence(quiet)};
+}
+
+std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
+  const auto apart = [](const ValveSeen& valve) { return valve.apart_since ? valve.most_apart : 0; };
+  const auto worst = std::max_element(evidence.valves.begin(), evidence.valves.end(),
+                                      [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+  if (!worst->apart_since) return std::nullopt;
+  const auto joint = static_cast<std::size_t>(worst - evidence.valves.begin());
+  const NodeSeen& node = evidence.nodes[joint];  // valves come first
+  Cause cause{
+      "valve_stuck",
+      fmt::format("the valve of the {} has not followed since {}: its spool stayed at {:.0f} % while it was told "
+                  "{:.0f} %: spool stuck, or its solenoid or driver failed",
+                  kJointNames[joint], at_text(*worst->apart_since), 100 * worst->spool, 100 * worst->told),
+      {},
+      {},
+      *worst->apart_since};
+  if (worst->still_since < *worst->apart_since)
+    cause.supports.push_back("its spool was reported at the same place ever since " + at_text(worst->still_since));
+  cause.supports.push_back(
+      fmt::format("up to {:.0f} % of stroke beyond all that it was told in the 100 ms before; "
+                  "the spools of the others followed",
+                  100 * worst->most_apart));
+  if (!node.silent() && node.emergencies.empty())
+    cause.supports.push_back(name_of(node) + ": heartbeat and process data normal, no emergency of its own");
+  const auto watch = those(evidence, [&](const NodeSeen& seen) {
+    return seen.node.node.id == machine.bus.enable.id && !seen.emergencies.empty();
+  });
+  if (!watch.empty() && stop.reason.code != ReasonCode::kValveNotFollowing)
+    cause.supports.push_back(name_of(*watch.front()) +
+                             ", which watches the valves on the bus, reported an emergency for it: it is the witness, "
+                             "not the cause");
+  cause.against.emplace_back("a position sensor of the spool that stands still looks the same: did the cylinder move?");
+  return cause;
+}
+
+std::optional<Cause> emergency(const Evidence& evidence) {
+  const auto nodes = those(evidence, [](const NodeSeen& seen) { return !seen.emergencies.empty(); });
+  if (nodes.empty()) return std::nullopt;
+  const NodeSeen& first = **std::min_element(nodes.begin(), nodes.end(), [](const NodeSeen* a, const NodeSeen* b) {
+    return a->emergencies.front().at < b->emergencies.front().at;
+  });
+  const EmergencySeen& seen = first.emergencies.front();
+  const std::string what =
+      fmt::format("0x{:04X}, {}", seen.emergency.code, canopen::emergency_text(seen.emergency.code));
+  const std::string others = fmt::format("{} more node{} reported one", nodes.size() - 1, nodes.size() == 2 ? "" : "s");
+  if (first.emergencies.size() >= kStorm) {
+    const Duration span = first.emergencies.back().at - seen.at;
+    Cause cause{
+        "emergency_storm",
+        fmt::format("{} floods the bus with emergencies ({}) since {}: {} in {}; the node is faulty: replace it, "
+                    "see its manual",
+                    name_of(first), what, at_text(seen.at), first.emergencies.size(), span_text(span)),
+        {fmt::format("one about every {:.1f} ms; one that means an event is sent once",
+                     1e3 * to_seconds(span) / static_cast<double>(first.emergencies.size()))},
+        {},
+        seen.at};
+    if (!first.data.silent()) cause.supports.emplace_back("its process data and heartbeat went on as usual");
+    return cause;
+  }
+  Cause cause{"node_emergency",
+              fmt::format("{} reported an emergency at {}: {}; see its manual", name_of(first), at_text(seen.at), what),
+              {fmt::format("{} emergency message{} of it, the first sign of anything", first.emergencies.size(),
+                           first.emergencies.size() == 1 ? "" : "s")},
+              {},
+              seen.at};
+  if (!first.data.silent())
+    cause.supports.emplace_back(
+        "its process data and heartbeat went on as usual, and the spools followed: the node "
+        "itself says what is wrong with it");
+  if (nodes.size() > 1) cause.supports.push_back(others + ", later");
+  return cause;
+}
+
+}  // namespace
+
+std::optional<Cause> node_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                                const MachineDescription& machine) {
+  if (auto cause = other_node(stop, evidence, machine)) return cause;
+  if (auto cause = rebooted(evidence)) return cause;
+  if (auto cause = too_short(stop, evidence)) return cause;
+  if (auto cause = stopped_working(stop, evidence)) return cause;
+  if (auto cause = silent(evidence)) return cause;
+  if (auto cause = sensor_cause(stop, window, evidence, machine)) return cause;
+  if (auto cause = stuck_valve(stop, evidence, machine)) return cause;
+  return emergency(evidence);
+}
+
+namespace {
+
+constexpr Duration kFrozen = 90ms;     // a living sensor of a driven axis does not repeat itself for so long
+constexpr Duration kLookBack = 500ms;  // and ahead, for a length that runs away
+constexpr double kBar = 1e5;
+
+/// Lowest and highest of a value between two times.
+struct Range {
+  double low = 0, high = 0;
+  [[nodiscard]] double span() const { return high - low; }
+};
+Range range_of(const Window& window, Time from, Time to, auto value) {
+  Range range;
+  bool any = false;
+  for (const slave::SlaveState& state : window.machine) {
+    if (state.at < from || state.at > to) continue;
+    const double now = value(state);
+    range = any ? Range{std::min(range.low, now), std::max(range.high, now)} : Range{now, now};
+    any = true;
+  }
+  return range;
+}
+
+Cause invalid_pressure(const NodeSeen& seen, const Stop& stop, const MachineDescription& machine) {
+  const auto format = canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits);
+  const auto reading = seen.newest ? canopen::parse_pressure(*seen.newest, format) : std::nullopt;
+  Cause cause{"sensor_broken", "", {}, {}, seen.same_since.value_or(stop.at)};
+  if (reading && (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
+    cause.text = fmt::format(
+        "{} reports of itself that it is broken: its status says \"{}\" (0x{:02X}); replace it", name_of(seen),
+        (reading->status & canopen::kPressureInvalid) != 0 ? "value not valid" : "overload", reading->status);
+    cause.supports.emplace_back("the status byte beside its value says so; the node itself lives and sends in time");
+  } else {
+    cause.text = name_of(seen) + " sends a pressure that cannot be: check sensor and wiring";
+    cause.supports.push_back(fmt::format("value {:.1f} bar; its range ends at {:.0f} bar",
+                                         (reading ? reading->pressure_Pa : 0) / kBar,
+                                         machine.sensors.pressure_range_Pa / kBar));
+  }
+  return cause;
+}
+
+/// How a length left its range, or jumped.
+struct Flight {
+  double from_m = 0, to_m = 0;  ///< Last length before, and that furthest away from it.
+  double fastest_mps = 0;
+  Time since{}, until{};
+};
+std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Window& window, double step_m) {
+  std::optional<Flight> flight;
+  double last_m = 0;
+  Time last_at = kNever;
+  for (const CanSeen& can : window.can) {
+    if (can.at > stop.at + kLookBack) break;
+    if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.node.node.tpdo_id()) continue;
+    const auto reading = canopen::parse_encoder(can.frame, step_m);
+    if (!reading || can.at < stop.at - kLookBack) continue;
+    const double now_m = reading->position_m;
+    if (last_at != kNever && can.at > last_at) {
+      const double speed_mps = std::abs(now_m - last_m) / to_seconds(can.at - last_at);
+      if (!flight && speed_mps > slave::kValidity.cylinder_mps) flight = Flight{last_m, last_m, 0, can.at, can.at};
+      if (flight) flight->fastest_mps = std::max(flight->fastest_mps, speed_mps);
+      if (flight && std::abs(now_m - flight->from_m) > std::abs(flight->to_m - flight->from_m)) {
+        flight->to_m = now_m;
+        flight->until = can.at;
+      }
+    }
+    last_m = now_m;
+    last_at = can.at;
+  }
+  return flight;
+}
+
+Cause invalid_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(seen.node.joint)];
+  const auto flight = flight_of(seen, stop, window, machine.sensors.encoder_step_m);
+  const std::string range = fmt::format("its cylinder is {:.3f} to {:.3f} m long; the node lives and sends in time",
+                                        cylinder.min_length_m, cylinder.max_length_m);
+  if (!flight)
+    return {"sensor_broken",
+            name_of(seen) + " sends a length that cannot be: check sensor, mounting and wiring",
+            {range},
+            {},
+            stop.at};
+  const bool beyond = flight->to_m > cylinder.max_length_m || flight->to_m < cylinder.min_length_m;
+  return {"encoder_wire",
+          fmt::format("the wire of {} snapped{}: at {} its length ran away, faster than any cylinder moves{}",
+                      name_of(seen), beyond ? "" : ", or its drum slipped", at_text(flight->since),
+                      beyond ? ", to beyond the cylinder's end" : ""),
+          {fmt::format("from {:.3f} m to {:.3f} m within {}, at up to {:.1f} m/s; a cylinder makes less than {:.1f}",
+                       flight->from_m, flight->to_m, span_text(flight->until - flight->since + 5ms),
+                       flight->fastest_mps, slave::kValidity.cylinder_mps),
+           range},
+          {},
+          flight->since};
+}
+
+Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
+  const int joint = seen.node.joint;
+  const auto axis = static_cast<std::size_t>(joint);
+  const Time since = *seen.same_since;
+  const Range spool = range_of(window, since, stop.at, [&](const auto& state) { return state.spool[joint]; });
+  Range driven[2];
+  for (std::size_t side = 0; side < 2; ++side)
+    driven[side] = range_of(window, since, stop.at, [&](const auto& s) { return s.pressure_Pa[2 * axis + side]; });
+  Cause cause{"sensor_frozen",
+              fmt::format("the encoder of the {} froze: {} sent the same value for {}, since {}, while the valve drove "
+                          "its cylinder",
+                          kJointNames[axis], name_of(seen), span_text(stop.at - since), at_text(since)),
+              {},
+              {},
+              since};
+  cause.supports.push_back(
+      fmt::format("its spool was between {:.0f} and {:.0f} % meanwhile; before, its value stood "
+                  "still for {} at most",
+                  100 * spool.low, 100 * spool.high, span_text(seen.longest_same)));
+  cause.supports.push_back(
+      fmt::format("its pressures went on changing: head side {:.0f} to {:.0f} bar, rod side {:.0f} to {:.0f} bar",
+                  driven[0].low / kBar, driven[0].high / kBar, driven[1].low / kBar, driven[1].high / kBar));
+  const double highest = std::max(driven[0].high, driven[1].high);
+  const double relief = machine.hydraulics.main_relief_Pa;
+  cause.against.push_back(
+      fmt::format("a cylinder that is blocked also stands still, but would drive its chamber towards "
+                  "the relief ({:.0f} bar): the highest was {:.0f} bar{}",
+                  relief / kBar, highest / kBar, highest > 0.6 * relief ? ", so this cannot be excluded" : ""));
+  return cause;
+}
+
+Cause frozen_pressure(const NodeSeen& seen, const Stop& stop, const Window& window) {
+  const auto axis = static_cast<std::size_t>(seen.node.joint);
+  const bool rod = seen.node.name.find("_rod_") != std::string::npos;
+  const Time since = *seen.same_since;
+  const Range other =
+      range_of(window, since, stop.at, [&](const auto& s) { return s.pressure_Pa[2 * axis + (rod ? 0 : 1)]; });
+  const Range length = range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[seen.node.joint]; });
+  return {"sensor_frozen",
+          fmt::format("the pressure transmitter {} froze: it repeated the same value {} times, for {}, since {}",
+                      name_of(seen), seen.same_times, span_text(stop.at - since), at_text(since)),
+          {fmt::format("meanwhile the other chamber changed by {:.1f} bar and the cylinder moved by {:.0f} mm",
+                       other.span() / kBar, 1e3 * length.span()),
+           fmt::format("a living transmitter has noise: before, it repeated itself for {} at most",
+                       span_text(seen.longest_same)),
+           "the node lives and sends in time"},
+          {},
+          since};
+}
+
+}  // namespace
+
+std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const Evidence& evidence,
+                                  const MachineDescription& machine) {
+  const bool invalid = stop.reason.code == ReasonCode::kSensorInvalid;
+  if (!invalid && stop.reason.code != ReasonCode::kSensorImplausible) return std::nullopt;
+  const auto found = std::find_if(evidence.nodes.begin(), evidence.nodes.end(),
+                                  [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  if (found == evidence.nodes.end()) return std::nullopt;
+  const NodeSeen& seen = *found;
+  const bool encoder = seen.node.role == NodeRole::kEncoder, pressure = seen.node.role == NodeRole::kPressure;
+  if (invalid && pressure) return invalid_pressure(seen, stop, machine);
+  if (invalid && encoder) return invalid_length(seen, stop, window, machine);
+  const bool frozen = seen.same_since && stop.at - *seen.same_since >= kFrozen;
+  if (frozen && encoder) return frozen_length(seen, stop, window, machine);
+  if (frozen && pressure) return frozen_pressure(seen, stop, window);
+  return Cause{"sensor_contradicts",
+               name_of(seen) + " contradicts the other sensors: " + text(stop.reason),
+               {"it lives and sends changing values: neither silent nor frozen"},
+               {"a leaking or worn valve, or exchanged hoses, contradict the sensors in the same way"},
+               stop.at};
+}
+
+}  // namespace knuckle::explain

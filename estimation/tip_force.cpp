@@ -1,0 +1,144 @@
+#include "estimation/tip_force.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "machine/description.h"
+#include "machine/kinematics.h"
+
+namespace knuckle::estimation {
+namespace {
+
+constexpr double kTeeth_m = 0.02;     // a contact at the tip is somewhere along the teeth
+constexpr double kBeyondChance2 = 4;  // squared sigmas of couple from which on it is taken for one
+
+// Of touches before anything is known: mostly tip; never the pin, which is the arm's end; and something pointed may
+// meet the outline between its corners.
+constexpr double kTipShare = 2, kCornerShare = 1, kAnywhereShare = 0.3;
+// Friction turns a push off the normal by 20 deg (0.36) or so; what hooks or is caught may pull any way.
+constexpr double kFriction_rad = 20 * std::numbers::pi / 180;
+constexpr double kHookedShare = 0.05;
+
+constexpr std::size_t kTipCorner = 0, kPinCorner = 4;
+constexpr double kLeastSide_m = 1e-6;
+
+double wrapped(double angle_rad) noexcept {
+  return std::remainder(angle_rad, 2 * std::numbers::pi);
+}
+
+double log_size(const Eigen::Matrix2d& covariance_N2) noexcept {
+  return 0.5 * std::log(covariance_N2.determinant());
+}
+
+}  // namespace
+
+BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
+  const std::array<PlanarVector, kCorners> outline = bucket_outline(machine);
+  std::array<double, kCorners> normal_rad{};  // of the side from each corner to the next, counter-clockwise
+  outlined_ = true;
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    const PlanarVector side = outline[(i + 1) % kCorners] - outline[i];
+    normal_rad[i] = std::atan2(-side.x(), side.y());
+    outlined_ = outlined_ && side.norm() > kLeastSide_m;
+  }
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    const double before_rad = normal_rad[(i + kCorners - 1) % kCorners];
+    const double range_rad = std::max(0.0, wrapped(normal_rad[i] - before_rad));
+    const double share = i == kTipCorner ? kTipShare : i == kPinCorner ? 0 : kCornerShare;
+    corners_[i] = {outline[i] - outline[kTipCorner], before_rad + range_rad / 2, range_rad / 2, share};
+  }
+}
+
+BucketForceModel::Answer BucketForceModel::at(const Corner& corner, const Torques& torques) const noexcept {
+  const PlanarVector from_tip_m = torques.to_machine * corner.from_tip_m;
+  const Eigen::Matrix<double, 2, 3> jacobian =
+      torques.jacobian + PlanarVector(-from_tip_m.y(), from_tip_m.x()) * JointVector::Ones().transpose();
+  const TipForce found = solve_tip_force(jacobian, torques.torque_Nm, torques.covariance_Nm2);
+  Answer answer{found.force_N, found.covariance_N2, 0};
+
+  // How far off the corner's normals a push against the force is, and how sure its direction is.
+  const double size_N = std::max(1.0, found.force_N.norm());
+  const PlanarVector across = PlanarVector(-found.force_N.y(), found.force_N.x()) / size_N;
+  const double variance = kFriction_rad * kFriction_rad + across.dot(found.covariance_N2 * across) / (size_N * size_N);
+  const PlanarVector push = torques.to_machine.inverse() * PlanarVector(-found.force_N);
+  const double off_rad =
+      std::max(0.0, std::abs(wrapped(std::atan2(push.y(), push.x()) - corner.normal_rad)) - corner.spread_rad);
+  const double can_push = kHookedShare + (1 - kHookedShare) * std::exp(-0.5 * off_rad * off_rad / variance);
+  answer.log_weight = std::log(corner.share * can_push) + log_size(found.covariance_N2) -
+                      0.5 * found.residual_sigma * found.residual_sigma;
+  return answer;
+}
+
+/// Solves J^T f + u c = torque, u = (1, 1, 1), with weights covariance^-1 and a prior of c around zero whose variance
+/// is what the torques show of it (empirical Bayes), within the couples that f can have on the outline. Where a force
+/// at the tip explains the torques the answer is that force; c costs no accuracy there.
+BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) const noexcept {
+  const auto& [to_machine, jacobian, torque_Nm, covariance_Nm2] = torques;
+  const TipForce at_tip = solve_tip_force(jacobian, torque_Nm, covariance_Nm2);
+  // The couple that fits best with the force free to follow: c = u'W r / (u'W u - u'W J' S J W u), r the residual.
+  const JointVector u = JointVector::Ones();
+  const JointVector wu = covariance_Nm2.ldlt().solve(u);
+  const PlanarVector follows = at_tip.covariance_N2 * (jacobian * wu);  // force at the tip per couple
+  const double information = std::max(0.0, wu.dot(u - jacobian.transpose() * follows));
+  const JointVector left = torque_Nm - jacobian.transpose() * at_tip.force_N;
+  const double fit_Nm = information > 0 ? wu.dot(left) / information : 0;
+
+  // The couples that this force has where its line passes through the bucket.
+  const PlanarVector free_N = at_tip.force_N - fit_Nm * follows;
+  double least = 0, most = 0;
+  for (const Corner& corner : corners_) {
+    const double couple = cross(to_machine * corner.from_tip_m, free_N);
+    least = std::min(least, couple);
+    most = std::max(most, couple);
+  }
+  const double possible_Nm = std::clamp(fit_Nm, least, most);
+  const double shown2 = possible_Nm * possible_Nm;
+  const double chance2 = information > 0 ? kBeyondChance2 / information : 1;
+  const double floor_Nm = kTeeth_m * free_N.norm();
+  const double residual_sigma = std::abs(fit_Nm - possible_Nm) * std::sqrt(information);
+
+  const double prior2 = floor_Nm * floor_Nm + shown2 * shown2 / (shown2 + chance2);
+  const Eigen::Matrix3d with_couple = covariance_Nm2 + prior2 * u * u.transpose();
+  const TipForce best = solve_tip_force(jacobian, torque_Nm, with_couple);
+  const JointVector rest = torque_Nm - jacobian.transpose() * best.force_N;
+  const double couple_Nm = prior2 * u.dot(with_couple.ldlt().solve(rest));
+  // Couples are equally likely over their range; of that, the torques leave so much.
+  const double seen_Nm = information > 0 ? std::sqrt(2 * std::numbers::pi / information) : most - least;
+  const double kept = std::min(1.0, seen_Nm / std::max(1.0, most - least));
+  const double log_weight =
+      std::log(kAnywhereShare * kept) + log_size(at_tip.covariance_N2) - 0.5 * residual_sigma * residual_sigma;
+  return {{best.force_N, best.covariance_N2, log_weight}, couple_Nm, residual_sigma};
+}
+
+BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+                                    const JointVector& torque_Nm,
+                                    const Eigen::Matrix3d& covariance_Nm2) const noexcept {
+  const Torques torques{Eigen::Rotation2Dd(joints_rad.sum()), jacobian, torque_Nm, covariance_Nm2};
+  const AnyPlace any = anywhere(torques);
+  std::array<Answer, kCorners + 1> answers;
+  std::size_t count = 0;
+  answers[count++] = any.answer;
+  for (const Corner& corner : corners_)
+    if (outlined_ && corner.share > 0) answers[count++] = at(corner, torques);
+
+  double most = any.answer.log_weight, sum = 0;
+  for (std::size_t i = 1; i < count; ++i) most = std::max(most, answers[i].log_weight);
+  BucketForce result{PlanarVector::Zero(), Eigen::Matrix2d::Zero(), any.residual_sigma};
+  for (std::size_t i = 0; i < count; ++i) {
+    const Answer& answer = answers[i];
+    const double weight = std::exp(answer.log_weight - most);
+    sum += weight;
+    result.force_N += weight * answer.force_N;
+    result.covariance_N2 += weight * (answer.covariance_N2 + answer.force_N * answer.force_N.transpose());
+  }
+  result.force_N /= sum;
+  result.covariance_N2 = result.covariance_N2 / sum - result.force_N * result.force_N.transpose();
+  return result;
+}
+
+double BucketForceModel::couple_Nm(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+                                   const JointVector& torque_Nm, const Eigen::Matrix3d& covariance_Nm2) const noexcept {
+  return anywhere({Eigen::Rotation2Dd(joints_rad.sum()), jacobian, torque_Nm, covariance_Nm2}).couple_Nm;
+}
+
+}  // namespace knuckle::estimation
