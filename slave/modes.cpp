@@ -54,10 +54,6 @@ Reason alignment(const ModeInputs& in, const ModeLimits& limits) noexcept {
                   beyond(ReasonCode::kMachineMoving, in.machine_radps, limits.machine_radps, 1));
 }
 
-ModeDecision fault(const Reason& reason) noexcept {
-  return {{Mode::kFault, reason, false}, reason};
-}
-
 /// Enable as last heard over a dead link, or let go of by nobody who is there, tells nothing of the next press.
 bool released(const ModeInputs& in) noexcept {
   return !in.enable && !operator_side(in);
@@ -130,6 +126,10 @@ ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLim
 }
 
 }  // namespace
+
+ModeDecision fault(const Reason& reason) noexcept {
+  return {{Mode::kFault, reason, false}, reason};
+}
 
 ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (in.e_stop_open) {

@@ -51,6 +51,9 @@ struct ModeDecision {
   return newer.code == ReasonCode::kNodeFault && seen.code == ReasonCode::kSensorStale && newer.subject == seen.subject;
 }
 
+/// Into kFault, whatever the mode was.
+[[nodiscard]] ModeDecision fault(const Reason& reason) noexcept;
+
 /// One step of the mode machine. E-stop first, then faults; both latch until their cause is gone, enable was released
 /// and pressed again; then the hand is aligned anew.
 [[nodiscard]] ModeDecision next_mode(const ModeState& state, const ModeInputs& in,

@@ -39,7 +39,7 @@ void SlaveLoop::step(Time now) noexcept {
                       static_cast<bool>(loss_.hold));
   loss_.position_rad =
       set_point_limits_.clamped(loss_.position_rad, machine_rad());  // nor does extrapolating lead beyond
-  decide();
+  decision_ = next_mode(decision_.state, observe());
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
   publish(now);
@@ -216,10 +216,6 @@ ModeInputs SlaveLoop::observe() const noexcept {
   return in;
 }
 
-void SlaveLoop::decide() noexcept {
-  decision_ = next_mode(decision_.state, observe());
-}
-
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
   const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.rendered_N,
@@ -238,11 +234,7 @@ void SlaveLoop::command(Time now) noexcept {
   state.oldest_at = sensors_.oldest_at();
   state.oldest_node = sensors_.oldest_node();
   gate_ = safety_gate(wanted_, decision_.state.mode, master_at_, state, gate_.memory, gate_limits_, now);
-  if (gate_.fault) {
-    ModeInputs in = observe();
-    in.machine_fault = gate_.fault;
-    decision_ = next_mode(decision_.state, in);
-  }
+  if (gate_.fault) decision_ = slave::fault(gate_.fault);  // in the same step
 }
 
 /// Nodes that failed are started anew after a while, but only once the operator has let go of enable; nothing moves by

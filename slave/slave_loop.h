@@ -85,7 +85,6 @@ class SlaveLoop {
   void watch_sensors(Time now) noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe() const noexcept;
-  void decide() noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
   [[nodiscard]] bool answered() noexcept;
