@@ -96,20 +96,15 @@ void CanopenClient::fail(const Reason& why) noexcept {
   phase_ = Phase::kFailed;
 }
 
-void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
+bool CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
   watch_.receive(frame, now);
-  on_pdo(frame, now);
-  // Somebody else takes one node out of its working state: that is known before its heartbeat says so.
-  if (const auto request = canopen::parse_nmt(frame); request && phase_ == Phase::kOperational) {
-    const auto left = state_after(request->command);
-    Node* told = find(request->node);
-    if (told != nullptr && left && !told->lost) {
-      told->lost = reason(ReasonCode::kNodeFault, told->id, static_cast<double>(*left),
-                          static_cast<double>(canopen::NmtState::kOperational));
-    }
+  if (const auto request = canopen::parse_nmt(frame)) {
+    on_nmt(*request);
+    return true;
   }
+  if (on_pdo(frame, now)) return true;
   Node* node = find(canopen::node_of(frame.id));
-  if (node == nullptr) return;
+  if (node == nullptr) return false;
   const std::uint8_t id = node->id;
   if (frame.id == canopen::sdo_response_id(id)) {
     on_answer(*node, frame);
@@ -119,7 +114,20 @@ void CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
     on_heartbeat(*node, frame, now);
   } else if (frame.id == canopen::emcy_id(id)) {
     on_emergency(*node, frame, now);
+  } else {
+    return false;
   }
+  return true;
+}
+
+/// Somebody else takes one node out of its working state: that is known before its heartbeat says so.
+void CanopenClient::on_nmt(const canopen::NmtRequest& request) noexcept {
+  if (phase_ != Phase::kOperational) return;
+  const auto left = state_after(request.command);
+  Node* told = find(request.node);
+  if (told == nullptr || !left || told->lost) return;
+  told->lost = reason(ReasonCode::kNodeFault, told->id, static_cast<double>(*left),
+                      static_cast<double>(canopen::NmtState::kOperational));
 }
 
 void CanopenClient::on_answer(Node& node, const CanFrame& frame) noexcept {
@@ -142,11 +150,19 @@ void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) no
   emergencies_.add(now, node.id, *emergency);
 }
 
-void CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
+/// Valves' status and the enable node's inputs.
+bool CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (frame.id == description_.valves[i].tpdo_id()) return on_valve_status(static_cast<int>(i), frame, now);
+    if (frame.id != description_.valves[i].tpdo_id()) continue;
+    on_valve_status(static_cast<int>(i), frame, now);
+    return true;
   }
-  if (frame.id != description_.enable.tpdo_id()) return;
+  if (frame.id != description_.enable.tpdo_id()) return false;
+  on_inputs(frame, now);
+  return true;
+}
+
+void CanopenClient::on_inputs(const CanFrame& frame, Time now) noexcept {
   const auto inputs = canopen::parse_enable(frame);
   if (!inputs) return void(short_inputs_ = frame.size);
   short_inputs_.reset();

@@ -35,8 +35,8 @@ class CanopenClient {
   /// @throws InputError where two nodes have the same id or an id is not in 1...127.
   CanopenClient(const MachineDescription& machine, CanBus& bus);
 
-  /// A received frame; frames of sensors are looked at for nothing but life.
-  void receive(const CanFrame& frame, Time now) noexcept;
+  /// A received frame. @returns false where it is none of the client's: process data of a sensor, or of nobody.
+  bool receive(const CanFrame& frame, Time now) noexcept;
   /// First thing in a loop step, after receiving: start-up, supervision.
   void begin_step(Time now) noexcept;
   /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, the
@@ -87,7 +87,9 @@ class CanopenClient {
   void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
   void on_answer(Node& node, const CanFrame& frame) noexcept;
   void on_emergency(Node& node, const CanFrame& frame, Time now) noexcept;
-  void on_pdo(const CanFrame& frame, Time now) noexcept;
+  bool on_pdo(const CanFrame& frame, Time now) noexcept;
+  void on_inputs(const CanFrame& frame, Time now) noexcept;
+  void on_nmt(const canopen::NmtRequest& request) noexcept;
   void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;

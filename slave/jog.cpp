@@ -65,8 +65,7 @@ void Jog::step(Time now) noexcept {
 void Jog::hear(Time now) noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
-    client_.receive(frame, now);
-    take(frame, now);
+    if (!client_.receive(frame, now)) take(frame, now);
     if (dialogue_) dialogue_->receive(frame);
   }
 }

@@ -50,8 +50,7 @@ void SlaveLoop::step(Time now) noexcept {
 void SlaveLoop::receive_frames(Time now) noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
-    client_.receive(frame, now);
-    sensors_.receive(frame, now);
+    if (!client_.receive(frame, now)) sensors_.receive(frame, now);
   }
 }
 
