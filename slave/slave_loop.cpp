@@ -20,10 +20,8 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       object_cue_(machine, step_s_),
       control_(machine, step_s_),
       gate_limits_(machine),
-      set_point_limits_(machine),
-      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()),
-      inbox_(link),
-      session_(start, kLossLimits.neutral) {}
+      operator_(machine, link, start),
+      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
 
 void SlaveLoop::step(Time now) noexcept {
   gap_ = stepped_at_ == kNever ? Duration::zero() : now - stepped_at_;
@@ -32,13 +30,8 @@ void SlaveLoop::step(Time now) noexcept {
   client_.begin_step(now);
   estimate(now);
   watch_sensors(now);
-  const Duration gap = now - master_at_;  // before anything new is taken
-  receive_link(now);
+  operator_.step(now, state_ ? std::optional(state_->angle_rad) : std::nullopt, decision_.state.mode == Mode::kEngaged);
   watch_digging();
-  loss_ = loss_policy(master_.position_rad, master_.velocity_radps, now - master_at_, gap, round_trip_,
-                      static_cast<bool>(loss_.hold));
-  loss_.position_rad =
-      set_point_limits_.clamped(loss_.position_rad, machine_rad());  // nor does extrapolating lead beyond
   decision_ = next_mode(decision_.state, observe());
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
@@ -52,64 +45,6 @@ void SlaveLoop::receive_frames(Time now) noexcept {
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     if (!client_.receive(frame, now)) sensors_.receive(frame, now);
   }
-}
-
-/// Newest wins: whatever is older than what is known is no command, however long nothing newer has come; nor is what
-/// has been under way for as long as makes a link count as lost, however new. A stop or a release is obeyed however
-/// late.
-void SlaveLoop::receive_link(Time now) noexcept {
-  inbox_.begin_step(now);
-  Urgent urgent = urgent_;
-  urgent.stop = urgent.release = false;
-  bool commanded = false;
-  for (Datagram datagram; inbox_.next(datagram);) {
-    auto message = decode_master(datagram.view());
-    if (!message) {
-      ++malformed_;
-      continue;
-    }
-    const Time arrived = inbox_.arrival(datagram);
-    const LinkSession::Verdict verdict = session_.take(message->stamp, arrived);
-    if (verdict != LinkSession::Verdict::kNews && verdict != LinkSession::Verdict::kBegins) continue;
-    if (verdict == LinkSession::Verdict::kBegins) {
-      set_point_memory_ = {};
-    } else {
-      urgent.stop = urgent.stop || message->stops != urgent.stops;
-      urgent.release = urgent.release || message->releases != urgent.releases;
-    }
-    urgent.stops = message->stops;
-    urgent.releases = message->releases;
-    const Duration age = now - arrived + session_.late();
-    if (age >= kLossLimits.neutral) continue;
-    take(*message, age, now);
-    commanded = true;
-  }
-  // Without a newer command the last one would undo them.
-  urgent.stop = urgent.stop || (urgent_.stop && !commanded);
-  urgent.release = urgent.release || (urgent_.release && !commanded);
-  urgent_ = urgent;
-  if (!enable()) led_astray_ = {};
-}
-
-void SlaveLoop::take(const MasterMessage& message, Duration age, Time now) noexcept {
-  master_ = message;
-  master_at_ = now - age;
-  round_trip_ = std::max(Duration::zero(), now - message.stamp.echoed);
-  judge_set_point();
-}
-
-/// A set-point that no hand can make, once followed, is a reason to hold until enable is released: the next message may
-/// look sound again. Before the machine is led, only that message is refused.
-void SlaveLoop::judge_set_point() noexcept {
-  const SetPointVerdict verdict = check_set_point(master_, set_point_memory_, set_point_limits_, machine_rad());
-  set_point_memory_ = verdict.memory;
-  not_by_hand_ = verdict.reason;
-  if (decision_.state.mode == Mode::kEngaged && !led_astray_) led_astray_ = verdict.reason;
-}
-
-/// As measured; while that is not known, somewhere in the working range.
-JointVector SlaveLoop::machine_rad() const noexcept {
-  return state_ ? state_->angle_rad : set_point_limits_.min_rad;
 }
 
 void SlaveLoop::estimate(Time now) noexcept {
@@ -150,11 +85,11 @@ void SlaveLoop::restart_motion() noexcept {
 /// Assist: what stopped the digging stays a reason to hold until the operator has let go of enable. An object that the
 /// bucket still touches when it is pressed again is known to the operator then.
 void SlaveLoop::watch_digging() noexcept {
-  if (!enable()) object_ = {};
+  if (!operator_.enable()) object_ = {};
   if (!state_ || sensor_fault_) return;
   const bool before = object_cue_.on();
   const bool met = object_cue_.step(*state_, force_.estimate()) && !before;
-  if (!met || !master_.assist.stop_on_object || decision_.state.mode != Mode::kEngaged) return;
+  if (!met || !operator_.message().assist.stop_on_object || decision_.state.mode != Mode::kEngaged) return;
   object_ = {ReasonCode::kBuriedObject, 0, static_cast<float>(1e-3 * object_cue_.stiffness_N_per_m()),
              static_cast<float>(1e-3 * estimation::BuriedObjectCue::kStiffness_N_per_m)};
 }
@@ -196,20 +131,21 @@ ModeInputs SlaveLoop::observe() const noexcept {
   in.sensor_fault = sensor_fault_;
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
-  in.link_lost = loss_.link;
+  const MasterMessage& message = operator_.message();
+  in.link_lost = operator_.set_point().link;
   // The newest set-point counts where the next step may follow it. Elsewhere it may jump: a device is attached anew.
   const bool followed_next = decision_.state.mode == Mode::kAligning || decision_.state.mode == Mode::kHold;
-  in.hold = led_astray_ ? led_astray_ : object_ ? object_ : followed_next ? not_by_hand_ : Reason{};
-  in.late = loss_.hold;
-  in.presence = master_.presence;
-  in.enable = enable();
-  in.clutch = master_.clutch;
-  in.stop = master_.stop || urgent_.stop;
-  if (!master_.device_ok) {
-    in.device = master_.device_reason ? master_.device_reason : Reason{ReasonCode::kDeviceLost, 0, 0, 0};
-  }
-  in.hand_rad = master_.position_rad;
-  in.hand_radps = master_.velocity_radps;
+  in.hold = operator_.led_astray() ? operator_.led_astray() : object_;
+  if (!in.hold && followed_next) in.hold = operator_.not_by_hand();
+  in.late = operator_.set_point().hold;
+  in.presence = message.presence;
+  in.enable = operator_.enable();
+  in.clutch = message.clutch;
+  in.stop = operator_.stop();
+  if (!message.device_ok)
+    in.device = message.device_reason ? message.device_reason : Reason{ReasonCode::kDeviceLost, 0, 0, 0};
+  in.hand_rad = message.position_rad;
+  in.hand_radps = message.velocity_radps;
   if (state_) in.machine_rad = state_->angle_rad;
   in.machine_radps = rest_rate_.value();
   return in;
@@ -217,11 +153,12 @@ ModeInputs SlaveLoop::observe() const noexcept {
 
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
-  const JointCommand setpoint{loss_.position_rad, loss_.velocity_radps, engaged, master_.rendered_N,
-                              master_.assist.force_limit_N};
+  const LossDecision& followed = operator_.set_point();
+  const JointCommand setpoint{followed.position_rad, followed.velocity_radps, engaged, operator_.message().rendered_N,
+                              operator_.message().assist.force_limit_N};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands.value());
-  wanted_ = engaged ? JointVector(control_output_.valve * loss_.authority) : JointVector::Zero();
+  wanted_ = engaged ? JointVector(control_output_.valve * followed.authority) : JointVector::Zero();
 
   GateState state;
   state.valid = state_.has_value();
@@ -232,7 +169,7 @@ void SlaveLoop::command(Time now) noexcept {
   }
   state.oldest_at = sensors_.oldest_at();
   state.oldest_node = sensors_.oldest_node();
-  gate_ = safety_gate(wanted_, decision_.state.mode, master_at_, state, gate_.memory, gate_limits_, now);
+  gate_ = safety_gate(wanted_, decision_.state.mode, operator_.message_at(), state, gate_.memory, gate_limits_, now);
   if (gate_.fault) decision_ = slave::fault(gate_.fault);  // in the same step
 }
 
@@ -244,7 +181,7 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
     return;
   }
   if (failed_at_ == kNever) failed_at_ = now;
-  if (enable() || now - failed_at_ < kRestartAfter) return;
+  if (operator_.enable() || now - failed_at_ < kRestartAfter) return;
   // Another controller's nodes are not started anew, and what they say, such as an open E-stop, is not forgotten. Over
   // a bus that has failed they cannot be: once is enough, as nothing that was said before holds any more.
   const bool bus_failed = bus_.state() != CanState::kActive;
@@ -254,15 +191,16 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
   sensors_.restart();
 }
 
-/// Enable pressed and let go again, by somebody who is there, while the machine stands and asks all the while the very
-/// same: an enable that merely is not pressed says nothing, nor does a press before the question was shown.
-bool SlaveLoop::answered() noexcept {
+/// The operator acknowledges a fault by pressing and releasing enable while that fault is shown and the machine stands.
+/// An enable that merely is not pressed says nothing, nor does a press from before the fault was shown.
+bool SlaveLoop::acknowledged() noexcept {
   const Mode mode = decision_.state.mode;
   const bool stopped = mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
   const Reason& shown = decision_.blocking;
-  if (!stopped || !master_.presence || !master_.device_ok || loss_.link || loss_.hold) {
+  const bool there = operator_.message().presence && operator_.message().device_ok;
+  if (!stopped || !there || operator_.set_point().link || operator_.set_point().hold) {
     asking_ = Asking::kNothing;
-  } else if (!enable()) {
+  } else if (!operator_.enable()) {
     return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && same_cause(shown, asked_) &&
            std::abs(shown.value - asked_.value) <= shown.limit;
   } else if (asking_ == Asking::kReleased) {
@@ -278,15 +216,15 @@ bool SlaveLoop::answered() noexcept {
 /// a bus that nobody has mended. The machine is neutral, and stays so until enable is pressed once more and the hand
 /// aligned with what the sensors show then.
 void SlaveLoop::go_on_if_asked(Time now) noexcept {
-  if (!answered()) return;
+  if (!acknowledged()) return;
   if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_.subject, now);
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
 }
 
 void SlaveLoop::publish(Time now) noexcept {
   const estimation::ForceEstimate& force = force_.estimate();
-  sent_.stamp = session_.stamp(sent_.stamp.sequence + 1, now);
-  sent_.sensor_at = session_.to_link(measured_at_);
+  sent_.stamp = operator_.session().stamp(sent_.stamp.sequence + 1, now);
+  sent_.sensor_at = operator_.session().to_link(measured_at_);
   sent_.mode = decision_.state.mode;
   const Reason& limiting = gate_.limiting ? gate_.limiting : control_output_.assist;
   sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting : decision_.blocking;

@@ -16,18 +16,15 @@
 #include "machine/description.h"
 #include "slave/canopen_client.h"
 #include "slave/joint_control.h"
-#include "slave/loss_policy.h"
 #include "slave/modes.h"
+#include "slave/operator_input.h"
 #include "slave/plausibility.h"
 #include "slave/safety_gate.h"
 #include "slave/sensors.h"
-#include "slave/set_point_check.h"
 #include "slave/valve_monitor.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
-#include "transport/link_inbox.h"
 #include "transport/link_messages.h"
-#include "transport/link_session.h"
 
 namespace knuckle::slave {
 
@@ -49,13 +46,8 @@ class SlaveLoop {
   /// nullopt until all sensors have been heard, and while a value makes no joint angle.
   [[nodiscard]] const std::optional<estimation::JointState>& state() const noexcept { return state_; }
   [[nodiscard]] const estimation::ForceEstimate& force() const noexcept { return force_.estimate(); }
-  /// Newest set-point packet, its echo by this side's clock; sequence 0 and all zero before the first.
-  [[nodiscard]] const MasterMessage& master() const noexcept { return master_; }
-  /// Its arrival, less what it came later than the quickest of late; kNever before the first.
-  [[nodiscard]] Time master_at() const noexcept { return master_at_; }
-  [[nodiscard]] const LinkSession& session() const noexcept { return session_; }
-  [[nodiscard]] const LossDecision& loss() const noexcept { return loss_; }
-  [[nodiscard]] Duration round_trip() const noexcept { return round_trip_; }
+  /// The newest message, its set-point and its age.
+  [[nodiscard]] const OperatorInput& operator_input() const noexcept { return operator_; }
   [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }                   ///< Before the gate.
   [[nodiscard]] const JointVector& commands() const noexcept { return gate_.commands.value(); }  ///< After it.
   [[nodiscard]] std::uint16_t limits() const noexcept { return sent_.limits; }
@@ -63,7 +55,6 @@ class SlaveLoop {
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }
-  [[nodiscard]] std::uint32_t malformed_datagrams() const noexcept { return malformed_; }
 
  private:
   static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.
@@ -74,11 +65,6 @@ class SlaveLoop {
   enum class Asking : std::uint8_t { kNothing, kReleased, kPressed };
 
   void receive_frames(Time now) noexcept;
-  void receive_link(Time now) noexcept;
-  void take(const MasterMessage& message, Duration age, Time now) noexcept;
-  void judge_set_point() noexcept;
-  [[nodiscard]] bool enable() const noexcept { return master_.enable && !urgent_.release; }
-  [[nodiscard]] JointVector machine_rad() const noexcept;
   void estimate(Time now) noexcept;
   void restart_motion() noexcept;
   void watch_digging() noexcept;
@@ -87,7 +73,7 @@ class SlaveLoop {
   [[nodiscard]] ModeInputs observe() const noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
-  [[nodiscard]] bool answered() noexcept;
+  [[nodiscard]] bool acknowledged() noexcept;
   void go_on_if_asked(Time now) noexcept;
   void publish(Time now) noexcept;
 
@@ -105,7 +91,7 @@ class SlaveLoop {
   estimation::BuriedObjectCue object_cue_;
   JointControl control_;
   GateLimits gate_limits_;
-  SetPointLimits set_point_limits_;
+  OperatorInput operator_;
 
   Time stepped_at_ = kNever, failed_at_ = kNever;
   bool restarted_in_vain_ = false;  // over a bus that had failed
@@ -118,20 +104,6 @@ class SlaveLoop {
   // What the operator did with enable since the machine stopped, and the question that was shown when it was pressed.
   Asking asking_ = Asking::kNothing;
   Reason asked_;
-  LinkInbox inbox_;
-  LinkSession session_;
-  /// Stops and releases that have been acted on, and whether more have come since the last step's command.
-  struct Urgent {
-    std::uint32_t stops = 0, releases = 0;
-    bool stop = false, release = false;
-  } urgent_;
-  SetPointMemory set_point_memory_;
-  Reason not_by_hand_;  // the newest set-point is one that no hand can make
-  Reason led_astray_;   // so was one that came while the machine was led; until enable is released
-  MasterMessage master_;
-  Time master_at_ = kNever;
-  Duration round_trip_ = std::chrono::hours(1);
-  LossDecision loss_;
   ModeDecision decision_;
   JointControl::Output control_output_;
   JointVector wanted_ = JointVector::Zero();
@@ -139,7 +111,6 @@ class SlaveLoop {
   SlaveMessage sent_;
   Time measured_at_ = kNever;  ///< Of the newest sensor frame behind state and force.
   double energy_in_J_ = 0;
-  std::uint32_t malformed_ = 0;
 };
 
 }  // namespace knuckle::slave

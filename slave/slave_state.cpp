@@ -25,8 +25,8 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.oldest_age_s = age_s(slave.sensors().oldest_at(), now);
   state.joint_rad = told.position_rad;
   state.joint_radps = told.velocity_radps;
-  const MasterMessage& asked = slave.master();
-  state.heard = slave.master_at() != kNever;
+  const MasterMessage& asked = slave.operator_input().message();
+  state.heard = slave.operator_input().message_at() != kNever;
   state.presence = asked.presence;
   state.enable = asked.enable;
   state.clutch = asked.clutch;
@@ -38,11 +38,11 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.rendered_N = asked.rendered_N;
   state.assist_force_limit_N = asked.assist.force_limit_N;
   state.assist_stop_on_object = asked.assist.stop_on_object;
-  state.message_age_s = age_s(slave.master_at(), now);
-  state.round_trip_s = to_seconds(slave.round_trip());
-  state.late_s = to_seconds(slave.session().late());
-  state.authority = slave.loss().authority;
-  state.malformed_datagrams = slave.malformed_datagrams();
+  state.message_age_s = age_s(slave.operator_input().message_at(), now);
+  state.round_trip_s = to_seconds(slave.operator_input().round_trip());
+  state.late_s = to_seconds(slave.operator_input().session().late());
+  state.authority = slave.operator_input().set_point().authority;
+  state.malformed_datagrams = slave.operator_input().malformed();
   state.torque_Nm = slave.force().joint_torque_Nm;
   state.fast_torque_Nm = slave.force().fast_torque_Nm;
   state.tip_force_N = told.tip_force_N;

@@ -52,7 +52,7 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   // On a grid, so that the loop's period does not add to this one; what was missed is not made up for.
   due_ = due_ == kNever || now - due_ >= kPeriod ? now + kPeriod : due_ + kPeriod;
   note_health();
-  status_.stamp = slave.session().stamp(status_.stamp.sequence + 1, now);
+  status_.stamp = slave.operator_input().session().stamp(status_.stamp.sequence + 1, now);
   status_.valve_command = slave.commands();
   status_.spool = slave.client().spool();
   status_.pilot_on = slave.client().pilot_on();
@@ -75,7 +75,7 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
 void StatusReporter::note_acted(Time now, const SlaveLoop& slave) noexcept {
   if (slave.client().set_points_at() != now) return;
   set_points_at_ = now;
-  status_.acted_report_at = slave.mode() == Mode::kEngaged ? slave.master().device_report_at : kNever;
+  status_.acted_report_at = slave.mode() == Mode::kEngaged ? slave.operator_input().message().device_report_at : kNever;
 }
 
 /// Where no set-point can be sent none replaces the last one: after the valves' watchdog nobody's hand is behind it.

@@ -144,8 +144,10 @@ void SlaveRunner::observe(Time now) noexcept {
   const ModeEvent event{now, slave_.mode(), slave_.blocking(), slave_.fault()};
   if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
-  status_.put({event.mode, event.blocking, event.fault, slave_.master_at(), slave_.round_trip(),
-               now - slave_.master_at() > slave::kLossLimits.neutral, slave_.master().assist});
+  status_.put({event.mode, event.blocking, event.fault, slave_.operator_input().message_at(),
+               slave_.operator_input().round_trip(),
+               now - slave_.operator_input().message_at() > slave::kLossLimits.neutral,
+               slave_.operator_input().message().assist});
   if (table_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
 }
 
@@ -184,7 +186,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
-  farewell_.stamp = slave_.session().stamp(farewell_.stamp.sequence + 1, now);
+  farewell_.stamp = slave_.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
   tape_.end_step(now, ReasonCode::kNone);
   if (!commanded || stop_.done()) stopped_.store(true, std::memory_order_release);
@@ -199,7 +201,7 @@ void SlaveRunner::write(const SlaveRecords& records) {
 }
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
-  outcome.malformed_datagrams = slave_.malformed_datagrams();
+  outcome.malformed_datagrams = slave_.operator_input().malformed();
   outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
   outcome.commanded = slave_.client().commanded();

@@ -42,7 +42,7 @@ SlaveBook::SlaveBook(std::size_t rows, Duration origin) : far_origin(origin) {
 
 void SlaveBook::note(Time now, const slave::SlaveLoop& slave) noexcept {
   add_span(measured, {now, now});
-  const MasterMessage& message = slave.master();
+  const MasterMessage& message = slave.operator_input().message();
   if (message.stamp.sequence == heard) return;
   heard = message.stamp.sequence;
   master_to_slave.add(now - (message.stamp.sent_at - far_origin));

@@ -100,7 +100,8 @@ TEST_P(Restart, NothingGoesOnByItselfAndTheHandLeadsAgainOnceItHasLetGo) {
     }
   }
   EXPECT_LT(moved_rad, kMostMoved_rad);
-  EXPECT_EQ(s.slave->master().stamp.echoed_session, s.slave->sent().stamp.session) << "they have found each other";
+  EXPECT_EQ(s.slave->operator_input().message().stamp.echoed_session, s.slave->sent().stamp.session)
+      << "they have found each other";
 
   s.intent.enable = false;
   s.intent.presence = s.intent.clutch = true;  // brings the set-point to the machine

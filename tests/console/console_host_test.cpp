@@ -142,7 +142,7 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   EXPECT_EQ(host.view().machine.fault.code, ReasonCode::kOperatorStop);
   host.stop();
   machine.stop();
-  EXPECT_FALSE(far.slave.master().presence);
+  EXPECT_FALSE(far.slave.operator_input().message().presence);
 }
 
 TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {

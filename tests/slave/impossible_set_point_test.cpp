@@ -79,7 +79,7 @@ TEST(SlaveLoop, ExtrapolatingLeadsNotBeyondTheWorkingRange) {
   m.link_up = false;
   for (int i = 0; i < 20; ++i) {
     m.run(5ms);
-    EXPECT_LE(m.loop.loss().position_rad[kBucket], end + 0.0175);
+    EXPECT_LE(m.loop.operator_input().set_point().position_rad[kBucket], end + 0.0175);
   }
 }
 

@@ -61,7 +61,7 @@ TEST(LinkStory, ARecordingOfAnEarlierRunMovesNothingOnAMachinesSideThatRestarted
   });
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLinkLost);
-  EXPECT_EQ(m.loop.master_at(), kNever);
+  EXPECT_EQ(m.loop.operator_input().message_at(), kNever);
   EXPECT_EQ(moved, 0);
 }
 
@@ -86,14 +86,14 @@ TEST(LinkStory, WaitingInTheKernelIsPartOfACommandsAge) {
   m.waited = 3ms;
   m.master_clock = -3ms;
   m.run(5ms);
-  EXPECT_EQ(m.now - m.loop.master_at(), 3ms);
+  EXPECT_EQ(m.now - m.loop.operator_input().message_at(), 3ms);
   m.hung = true;  // not long enough for a fault
   m.run(30ms);
   m.hung = false;
   m.waited = 30ms;
   m.master_clock = -30ms;
   m.run(5ms);
-  EXPECT_EQ(m.now - m.loop.master_at(), 30ms);
+  EXPECT_EQ(m.now - m.loop.operator_input().message_at(), 30ms);
 }
 
 // The kernel's stamp is of a clock that may be set.
@@ -103,8 +103,8 @@ TEST(LinkStory, NothingWaitedForLongerThanSinceTheQueueWasEmpty) {
   m.waited = 100ms;
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
-  EXPECT_EQ(m.now - m.loop.master_at(), 5ms);
-  EXPECT_EQ(m.loop.loss().authority, 1);
+  EXPECT_EQ(m.now - m.loop.operator_input().message_at(), 5ms);
+  EXPECT_EQ(m.loop.operator_input().set_point().authority, 1);
 }
 
 // A queue on the way fills: nothing is lost, and each message is newer than the one before, and later.
@@ -119,9 +119,10 @@ TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
     m.link.deliver(encode(m.hand));
     m.run(5ms);
     const bool command = late <= 200ms;  // less some microseconds
-    ASSERT_EQ(m.loop.master().stamp.sequence == m.hand.stamp.sequence, command) << to_seconds(late);
-    EXPECT_NEAR(to_seconds(m.now - m.loop.master_at()), to_seconds(late), 1e-3);
-    EXPECT_NEAR(m.loop.loss().authority, std::clamp((0.150 - to_seconds(late)) / 0.1, 0.0, 1.0), 1e-3);
+    ASSERT_EQ(m.loop.operator_input().message().stamp.sequence == m.hand.stamp.sequence, command) << to_seconds(late);
+    EXPECT_NEAR(to_seconds(m.now - m.loop.operator_input().message_at()), to_seconds(late), 1e-3);
+    EXPECT_NEAR(m.loop.operator_input().set_point().authority, std::clamp((0.150 - to_seconds(late)) / 0.1, 0.0, 1.0),
+                1e-3);
     EXPECT_EQ(m.loop.mode(), command ? Mode::kEngaged : Mode::kFault) << to_seconds(late);
   }
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
@@ -135,12 +136,12 @@ TEST(LinkStory, DelayThatStaysIsNoLoss) {
     m.master_clock -= more;  // from one message to the next
     m.round_trip += more;
     m.run(5ms);
-    EXPECT_EQ(m.now - m.loop.master_at(), more) << "the first of them are late";
+    EXPECT_EQ(m.now - m.loop.operator_input().message_at(), more) << "the first of them are late";
     m.hand.velocity_radps.setZero();
     m.run(600ms);
     EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
-    EXPECT_EQ(m.now - m.loop.master_at(), 0ms);
-    EXPECT_EQ(m.loop.loss().authority, 1);
+    EXPECT_EQ(m.now - m.loop.operator_input().message_at(), 0ms);
+    EXPECT_EQ(m.loop.operator_input().set_point().authority, 1);
   }
 }
 
@@ -154,7 +155,7 @@ TEST(LinkStory, AStepOfTheOperatorsClockIsNoDelay) {
     for (int i = 0; i < 200; ++i) {
       m.run(5ms);
       ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << to_seconds(step) << " " << text(m.loop.fault());
-      ASSERT_EQ(m.now, m.loop.master_at());
+      ASSERT_EQ(m.now, m.loop.operator_input().message_at());
     }
   }
 }
@@ -209,7 +210,7 @@ TEST(LinkStory, ALateStopIsObeyedAndALateCommandIsNot) {
     const Time at = m.now;
     m.link.deliver(encode(late));
     m.run(5ms);
-    EXPECT_NE(m.loop.master().position_rad, late.position_rad);
+    EXPECT_NE(m.loop.operator_input().message().position_rad, late.position_rad);
     EXPECT_EQ(m.loop.mode(), stop ? Mode::kFault : Mode::kReady) << text(m.loop.blocking());
     m.run(100ms);
     EXPECT_EQ(m.loop.mode(), stop ? Mode::kFault : Mode::kReady) << "what was heard before does not undo it";

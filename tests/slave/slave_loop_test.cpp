@@ -86,13 +86,13 @@ TEST(SlaveLoop, LateCopiesEndNoOutage) {
   lead(m);
   const auto sent = sent_while(m, 250ms);
   const Time cut = m.now;
-  const MasterMessage newest = m.loop.master();
+  const MasterMessage newest = m.loop.operator_input().message();
   m.link_up = false;
   for (const MasterMessage& copy : sent) {  // 250 ms late, one a step
     m.link.deliver(encode(copy));
     m.run(5ms);
-    EXPECT_EQ(m.loop.master().stamp.sequence, newest.stamp.sequence);
-    EXPECT_EQ(m.loop.master().position_rad, newest.position_rad);
+    EXPECT_EQ(m.loop.operator_input().message().stamp.sequence, newest.stamp.sequence);
+    EXPECT_EQ(m.loop.operator_input().message().position_rad, newest.position_rad);
   }
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
@@ -108,12 +108,12 @@ TEST(SlaveLoop, OutageAsLongAsTheLimitLatchesAlsoInTheStepThatEndsIt) {
   for (const Duration outage : {190ms, 195ms, 200ms, 205ms, 240ms, 600ms}) {
     BenchMachine m;
     lead(m);
-    const Time last = m.loop.master_at();
+    const Time last = m.loop.operator_input().message_at();
     m.link_up = false;
     while (m.now < last + outage - 5ms) m.run(5ms);
     m.link_up = true;
     m.run(5ms);
-    ASSERT_EQ(m.loop.master_at(), last + outage);
+    ASSERT_EQ(m.loop.operator_input().message_at(), last + outage);
     m.run(100ms);
     EXPECT_EQ(m.loop.mode() == Mode::kFault, outage >= 200ms) << to_seconds(outage);
     if (outage >= 200ms) {
@@ -136,8 +136,8 @@ TEST(SlaveLoop, OperatorsSideThatStartedAnewLeadsAgainAfterReleasePressAndAlignm
   m.link_up = true;
   m.align();
   m.run(200ms);
-  EXPECT_LT(m.loop.master().stamp.sequence, before);
-  EXPECT_EQ(m.loop.master().stamp.sequence, m.hand.stamp.sequence) << "it is heard";
+  EXPECT_LT(m.loop.operator_input().message().stamp.sequence, before);
+  EXPECT_EQ(m.loop.operator_input().message().stamp.sequence, m.hand.stamp.sequence) << "it is heard";
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
   m.hand.enable = false;
   m.run(50ms);
@@ -377,14 +377,14 @@ TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
   lead(m);
   const MasterMessage newest = m.hand;
   m.run(10ms);
-  const JointVector taken_rad = m.loop.master().position_rad;
+  const JointVector taken_rad = m.loop.operator_input().message().position_rad;
   MasterMessage old = newest;
   old.position_rad.array() += 0.01;
   m.link_up = false;
   m.link.deliver(encode(old));
   m.run(10ms);
-  EXPECT_EQ(m.loop.master().position_rad, taken_rad);
-  EXPECT_EQ(m.loop.malformed_datagrams(), 0U) << "it was good enough to be acted on";
+  EXPECT_EQ(m.loop.operator_input().message().position_rad, taken_rad);
+  EXPECT_EQ(m.loop.operator_input().malformed(), 0U) << "it was good enough to be acted on";
 }
 
 TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {
@@ -400,7 +400,7 @@ TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {
     m.run(5ms);
   }
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
-  EXPECT_GE(m.loop.malformed_datagrams(), 50U);
+  EXPECT_GE(m.loop.operator_input().malformed(), 50U);
   expect_neutral_within(m, at, 200ms);
 }
 
