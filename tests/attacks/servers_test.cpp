@@ -138,7 +138,8 @@ TEST_F(LyingServers, ATurnServerThatLiesAndStallsCostsNoSessionAndNoMemory) {
     const auto op = dialling_hand(address);
     ASSERT_TRUE(follows(op->hand)) << session;
     if (session == 0) {
-      before_kB = status_of(machine->pid(), "VmRSS"), threads = status_of(machine->pid(), "Threads");
+      before_kB = status_of(machine->pid(), "VmRSS");
+      threads = status_of(machine->pid(), "Threads");
       // Another one at each request from now on.
       turn.tell([&](const StunMessage& request, const StunBytes& truth) {
         return lies[random() % lies.size()].lie(request, truth);

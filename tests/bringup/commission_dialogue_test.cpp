@@ -72,7 +72,10 @@ TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
   };
   std::vector<std::string> person{"yes", "go", "45", "1,5", "30"};
   const auto types = [&] {
-    if (!person.empty()) typed.push_back(person.front()), person.erase(person.begin());
+    if (!person.empty()) {
+      typed.push_back(person.front());
+      person.erase(person.begin());
+    }
   };
   Dialogue live(terminal(out, next, true), types);
   EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);

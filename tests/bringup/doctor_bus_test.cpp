@@ -171,16 +171,35 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
   };
   const Story stories[] = {
       {"healthy", [](BusSurvey&) {}, false, false},
-      {"clocks", [](BusSurvey& s) { s.heard[0x722].count = 25, s.heard[0x1A2].count = 405; }, false, false},
+      {"clocks",
+       [](BusSurvey& s) {
+         s.heard[0x722].count = 25;
+         s.heard[0x1A2].count = 405;
+       },
+       false, false},
       {"errors on the bus alone", [](BusSurvey& s) { s.errors = 100; }, false, false},
       {"one answer more", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1; }, true, false},
-      {"one and errors, both of one disturbance", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1, s.errors = 3; },
+      {"one and errors, both of one disturbance",
+       [](BusSurvey& s) {
+         s.nodes[0x22].second_answers = 1;
+         s.errors = 3;
+       },
        true, false},
       {"answers", [](BusSurvey& s) { s.nodes[0x22].second_answers = 2; }, false, true},
       {"another identity", contradict, true, false},
       {"a heartbeat more often", [](BusSurvey& s) { s.heard[0x722].count = 30; }, true, false},
-      {"... with errors", [](BusSurvey& s) { s.heard[0x722].count = 30, s.errors = 3; }, false, true},
-      {"... with another identity", [&](BusSurvey& s) { s.heard[0x722].count = 30, contradict(s); }, false, true},
+      {"... with errors",
+       [](BusSurvey& s) {
+         s.heard[0x722].count = 30;
+         s.errors = 3;
+       },
+       false, true},
+      {"... with another identity",
+       [&](BusSurvey& s) {
+         s.heard[0x722].count = 30;
+         contradict(s);
+       },
+       false, true},
       {"two heartbeats", [](BusSurvey& s) { s.heard[0x722].count = 40; }, false, true},
       {"two of its values to a SYNC", [](BusSurvey& s) { s.heard[0x1A2].count = 800; }, false, true},
       {"a contact that bounces", [](BusSurvey& s) { s.heard[0x1C0].count = s.heard[0x1C0].repeated = 60; }, false,

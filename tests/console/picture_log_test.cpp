@@ -11,7 +11,9 @@ namespace {
 video::Frame grey(Time received) {
   const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * 64 * 48, std::uint8_t{128});
   video::Frame frame;
-  frame.width_px = 64, frame.height_px = 48, frame.row_bytes = 4 * 64;
+  frame.width_px = 64;
+  frame.height_px = 48;
+  frame.row_bytes = 4 * 64;
   frame.pixels = pixels->data();
   frame.memory = pixels;
   frame.received = received;

@@ -72,7 +72,10 @@ TEST(ForceEstimator, FrictionThatRingingReleasesIsNotTakenOffAForce) {
     for (double t = 0; t < 0.5; t += kStep_s) twin.step(pull_N);
     twin.hold();
     for (double speed = 1; speed > 0; speed -= kStep_s) twin.step(pull_N, speed);
-    for (double ring_m = 4e-5; ring_m > 0; ring_m -= 4e-5 * kStep_s) twin.ring(ring_m), twin.step(pull_N, 0);
+    for (double ring_m = 4e-5; ring_m > 0; ring_m -= 4e-5 * kStep_s) {
+      twin.ring(ring_m);
+      twin.step(pull_N, 0);
+    }
     twin.ring(0);
     PlanarVector sum_N = PlanarVector::Zero();
     int n = 0;
@@ -93,7 +96,10 @@ TEST(ForceEstimator, FrictionOfRodsThatCreepInAPressIsNotTakenForForce) {
   int n = 0;
   for (double t = 0; t < 8; t += kStep_s) {
     const double error_N = (twin.step(press_N, kCreep).tip_N - press_N).norm();
-    if (t > 4) sum_N += error_N, ++n;
+    if (t > 4) {
+      sum_N += error_N;
+      ++n;
+    }
   }
   EXPECT_LT(sum_N / n, 50);
 }

@@ -64,7 +64,8 @@ TEST(Observer, NoVibrationReleasesThoseOfARodThatCreepsFaster) {
 
 TEST(Observer, ASingleStepOfAnEncoderTurnsThemByAQuarterWhereTheWorldHoldsTheBucket) {
   Rods held, of_free_air;
-  held.move(-kEncoderStep_m, 0, true), of_free_air.move(-kEncoderStep_m, 0, false);
+  held.move(-kEncoderStep_m, 0, true);
+  of_free_air.move(-kEncoderStep_m, 0, false);
   for (int k = 0; k < 30; ++k) {
     held.move(0, 0, true);
     of_free_air.move(0, 0, false);

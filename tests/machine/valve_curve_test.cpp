@@ -10,8 +10,10 @@ namespace {
 
 ValveDescription curved(double exponent, double retract_share) {
   ValveDescription valve;
-  valve.dead_band_extend = 0.1, valve.dead_band_retract = 0.2;
-  valve.curve_exponent = exponent, valve.retract_share = retract_share;
+  valve.dead_band_extend = 0.1;
+  valve.dead_band_retract = 0.2;
+  valve.curve_exponent = exponent;
+  valve.retract_share = retract_share;
   return valve;
 }
 
@@ -28,7 +30,8 @@ TEST(ValveCurve, OpeningForAFlowIsTheInverseOfFlow) {
   for (const double exponent : {0.7, 1.0, 1.5, 2.2}) {
     ValveDescription valve = curved(exponent, 0.8);
     for (const double notch_opening : {0.0, 0.3, 0.9}) {
-      valve.notch_opening = notch_opening, valve.notch_slope = notch_opening > 0 ? 0.6 : 1;
+      valve.notch_opening = notch_opening;
+      valve.notch_slope = notch_opening > 0 ? 0.6 : 1;
       for (const bool extends : {true, false}) {
         const double most = extends ? 1 : 0.8;
         for (double share = 0.02; share <= most; share += 0.01) {
@@ -43,7 +46,8 @@ TEST(ValveCurve, OpeningForAFlowIsTheInverseOfFlow) {
 
 TEST(ValveCurve, BehindItsNotchTheEdgeOpensFaster) {
   ValveDescription valve = curved(1, 0.8);
-  valve.notch_opening = 0.4, valve.notch_slope = 0.5;
+  valve.notch_opening = 0.4;
+  valve.notch_slope = 0.5;
   EXPECT_NEAR(valve.flow_share(0.2, true), 0.1, 1e-12);
   EXPECT_NEAR(valve.flow_share(0.4, true), 0.2, 1e-12);
   EXPECT_NEAR(valve.flow_share(0.7, true), 0.6, 1e-12);
@@ -57,7 +61,8 @@ TEST(ValveCurve, TheOpeningForAFlowNeverLetsMoreThrough) {
   for (const double exponent : {0.5, 0.7, 1.0, 1.4, 2.2}) {
     ValveDescription valve = curved(exponent, 1);
     for (const double notch_opening : {0.0, 0.3, 0.9}) {
-      valve.notch_opening = notch_opening, valve.notch_slope = notch_opening > 0 ? 0.2 : 1;
+      valve.notch_opening = notch_opening;
+      valve.notch_slope = notch_opening > 0 ? 0.2 : 1;
       for (double share = 1e-4; share < 0.03; share *= 1.3)
         EXPECT_LE(valve.flow_share(valve.opening_for(share, true), true), share * (1 + 1e-9)) << exponent;
     }
@@ -67,7 +72,8 @@ TEST(ValveCurve, TheOpeningForAFlowNeverLetsMoreThrough) {
 TEST(ValveCurve, TheInverseRisesWithoutAStepAndNeverSteeperThanItsStraightBeginning) {
   ValveDescription valve = curved(2.2, 1);
   for (const double slope : {1.0, 0.5}) {  // of the notch: so much more it has to open
-    valve.notch_opening = 0.4, valve.notch_slope = slope;
+    valve.notch_opening = 0.4;
+    valve.notch_slope = slope;
     const double steepest = std::pow(0.02, 1 / 2.2) / 0.02 / slope;
     for (double share = 0; share < 1; share += 1e-4) {
       const double rise = valve.opening_for(share + 1e-4, true) - valve.opening_for(share, true);

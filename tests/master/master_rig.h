@@ -49,7 +49,8 @@ struct MasterRig {
       auto message = decode_master(datagram.view());
       if (!message) continue;
       (void)session.take(message->stamp, now);
-      heard = *message, heard_at = now;
+      heard = *message;
+      heard_at = now;
     }
     if (now.time_since_epoch() % 5ms != 0ns || machine_silent) return;
     if (follow) machine.position_rad = heard.position_rad;

@@ -59,7 +59,10 @@ class OneAxis {
     hand_m = intent_m = -kStart_m;
     oil_m_ = tip_m_ = -kStart_m * kMu;
     const Up start{hand_m, 0};
-    for (int i = 0; i < 1000; ++i) forward_.step(start), back_.step({tip_m_, 0, 0, 0});
+    for (int i = 0; i < 1000; ++i) {
+      forward_.step(start);
+      back_.step({tip_m_, 0, 0, 0});
+    }
   }
 
   void step() {
@@ -190,8 +193,10 @@ inline HoldResult hold(const OneAxisCase& setting) {
     felt.push_back(axis.felt_N);
     truth.push_back(OneAxis::kLambda * axis.wall_N);
     if (i < int((travel_s + 7) * 1e3)) continue;
-    low = std::min(low, axis.felt_N), high = std::max(high, axis.felt_N);
-    sum_felt += axis.felt_N, sum_true += OneAxis::kLambda * axis.wall_N;
+    low = std::min(low, axis.felt_N);
+    high = std::max(high, axis.felt_N);
+    sum_felt += axis.felt_N;
+    sum_true += OneAxis::kLambda * axis.wall_N;
   }
   result.swing_N = high - low;
   result.true_N = sum_true / 3000;
@@ -208,7 +213,10 @@ inline HoldResult hold(const OneAxisCase& setting) {
     if (i == retreat_ms) axis.intent_mps = 0;
     step();
     if (axis.wall_N > 0) left_s = -1;
-    if (left_s < 0 && axis.wall_N == 0) left_s = axis.time_s(), result.released_s = 1e9;
+    if (left_s < 0 && axis.wall_N == 0) {
+      left_s = axis.time_s();
+      result.released_s = 1e9;
+    }
     if (axis.felt_N < 0.1 && result.released_s > 1e8 && left_s >= 0) result.released_s = axis.time_s() - left_s;
     if (axis.felt_N >= 0.1) result.released_s = 1e9;
   }

@@ -45,9 +45,18 @@ TaskRecording made_up(double seconds, const std::function<void(double t_s, Machi
 TEST(TaskMetrics, CountTimeFromFirstToLastEngaged) {
   const TaskMetrics metrics = measure(made_up(20, [](double t_s, MachineSample& s) {
     if (t_s < 2 || t_s > 18) s.mode = Mode::kReady;
-    if (t_s > 8 && t_s < 9) s.mode = Mode::kHold, s.clutch = true;
-    if (t_s > 12 && t_s < 12.5) s.mode = Mode::kFault, s.fault = ReasonCode::kLinkLost;
-    if (t_s > 14 && t_s < 14.5) s.mode = Mode::kFault, s.fault = ReasonCode::kOperatorStop;
+    if (t_s > 8 && t_s < 9) {
+      s.mode = Mode::kHold;
+      s.clutch = true;
+    }
+    if (t_s > 12 && t_s < 12.5) {
+      s.mode = Mode::kFault;
+      s.fault = ReasonCode::kLinkLost;
+    }
+    if (t_s > 14 && t_s < 14.5) {
+      s.mode = Mode::kFault;
+      s.fault = ReasonCode::kOperatorStop;
+    }
     if (t_s > 15 && t_s < 15.5) s.mode = Mode::kEStop;
   }));
   EXPECT_NEAR(metrics.task_time_s.value(), 16, 0.01);
@@ -79,7 +88,10 @@ TEST(TaskMetrics, TakeTheForceOfContactsWhereItIsKnown) {
     s.contact = t_s >= 2 && t_s <= 6;
     if (t_s > 4.5 && t_s < 4.6) s.contact = false;  // chatter
     if (s.contact) s.tip_force_N = t_s < 2.2 ? 3000 : 1500;
-    if (t_s > 5) s.confidence = 0.5, s.tip_force_N = 9000;
+    if (t_s > 5) {
+      s.confidence = 0.5;
+      s.tip_force_N = 9000;
+    }
   }));
   EXPECT_EQ(metrics.contacts, 1);
   EXPECT_NEAR(metrics.contact_time_s.value(), 3.9, 0.03);

@@ -102,7 +102,9 @@ TEST_F(PairingThreads, AFloodOfJunkAndHellosOnlyDelaysThem) {
     const UdpSocket socket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
     const SocketAddress target = parse_address(address);
     std::vector<std::uint8_t> hello(200, 0), junk(900, 0x16), empty, tagged(60, 0xD0);
-    hello[0] = 22, hello[1] = 0xFE, hello[2] = 0xFF;
+    hello[0] = 22;
+    hello[1] = 0xFE;
+    hello[2] = 0xFF;
     while (flood) {
       for (const auto& bytes : {hello, junk, empty, tagged}) (void)socket.send(bytes, target);
       std::this_thread::sleep_for(std::chrono::microseconds(200));

@@ -53,31 +53,17 @@ std::vector<std::string> slave(const std::string& interface, bool waits) {
   return words;
 }
 
-TEST(CanOpening, TheMachinesSideIsRefusedAMissingInterfaceWhereItWasNotToldToWait) {
-  const test::ProgramRun run = test::run_program(test::program("knuckle"), slave("nosuch7", false));
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_NE(run.err.find("\"nosuch7\": no such interface"), std::string::npos) << run.err;
-}
-
-TEST(CanOpening, TheMachinesSideWaitsUntilItIsAskedToEndAndSaysForWhat) {
-  test::RunningProgram program(test::program("knuckle"), slave("nosuch7", true));
+TEST(CanOpening, TheMachinesSideWaitsUntilItIsAskedToEndSaysForWhatAndLeavesAResultOfNoTime) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> words = slave("nosuch7", true);
+  words.insert(words.end(), {"--json", folder.file("result.json")});
+  test::RunningProgram program(test::program("knuckle"), words);
   ASSERT_TRUE(program.interrupt_when_it_listens());
   const test::ProgramRun run = program.wait();
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(run.err.empty() || run.err.find("waiting for CAN interface nosuch7: no such interface") == 15U)
       << run.err;
-}
-
-TEST(CanOpening, TheMachinesSideThatOnlyWaitedLeavesTheAskedResultOfNoTime) {
-  const test::TemporaryFolder folder;
-  const std::string json = folder.file("result.json");
-  std::vector<std::string> words = slave("nosuch7", true);
-  words.insert(words.end(), {"--json", json});
-  test::RunningProgram program(test::program("knuckle"), words);
-  ASSERT_TRUE(program.interrupt_when_it_listens());
-  const test::ProgramRun run = program.wait();
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  const std::string result = test::content(json);
+  const std::string result = test::content(folder.file("result.json"));
   EXPECT_NE(result.find("\"ran_s\": 0.0"), std::string::npos) << result;
 }
 
@@ -92,10 +78,13 @@ TEST(CanOpening, OutputsThatCannotBeWrittenAreRefusedBeforeItWaits) {
   EXPECT_NE(run.err.find("--csv"), std::string::npos) << run.err;
 }
 
-TEST(CanOpening, NobodyWaitsForWhatNeverWillBeACanInterface) {
-  const test::ProgramRun run = test::run_program(test::program("knuckle"), slave("lo", true));
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_NE(run.err.find("\"lo\": is not a CAN interface"), std::string::npos) << run.err;
+TEST(CanOpening, IsRefusedAtOnceWhereNobodyAskedToWaitOrNoCanInterfaceWillEverBeThere) {
+  for (const auto& [interface, waits, says] : {std::tuple{"nosuch7", false, "\"nosuch7\": no such interface"},
+                                               {"lo", true, "\"lo\": is not a CAN interface"}}) {
+    const test::ProgramRun run = test::run_program(test::program("knuckle"), slave(interface, waits));
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find(says), std::string::npos) << run.err;
+  }
 }
 
 }  // namespace

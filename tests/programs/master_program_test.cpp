@@ -187,39 +187,6 @@ TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds)
   EXPECT_LE(rows, 200 * desk.outcome.ran_s + 1);
 }
 
-/// Another name, mode and fault with every message, 200 times a second.
-TEST(ProgramThreads, AMachineThatIsAnotherAtEveryStepFillsNoLog) {
-  constexpr int kMessages = 1000;
-  UdpLink wire = UdpLink::listen("127.0.0.1:0");
-  Desk desk("127.0.0.1:" + std::to_string(wire.port()));
-  Datagram heard;
-  ASSERT_TRUE(eventually([&] { return wire.receive(heard); }));
-  SlaveMessage message;
-  MachineStatus status;
-  const RealtimeClock clock;
-  LinkSession session(random_start(), 200ms);
-  int sent = 0;
-  ASSERT_TRUE(eventually([&] {
-    const Time now = clock.now();
-    while (wire.receive(heard)) {
-      if (auto told = decode_master(heard.view())) (void)session.take(told->stamp, now);
-    }
-    message.stamp = status.stamp = session.stamp(static_cast<std::uint32_t>(++sent), now);
-    message.mode = sent % 2 == 0 ? Mode::kReady : Mode::kFault;
-    message.fault = {};
-    if (message.mode == Mode::kFault) message.fault.code = ReasonCode::kEmergencyStop;
-    if (message.fault && sent / 50 == kMessages / 100) message.fault.code = ReasonCode::kBusDown;
-    status.machine = MachineName("machine " + std::to_string(sent));
-    wire.send(encode(message).view());
-    wire.send(encode(status).view());
-    return sent >= kMessages;
-  }));
-  EXPECT_TRUE(eventually([&] { return desk.said.says("machine fault bus_down"); })) << "the first of its kind";
-  desk.end();
-  EXPECT_GT(desk.outcome.events.size(), 200U);
-  EXPECT_LE(lines_of(desk.said), most_lines(desk.outcome.ran_s, 20)) << desk.said.text();
-}
-
 TEST(ProgramThreads, WithoutAMachineTheOperatorsSideSaysThatItHearsNothing) {
   UdpLink nobody = UdpLink::listen("127.0.0.1:0");
   Desk desk("127.0.0.1:" + std::to_string(nobody.port()));

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "app/programs/device_command.h"
 #include "app/programs/master_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
@@ -121,14 +122,20 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
   }
 }
 
-/// What `master` or `slave` says, called like this; none of these gets as far as a wire.
+/// What `master`, `slave` or `device` says, called like this; none of these gets as far as a wire.
 std::string program_refusal(const std::vector<std::string>& arguments) {
   try {
-    (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry({})}}, arguments).run();
+    (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry({}), device_entry()}}, arguments)
+        .run();
   } catch (const InputError& error) {
     return error.what();
   }
   return "accepted";
+}
+
+std::vector<std::string> with(std::vector<std::string> all, const std::vector<std::string>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
 }
 
 TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
@@ -136,10 +143,6 @@ TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
                                          "--connect", "127.0.0.1:5683", "--duration", "0.1"};
   const std::vector<std::string> plain{"slave",      "--simulate", "--listen", "127.0.0.1:0",
                                        "--insecure", "--duration", "0.1"};
-  const auto with = [](std::vector<std::string> all, const std::vector<std::string>& more) {
-    all.insert(all.end(), more.begin(), more.end());
-    return program_refusal(all);
-  };
   for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{{"--machine", "solar015"},
                                                                                     {"--device-file", "knuckle1"},
                                                                                     {"--mirror", "127.0.0.1:5690"},
@@ -147,7 +150,7 @@ TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
                                                                                     {"--assist-force-limit", "1000"},
                                                                                     {"--assist-stop-on-object"},
                                                                                     {"--csv", "a.csv"}})
-    EXPECT_EQ(with(observe, more), more[0] + ": does not go with --observe");
+    EXPECT_EQ(program_refusal(with(observe, more)), more[0] + ": does not go with --observe");
   EXPECT_EQ(program_refusal({"master", "--observe", "--device", "hid", "--connect", "127.0.0.1:5683"}),
             "--observe: goes with --device none");
   EXPECT_EQ(program_refusal({"master", "--device", "none", "--connect", "127.0.0.1:5683"}),
@@ -156,8 +159,41 @@ TEST(CommandLine, OptionsThatWouldDoNothingAreRefused) {
     EXPECT_EQ(program_refusal({"master", "--machine", "solar015", "--device", "none", "--connect", "127.0.0.1:5683",
                                "--control", law}),
               std::string("--control ") + law + ": must be echo or cues: no other law leads a machine");
-  EXPECT_EQ(with(plain, {"--observers", "2"}), "--observers 2: goes with a paired link, not with --insecure");
-  EXPECT_EQ(with(plain, {"--keys", "/tmp"}), "--keys /tmp: does not go with --insecure: no key is used");
+  EXPECT_EQ(program_refusal(with(plain, {"--observers", "2"})),
+            "--observers 2: goes with a paired link, not with --insecure");
+  EXPECT_EQ(program_refusal(with(plain, {"--keys", "/tmp"})),
+            "--keys /tmp: does not go with --insecure: no key is used");
+}
+
+TEST(CommandLine, TheDeviceIsRefusedWhatItCannotDo) {
+  const std::vector<std::string> null{"device", "--gadget", "/dev/null"};
+  EXPECT_EQ(program_refusal({"device"}), "--gadget: is required, such as --gadget /dev/hidg0");
+  EXPECT_EQ(program_refusal({"device", "--gadget", "/nowhere/hidg0"}),
+            "--gadget /nowhere/hidg0: cannot be opened: No such file or directory");
+  EXPECT_EQ(program_refusal(with(null, {"--scenario", "wall_contact"})),
+            "--scenario wall_contact: needs --screen: the simulated operator must see the machine");
+  EXPECT_EQ(program_refusal(with(null, {"--operator", "strong"})),
+            "--operator strong: must be one of relaxed, normal, co_contracted, light_grip");
+}
+
+TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
+  const std::vector<BadInput> table{
+      {{}, {"needs --can, or --simulate"}},
+      {{"--simulate", "--can", "vcan0"}, {"--can vcan0: give --can or --simulate, not both"}},
+      {{"--can", "vcan0"}, {"--machine: is required with --can"}},
+      {{"--can", "vcan0", "--machine", "solar015", "--scenario", "dismantle"},
+       {"--scenario dismantle: only goes with"}},
+      {{"--simulate", "--scenario", "link_faults"}, {"link_faults.toml: schedules faults, which need virtual time"}},
+      {{"--can", "vcan0", "--machine", "solar015", "--seed", "3"}, {"--seed 3: only goes with --simulate"}},
+      {{"--simulate", "--seed", "-1"}, {"seed"}},
+      {{"--simulate", "--scenario", "no_such_scenario"}, {"no_such_scenario"}},
+      {{"--simulate", "--machine", "no_such_machine"}, {"no_such_machine"}}};
+  for (const BadInput& bad : table) {
+    const std::string message =
+        program_refusal(with({"slave", "--listen", "127.0.0.1:0", "--insecure", "--duration", "1"}, bad.arguments));
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_NE(message.find(bad.named[0]), std::string::npos) << message;
+  }
 }
 
 TEST(CommandLine, AnUnknownCommandIsRefused) {

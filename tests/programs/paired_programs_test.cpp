@@ -22,11 +22,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::string free_address() {
-  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
-  return "127.0.0.1:" + std::to_string(probe.port());
-}
-
 std::string line_with(const std::string& text, const std::string& what) {
   const auto at = text.find(what);
   return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
@@ -121,18 +116,6 @@ TEST_F(PairedProgramsThreads, TwoComputersArePairedByTheSameCode) {
   EXPECT_NE(list.out.find("paired with: desk 1 ("), std::string::npos) << list.out;
 }
 
-TEST_F(PairedProgramsThreads, NobodyIsPairedWhereTheCodeIsNotConfirmed) {
-  const std::string program = test::program("knuckle");
-  RunningProgram listening("/bin/sh",
-                           {"-c", "echo no | " + program + " pair --keys " + keys("machine") + " --listen " + address});
-  const ProgramRun asking = run_program(
-      program, {"pair", "--keys", keys("desk"), "--connect", address, "--code", "AAAA-AAAA-AAAA-AAAA-AAAA-AAAA"});
-  EXPECT_EQ(listening.wait().exit_code, 1);
-  EXPECT_EQ(asking.exit_code, 1);
-  EXPECT_NE(asking.err.find("not paired"), std::string::npos) << asking.err;
-  EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().empty());
-}
-
 /// What two people type, one at each computer that is about to be paired.
 struct PairingDialogueThreads : PairedProgramsThreads {
   ProgramRun machine, desk;
@@ -167,6 +150,10 @@ TEST_F(PairingDialogueThreads, NobodyIsPairedWhereOneOfTheTwoSaysNo) {
   type("", "yes\n");
   EXPECT_EQ(desk.exit_code, 1);
   expect_says(machine.err, "not paired: standard input ended without an answer");
+  expect_nobody_paired();
+  type("no\n", "", "--code AAAA-AAAA-AAAA-AAAA-AAAA-AAAA");
+  EXPECT_EQ(desk.exit_code, 1);
+  expect_says(desk.err, "not paired");
   expect_nobody_paired();
 }
 

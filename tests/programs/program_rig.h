@@ -74,6 +74,12 @@ class Heard : public std::streambuf {
   std::string text_;
 };
 
+/// A port of this computer that was free a moment ago.
+inline std::string free_address() {
+  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
+  return "127.0.0.1:" + std::to_string(probe.port());
+}
+
 /// Waits until it is so. @return false where it never was.
 inline bool eventually(const std::function<bool()>& so, std::chrono::milliseconds patience = kPatience) {
   const auto give_up = std::chrono::steady_clock::now() + patience;
@@ -285,17 +291,6 @@ inline bool engage(Hand& hand) {
     if (hand.sees(Mode::kEngaged)) return true;
   }
   return false;
-}
-
-/// The most lines that a program may say in a run of so long, where one kind of event after another floods it.
-inline double most_lines(double ran_s, int kinds) {
-  constexpr int kNotes = 10;
-  return (ran_s / to_seconds(programs::ProgramConsole::kEventSpan) + 2) * (programs::ProgramConsole::kMostEvents + 1) +
-         kinds + kNotes;
-}
-inline double lines_of(const Heard& said) {
-  const std::string text = said.text();
-  return static_cast<double>(std::count(text.begin(), text.end(), '\n'));
 }
 
 /// Set-points with the valves ACTIVE and not at zero, from this place of the log on.

@@ -1,10 +1,7 @@
 // A stop gets through whoever does not read what a program says: the programs themselves, with pipes nobody reads.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <charconv>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -12,20 +9,15 @@
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/stalled_pipe.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
 
-namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
 /// Only where something hangs.
 constexpr std::chrono::seconds kHangs{60};
-
-std::string free_address() {
-  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
-  return "127.0.0.1:" + std::to_string(probe.port());
-}
 
 Words with(Words words, const Words& more) {
   words.insert(words.end(), more.begin(), more.end());
@@ -34,13 +26,8 @@ Words with(Words words, const Words& more) {
 
 class ProgramStopThreads : public testing::Test {
  protected:
-  ProgramStopThreads() { fs::create_directories(folder_); }
-  ~ProgramStopThreads() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
-  [[nodiscard]] std::string contents(const std::string& name) const {
-    std::ifstream in(path(name));
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
+  [[nodiscard]] std::string contents(const std::string& name) const { return content(path(name)); }
   [[nodiscard]] nlohmann::json result() const { return nlohmann::json::parse(contents("run.json")); }
   [[nodiscard]] Words slave() const {
     return {"slave", "--simulate", "--listen", address_, "--insecure", "--json", path("run.json")};
@@ -90,7 +77,7 @@ class ProgramStopThreads : public testing::Test {
   std::string address_ = free_address();
 
  private:
-  fs::path folder_ = fs::path(testing::TempDir()) / ("program_stop_" + std::to_string(getpid()));
+  TemporaryFolder folder_;
 };
 
 TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsStandardError) {
@@ -116,24 +103,6 @@ TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsTable) {
   EXPECT_NE(run.err.find("--csv -: " + std::to_string(result().at("records_lost").get<int>()) + " records are missing"),
             std::string::npos)
       << run.err;
-}
-
-TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsBusLog) {
-  const StalledPipe pipe;
-  RunningProgram program(test::program("knuckle"), with(slave(), {"--candump", "/dev/stdout"}), pipe.writing_end());
-  stop_while_led(program, pipe);
-  const ProgramRun run = program.wait();
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(result().at("stop").at("confirmed"), true);
-  EXPECT_GT(result().at("records_lost"), 0);
-}
-
-TEST_F(ProgramStopThreads, IsLedLikeAnyOtherWhereNobodyEverReadsWhatItSays) {
-  const StalledPipe pipe;
-  pipe.fill();
-  const RunningProgram program(test::program("knuckle"), slave(), -1, pipe.writing_end());
-  stop_while_led(program, pipe);
-  EXPECT_EQ(result().at("stop").at("confirmed"), true);
 }
 
 TEST_F(ProgramStopThreads, EndsAlsoWhereNobodyReadsItsResult) {

@@ -241,28 +241,6 @@ std::ptrdiff_t frames_with(const Site& site, std::uint32_t id) {
   return std::count_if(log.begin(), log.end(), [id](const TimedFrame& timed) { return timed.frame.id == id; });
 }
 
-TEST(ProgramThreads, AHandThatTogglesEnableWithoutEndFillsNoLog) {
-  constexpr int kChanges = 400;
-  Site site;
-  Hand hand(site.address());
-  ASSERT_TRUE(engage(hand)) << site.slave_said.text();
-  int changes = 0;
-  bool enable = true;
-  Mode mode = Mode::kEngaged;
-  ASSERT_TRUE(eventually([&] {
-    hand.say([&](MasterMessage& m) { m.enable = enable = !enable; });
-    const Mode now = hand.machine()->mode;
-    changes += now != mode ? 1 : 0;
-    mode = now;
-    return changes >= kChanges;
-  }));
-  site.end_slave();
-  EXPECT_GE(site.slave.events.size(), static_cast<std::size_t>(kChanges)) << "the result has them";
-  EXPECT_EQ(site.slave.records_lost, 0U);
-  EXPECT_LE(lines_of(site.slave_said), most_lines(site.slave.ran_s, 20)) << site.slave_said.text();
-  EXPECT_TRUE(site.slave_said.says(" more events in the last ")) << site.slave_said.text();
-}
-
 TEST(SlaveOutcome, KeepsOneOfEachNodesCodesHoweverTheyAlternate) {
   programs::SlaveOutcome outcome;
   const auto hears = [&outcome](Time at, std::uint8_t node, std::uint16_t code) {

@@ -89,20 +89,6 @@ TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {
   EXPECT_TRUE(says(all[0].what, "camera mast: ") && says(all[0].what, "/dev/video97")) << all[0].what;
 }
 
-TEST(SlaveCameraPictures, ArriveFromTheProgramOnASocketOfTheirOwn) {
-  const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
-  const std::uint16_t port = free();
-  video::Camera camera({"mast", video::receiver_of(port)});
-  const test::RunningProgram program(
-      test::program("knuckle"),
-      {"slave", "--simulate", "--insecure", "--no-log", "--listen", "127.0.0.1:" + std::to_string(free()), "--camera",
-       kCamera, "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "60"});
-  std::unique_ptr<video::Frame> frame;
-  for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
-  ASSERT_NE(frame, nullptr);
-  EXPECT_EQ(frame->width_px, 320);
-}
-
 TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {
   const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
   const std::uint16_t port = free();

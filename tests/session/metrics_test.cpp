@@ -373,7 +373,10 @@ TEST(MetricsOfTruth, FeelingTheScaledForceOneLinkDelayLateIsNoError) {
 
 TEST(MetricsOfTruth, CarriedLoadIsToBeFelt) {
   SessionRecord record = engaged_record(6);
-  during(record, 2, 6, [](Sample& s) { s.truth.payload_kg = 100, s.truth.weight_N = {0, -980.665}; });
+  during(record, 2, 6, [](Sample& s) {
+    s.truth.payload_kg = 100;
+    s.truth.weight_N = {0, -980.665};
+  });
   EXPECT_NEAR(compute_metrics(record).felt_error_rel.value(), 1, 1e-9);
   during(record, 2, 6, [](Sample& s) { s.hand.felt_N = {0, -0.980665}; });
   EXPECT_LT(compute_metrics(record).felt_error_rel.value(), 0.1);

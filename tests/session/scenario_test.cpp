@@ -292,42 +292,17 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
-  const std::vector<std::pair<const char*, sim::FaultKind>> kinds{
-      {"link_cut", sim::FaultKind::kLinkCut},
-      {"link_nan", sim::FaultKind::kLinkNaN},
-      {"link_slow", sim::FaultKind::kLinkSlow},
-      {"link_lossy", sim::FaultKind::kLinkLossy},
-      {"clock_step", sim::FaultKind::kClockStep},
-      {"e_stop", sim::FaultKind::kEStop},
-      {"device_unplugged", sim::FaultKind::kDeviceUnplugged},
-      {"device_silent", sim::FaultKind::kDeviceSilent},
-      {"device_bad_crc", sim::FaultKind::kDeviceBadCrc},
-      {"device_truncated", sim::FaultKind::kDeviceTruncated},
-      {"device_wild", sim::FaultKind::kDeviceWild},
-      {"loop_hung", sim::FaultKind::kLoopHung},
-      {"link_cut_back", sim::FaultKind::kLinkCutBack},
-      {"bus_off", sim::FaultKind::kBusOff},
-      {"can_down", sim::FaultKind::kCanDown},
-      {"no_acknowledge", sim::FaultKind::kNoAcknowledge},
-      {"sync_dropped", sim::FaultKind::kSyncDropped},
-      {"bus_cut", sim::FaultKind::kBusCut},
-      {"other_controller", sim::FaultKind::kOtherController},
-      {"babble", sim::FaultKind::kBabble}};
-  for (const auto& [kind, expected] : kinds) {
-    std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"");
-    text.erase(text.find("node = \"arm_head_pressure\""), std::string("node = \"arm_head_pressure\"").size());
-    EXPECT_EQ(load(text).faults[0].kind, expected) << kind;
+  const std::string node = "node = \"arm_head_pressure\"";
+  int read = 0;
+  for (int i = 0; i < sim::kFaultKinds; ++i) {
+    const auto kind = static_cast<sim::FaultKind>(i);
+    std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + sim::name(kind) + "\"");
+    if (!sim::concerns_node(kind)) text.erase(text.find(node), node.size());
+    if (sim::concerns_node(kind) && sim::why_not(kind, machine().bus.pressures[2].id, machine().bus)) continue;
+    EXPECT_EQ(load(text).faults[0].kind, kind) << sim::name(kind);
+    ++read;
   }
-  for (const auto& [kind, expected] :
-       std::vector<std::pair<const char*, sim::FaultKind>>{{"node_emergency", sim::FaultKind::kNodeEmergency},
-                                                           {"emcy_storm", sim::FaultKind::kEmcyStorm},
-                                                           {"node_reset", sim::FaultKind::kNodeReset},
-                                                           {"wrong_identity", sim::FaultKind::kWrongIdentity},
-                                                           {"node_id_twice", sim::FaultKind::kNodeIdTwice},
-                                                           {"sensor_frozen", sim::FaultKind::kSensorFrozen},
-                                                           {"sensor_invalid", sim::FaultKind::kSensorInvalid}}) {
-    EXPECT_EQ(load(with("kind = \"node_silent\"", std::string("kind = \"") + kind + "\"")).faults[0].kind, expected);
-  }
+  EXPECT_GT(read, 25) << "all but those of a valve or an encoder";
   expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
   EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);

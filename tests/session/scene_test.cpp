@@ -50,7 +50,8 @@ TEST(Scene, AWallIsAnAreaBehindItsFace) {
 TEST(Scene, AFaceIsDrawnWhereItIsHoweverFarAlong) {
   sim::WorldDescription world;
   world.walls = {upright_wall(), upright_wall()};
-  world.walls[0].from_m = 2, world.walls[0].to_m = 3;  // downwards
+  world.walls[0].from_m = 2;
+  world.walls[0].to_m = 3;  // downwards
   world.walls[1].from_m = 2;
   const auto walls = named(scene_of(world, {}, kReach_m), "wall");
   EXPECT_NEAR(highest(walls[0]), -2, 1e-9);

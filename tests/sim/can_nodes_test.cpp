@@ -141,7 +141,10 @@ TEST(CanNodes, SensorNoiseHasTheDeviationOfTheTruthAndRepeatsForASeed) {
   };
   const auto values = readings(1);
   double sum = 0, squares = 0;
-  for (const double v : values) sum += v, squares += v * v;
+  for (const double v : values) {
+    sum += v;
+    squares += v * v;
+  }
   const auto n = static_cast<double>(values.size());
   ASSERT_GT(n, 700);
   EXPECT_NEAR(sum / n, 0, 4e3);

@@ -396,7 +396,10 @@ struct HeelDown {
     heel_z = 1e9;
     for (std::size_t i = 0; i < kCorners; ++i) {
       const PlanarVector corner = p.boom_m + p.arm_m + p.bucket * outline().corner(i);
-      if (corner.y() < heel_z) heel_x = corner.x(), heel_z = corner.y();
+      if (corner.y() < heel_z) {
+        heel_x = corner.x();
+        heel_z = corner.y();
+      }
     }
   }
 };
@@ -466,7 +469,8 @@ TEST(Contact, PullOfATestRigActsWhereItsChainHangs) {
   const PlanarVector pull(0, -2000);
   at_tip.set_pull(pull, outline().tip());
   at_heel.set_pull(pull, outline().corner(2));
-  run(at_tip, 6), run(at_heel, 6);
+  run(at_tip, 6);
+  run(at_heel, 6);
   EXPECT_EQ(at_tip.state().contact_N, pull);
   EXPECT_LT((at_tip.state().contact_m - outline().tip()).norm(), 1e-9);
   EXPECT_LT((at_heel.state().contact_m - outline().corner(2)).norm(), 1e-9);

@@ -28,7 +28,10 @@ struct Bench {
     hand.step(now, intent);
     HidReport report;
     while (cable.host().read(report)) {
-      if (const auto decoded = decode_state(report)) state = *decoded, ++reports;
+      if (const auto decoded = decode_state(report)) {
+        state = *decoded;
+        ++reports;
+      }
     }
   }
   void command(TorqueMode mode, const JointVector& torque_Nm) {
@@ -44,7 +47,10 @@ struct Bench {
     cable.host().write(encode(command));
   }
   void hold_torque(const JointVector& torque_Nm, double seconds) {
-    for (int i = 0; i < int(seconds * 1e3); ++i) command(TorqueMode::kTorque, torque_Nm), tick();
+    for (int i = 0; i < int(seconds * 1e3); ++i) {
+      command(TorqueMode::kTorque, torque_Nm);
+      tick();
+    }
   }
   double felt() const { return hand.truth().felt_N.norm(); }
 

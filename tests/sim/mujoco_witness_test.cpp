@@ -117,7 +117,8 @@ TEST(MujocoWitness, WhatTheGroundHoldsUpIsHeldByTheJointsAlike) {
     JointVector angle = start, rate = JointVector::Zero(), torque = JointVector::Zero();
     witness.set(angle, rate);
     for (int i = 0; i < 12000; ++i) {
-      angle = witness.angle(), rate = witness.rate();
+      angle = witness.angle();
+      rate = witness.rate();
       torque = body.bias(body.pose(angle), JointVector::Zero(), {});
       torque += JointVector(-600, -2e5 * (angle[1] - start[1]), -2e5 * (angle[2] - start[2]));
       torque -= JointVector(400, 3000, 1000).cwiseProduct(rate);
@@ -168,7 +169,10 @@ TEST(MujocoWitness, ArmAndCompliantHullMoveEachOtherTheSameWay) {
     PlantDetail detail;
     const StateVector dx = plant.derivative(x, {}, empty, detail);
     // MuJoCo's slide is vertical in W; it has the heave, then the pitch, then the joints.
-    for (int i = 0; i < 2; ++i) data->qpos[i] = x[kHull + i], data->qvel[i] = x[kHull + 2 + i];
+    for (int i = 0; i < 2; ++i) {
+      data->qpos[i] = x[kHull + i];
+      data->qvel[i] = x[kHull + 2 + i];
+    }
     data->qfrc_applied[0] = detail.ground.heave_N;
     data->qfrc_applied[1] = detail.ground.pitch_Nm;
     for (int i = 0; i < kJoints; ++i) {

@@ -177,7 +177,8 @@ TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
   double thinnest = 1, thickest = 1;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const double viscosity = another_day(first, Family::kSmooth, seed).viscosity_factor;
-    thinnest = std::min(thinnest, viscosity), thickest = std::max(thickest, viscosity);
+    thinnest = std::min(thinnest, viscosity);
+    thickest = std::max(thickest, viscosity);
   }
   EXPECT_GE(thinnest, 0.8);
   EXPECT_LT(thinnest, 0.82);

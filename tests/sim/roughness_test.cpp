@@ -80,7 +80,8 @@ TEST(RoughCylinder, LeaksByPressureDifference) {
         leaking = rough_plant([&](MachineTruth&t) { t.valve[kBoom].leakage_m3ps_per_Pa = leakage; });
   const double difference = leaking.state().chamber_Pa[0] - leaking.state().chamber_Pa[1];
   ASSERT_GT(difference, 10e5);
-  run(tight, 3), run(leaking, 3);
+  run(tight, 3);
+  run(leaking, 3);
   EXPECT_NEAR(tight.state().chamber_Pa[1], make_plant().state().chamber_Pa[1], 1e3);
   // Both sides' pressures rise until the trapped oil carries the load by the rod's area.
   EXPECT_GT(leaking.state().chamber_Pa[1], tight.state().chamber_Pa[1] + 5e5);

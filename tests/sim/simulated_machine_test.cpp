@@ -62,7 +62,8 @@ TEST(SimulatedMachine, PressureReadingsLagByTheTimeConstantOfTheTransmitters) {
   slow.machine.plant().set_pull({0, -3000});
   double behind = 0;
   for (int i = 0; i < 1500; ++i) {
-    sharp.run(1ms), slow.run(1ms);
+    sharp.run(1ms);
+    slow.run(1ms);
     behind += 1e-3 * (sharp.pressure(0) - slow.pressure(0));
   }
   const double rise = slow.pressure(0) - before;
@@ -80,7 +81,8 @@ TEST(SimulatedMachine, EncodersAreAsNoisyAsTheirTruth) {
     rig.run(5ms);
     const double error =
         canopen::parse_encoder(rig.newest(0x1B1)->frame)->position_m - rig.machine.plant().state().cylinder_m[kArm];
-    sum += error, squares += error * error;
+    sum += error;
+    squares += error * error;
   }
   EXPECT_NEAR(sum / kReadings, 0, 6e-5);
   EXPECT_NEAR(std::sqrt(squares / kReadings), 3e-4, 5e-5);  // steps of 0.1 mm add next to nothing

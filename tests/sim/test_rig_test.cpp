@@ -73,14 +73,17 @@ TEST(TestRig, HungWeightEqualsOneOfTheScenario) {
   world.weights.push_back(
       {.mass_kg = 80, .point_m = default_machine().payload_com_m, .attach_at_s = 0.5, .detach_at_s = 1.5});
   Plant scripted = make_plant(world), hung = make_plant();
-  run(scripted, 0.5), run(hung, 0.5);
+  run(scripted, 0.5);
+  run(hung, 0.5);
   hung.hang(80);
-  run(scripted, 1), run(hung, 1);
+  run(scripted, 1);
+  run(hung, 1);
   EXPECT_DOUBLE_EQ(hung.state().payload_kg, 80);
   EXPECT_EQ(hung.state().payload_m, default_machine().payload_com_m);
   EXPECT_EQ(hung.state().chamber_Pa, scripted.state().chamber_Pa);
   hung.hang(0);
-  run(scripted, 1), run(hung, 1);
+  run(scripted, 1);
+  run(hung, 1);
   EXPECT_EQ(hung.state().payload_kg, 0);
   EXPECT_LT((hung.state().joint_rad - scripted.state().joint_rad).norm(), 1e-12);
 }

@@ -138,7 +138,10 @@ TEST(OtherController, IsLeftAloneByWhoComesSecond) {
   BenchMachine m;
   std::size_t sent = 0;
   for (int i = 0; i < 400; ++i) {  // a machine led by somebody else: SYNC every 5 ms
-    if (i % 5 == 0) stranger(m).send(canopen::sync_frame()), ++sent;
+    if (i % 5 == 0) {
+      stranger(m).send(canopen::sync_frame());
+      ++sent;
+    }
     m.tick();
   }
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kOtherController) << text(m.loop.fault());

@@ -67,7 +67,8 @@ TEST_F(BusStartUp, ARestartBelievesNothingFromBefore) {
   client.restart();
   ASSERT_TRUE(bring_to(Phase::kActivating, unheard_valve)) << text(client.fault());
   port.sent.clear();
-  step(), step();
+  step();
+  step();
   for (const CanFrame& frame : sent(canopen::rpdo1_id(0x12)))
     EXPECT_EQ(canopen::parse_valve_command(frame)->control_word, canopen::kControlInit);
 }
@@ -136,8 +137,10 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
   ASSERT_TRUE(bring_to(Phase::kActivating, not_heard)) << text(client.fault());
   const std::uint32_t to_valve = canopen::rpdo1_id(0x12);
   port.sent.clear();
-  status(0x10), inputs();
-  step(), step();
+  status(0x10);
+  inputs();
+  step();
+  step();
   ASSERT_FALSE(sent(to_valve).empty());
   EXPECT_EQ(canopen::parse_valve_command(sent(to_valve).back())->control_word, canopen::kControlInit)
       << "not heard of yet";
@@ -151,7 +154,8 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
     EXPECT_EQ(canopen::parse_valve_command(commands[0])->control_word, told) << says;
     EXPECT_EQ(client.phase(), Phase::kActivating);
   }
-  status(0x11), status(0x12);
+  status(0x11);
+  status(0x12);
   step();
   EXPECT_TRUE(client.operational()) << text(client.fault());
 }

@@ -367,7 +367,10 @@ TEST_F(BusSupervision, TheControllersHeartbeatHasItsPeriod) {
   up();
   const std::uint32_t id = canopen::heartbeat_id(1);
   port.sent.clear();
-  for (int i = 0; i < 1000 && sent(id).empty(); ++i) now += 100us, step();
+  for (int i = 0; i < 1000 && sent(id).empty(); ++i) {
+    now += 100us;
+    step();
+  }
   ASSERT_EQ(sent(id).size(), 1U);
   EXPECT_EQ(canopen::parse_heartbeat(sent(id).back()), canopen::NmtState::kOperational);
   port.sent.clear();

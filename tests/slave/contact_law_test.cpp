@@ -199,7 +199,8 @@ TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
         control.position_gain_1ps / control.tip_stiffness_N_per_m * loop.eigenvalues().real().maxCoeff();
     const double unsteadied =
         control.position_gain_1ps / control.tip_stiffness_N_per_m / soft.eigenvalues().real().minCoeff();
-    fastest = std::max(fastest, unsteadied), slowest = std::min(slowest, unsteadied);
+    fastest = std::max(fastest, unsteadied);
+    slowest = std::min(slowest, unsteadied);
     ASSERT_LT(crossover, 1.05 * control.contact_crossover_radps) << pose.transpose();
   }
   EXPECT_GT(fastest, 2.5 * control.contact_crossover_radps) << "poses in which there is something to do";

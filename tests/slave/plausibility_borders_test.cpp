@@ -462,7 +462,8 @@ TEST_F(PlausibilityBorders, AnEmptyChamberMayStandAtOneValue) {
 }
 
 TEST_F(PlausibilityBorders, TheFirstOfSeveralIsTold) {
-  open(kArm, true, 0.5), open(kBucket, true, 0.5);
+  open(kArm, true, 0.5);
+  open(kBucket, true, 0.5);
   returning_Pa(kArm, true) = returning_Pa(kBucket, true);
   machine.cylinders[kBucket] = machine.cylinders[kArm];
   plausibility = Plausibility(machine, kStep_s);

@@ -127,17 +127,20 @@ TEST_F(GateReasons, PowerIsInKilowatts) {
   const double flow = 0.5e-3 * std::sqrt(17.0 / 15.0);  // less than the pump has
   expect_reason(gate(only(kBoom, 1)).limiting, ReasonCode::kPowerLimit, 0, flow * 217e5 / 1e3, 8);
   // Two that ask for more than the pump has: what it gives counts.
-  limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);
+  limits.min_rad.setConstant(-10);
+  limits.max_rad.setConstant(10);
   expect_reason(gate(JointVector(1, 1, 0)).limiting, ReasonCode::kPowerLimit, 0, 32e-3 / 60 * 217e5 / 1e3, 8);
 }
 
 TEST_F(GateReasons, PowerAtTheLimitItselfIsPassed) {
   // Half open without a dead band, nothing carried, and numbers that binary fractions say exactly: 0.5 m3/s at 2^20 Pa.
   state.pressure_Pa.fill(0);
-  limits.min_rad.setConstant(-1e9), limits.max_rad.setConstant(1e9);
+  limits.min_rad.setConstant(-1e9);
+  limits.max_rad.setConstant(1e9);
   for (ValveDescription& valve : limits.valve) {
     valve.dead_band_extend = valve.dead_band_retract = 0;
-    valve.nominal_flow_m3ps = 1, valve.nominal_drop_Pa = 1024 * 1024;
+    valve.nominal_flow_m3ps = 1;
+    valve.nominal_drop_Pa = 1024 * 1024;
   }
   limits.load_sensing_margin_Pa = 1048576;
   limits.pump_flow_m3ps = 10;

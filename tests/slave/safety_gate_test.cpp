@@ -140,17 +140,19 @@ TEST_F(SafetyGate, CommandsNeutralForStampsFromTheFuture) {
 
 TEST_F(SafetyGate, CommandsNeutralWithoutAFiniteValidState) {
   const GateState good = state;
-  const auto check = [&] {
+  const auto refused_with = [&](double& value, double bad) {
+    value = bad;
     expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kSensorInvalid);
     state = good;
     EXPECT_FALSE(gate(JointVector(0.2, 0.2, 0.2)).fault);
   };
-  state.valid = false, check();
   for (int i = 0; i < kJoints; ++i) {
-    state.angle_rad[i] = kNan, check();
-    state.lever_m[i] = kInf, check();
+    refused_with(state.angle_rad[i], kNan);
+    refused_with(state.lever_m[i], kInf);
   }
-  for (std::size_t i = 0; i < 6; ++i) state.pressure_Pa[i] = kNan, check();
+  for (double& pressure_Pa : state.pressure_Pa) refused_with(pressure_Pa, kNan);
+  state.valid = false;
+  expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kSensorInvalid);
 }
 
 TEST_F(SafetyGate, ClampsMagnitudeToFullStrokeAndSaysSo) {
@@ -252,7 +254,10 @@ TEST_F(SafetyGate, OutwardSpeedAllowsToStopWithinWhatIsLeftOfTheRange) {
         const int other = (joint + 1) % kJoints;
         const bool extends = (state.lever_m[joint] > 0) == upper;
         JointVector wanted = only(joint, extends ? 1 : -1);
-        if (others_Pa > 0) wanted[other] = 0.2, state.pressure_Pa[static_cast<std::size_t>(2 * other)] = others_Pa;
+        if (others_Pa > 0) {
+          wanted[other] = 0.2;
+          state.pressure_Pa[static_cast<std::size_t>(2 * other)] = others_Pa;
+        }
         const GateResult r = gate(wanted);
         const double supply_Pa = std::max(30e5, others_Pa) + 17e5;
         const double flow = std::min(0.5e-3 * std::sqrt((supply_Pa - 30e5) / 15e5), 32e-3 / 60);
@@ -359,7 +364,8 @@ TEST_F(SafetyGate, KeepsHydraulicPowerBelowItsLimit) {
 }
 
 TEST_F(SafetyGate, RetractingTakesPowerAsExtendingDoes) {
-  limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);  // far from every end
+  limits.min_rad.setConstant(-10);
+  limits.max_rad.setConstant(10);  // far from every end
   for (const double sign : {1.0, -1.0}) {
     state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
     state.pressure_Pa[sign > 0 ? 0 : 1] = 200e5;
@@ -372,7 +378,8 @@ TEST_F(SafetyGate, RetractingTakesPowerAsExtendingDoes) {
 }
 
 TEST_F(SafetyGate, SharesPowerAmongJointsByWhatTheyTake) {
-  limits.min_rad.setConstant(-10), limits.max_rad.setConstant(10);  // far from every end
+  limits.min_rad.setConstant(-10);
+  limits.max_rad.setConstant(10);  // far from every end
   state.pressure_Pa = {200e5, 20e5, 50e5, 25e5, 40e5, 214e5};
   const double supply = 217e5, full[] = {0.5e-3 * std::sqrt(17.0 / 15.0), 0.5e-3 * std::sqrt(167.0 / 15.0)};
   // Boom and arm; the bucket stays at the edge of its dead band and counts neither as flow nor as load.
@@ -412,7 +419,9 @@ TEST_F(SafetyGate, OnlyEverTakesAwayAndNeverSilently) {
   std::mt19937 rng(11);
   std::uniform_real_distribution<> u(-1.5, 1.5), part(-0.05, 1.05), bar(0, 260);
   MachineDescription machine = test::test_machine();
-  machine.limits.floor_m = -0.5, machine.limits.ceiling_m = 2.0, machine.limits.reach_m = 2.5;
+  machine.limits.floor_m = -0.5;
+  machine.limits.ceiling_m = 2.0;
+  machine.limits.reach_m = 2.5;
   remake(machine);
   for (int i = 0; i < 20000; ++i) {
     state.angle_rad = JointVector(-0.474 + 1.566 * part(rng), -2.585 + 2.075 * part(rng), -2.5 + 3.284 * part(rng));

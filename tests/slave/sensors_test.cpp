@@ -14,13 +14,18 @@ class Sensors : public ::testing::Test {
  public:
   void send_all() {
     for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5 + i * 1e5);
-    length(0, 0.9), length(1, 1.1), length(2, 0.9);
+    lengths(0.9, 1.1, 0.9);
     tilt(0.02);
   }
   void pressure(std::uint8_t i, double Pa, std::uint8_t status = 0) {
     sensors.receive(canopen::pressure_frame(0x1A0U + i, {Pa, status}), now);
   }
   void length(std::uint8_t i, double m) { sensors.receive(canopen::encoder_frame(0x1B0U + i, {m, 0}), now); }
+  void lengths(double boom_m, double arm_m, double bucket_m) {
+    length(0, boom_m);
+    length(1, arm_m);
+    length(2, bucket_m);
+  }
   void tilt(double rad) { sensors.receive(canopen::tilt_frame(0x1B8, rad), now); }
 
   Time now{1s};
@@ -86,7 +91,8 @@ TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
   for (std::uint8_t i = 0; i < 6; ++i) {
     if (i != 3) pressure(i, 50e5);
   }
-  length(0, 0.9), length(1, 1.1), length(2, 0.9), tilt(0.02);
+  lengths(0.9, 1.1, 0.9);
+  tilt(0.02);
   now += 5ms;
   EXPECT_FALSE(sensors.fault(now));
   now += 1us;
@@ -100,7 +106,7 @@ TEST_F(Sensors, ASlopeMayBeOlderThanTheOthersByAsMuchAsItsNextOneIsLater) {
   send_all();
   now += 25ms;
   for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-  length(0, 0.9), length(1, 1.1), length(2, 0.9);
+  lengths(0.9, 1.1, 0.9);
   now += 5ms;
   EXPECT_FALSE(sensors.fault(now));
   now += 1us;
@@ -111,7 +117,7 @@ TEST_F(Sensors, ASlopeMayBeOlderThanTheOthersByAsMuchAsItsNextOneIsLater) {
 
 TEST_F(Sensors, ASlopeThatWasNeverHeardIsStaleAndGivesNoMeasurement) {
   for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-  length(0, 0.9), length(1, 1.1), length(2, 0.9);
+  lengths(0.9, 1.1, 0.9);
   EXPECT_FALSE(sensors.measurement());
   EXPECT_EQ(sensors.fault(now).subject, 0x38);
 }
@@ -196,7 +202,8 @@ TEST_F(Sensors, RestartForgetsEverythingButWhereTheLengthsWere) {
   for (int i = 0; i < 3; ++i) {
     now += 5ms;
     for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5);
-    length(0, 0.9), length(1, 1.13), length(2, 0.9), tilt(0.02);
+    lengths(0.9, 1.13, 0.9);
+    tilt(0.02);
   }
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
   EXPECT_EQ(sensors.fault(now).subject, 0x31);
@@ -208,7 +215,8 @@ TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {
   const auto send = [this](double arm_m) {
     now += 5ms;
     for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5 + k * 1e5);
-    length(0, 0.9), length(1, arm_m), length(2, 0.9), tilt(0.02);
+    lengths(0.9, arm_m, 0.9);
+    tilt(0.02);
   };
   for (int i = 0; i < 190; ++i) send(1.14);
   sensors.believe_settled_length(0x31, now);
@@ -237,7 +245,8 @@ TEST_F(Sensors, EncoderThatJumpedIsNotBelievedByWaiting) {
   for (int i = 0; i < 200 * 60; ++i) {  // the drum slipped by 25 mm: in range, and alive
     now += 5ms;
     for (std::uint8_t k = 0; k < 6; ++k) pressure(k, 50e5 + k * 1e5);
-    length(0, 0.9), length(1, 1.125), length(2, 0.9), tilt(0.02);
+    lengths(0.9, 1.125, 0.9);
+    tilt(0.02);
     if (i < 3) continue;
     const Reason fault = sensors.fault(now);
     ASSERT_EQ(fault.code, i < 199 ? ReasonCode::kSensorInvalid : ReasonCode::kLengthElsewhere) << i * 5 << " ms";
@@ -255,7 +264,7 @@ class BoomTilt : public Sensors {
     machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
     sensors = SensorSet(machine);
     for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-    length(0, 0.9), length(1, 1.1), length(2, 0.9);
+    lengths(0.9, 1.1, 0.9);
   }
   void slope(double hull_rad) {
     now += 5ms;

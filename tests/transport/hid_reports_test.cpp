@@ -131,9 +131,15 @@ TEST(HidReports, RandomValuesSurviveTheRoundTrip) {
   const auto any = [&]<typename T>(T& value) { value = static_cast<T>(random()); };
   for (int i = 0; i < 2000; ++i) {
     DeviceState state;
-    any(state.sequence), any(state.device_time_us), any(state.bus_mV), any(state.temperature_dC);
-    for (std::size_t j = 0; j < kJoints; ++j)
-      any(state.counts[j]), any(state.counts_per_s[j]), any(state.current_mA[j]);
+    any(state.sequence);
+    any(state.device_time_us);
+    any(state.bus_mV);
+    any(state.temperature_dC);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      any(state.counts[j]);
+      any(state.counts_per_s[j]);
+      any(state.current_mA[j]);
+    }
     state.status = random() & 0x3F;
     state.fault = random() & 0x3F;
     const auto back = decode_state(encode(state));

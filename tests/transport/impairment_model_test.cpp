@@ -263,8 +263,14 @@ TEST(ImpairmentModel, RefusesSettingsThatAreImpossibleOrContradictEachOther) {
   refused([](LinkImpairment& i) { i.burst_loss.mean_bad = 0ms; });
   refused([](LinkImpairment& i) { i.burst_loss.mean_good = -1ms; });
   refused([](LinkImpairment& i) { i.rate_Bps = -1; });
-  refused([](LinkImpairment& i) { i.bursts_per_s = 1, i.burst_length = 0ms; });
-  refused([](LinkImpairment& i) { i.in_order = true, i.reordering = 0.1; });
+  refused([](LinkImpairment& i) {
+    i.bursts_per_s = 1;
+    i.burst_length = 0ms;
+  });
+  refused([](LinkImpairment& i) {
+    i.in_order = true;
+    i.reordering = 0.1;
+  });
   refused([](LinkImpairment& i) { i.outages = {{.from = Time(), .length = 0ms}}; });
   refused([](LinkImpairment& i) { i.outages = {{.from = Time(), .length = 2s, .every = 1s}}; });
   refused([](LinkImpairment& i) { i.changes = {{Time(2s), {}}, {Time(1s), {}}}; });

@@ -18,7 +18,9 @@ Frame halves(int width_px, int height_px) {
   for (std::size_t i = 0; i < pixels->size() / 4; ++i)
     (*pixels)[4 * i + (static_cast<int>(i) % width_px < width_px / 2 ? 0 : 2)] = 255;
   Frame frame;
-  frame.width_px = width_px, frame.height_px = height_px, frame.row_bytes = 4 * width_px;
+  frame.width_px = width_px;
+  frame.height_px = height_px;
+  frame.row_bytes = 4 * width_px;
   frame.pixels = pixels->data();
   frame.memory = pixels;
   return frame;

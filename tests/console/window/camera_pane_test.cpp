@@ -369,7 +369,8 @@ class AlignCamera : public CamerasInWindow {
 };
 
 TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
-  red(true), red(false);
+  red(true);
+  red(false);
   ASSERT_TRUE(xdotool("key k"));
   show();
   ASSERT_TRUE(console_->cameras().aligning());
@@ -394,7 +395,8 @@ TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
 }
 
 TEST_F(AlignCamera, TakesNoClickWhileTheMachineMovesAndWritesNothingThatIsRefused) {
-  red(true), red(false);
+  red(true);
+  red(false);
   ASSERT_TRUE(xdotool("key k"));
   show();
   view_.machine.velocity_radps = {0, 0.1, 0};
@@ -438,7 +440,8 @@ TEST_F(AlignCamera, SaysInAnEventWhereItsKeyDoesNothingOrAnotherPictureEndsIt) {
 
 TEST_F(AlignCamera, KeepsTheFileOfTheTimeBefore) {
   std::ofstream("camera_rear.toml") << "before";
-  red(true), red(false);
+  red(true);
+  red(false);
   press("k");
   ASSERT_GE(click_poses(), 6);
   press("k");

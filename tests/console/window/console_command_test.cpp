@@ -304,7 +304,8 @@ class PersonAtConsole : public testing::Test {
   }
   /// @param down, @param up what takes enable and lets it go.
   void hold(const std::string& down, const std::string& up) {
-    down_ = down, up_ = up;
+    down_ = down;
+    up_ = up;
     ASSERT_TRUE(xdotool(down));
   }
   void let_go() {
@@ -365,7 +366,10 @@ TEST(ConsoleWindowSize, IsWithinTheDisplaySoThatStopIsOnIt) {
     const ConsoleView view = canned_view();
     const LoopHealth loop;
     const auto frames = [&] {
-      for (int i = 0; i < 3; ++i) window.frame(view, loop, events, 0), window.show();
+      for (int i = 0; i < 3; ++i) {
+        window.frame(view, loop, events, 0);
+        window.show();
+      }
     };
     frames();
     ASSERT_TRUE(xdotool("mousemove 960 710 mousedown 1"));

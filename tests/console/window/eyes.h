@@ -137,7 +137,10 @@ class Eyes {
     int count = 0;
     for (int v = 0; v < frame.height_px; ++v)
       for (int u = 0; u < frame.width_px; ++u)
-        if (is_ball(at(frame, u, v), which)) sum += Eigen::Vector2d(u, v), ++count;
+        if (is_ball(at(frame, u, v), which)) {
+          sum += Eigen::Vector2d(u, v);
+          ++count;
+        }
     if (count < kLeastBall) return std::nullopt;
     const Eigen::Vector2d middle = sum / count;
     const Eigen::Vector3d r = ray(middle.x(), middle.y(), frame.width_px, frame.height_px);

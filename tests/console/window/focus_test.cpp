@@ -51,8 +51,14 @@ class KeyboardFocus : public ShownConsole {
         return;
       }
     };
-    for (int x = box.left + 8; x < box.right - 8; x += 2) look(x, box.top, 0, 1), look(x, box.bottom, 0, 1);
-    for (int y = box.top + 8; y < box.bottom - 8; y += 2) look(box.left, y, 1, 0), look(box.right, y, 1, 0);
+    for (int x = box.left + 8; x < box.right - 8; x += 2) {
+      look(x, box.top, 0, 1);
+      look(x, box.bottom, 0, 1);
+    }
+    for (int y = box.top + 8; y < box.bottom - 8; y += 2) {
+      look(box.left, y, 1, 0);
+      look(box.right, y, 1, 0);
+    }
     return all == 0 ? 0 : double(seen) / all;
   }
   [[nodiscard]] ImU32 theme_text() const { return console_->window().theme().colours.text; }
