@@ -1,12 +1,13 @@
 // What the machine's side does when the bus itself fails: off, down, or nobody there to acknowledge.
 #include <gtest/gtest.h>
 
-#include "tests/slave/bench_machine.h"
+#include "tests/slave/leading.h"
 
 namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
+using test::lead;
 
 constexpr double kOpen = 0.11;  // of spool stroke: below it no oil flows
 
@@ -31,13 +32,6 @@ const std::array<BusFault, 3> kBusFaults{{
 bool commands_motion(const CanFrame& frame) {
   const bool to_valve = frame.id >= 0x210 && frame.id <= 0x212;
   return to_valve && canopen::parse_valve_command(frame)->set_point != 0;
-}
-
-void lead(BenchMachine& m) {
-  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
-  m.move(JointVector(0.25, -0.25, -0.3), 400ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
-  ASSERT_GT(m.signals.spool.cwiseAbs().minCoeff(), kOpen);
 }
 
 /// Enable as the operator's hand does it.

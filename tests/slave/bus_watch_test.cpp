@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/slave/bench_machine.h"
+#include "tests/slave/leading.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
@@ -18,6 +18,7 @@ namespace {
 using canopen::NmtCommand;
 using canopen::NmtState;
 using test::BenchMachine;
+using test::lead;
 
 CanBus& stranger(BenchMachine& m) {
   return m.bus.port(2);
@@ -32,13 +33,6 @@ bool moves(const CanFrame& frame) {
 bool neutral_by(const BenchMachine& m, Duration since_clear) {
   const Time from = m.now - since_clear;
   return std::none_of(m.wire.begin(), m.wire.end(), [&](const auto& w) { return w.at > from && moves(w.frame); });
-}
-
-/// Engaged and moving.
-void lead(BenchMachine& m) {
-  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
-  m.move(JointVector(0.2, -0.2, -0.2), 300ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.blocking());
 }
 
 struct ForeignFrame {

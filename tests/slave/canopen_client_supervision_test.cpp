@@ -71,9 +71,7 @@ TEST_F(BusSupervision, AValvesStatusMayBeAsOldAsTheSensorLimitAndOnePeriod) {
   for (std::uint8_t old = kValve; old < kValve + 3; ++old) {
     up_again();
     now += from_seconds(0.03125 + 2.0 / 256);
-    for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
-      if (id != old) status(id);
-    }
+    statuses_but(old);
     inputs();
     step();
     EXPECT_TRUE(client.operational()) << text(client.fault());
@@ -86,9 +84,7 @@ TEST_F(BusSupervision, AValvesStatusMayBeAsOldAsTheSensorLimitAndOnePeriod) {
 TEST_F(BusSupervision, AStatusShorterThanMappedIsNotUsedAndToldWhereItIsMissed) {
   up();
   now += from_seconds(0.03125 + 2.0 / 256);
-  for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
-    if (id != 0x11) status(id);
-  }
+  statuses_but(0x11);
   inputs();
   client.receive({0x191, 2, {0x0F, 0}}, now);
   step();
@@ -101,7 +97,7 @@ TEST_F(BusSupervision, AStatusShorterThanMappedIsNotUsedAndToldWhereItIsMissed) 
 TEST_F(BusSupervision, InputsShorterThanMappedAreNotUsedAndToldWhereTheyAreMissed) {
   up();
   now += from_seconds(3 * 0.0625) + 1ns;
-  for (std::uint8_t id = kValve; id < kValve + 3; ++id) status(id);
+  statuses_but(0);
   client.receive({0x1C0, 0, {}}, now);
   step();
   expect_fault(ReasonCode::kFrameShort, kEnableNode, 0, 1);
@@ -113,9 +109,7 @@ TEST_F(BusSupervision, AValveThatLeftItsWorkingStateIsMissedFirstAndThenToldAsTh
   const auto missed = [this](Duration heartbeat_after, std::uint8_t told, NmtState state) {
     up_again();
     now += 40ms;
-    for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
-      if (id != 0x11) status(id);
-    }
+    statuses_but(0x11);
     inputs();
     step();
     EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << text(client.fault());
@@ -207,7 +201,7 @@ TEST_F(BusSupervision, AValveMustBeActiveWellAndLedFromTheBus) {
 TEST_F(BusSupervision, EnableInputsAreStaleAfterThreeHeartbeats) {
   up();
   now += from_seconds(3 * 0.0625);
-  for (std::uint8_t id = kValve; id < kValve + 3; ++id) status(id);
+  statuses_but(0);
   step();
   EXPECT_TRUE(client.operational()) << text(client.fault());
   now += 1ns;

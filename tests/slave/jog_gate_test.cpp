@@ -2,42 +2,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
-#include "slave/safety_gate.h"
-#include "tests/slave/test_machine.h"
+#include "tests/slave/gate_bench.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
-class JogGate : public ::testing::Test {
+class JogGate : public JogGateBench {
  protected:
-  JogGate() {
-    state.joint = kArm;
-    state.since = now - 1s;
-    state.pressure_Pa.fill(100e5);
-    state.oldest_at = now;
-    state.oldest_node = 0x23;
-    memory = {only(0.3), now - 5ms};
-  }
-  static JointVector only(double value, int joint = kArm) {
-    JointVector v = JointVector::Zero();
-    v[joint] = value;
-    return v;
-  }
-  /// As if this command had been sent long enough: the rate rule is out of the way.
-  GateResult gate(const JointVector& wanted) {
-    memory.sent = wanted.array().isFinite().select(wanted, 0);
-    return jog_gate(wanted, state, memory, limits, now);
-  }
   /// Neutral, with this fault; as it was, it passes.
   void expect_refused(ReasonCode code, int subject = -1) {
-    const GateResult r = gate(only(0.2));
+    const GateResult r = gate(only(kArm, 0.2));
     EXPECT_EQ(r.commands, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.at, now) << "neutral was sent now: no credit for opening builds up meanwhile";
@@ -47,24 +24,19 @@ class JogGate : public ::testing::Test {
     }
   }
   void expect_passed() {
-    const GateResult r = gate(only(0.2));
-    EXPECT_EQ(r.commands, only(0.2));
+    const GateResult r = gate(only(kArm, 0.2));
+    EXPECT_EQ(r.commands, only(kArm, 0.2));
     EXPECT_FALSE(r.fault) << text(r.fault);
     EXPECT_EQ(r.limits, 0);
   }
-
-  Time now = Time(100s);
-  GateLimits limits{test::test_machine()};
-  JogState state;
-  GateMemory memory;
 };
 
 TEST_F(JogGate, PassesASmallOpeningOfTheJointOfThePlan) {
   for (int joint = 0; joint < kJoints; ++joint) {
     state.joint = joint;
     for (double u = -0.35; u <= 0.35; u += 0.01) {
-      const GateResult r = gate(only(u, joint));
-      EXPECT_EQ(r.commands, only(u, joint));
+      const GateResult r = gate(only(joint, u));
+      EXPECT_EQ(r.commands, only(joint, u));
       EXPECT_FALSE(r.fault);
     }
   }
@@ -72,23 +44,23 @@ TEST_F(JogGate, PassesASmallOpeningOfTheJointOfThePlan) {
 
 TEST_F(JogGate, RefusesWhatIsBeyondThirtyFivePercentOfStroke) {
   for (double u = -1.2; u <= 1.2; u += 0.003) {
-    const GateResult r = gate(only(u));
+    const GateResult r = gate(only(kArm, u));
     EXPECT_EQ(r.fault.code, std::abs(u) > 0.35 ? ReasonCode::kCommandInvalid : ReasonCode::kNone) << u;
-    EXPECT_EQ(r.commands, std::abs(u) > 0.35 ? only(0) : only(u)) << u;
+    EXPECT_EQ(r.commands, std::abs(u) > 0.35 ? only(kArm, 0) : only(kArm, u)) << u;
   }
   for (const double bad : {kNan, kInf, -kInf}) {
-    EXPECT_EQ(gate(only(bad)).fault.code, ReasonCode::kCommandInvalid);
-    EXPECT_EQ(gate(only(bad)).commands, only(0));
+    EXPECT_EQ(gate(only(kArm, bad)).fault.code, ReasonCode::kCommandInvalid);
+    EXPECT_EQ(gate(only(kArm, bad)).commands, only(kArm, 0));
   }
 }
 
 TEST_F(JogGate, RefusesAnyOpeningOfAnotherJoint) {
   for (const int other : {kBoom, kBucket}) {
     for (const double u : {1e-9, -0.1, 0.2, kNan}) {
-      const GateResult r = gate(only(0.2) + only(u, other));
+      const GateResult r = gate(only(kArm, 0.2) + only(other, u));
       EXPECT_EQ(r.fault.code, ReasonCode::kCommandInvalid);
       EXPECT_EQ(r.fault.subject, other);
-      EXPECT_EQ(r.commands, only(0));
+      EXPECT_EQ(r.commands, only(kArm, 0));
     }
   }
 }
@@ -98,30 +70,30 @@ TEST_F(JogGate, OpensSlowlyFromZeroAndClosesAtOnce) {
   for (const double sign : {-1.0, 1.0}) {
     for (double from = 0; from <= 0.35; from += 0.01) {
       for (double to = 0.0002; to <= 0.35; to += 0.0005) {
-        memory = {only(sign * from), now - 5ms};
-        const GateResult r = jog_gate(only(sign * to), state, memory, limits, now);
+        memory = {only(kArm, sign * from), now - 5ms};
+        const GateResult r = gate_from_memory(only(kArm, sign * to));
         EXPECT_NEAR(r.commands[kArm], sign * std::min(to, from + 0.001), 1e-12) << from << " " << to;
         EXPECT_EQ((r.limits & kLimitRate) != 0, to > from + 0.001) << from << " " << to;
       }
     }
   }
-  memory = {only(0.3), now - 5ms};
-  EXPECT_NEAR(jog_gate(only(-0.3), state, memory, limits, now).commands[kArm], -0.001, 1e-12) << "through zero";
+  memory = {only(kArm, 0.3), now - 5ms};
+  EXPECT_NEAR(gate_from_memory(only(kArm, -0.3)).commands[kArm], -0.001, 1e-12) << "through zero";
 }
 
 TEST_F(JogGate, LateLoopGetsNoBiggerJumpAndATooLateOneNone) {
   for (Duration gap = 5ms; gap <= 80ms; gap += 1ms) {
-    memory = {only(0.1), now - gap};
-    const GateResult r = jog_gate(only(0.3), state, memory, limits, now);
+    memory = {only(kArm, 0.1), now - gap};
+    const GateResult r = gate_from_memory(only(kArm, 0.3));
     if (gap > 50ms) {  // the valve's own watchdog
       EXPECT_EQ(r.fault.code, ReasonCode::kLoopOverrun) << to_seconds(gap);
-      EXPECT_EQ(r.commands, only(0));
+      EXPECT_EQ(r.commands, only(kArm, 0));
     } else {
       EXPECT_NEAR(r.commands[kArm], 0.1 + 0.2 * std::min(to_seconds(gap), 0.020), 1e-12);
     }
   }
-  memory = {only(0), now - 10s};
-  EXPECT_FALSE(jog_gate(only(0.3), state, memory, limits, now).fault) << "closed valves have no deadline";
+  memory = {only(kArm, 0), now - 10s};
+  EXPECT_FALSE(gate_from_memory(only(kArm, 0.3)).fault) << "closed valves have no deadline";
 }
 
 TEST_F(JogGate, RefusesAMotionOfMoreThanNinetySeconds) {
@@ -158,15 +130,15 @@ TEST_F(JogGate, RefusesOldFutureAndInvalidSensorsByTheirNode) {
 TEST_F(JogGate, RefusesMotionOfACylinderThatWasNotCommanded) {
   for (const int other : {kBoom, kBucket}) {
     for (double way = -0.02005; way <= 0.02; way += 0.0001) {
-      state.travelled_m = only(way, other);
+      state.travelled_m = only(other, way);
       if (std::abs(way) > 0.01)
         expect_refused(ReasonCode::kJogOtherMoves, other);
       else
         expect_passed();
     }
-    state.travelled_m = only(0.01, other);
+    state.travelled_m = only(other, 0.01);
     expect_passed();
-    state.travelled_m = only(kNan, other);
+    state.travelled_m = only(other, kNan);
     expect_refused(ReasonCode::kJogOtherMoves, other);
     state.travelled_m.setZero();
   }
@@ -197,8 +169,8 @@ TEST_F(JogGate, NeutralAlwaysPasses) {
   state = {};
   state.e_stop_open = true;
   state.pressure_Pa.fill(kNan);
-  const GateResult r = gate(only(0));
-  EXPECT_EQ(r.commands, only(0));
+  const GateResult r = gate(only(kArm, 0));
+  EXPECT_EQ(r.commands, only(kArm, 0));
   EXPECT_FALSE(r.fault);
 }
 
@@ -210,10 +182,10 @@ TEST_F(JogGate, OnlyEverTakesAwayAndNeverSilently) {
     state.joint = static_cast<int>(draw(0, 2.999));
     for (double& p : state.pressure_Pa) p = draw(0, 245) * 1e5;
     for (double& way : state.travelled_m) way = draw(-0.011, 0.011);
-    memory = {only(draw(-0.4, 0.4), state.joint), now - from_seconds(draw(0, 0.06))};
-    JointVector wanted = only(draw(-0.4, 0.4), state.joint);
+    memory = {only(state.joint, draw(-0.4, 0.4)), now - from_seconds(draw(0, 0.06))};
+    JointVector wanted = only(state.joint, draw(-0.4, 0.4));
     if (draw(0, 1) < 0.1) wanted[static_cast<int>(draw(0, 2.999))] = draw(-0.4, 0.4);
-    const GateResult r = jog_gate(wanted, state, memory, limits, now);
+    const GateResult r = gate_from_memory(wanted);
     EXPECT_EQ(r.commands == wanted, r.limits == 0 && !r.fault);
     EXPECT_EQ(r.memory.sent, r.commands.value());
     for (int j = 0; j < kJoints; ++j) {
@@ -239,8 +211,8 @@ TEST_F(JogGate, NeverOpensOutsideAMotionOfCommissioning) {
     state.e_stop_open = draw(0, 1) < 0.1;
     memory = {JointVector::Zero(), now - from_seconds(draw(0, 0.2))};
     const int moved = static_cast<int>(draw(0, 2.999));
-    const JointVector wanted = only(draw(-0.4, 0.4), moved);
-    const GateResult r = jog_gate(wanted, state, memory, limits, now);
+    const JointVector wanted = only(moved, draw(-0.4, 0.4));
+    const GateResult r = gate_from_memory(wanted);
     const bool planned =
         moved == state.joint && std::abs(wanted[moved]) <= 0.35 && now >= state.since && now - state.since <= 90s;
     const bool sound = state.oldest_at <= now && now - state.oldest_at <= limits.state_age && state.invalid_node == 0 &&
@@ -258,7 +230,7 @@ TEST_F(JogGate, NeverOpensOutsideAMotionOfCommissioning) {
 
 TEST_F(JogGate, AllocatesNothing) {
   const test::NoAllocScope scope;
-  for (int i = 0; i < 100; ++i) (void)gate(only(0.004 * i));
+  for (int i = 0; i < 100; ++i) (void)gate(only(kArm, 0.004 * i));
   EXPECT_EQ(scope.allocations(), 0U);
 }
 

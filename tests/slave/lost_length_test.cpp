@@ -18,6 +18,16 @@ void wait_until_ready(BenchMachine& m) {
   ASSERT_TRUE(m.reaches(Mode::kReady, 4s)) << text(m.loop.blocking());
 }
 
+void expect_shown(const BenchMachine& m, ReasonCode code, const char* why = "") {
+  EXPECT_EQ(m.loop.blocking().code, code) << why << " " << text(m.loop.blocking());
+}
+/// The press and release of enable were the answer: the length counts, and nothing goes on by itself.
+void expect_answered(const BenchMachine& m) {
+  expect_shown(m, ReasonCode::kEnableNotPressed);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+}
+
 /// A press and a release of enable answer what is shown, and nothing else.
 void press_and_release(BenchMachine& m) {
   m.hand.enable = true;
@@ -37,11 +47,11 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
   m.align();
   m.run(3s);  // enable is still held
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   m.hand.enable = false;  // let go of in fright: no answer to anything
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   m.hand.enable = true;
   m.run(100ms);
   m.hand.enable = false;
@@ -49,15 +59,13 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
   m.run(3s);
   m.hand.presence = true;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   m.hand.enable = true;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   m.hand.enable = false;
   m.run(20ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  expect_answered(m);
   m.hand.enable = true;
   m.align();
   EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
@@ -76,21 +84,19 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(10s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
   m.hand.enable = true;
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   m.hand.enable = false;
   m.run(20ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  expect_answered(m);
   // The act was for that slip alone: the next one asks for its own.
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(3s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
 }
 
 TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
@@ -108,16 +114,14 @@ TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressed
   m.run(5s);
   ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   m.hand.enable = true;
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << "pressed is half an answer";
+  expect_shown(m, ReasonCode::kLengthElsewhere, "pressed is half an answer");
   m.hand.enable = false;
   m.run(20ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
-  EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
-  EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
+  expect_answered(m);
 }
 
 TEST(SlaveLoop, LengthThatJumpsDuringTheSelfTestCanBeAnsweredForThere) {
@@ -131,11 +135,11 @@ TEST(SlaveLoop, LengthThatJumpsDuringTheSelfTestCanBeAnsweredForThere) {
   m.nodes.inject(0x31, sim::NodeFault::kNone);
   m.run(3s);
   EXPECT_EQ(m.loop.mode(), Mode::kSelfTest);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
   m.hand.enable = true;
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << "pressed is half an answer";
+  expect_shown(m, ReasonCode::kLengthElsewhere, "pressed is half an answer");
   m.hand.enable = false;
   m.run(20ms);
   EXPECT_EQ(m.loop.mode(), Mode::kReady) << text(m.loop.blocking());
@@ -153,9 +157,9 @@ TEST(SlaveLoop, LengthIsNotBelievedByAPressWhileTheEStopIsWhatIsShown) {
   press_and_release(m);
   m.nodes.set_estop(false);
   m.run(100ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   press_and_release(m);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kEnableNotPressed);
 }
 
 TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
@@ -165,11 +169,11 @@ TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
   m.signals.cylinder_m[kArm] += 0.03;
   m.run(3s);
   for (const int node : {0x30, 0x31}) {
-    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+    expect_shown(m, ReasonCode::kLengthElsewhere);
     EXPECT_EQ(m.loop.blocking().subject, node);
     press_and_release(m);
   }
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableNotPressed) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kEnableNotPressed);
 }
 
 TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
@@ -183,7 +187,7 @@ TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
   m.run(3s);
   m.hand.enable = false;
   m.run(20ms);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_NEAR(m.loop.blocking().value, 100, 1);
 }
 
@@ -202,7 +206,7 @@ TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
   m.run(3s);
   m.hand.enable = false;
   m.run(1s);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLengthElsewhere) << text(m.loop.blocking());
+  expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_EQ(m.loop.blocking().subject, 0x30);
 }
 

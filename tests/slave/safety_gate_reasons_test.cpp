@@ -3,16 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
-#include "slave/safety_gate.h"
-#include "tests/slave/test_machine.h"
+#include "tests/slave/gate_bench.h"
 
 namespace knuckle::slave {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 void expect_reason(const Reason& reason, ReasonCode code, int subject, double value, double limit) {
   EXPECT_EQ(reason.code, code) << text(reason);
@@ -25,36 +21,7 @@ void expect_reason(const Reason& reason, ReasonCode code, int subject, double va
   EXPECT_NEAR(reason.limit, limit, 1e-5 * (1 + std::abs(limit))) << text(reason);
 }
 
-JointVector only(int joint, double value) {
-  JointVector v = JointVector::Zero();
-  v[joint] = value;
-  return v;
-}
-
-class GateReasons : public ::testing::Test {
- protected:
-  GateReasons() {
-    place(JointVector(0.3, -1.5, -0.8));
-    state.valid = true;
-    state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
-    state.oldest_at = now;
-    state.oldest_node = 0x23;
-  }
-  void place(const JointVector& angle) {
-    state.angle_rad = angle;
-    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = limits.kinematics.cylinder_at(i, angle[i]).value().lever_m;
-  }
-  /// As if these commands had been sent long enough: the rate rule is out of the way.
-  GateResult gate(const JointVector& wanted, Mode mode = Mode::kEngaged) {
-    const GateMemory memory{wanted.array().isFinite().select(wanted, 0), now - 5ms};
-    return safety_gate(wanted, mode, setpoint_at, state, memory, limits, now);
-  }
-
-  Time now = Time(10s);
-  Time setpoint_at = now;
-  GateLimits limits{test::test_machine()};
-  GateState state;
-};
+using GateReasons = GateBench;
 
 TEST_F(GateReasons, CommandsThatAreNoneNameTheirJoint) {
   for (int joint = 0; joint < kJoints; ++joint) {
@@ -160,29 +127,16 @@ TEST_F(GateReasons, TheFirstLimitIsTold) {
   EXPECT_EQ(r.limits, kLimitVirtualWall | kLimitPressure);
 }
 
-class JogReasons : public ::testing::Test {
+class JogReasons : public JogGateBench {
  protected:
-  JogReasons() {
-    state.joint = kArm;
-    state.since = now - 1s;
-    state.pressure_Pa.fill(100e5);
-    state.oldest_at = now;
-    state.oldest_node = 0x23;
-  }
   void expect_fault(ReasonCode code, int subject, double value, double limit, double asked = 0.2) {
-    expect_reason(jog_gate(only(kArm, asked), state, memory, limits, now).fault, code, subject, value, limit);
+    expect_reason(gate_from_memory(only(kArm, asked)).fault, code, subject, value, limit);
   }
-
-  Time now = Time(100s);
-  GateLimits limits{test::test_machine()};
-  JogState state;
-  GateMemory memory{JointVector(0, 0.2, 0), now - 5ms};
 };
 
 TEST_F(JogReasons, CommandsNameTheirJointAndWhatItMayHave) {
   expect_fault(ReasonCode::kCommandInvalid, kArm, 0.4, 0.35, 0.4);
-  expect_reason(jog_gate(only(kBucket, 0.1), state, memory, limits, now).fault, ReasonCode::kCommandInvalid, kBucket,
-                0.1, 0);
+  expect_reason(gate_from_memory(only(kBucket, 0.1)).fault, ReasonCode::kCommandInvalid, kBucket, 0.1, 0);
 }
 
 TEST_F(JogReasons, EmergencyStopNeedsNoFigure) {

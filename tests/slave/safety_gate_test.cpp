@@ -1,65 +1,27 @@
 // The gate's limits, stated again as numbers and swept densely across their borders. Each rule has a test that fails
 // without it: "AllowsJustInside / Stops" pairs differ in nothing but the value the rule looks at.
-#include "slave/safety_gate.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
-#include "tests/slave/test_machine.h"
+#include "tests/slave/gate_bench.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kDeadBand = 0.11;
 
-class SafetyGate : public ::testing::Test {
+class SafetyGate : public GateBench {
  protected:
-  SafetyGate() {
-    place(JointVector(0.3, -1.5, -0.8));
-    state.valid = true;
-    state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
-    state.oldest_at = now;
-    state.oldest_node = 0x23;
-    memory = {JointVector(1, 1, 1), now - 5ms};
-  }
-  void place(const JointVector& angle) {
-    state.angle_rad = angle;
-    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = limits.kinematics.cylinder_at(i, angle[i]).value().lever_m;
-  }
-  /// As if these commands had been sent long enough: the rate rule is out of the way.
-  GateResult gate(const JointVector& wanted, Mode mode = Mode::kEngaged) {
-    memory.sent = wanted.array().isFinite().select(wanted, 0);
-    return gate_from_memory(wanted, mode);
-  }
-  GateResult gate_from_memory(const JointVector& wanted, Mode mode = Mode::kEngaged) {
-    return safety_gate(wanted, mode, setpoint_at, state, memory, limits, now);
-  }
-  void remake(const MachineDescription& machine) { limits = GateLimits(machine); }
-
   void expect_refused(const GateResult& r, ReasonCode code) const {
     EXPECT_EQ(r.commands, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.sent, JointVector(0, 0, 0));
     EXPECT_EQ(r.memory.at, now) << "neutral was sent now: no credit for opening builds up meanwhile";
     EXPECT_EQ(r.fault.code, code);
   }
-  static JointVector only(int joint, double value) {
-    JointVector v = JointVector::Zero();
-    v[joint] = value;
-    return v;
-  }
-
-  Time now = Time(10s);
-  Time setpoint_at = now;
-  GateLimits limits{test::test_machine()};
-  GateState state;
-  GateMemory memory;
 };
 
 TEST_F(SafetyGate, PassesOrdinaryCommandsUntouched) {

@@ -91,8 +91,13 @@ class SupervisedBus : public ::testing::Test {
     for (const std::uint8_t id : all()) {
       if (id != but) heartbeat(id);
     }
-    for (std::uint8_t id = kValve; id < kValve + 3; ++id) status(id);
+    statuses_but(0);
     inputs();
+  }
+  void statuses_but(std::uint8_t silent) {
+    for (std::uint8_t id = kValve; id < kValve + 3; ++id) {
+      if (id != silent) status(id);
+    }
   }
   static std::vector<std::uint8_t> all() {
     return {0x10, 0x11, 0x12, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25, 0x30, 0x31, 0x32, 0x38, 0x40};
