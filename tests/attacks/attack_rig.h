@@ -30,12 +30,6 @@ namespace knuckle::test {
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 
-/// "127.0.0.1:PORT" of a port that was free a moment ago.
-inline std::string free_address() {
-  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
-  return "127.0.0.1:" + std::to_string(probe.port());
-}
-
 inline UdpSocket any_socket() {
   return UdpSocket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on"));
 }

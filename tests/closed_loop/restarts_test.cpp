@@ -53,17 +53,7 @@ const Phase kPhases[] = {
 };
 
 session::SessionSetup story(const Phase& phase) {
-  const bool contact = std::string(phase.name) == "contact";
-  session::SessionSetup setup = session_setup(contact ? "wall_contact" : "link_faults", 1);
-  if (contact) return setup;
-  sim::Phase engage, sweep = phase_named(setup.scenario, "cut");
-  engage.kind = sim::PhaseKind::kEngage;
-  sweep.until_fault = false;
-  sweep.duration_s = 20;
-  setup.scenario.phases = {engage, sweep};
-  setup.scenario.phase_names = {"engage", "moving"};
-  setup.scenario.faults.clear();
-  return setup;
+  return std::string(phase.name) == "contact" ? session_setup("wall_contact", 1) : endless_motion(1, 20);
 }
 
 enum class Side : std::uint8_t { kOperator, kMachine };

@@ -12,6 +12,19 @@
 
 namespace knuckle::test {
 
+/// The person engages and sweeps, with nothing planned to fail.
+inline session::SessionSetup endless_motion(std::uint64_t seed, double sweep_s) {
+  session::SessionSetup setup = session_setup("link_faults", seed);
+  sim::Phase engage, sweep = phase_named(setup.scenario, "cut");
+  engage.kind = sim::PhaseKind::kEngage;
+  sweep.until_fault = false;
+  sweep.duration_s = sweep_s;
+  setup.scenario.phases = {engage, sweep};
+  setup.scenario.phase_names = {"engage", "moving"};
+  setup.scenario.faults.clear();
+  return setup;
+}
+
 struct TwoSides {
   explicit TwoSides(const session::SessionSetup& s)
       : setup(s),

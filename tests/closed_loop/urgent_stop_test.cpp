@@ -7,14 +7,7 @@ namespace knuckle::test {
 namespace {
 
 session::SessionSetup story(std::uint64_t seed, double loss, double reordering) {
-  session::SessionSetup setup = session_setup("link_faults", seed);
-  sim::Phase engage, sweep = phase_named(setup.scenario, "cut");
-  engage.kind = sim::PhaseKind::kEngage;
-  sweep.until_fault = false;
-  sweep.duration_s = 60;
-  setup.scenario.phases = {engage, sweep};
-  setup.scenario.phase_names = {"engage", "moving"};
-  setup.scenario.faults.clear();
+  session::SessionSetup setup = endless_motion(seed, 60);
   setup.scenario.duration_s = 100;
   setup.to_machine.loss = loss;
   setup.to_machine.reordering = reordering;

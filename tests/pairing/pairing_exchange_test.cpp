@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "tests/support/free_address.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/udp_socket.h"
 
@@ -17,14 +18,9 @@ namespace {
 /// DTLS alert: fatal, handshake_failure.
 const std::vector<std::uint8_t> kRefusal{21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 40};
 
-std::string free_address() {
-  const UdpSocket any(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, ""));
-  return "127.0.0.1:" + std::to_string(local_address(any.descriptor()).port());
-}
-
 struct Two : ::testing::Test {
   const secure::Identity machine = secure::make_identity("site arm"), desk = secure::make_identity("desk 1");
-  const std::string address = free_address();
+  const std::string address = test::free_address();
   std::vector<SocketAddress> far_end{parse_address(address)};  ///< As the caller looked it up.
   std::atomic<bool> go_on{true};
   std::optional<Shown> at_machine, at_desk;

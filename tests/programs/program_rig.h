@@ -27,6 +27,7 @@
 #include "core/realtime_thread.h"
 #include "machine/load.h"
 #include "sim/truth.h"
+#include "tests/support/free_address.h"
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
 #include "transport/link_session.h"
@@ -73,12 +74,6 @@ class Heard : public std::streambuf {
   mutable std::mutex mutex_;
   std::string text_;
 };
-
-/// A port of this computer that was free a moment ago.
-inline std::string free_address() {
-  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
-  return "127.0.0.1:" + std::to_string(probe.port());
-}
 
 /// Waits until it is so. @return false where it never was.
 inline bool eventually(const std::function<bool()>& so, std::chrono::milliseconds patience = kPatience) {
@@ -212,8 +207,6 @@ class Hand {
   void lead(int joint, double by_rad) {
     say([&](MasterMessage& m) { m.position_rad[joint] = by_rad; });
   }
-  /// Nothing is sent any more, or again.
-  void silent(bool on) { silent_ = on; }
   [[nodiscard]] std::optional<SlaveMessage> machine() {
     SlaveMessage told;
     if (heard_.take(told)) seen_ = told;
@@ -250,7 +243,7 @@ class Hand {
     if (since_s > 0) message.velocity_radps = way_rad / since_s;
     message.stamp = session_.stamp(++sequence_, now);
     message.device_report_at = session_.to_link(now);
-    if (!silent_) link_.send(encode(message).view());
+    link_.send(encode(message).view());
   }
   // the test's thread
   MasterMessage meant_;
@@ -260,7 +253,6 @@ class Hand {
   Mailbox<MasterMessage> to_say_;
   Mailbox<SlaveMessage> heard_;
   Mailbox<MachineStatus> statuses_;
-  std::atomic<bool> silent_{false};
   // the hand's thread
   Link& link_;
   static constexpr double kPace_radps = 0.5;
@@ -293,11 +285,11 @@ inline bool engage(Hand& hand) {
   return false;
 }
 
-/// Set-points with the valves ACTIVE and not at zero, from this place of the log on.
-inline int driving_frames(const Site& site, std::size_t from = 0) {
+/// Set-points with the valves ACTIVE and not at zero.
+inline int driving_frames(const Site& site) {
   const session::FrameLog log = site.frames();
   int count = 0;
-  for (std::size_t i = from; i < log.size(); ++i) {
+  for (std::size_t i = 0; i < log.size(); ++i) {
     for (const auto& valve : site.description().bus.valves) {
       if (log[i].frame.id != canopen::rpdo1_id(valve.id)) continue;
       const auto told = canopen::parse_valve_command(log[i].frame);

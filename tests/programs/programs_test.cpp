@@ -146,38 +146,6 @@ TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
   EXPECT_EQ(canopen::parse_heartbeat(log[static_cast<std::size_t>(last_heartbeat)].frame), canopen::NmtState::kStopped);
 }
 
-TEST(ProgramThreads, ASilentOperatorEndsNeutralAndOnlyANewPressResumes) {
-  Site site;
-  Hand hand(site.address());
-  const auto falls_silent = [&] {
-    hand.silent(false);
-    hand.lead(kBoom, 0);
-    if (!engage(hand)) return false;
-    site.slave_said.forget();
-    const std::size_t from = site.frames().size();
-    hand.lead(kBoom, 0.2);
-    const auto faulted = [&] { return site.slave_said.says("s: fault "); };
-    if (!eventually([&] { return driving_frames(site, from) > 10 || faulted(); })) return false;
-    hand.silent(true);
-    return eventually(faulted) && site.slave_said.says("fault link_lost");
-  };
-  // Where this computer stood still instead, the machine has stopped for another reason: once more.
-  bool lost = false;
-  for (int tries = 8; tries > 0 && !lost; --tries) lost = falls_silent();
-  ASSERT_TRUE(lost) << site.slave_said.text();
-  const std::size_t latched = site.frames().size();
-  hand.silent(false);  // with enable still pressed
-  ASSERT_TRUE(eventually([&] {
-    const auto told = hand.machine();
-    return told && told->mode == Mode::kFault && told->blocking.code == ReasonCode::kReleaseToRecover;
-  }));
-  std::this_thread::sleep_for(200ms);  // it would have moved by now
-  EXPECT_EQ(driving_frames(site, latched), 0);
-  EXPECT_TRUE(hand.sees(Mode::kFault));
-  hand.lead(kBoom, 0);
-  EXPECT_TRUE(engage(hand)) << "let go and pressed again";
-}
-
 TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
   const BusDescription bus = machine().bus;
   const programs::PlannedFault timed = programs::parse_fault("node_silent:boom_valve@10+2.5", bus);

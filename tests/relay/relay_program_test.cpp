@@ -33,12 +33,6 @@ class RelayThreads : public testing::Test {
   fs::path folder_ = fs::path(testing::TempDir()) / ("relay_" + std::to_string(getpid()));
 };
 
-/// A port that was free a moment ago.
-std::string free_address() {
-  const UdpLink probe = UdpLink::listen("127.0.0.1:0");
-  return "127.0.0.1:" + std::to_string(probe.port());
-}
-
 TEST_F(RelayThreads, AnOperatorLeadsTheMachineThroughItAndSeesItsDelay) {
   const std::string machine = free_address(), relayed = free_address();
   RunningProgram slave(test::program("knuckle"), {"slave", "--simulate", "--listen", machine, "--insecure"});

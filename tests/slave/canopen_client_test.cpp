@@ -131,6 +131,7 @@ TEST(CanopenClient, RefusesANodeThatIsNotTheOneInTheFile) {
     EXPECT_FLOAT_EQ(why.value, 0x9999);
     m.run(20ms);
     EXPECT_EQ(m.loop.mode(), Mode::kFault);
+    for (int tries = 0; tries < 2; ++tries) EXPECT_FALSE(m.engage()) << "however often the operator tries";
     EXPECT_FALSE(m.nodes.outputs().pilot);
   }
 }

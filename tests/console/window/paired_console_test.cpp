@@ -9,6 +9,7 @@
 
 #include "tests/console/window/screen_pixel.h"
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/free_address.h"
 #include "tests/support/paired_computers.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
@@ -17,10 +18,6 @@
 
 namespace knuckle::test {
 namespace {
-
-std::string free_address() {
-  return "127.0.0.1:" + std::to_string(UdpLink::listen("127.0.0.1:0").port());
-}
 
 bool eventually(const std::function<bool()>& so) {
   for (int i = 0; i < 1200; ++i, std::this_thread::sleep_for(50ms))
