@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "machine/description.h"
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 
 namespace knuckle::master {
 namespace {
@@ -210,7 +210,6 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.velocity_radps = set_point_.velocity_radps();
   message.rendered_N = rendered_N_ / force_scale_;
   message.assist = settings_.assist;
-  message.energy_in_J = energy_.in_J();
   link_.send(encode(message).view());
 }
 

@@ -7,7 +7,7 @@
 
 #include "core/time.h"
 #include "recording/mcap/contents.h"
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 #include "transport/link_start.h"
 
 namespace knuckle::recording {

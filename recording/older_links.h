@@ -16,7 +16,7 @@ struct TranslatedDatagram {
   bool led_by_waves = false;        ///< A set-point that was not followed as it is, but by the waves beside it.
 };
 
-/// Of version 7, which had wave variables at the end of both sides' messages.
+/// Of version 7, which had an energy and wave variables at the end of both sides' messages.
 /// @return nullopt where it is no datagram that this version took.
 [[nodiscard]] std::optional<TranslatedDatagram> from_link_version_7(std::span<const std::uint8_t> datagram);
 

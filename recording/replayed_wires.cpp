@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 
 namespace knuckle::recording {
 namespace {

@@ -9,7 +9,7 @@
 #include "recording/cdr.h"
 #include "recording/loop_tape.h"
 #include "recording/older_links.h"
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 
 namespace knuckle::recording {
 namespace {

@@ -244,7 +244,6 @@ void SlaveLoop::publish(Time now) noexcept {
   sent_.limits = static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
   sent_.payload_kg = payload_.kg();
   sent_.payload_sigma_kg = payload_.sigma_kg();
-  sent_.energy_in_J = energy_in_J_;
   link_.send(encode(sent_).view());
 }
 

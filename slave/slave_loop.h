@@ -55,6 +55,9 @@ class SlaveLoop {
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }
+  /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
+  /// grows.
+  [[nodiscard]] double energy_in_J() const noexcept { return energy_in_J_; }
 
  private:
   static constexpr double kVelocityCutoff_Hz = 10;  ///< Of the joint rates for control.

@@ -55,7 +55,7 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.payload_kg = told.payload_kg;
   state.payload_sigma_kg = told.payload_sigma_kg;
   state.contact_compliance = told.contact_compliance;
-  state.energy_in_J = told.energy_in_J;
+  state.energy_in_J = slave.energy_in_J();
   state.ahead_rad = told.ahead_rad;
   state.wanted = slave.wanted();
   state.valve_command = slave.commands();

@@ -58,6 +58,7 @@ class ByteReader {
     return value;
   }
   [[nodiscard]] bool ok() const noexcept { return ok_; }
+  [[nodiscard]] bool at_end() const noexcept { return at_ == in_.size(); }
 
  private:
   std::uint8_t byte() noexcept {

@@ -11,12 +11,17 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "transport/link.h"
-#include "transport/link_stamp.h"
+#include "transport/link_header.h"
 
 namespace knuckle {
 
 /// The speed of a set-point is low-passed by its sender, first order, at this.
 inline constexpr double kSetPointRateCutoff_Hz = 30;
+
+namespace wire {
+inline constexpr double kMostAngle_rad = 10, kMostRate_radps = 200;
+inline constexpr double kMostForce_N = 1e8, kMostPressure_Pa = 1e10, kMostMass_kg = 1e9;
+}  // namespace wire
 
 /// Modes of a session, decided by the slave (it owns the valves), shown by both.
 enum class Mode : std::uint8_t { kOff, kSelfTest, kReady, kAligning, kEngaged, kHold, kFault, kEStop };
@@ -53,8 +58,47 @@ struct MasterMessage {
   PlanarVector rendered_N =
       PlanarVector::Zero();  ///< Of a contact on the hand, without cues and load; machine scale, frame M.
   AssistSettings assist;
-  double energy_in_J = 0;  ///< Cumulative energy the hand put into the device; only grows.
+
+  /// In the order of its bytes.
+  template <typename Self, typename Visit>
+  static void fields(Self& m, Visit&& visit) {
+    [[maybe_unused]] const auto& [stamp, device_report_at, stops, releases, presence, enable, clutch, stop, device_ok,
+                                  device_reason, position_rad, velocity_radps, rendered_N, assist] = m;
+    [[maybe_unused]] const auto& [force_limit_N, stop_on_object] = m.assist;
+    visit("stamp", m.stamp);
+    visit("device_report_at_ns", m.device_report_at);
+    visit("stops", m.stops);
+    visit("releases", m.releases);
+    visit("presence", m.presence);
+    visit("enable", m.enable);
+    visit("clutch", m.clutch);
+    visit("stop", m.stop);
+    visit("device_ok", m.device_ok);
+    visit("assist_stop_on_object", m.assist.stop_on_object);
+    visit("device_reason", m.device_reason);
+    visit("position_rad", m.position_rad, wire::within(wire::kMostAngle_rad));
+    visit("velocity_radps", m.velocity_radps, wire::within(wire::kMostRate_radps));
+    visit("rendered_N", m.rendered_N, wire::cut(wire::kMostForce_N));
+    visit("assist_force_limit_N", m.assist.force_limit_N, wire::Single{0, wire::kMostForce_N});
+  }
 };
+
+/// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.
+enum LimitFlag : std::uint16_t {
+  kLimitMagnitude = 1 << 0,
+  kLimitRate = 1 << 1,
+  kLimitJointRange = 1 << 2,
+  kLimitVirtualWall = 1 << 3,
+  kLimitPressure = 1 << 4,
+  kLimitPower = 1 << 5,
+  kLimitPumpFlow = 1 << 6,
+  kLimitVelocity = 1 << 7,
+  kLimitAssistForce = 1 << 8,
+  kLimitForceCeiling = 1 << 9,
+};
+inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
+/// What the flag of this bit limits, such as "pump flow"; nullptr behind the last.
+[[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 
 /// Machine to operator, 200 Hz.
 struct SlaveMessage {
@@ -80,31 +124,37 @@ struct SlaveMessage {
   std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
-  /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
-  /// grows.
-  double energy_in_J = 0;
-};
 
-/// Bits of SlaveMessage::limits and of the safety gate: nothing is limited silently.
-enum LimitFlag : std::uint16_t {
-  kLimitMagnitude = 1 << 0,
-  kLimitRate = 1 << 1,
-  kLimitJointRange = 1 << 2,
-  kLimitVirtualWall = 1 << 3,
-  kLimitPressure = 1 << 4,
-  kLimitPower = 1 << 5,
-  kLimitPumpFlow = 1 << 6,
-  kLimitVelocity = 1 << 7,
-  kLimitAssistForce = 1 << 8,
-  kLimitForceCeiling = 1 << 9,
+  /// In the order of its bytes.
+  template <typename Self, typename Visit>
+  static void fields(Self& m, Visit&& visit) {
+    [[maybe_unused]] const auto& [stamp, sensor_at, mode, blocking, fault, position_rad, velocity_radps, ahead_rad,
+                                  tip_force_N, load_N, covariance_N2, confidence, contact_compliance, contact, limits,
+                                  pressure_Pa, payload_kg, payload_sigma_kg] = m;
+    visit("stamp", m.stamp);
+    visit("sensor_at_ns", m.sensor_at);
+    visit("mode", m.mode);
+    visit("blocking", m.blocking);
+    visit("fault", m.fault);
+    visit("position_rad", m.position_rad, wire::within(wire::kMostAngle_rad));
+    visit("velocity_radps", m.velocity_radps, wire::within(wire::kMostRate_radps));
+    visit("ahead_rad", m.ahead_rad, wire::within(wire::kMostAngle_rad));
+    visit("tip_force_N", m.tip_force_N, wire::cut(wire::kMostForce_N));
+    visit("load_N", m.load_N, wire::cut(wire::kMostForce_N));
+    visit("covariance_N2", m.covariance_N2, wire::cut(wire::kMostForce_N * wire::kMostForce_N));
+    visit("confidence", m.confidence, wire::Within{0, 1});
+    visit("contact_compliance", m.contact_compliance, wire::Within{0, 1});
+    visit("contact", m.contact);
+    visit("limits", m.limits, wire::Bits{kLimitBits});
+    visit("pressure_Pa", m.pressure_Pa, wire::within(wire::kMostPressure_Pa));
+    visit("payload_kg", m.payload_kg, wire::within(wire::kMostMass_kg));
+    visit("payload_sigma_kg", m.payload_sigma_kg, wire::Within{0, wire::kMostMass_kg});
+  }
 };
-inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
-/// What the flag of this bit limits, such as "pump flow"; nullptr behind the last.
-[[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
-/// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
+/// nullopt where size, magic or version is wrong, or a field not acceptable (link_header.h).
 [[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
 /// After a silence of so long the machine's side may have begun anew, for the operator's side.

@@ -10,7 +10,7 @@
 #include <cstdint>
 
 #include "core/time.h"
-#include "transport/link_stamp.h"
+#include "transport/link_header.h"
 #include "transport/link_start.h"
 
 namespace knuckle {

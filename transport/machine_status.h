@@ -13,7 +13,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "transport/link.h"
-#include "transport/link_stamp.h"
+#include "transport/link_header.h"
 
 namespace knuckle {
 
@@ -26,6 +26,11 @@ class MachineName {
   [[nodiscard]] std::string_view text() const noexcept;
   bool operator==(const MachineName&) const noexcept = default;
 
+  template <typename Self, typename Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("name", self.bytes_, wire::Text{});
+  }
+
  private:
   std::array<char, kSize> bytes_{};
 };
@@ -35,6 +40,14 @@ struct MachineStatus {
   /// How late or how long, of the steps of the last 10 s.
   struct Timing {
     Duration p50{}, p99{}, max{};
+
+    template <typename Self, typename Visit>
+    static void fields(Self& self, Visit&& visit) {
+      [[maybe_unused]] const auto& [p50, p99, max] = self;
+      visit("p50_ns", self.p50);
+      visit("p99_ns", self.p99);
+      visit("max_ns", self.max);
+    }
   };
   LinkStamp stamp;
   JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
@@ -56,10 +69,40 @@ struct MachineStatus {
   MachineName machine;            ///< That it drives: nobody leads it as another one.
   bool simulated = false;         ///< There is no real machine behind it.
   bool calibrated = false;        ///< Its dynamics have been identified; else forces are those of a drawing.
+
+  /// In the order of its bytes.
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    [[maybe_unused]] const auto& [stamp, valve_command, spool, pilot_on, oil_flow_m3ps, hydraulic_power_W,
+                                  wake_lateness, execution, period, steps, overruns, fifo_priority, bus_load,
+                                  can_errors, acted_report_at, acted_ago, force_doubts, machine, simulated,
+                                  calibrated] = s;
+    constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
+    visit("stamp", s.stamp);
+    visit("valve_command", s.valve_command, wire::cut(kMostOpening));
+    visit("spool", s.spool, wire::cut(kMostOpening));
+    visit("pilot_on", s.pilot_on);
+    visit("simulated", s.simulated);
+    visit("calibrated", s.calibrated);
+    visit("oil_flow_m3ps", s.oil_flow_m3ps, wire::Cut{0, 1e3});
+    visit("hydraulic_power_W", s.hydraulic_power_W, wire::Cut{0, 1e12});
+    visit("wake_lateness", s.wake_lateness);
+    visit("execution", s.execution);
+    visit("period_ns", s.period);
+    visit("steps", s.steps);
+    visit("overruns", s.overruns);
+    visit("fifo_priority", s.fifo_priority, wire::Within{0, 99});
+    visit("bus_load", s.bus_load, wire::Cut{0, 10});
+    visit("can_errors", s.can_errors);
+    visit("acted_report_at_ns", s.acted_report_at);
+    visit("acted_ago_ns", s.acted_ago);
+    visit("force_doubts", s.force_doubts);
+    visit("machine", s.machine);
+  }
 };
 
 [[nodiscard]] Datagram encode(const MachineStatus& status) noexcept;
-/// nullopt where size, magic or version is wrong, or a number not finite or beyond anything honest.
+/// nullopt where size, magic or version is wrong, or a field not acceptable (link_header.h).
 [[nodiscard]] std::optional<MachineStatus> decode_status(std::span<const std::uint8_t> bytes) noexcept;
 
 }  // namespace knuckle

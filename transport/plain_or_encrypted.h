@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 
 namespace knuckle {
 

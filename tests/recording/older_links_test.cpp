@@ -1,4 +1,5 @@
-// Recordings from before the link's messages lost the wave variables, and before the laws "wave" and "tdpa" went.
+// Recordings from before the link's messages lost energies and wave variables, and before the laws "wave" and "tdpa"
+// went.
 #include "recording/older_links.h"
 
 #include <gtest/gtest.h>
@@ -26,17 +27,17 @@ const std::string kMaster =
     "4B4E 07 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
     "FFFFFFFFFFFFFFFF 03000000 04030201  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
-    "00000000000000C0 000000000000F03F  0080BB44  0000000000001040 ";
-const std::string kNoImpedance = "00000000 ", kImpedance = "0000FA44 ", kNoWave = std::string(48, '0'),
-                  kWave = "000000000000F03F 000000000000F0BF 0000000000000040";
+    "00000000000000C0 000000000000F03F  0080BB44 ";
+const std::string kEnergy = "0000000000001040 ", kNoImpedance = "00000000 ", kImpedance = "0000FA44 ",
+                  kNoWave = std::string(48, '0'), kWave = "000000000000F03F 000000000000F0BF 0000000000000040";
 
 std::vector<std::uint8_t> bytes(const Datagram& datagram) {
   return {datagram.view().begin(), datagram.view().end()};
 }
 
-TEST(OlderLinks, ASetPointOfVersion7LosesItsWaveAndNothingElse) {
+TEST(OlderLinks, ASetPointOfVersion7LosesItsEnergyAndWaveAndNothingElse) {
   for (const bool waves : {false, true}) {
-    const auto old = test::hex(kMaster + (waves ? kImpedance + kWave : kNoImpedance + kNoWave));
+    const auto old = test::hex(kMaster + kEnergy + (waves ? kImpedance + kWave : kNoImpedance + kNoWave));
     ASSERT_EQ(old.size(), kMasterSize);
     const auto translated = from_link_version_7(old);
     ASSERT_TRUE(translated);
@@ -44,18 +45,16 @@ TEST(OlderLinks, ASetPointOfVersion7LosesItsWaveAndNothingElse) {
     auto expected = test::hex(kMaster);
     expected[2] = 8;
     EXPECT_EQ(translated->bytes, expected);
-    ASSERT_TRUE(decode_master(translated->bytes));
-    EXPECT_EQ(decode_master(translated->bytes)->energy_in_J, 4);
+    EXPECT_TRUE(decode_master(translated->bytes));
   }
 }
 
-TEST(OlderLinks, AReportOfVersion7LosesItsWaveAndAStatusOnlyItsVersion) {
+TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusOnlyItsVersion) {
   SlaveMessage message;
   message.mode = Mode::kEngaged;
-  message.energy_in_J = 2;
   auto old = bytes(encode(message));
   old[2] = 7;
-  for (const std::uint8_t byte : test::hex(kWave)) old.push_back(byte);
+  for (const std::uint8_t byte : test::hex(kEnergy + kWave)) old.push_back(byte);
   ASSERT_EQ(old.size(), 314u);
   const auto report = from_link_version_7(old);
   ASSERT_TRUE(report);
@@ -68,7 +67,7 @@ TEST(OlderLinks, AReportOfVersion7LosesItsWaveAndAStatusOnlyItsVersion) {
 }
 
 TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {
-  const auto good = test::hex(kMaster + kImpedance + kWave);
+  const auto good = test::hex(kMaster + kEnergy + kImpedance + kWave);
   for (const int version : {6, 8}) {
     auto other = good;
     other[2] = static_cast<std::uint8_t>(version);
@@ -82,6 +81,7 @@ TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {
     return wild;
   };
   for (const double wild : {1e308, -1e308, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_FALSE(from_link_version_7(with(kImpedanceAt - 8, wild))) << "energy";
     for (std::size_t at = kImpedanceAt + 4; at < good.size(); at += 8)
       EXPECT_FALSE(from_link_version_7(with(at, wild))) << at;
   }

@@ -20,7 +20,7 @@
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 
 namespace knuckle::recording {
 namespace {

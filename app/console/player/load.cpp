@@ -12,7 +12,7 @@
 #include "recording/fields.h"
 #include "recording/flaws.h"
 #include "recording/wire_events.h"
-#include "transport/link_kind.h"
+#include "transport/link_header.h"
 #include "transport/link_session.h"
 
 namespace knuckle::console::player {
