@@ -1,6 +1,8 @@
 #include "core/text.h"
 
+#include <array>
 #include <cstdint>
+#include <ctime>
 
 namespace knuckle {
 namespace {
@@ -95,6 +97,14 @@ std::string one_message(std::string_view text) {
   if (count <= kLongestMessage) return whole;
   return whole.substr(0, bytes_of(whole, kMessageBegin)) + "... (" + std::to_string(count) + " characters) ..." +
          whole.substr(bytes_of(whole, count - kMessageEnd));
+}
+
+std::string utc_text(std::int64_t unix_s, const char* format) {
+  const std::time_t seconds = unix_s;
+  std::tm utc{};
+  std::array<char, 64> text{};
+  if (::gmtime_r(&seconds, &utc) != nullptr) (void)std::strftime(text.data(), text.size(), format, &utc);
+  return text.data();
 }
 
 }  // namespace knuckle

@@ -1,7 +1,9 @@
 // Text of others (files, command lines, devices) inside Knuckle's own messages: one line, printable, of bounded length.
+// And times as text.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -21,5 +23,8 @@ namespace knuckle {
 /// A whole message as it goes to a terminal: printable, and too long a one without its middle, as file and key stand in
 /// front and the bound last.
 [[nodiscard]] std::string one_message(std::string_view text);
+
+/// A time in UTC, as ISO 8601 or as strftime(3) has it.
+[[nodiscard]] std::string utc_text(std::int64_t unix_s, const char* format = "%Y-%m-%dT%H:%M:%SZ");
 
 }  // namespace knuckle

@@ -1,7 +1,6 @@
 #include "recording/file_names.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -14,6 +13,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/descriptor.h"
+#include "core/text.h"
 #include "recording/topics.h"
 
 namespace knuckle::recording {
@@ -25,7 +26,7 @@ constexpr const char* kPart = "_part";
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 std::string stamp(std::int64_t unix_ns) {
-  return fmt::format("{:%Y-%m-%dT%H-%M-%S}", fmt::gmtime(static_cast<std::time_t>(unix_ns / kSecond_ns)));
+  return utc_text(unix_ns / kSecond_ns, "%Y-%m-%dT%H-%M-%S");
 }
 
 /// The program without its arguments: "slave" of "knuckle slave --can can0".
@@ -47,11 +48,10 @@ bool ours(const std::string& name) {
 /// A FileWriter holds a lock, which ends with its program however that ends. nullopt: it cannot be told, as the file is
 /// somebody else's and may not be opened, or lies where there are no locks.
 std::optional<bool> being_written(const std::string& path) {
-  int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);  // NFS locks only for those who may write
-  if (file < 0) file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return errno == EACCES ? std::nullopt : std::optional(true);
-  const int error = ::flock(file, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
-  ::close(file);
+  Descriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));  // NFS locks only for those who may write
+  if (!file) file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file) return errno == EACCES ? std::nullopt : std::optional(true);
+  const int error = ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
   return error == 0 ? std::optional(false) : error == EWOULDBLOCK ? std::optional(true) : std::nullopt;
 }
 

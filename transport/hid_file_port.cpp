@@ -19,29 +19,23 @@ constexpr int kFailuresBeforeOpening = 100;  // at 1 kHz: ten times a second
 
 HidFilePort::HidFilePort(const std::string& option, const std::string& path)
     : path_(path), descriptor_(::open(path.c_str(), kFlags)) {
-  if (descriptor_ < 0) throw InputError(option + " " + path + ": cannot be opened: " + std::strerror(errno));
+  if (!descriptor_) throw InputError(option + " " + path + ": cannot be opened: " + std::strerror(errno));
   struct stat kind {};
-  if (::fstat(descriptor_, &kind) != 0 || S_ISREG(kind.st_mode)) {
-    ::close(descriptor_);
+  if (::fstat(descriptor_.get(), &kind) != 0 || S_ISREG(kind.st_mode))
     throw InputError(option + " " + path + ": is a file, not a device: reports would be written over what is in it");
-  }
 }
 
 HidFilePort::HidFilePort(int descriptor) noexcept : descriptor_(descriptor) {
   ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK);
 }
 
-HidFilePort::~HidFilePort() {
-  let_go();
-}
-
 bool HidFilePort::write(const HidReport& report) noexcept {
-  return note(::write(descriptor_, report.data(), report.size()));
+  return note(::write(descriptor_.get(), report.data(), report.size()));
 }
 
 bool HidFilePort::read(HidReport& report) noexcept {
   report = {};
-  return note(::read(descriptor_, report.data(), report.size()));
+  return note(::read(descriptor_.get(), report.data(), report.size()));
 }
 
 /// @return whether a report was passed on.
@@ -53,16 +47,12 @@ bool HidFilePort::note(long result) noexcept {
   }
   if (result < 0 && (errno == EAGAIN || errno == EINTR)) return false;
   connected_ = false;
-  let_go();
-  if (++failures_ % kFailuresBeforeOpening == 0 && !path_.empty()) descriptor_ = ::open(path_.c_str(), kFlags);
+  // A gadget that is bound again has a new file under the old name; and a kernel with CVE-2026-31606 is damaged where a
+  // gadget is bound again whose old file is still open.
+  descriptor_.close();
+  if (++failures_ % kFailuresBeforeOpening == 0 && !path_.empty())
+    descriptor_ = Descriptor(::open(path_.c_str(), kFlags));
   return false;
-}
-
-/// A gadget that is bound again has a new file under the old name; and a kernel with CVE-2026-31606 is damaged where a
-/// gadget is bound again whose old file is still open.
-void HidFilePort::let_go() noexcept {
-  if (descriptor_ >= 0) ::close(descriptor_);
-  descriptor_ = -1;
 }
 
 }  // namespace knuckle

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/descriptor.h"
 #include "transport/hid_port.h"
 
 namespace knuckle {
@@ -16,9 +17,6 @@ class HidFilePort final : public HidPort {
   HidFilePort(const std::string& option, const std::string& path);
   /// Takes over a descriptor; one that is lost stays lost.
   explicit HidFilePort(int descriptor) noexcept;
-  ~HidFilePort() override;
-  HidFilePort(const HidFilePort&) = delete;
-  HidFilePort& operator=(const HidFilePort&) = delete;
 
   bool write(const HidReport& report) noexcept override;
   /// A report of another length comes out damaged: zeros behind it.
@@ -28,10 +26,9 @@ class HidFilePort final : public HidPort {
 
  private:
   bool note(long result) noexcept;
-  void let_go() noexcept;
 
   std::string path_;
-  int descriptor_;
+  Descriptor descriptor_;
   bool connected_ = true;
   int failures_ = 0;
 };

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/descriptor.h"
 #include "core/error.h"
 
 namespace knuckle {
@@ -165,10 +166,9 @@ std::string why_not_bound(int error) {
 }
 
 int open_udp_socket(const std::string& name, const SocketAddress& address, Attach attach, const char* what) {
-  const int socket = ::socket(address.bytes.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (socket >= 0 && attach(socket, address.get(), address.size) == 0) return socket;
+  Descriptor socket(::socket(address.bytes.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (socket && attach(socket.get(), address.get(), address.size) == 0) return socket.release();
   const int error = errno;
-  if (socket >= 0) ::close(socket);
   throw InputError(std::string("link: cannot ") + what + " " + name + ": " +
                    (attach == ::connect && error == EACCES ? kNotPermitted : why_not_bound(error)));
 }

@@ -37,22 +37,6 @@ constexpr bool is_service(canid_t id) noexcept {
   throw InputError("CAN interface \"" + interface + "\": " + why);
 }
 
-/// Closes on the way out of a constructor that throws.
-class Socket {
- public:
-  explicit Socket(int fd) noexcept : fd_(fd) {}
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  ~Socket() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  [[nodiscard]] int get() const noexcept { return fd_; }
-  [[nodiscard]] int release() noexcept { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
-
 ifreq request(const std::string& interface) noexcept {
   ifreq r{};
   interface.copy(r.ifr_name, sizeof r.ifr_name - 1);
@@ -66,7 +50,7 @@ struct Found {
 };
 /// Asked over an ordinary socket, so that the answer does not hang on CAN in the kernel.
 Found find(const std::string& interface) {
-  const Socket any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const Descriptor any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   ifreq index = request(interface), hardware = index, flags = index;
   const std::string none = "no such interface; `ip -brief link show type can` lists what there is (or: type vcan)";
   if (interface.empty() || interface.size() >= IFNAMSIZ) refuse(interface, none);
@@ -88,7 +72,7 @@ void set_option(const std::string& interface, int socket, int level, int option,
 
 /// Filters come before bind(): not one unwanted frame may slip in between.
 int open_socket(const std::string& interface, int index, std::span<const can_filter> filters, can_err_mask_t errors) {
-  Socket socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
+  Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0) {
     if (errno == EPERM || errno == EACCES) refuse(interface, "no permission to open CAN sockets");
     refuse(interface, std::string("cannot open a CAN socket (as root: modprobe can_raw): ") + std::strerror(errno));
@@ -133,9 +117,9 @@ SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const
   const Found found = find(interface);
   if (!found.problem.empty()) refuse(interface, found.problem);
   const int index = found.index;
-  Socket process(open_socket(interface, index, filters_of(false, hear), 0));
-  Socket service(open_socket(interface, index, filters_of(true, hear), 0));
-  Socket errors(open_socket(interface, index, {}, CAN_ERR_MASK));
+  Descriptor process(open_socket(interface, index, filters_of(false, hear), 0));
+  Descriptor service(open_socket(interface, index, filters_of(true, hear), 0));
+  Descriptor errors(open_socket(interface, index, {}, CAN_ERR_MASK));
   set_option(interface, process.get(), SOL_SOCKET, SO_PRIORITY, &kInteractive, sizeof kInteractive);
   set_option(interface, process.get(), SOL_SOCKET, SO_SNDBUF, &kProcessSendBytes, sizeof kProcessSendBytes);
   return {process.release(), service.release(), errors.release()};
@@ -159,12 +143,6 @@ SocketCanBus::SocketCanBus(const std::string& interface, const Sockets& sockets,
       service_(sockets.service),
       errors_(sockets.errors),
       open_again_(std::move(open_again)) {}
-
-SocketCanBus::~SocketCanBus() {
-  for (const Inbox* inbox : {&process_, &service_, &errors_}) {
-    if (inbox->socket() >= 0) ::close(inbox->socket());
-  }
-}
 
 bool SocketCanBus::send(const CanFrame& frame) noexcept {
   // Whoever was off the bus stays silent until somebody wants him back: the nodes then stop by themselves.
@@ -218,10 +196,10 @@ bool SocketCanBus::find_again() {
   const std::array<std::pair<int, int>, 3> ways{
       {{fresh.process, process_.socket()}, {fresh.service, service_.socket()}, {fresh.errors, errors_.socket()}}};
   bool replaced = true;
-  for (const auto& [from, to] : ways) {
+  for (const auto& [number, to] : ways) {
+    const Descriptor from(number);
     // Closes the old one: in this thread, as that may wait.
-    replaced = ::dup3(from, to, O_CLOEXEC) == to && replaced;
-    ::close(from);
+    replaced = ::dup3(from.get(), to, O_CLOEXEC) == to && replaced;
   }
   if (replaced) ends_.store(Ends::kFoundAgain, std::memory_order_release);
   return replaced;
@@ -270,7 +248,7 @@ SocketCanBus::Inbox::Inbox(int socket) noexcept : socket_(socket) {
 void SocketCanBus::Inbox::fill(CanHealth& health) noexcept {
   next_ = count_ = 0;
   for (mmsghdr& message : messages_) message.msg_hdr.msg_controllen = sizeof(Control);
-  const int got = ::recvmmsg(socket_, messages_.data(), kBatch, MSG_DONTWAIT, nullptr);
+  const int got = ::recvmmsg(socket_.get(), messages_.data(), kBatch, MSG_DONTWAIT, nullptr);
   if (got < 0) return health.on_receive_error(errno);
   count_ = static_cast<std::size_t>(got);
   for (std::size_t i = 0; i < count_; ++i) {

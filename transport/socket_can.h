@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 
+#include "core/descriptor.h"
 #include "transport/can_bus.h"
 #include "transport/can_health.h"
 
@@ -43,7 +44,6 @@ class SocketCanBus final : public CanBus {
   };
   /// @param open_again opens them anew; throws InputError as long as it cannot. Empty: they never come back.
   SocketCanBus(const std::string& interface, const Sockets& sockets, std::function<Sockets()> open_again = {});
-  ~SocketCanBus() override;
   SocketCanBus(const SocketCanBus&) = delete;
   SocketCanBus& operator=(const SocketCanBus&) = delete;
 
@@ -71,7 +71,7 @@ class SocketCanBus final : public CanBus {
   class Inbox {
    public:
     explicit Inbox(int socket) noexcept;
-    [[nodiscard]] int socket() const noexcept { return socket_; }
+    [[nodiscard]] int socket() const noexcept { return socket_.get(); }
     [[nodiscard]] bool empty() const noexcept { return next_ == count_; }
     [[nodiscard]] const can_frame& take() noexcept { return frames_[next_++]; }
     /// Reads what has arrived; to be called when empty.
@@ -86,7 +86,7 @@ class SocketCanBus final : public CanBus {
     };
     void count_overflows(CanHealth& health, const msghdr& message) noexcept;
 
-    int socket_;
+    Descriptor socket_;
     std::size_t next_ = 0, count_ = 0;
     std::uint32_t overflows_ = 0;  // as last told by the kernel; wraps
     std::array<can_frame, kBatch> frames_{};

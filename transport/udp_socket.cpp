@@ -63,25 +63,14 @@ std::uint32_t big_endian(const void* bytes) noexcept {
 
 UdpSocket::UdpSocket(int descriptor) noexcept : descriptor_(descriptor) {
   const int on = 1, mark = kExpedited;
-  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
-  (void)::setsockopt(descriptor_, IPPROTO_IP, IP_TOS, &mark, sizeof mark);
-  (void)::setsockopt(descriptor_, IPPROTO_IPV6, IPV6_TCLASS, &mark, sizeof mark);
-}
-
-UdpSocket::UdpSocket(UdpSocket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
-UdpSocket::~UdpSocket() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  (void)::setsockopt(descriptor_.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+  (void)::setsockopt(descriptor_.get(), IPPROTO_IP, IP_TOS, &mark, sizeof mark);
+  (void)::setsockopt(descriptor_.get(), IPPROTO_IPV6, IPV6_TCLASS, &mark, sizeof mark);
 }
 
 int UdpSocket::send(std::span<const std::uint8_t> bytes, const SocketAddress& to) const noexcept {
   const ssize_t sent =
-      ::sendto(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL, to.size == 0 ? nullptr : to.get(), to.size);
+      ::sendto(descriptor_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, to.size == 0 ? nullptr : to.get(), to.size);
   if (sent == static_cast<ssize_t>(bytes.size())) return 0;
   return sent < 0 ? errno : EMSGSIZE;
 }
@@ -97,7 +86,7 @@ std::optional<UdpSocket::Arrival> UdpSocket::receive(std::span<std::uint8_t> byt
   header.msg_iovlen = 1;
   header.msg_control = control.data();
   header.msg_controllen = control.size();
-  const ssize_t got = ::recvmsg(descriptor_, &header, MSG_TRUNC);
+  const ssize_t got = ::recvmsg(descriptor_.get(), &header, MSG_TRUNC);
   if (got < 0) return std::nullopt;
   from.size = header.msg_namelen;
   Arrival arrival{static_cast<std::size_t>(got), {}};
@@ -113,8 +102,8 @@ std::optional<UdpSocket::Arrival> UdpSocket::receive(std::span<std::uint8_t> byt
 
 void UdpSocket::hear_refusals(bool on) const noexcept {
   const int value = on ? 1 : 0;
-  (void)::setsockopt(descriptor_, IPPROTO_IP, IP_RECVERR, &value, sizeof value);
-  (void)::setsockopt(descriptor_, IPPROTO_IPV6, IPV6_RECVERR, &value, sizeof value);
+  (void)::setsockopt(descriptor_.get(), IPPROTO_IP, IP_RECVERR, &value, sizeof value);
+  (void)::setsockopt(descriptor_.get(), IPPROTO_IPV6, IPV6_RECVERR, &value, sizeof value);
 }
 
 std::optional<SocketAddress> UdpSocket::next_refusal() const noexcept {
@@ -126,7 +115,7 @@ std::optional<SocketAddress> UdpSocket::next_refusal() const noexcept {
     header.msg_namelen = sizeof to.bytes;
     header.msg_control = control.data();
     header.msg_controllen = control.size();
-    if (::recvmsg(descriptor_, &header, MSG_ERRQUEUE) < 0) return std::nullopt;
+    if (::recvmsg(descriptor_.get(), &header, MSG_ERRQUEUE) < 0) return std::nullopt;
     to.size = header.msg_namelen;
     for (const cmsghdr* one = CMSG_FIRSTHDR(&header); one != nullptr;
          one = CMSG_NXTHDR(&header, const_cast<cmsghdr*>(one))) {
@@ -155,7 +144,7 @@ void UdpSocket::hear_only_from(const SocketAddress& source) const noexcept {
   }
   Filter filter;
   filter.add_chain(std::span(chain).first(count));
-  filter.attach_to(descriptor_);
+  filter.attach_to(descriptor_.get());
 }
 
 void UdpSocket::hear_only_beginning_with(std::span<const std::array<std::uint8_t, 8>> beginnings) const noexcept {
@@ -165,12 +154,12 @@ void UdpSocket::hear_only_beginning_with(std::span<const std::array<std::uint8_t
         {{BPF_W, kPayloadAt, big_endian(beginning.data())}, {BPF_W, kPayloadAt + 4, big_endian(beginning.data() + 4)}}};
     filter.add_chain(chain);
   }
-  filter.attach_to(descriptor_);
+  filter.attach_to(descriptor_.get());
 }
 
 void UdpSocket::hear_all() const noexcept {
   const int unused = 0;
-  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_DETACH_FILTER, &unused, sizeof unused);
+  (void)::setsockopt(descriptor_.get(), SOL_SOCKET, SO_DETACH_FILTER, &unused, sizeof unused);
 }
 
 SocketPair open_socket_pair(const std::string& name, const SocketAddress& address, std::uint8_t mark) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "core/descriptor.h"
 #include "core/time.h"
 #include "transport/socket_address.h"
 
@@ -18,11 +19,8 @@ class UdpSocket {
  public:
   UdpSocket() = default;
   explicit UdpSocket(int descriptor) noexcept;
-  UdpSocket(UdpSocket&& other) noexcept;
-  UdpSocket& operator=(UdpSocket&& other) noexcept;
-  ~UdpSocket();
 
-  [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
+  [[nodiscard]] int descriptor() const noexcept { return descriptor_.get(); }
 
   /// @param to size 0: where the socket is connected to. @return 0, or errno.
   int send(std::span<const std::uint8_t> bytes, const SocketAddress& to) const noexcept;
@@ -49,7 +47,7 @@ class UdpSocket {
   void hear_all() const noexcept;
 
  private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
 };
 
 /// Two sockets on one address and port: datagrams whose first byte is at least `mark` come to the first, others to the

@@ -18,6 +18,7 @@
 
 #include "app/cli/file_owner.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::audit {
 namespace {
@@ -30,11 +31,7 @@ constexpr auto kLookAgain = std::chrono::milliseconds(1000);
 std::string utc_now() {
   timespec now{};
   ::clock_gettime(CLOCK_REALTIME, &now);
-  std::tm time{};
-  ::gmtime_r(&now.tv_sec, &time);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &time);
-  return fmt::format("{}.{:03}Z", text, now.tv_nsec / 1'000'000);
+  return fmt::format("{}.{:03}Z", utc_text(now.tv_sec, "%Y-%m-%dT%H:%M:%S"), now.tv_nsec / 1'000'000);
 }
 
 double monotonic_s() {
@@ -49,22 +46,13 @@ void check_only_owner_writes(const std::string& path, const char* what) {
 
 }  // namespace
 
-AuditTrail::Descriptor::~Descriptor() {
-  if (number_ >= 0) ::close(number_);
-}
-
-AuditTrail::Descriptor& AuditTrail::Descriptor::operator=(Descriptor&& other) noexcept {
-  std::swap(number_, other.number_);
-  return *this;
-}
-
 AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : folder_(folder), limits_(limits) {
   std::error_code error;
   if (fs::create_directories(folder_, error)) (void)::chmod(folder_.c_str(), 0700);
   if (error) throw InputError("--audit " + folder_ + ": cannot be written: " + error.message());
   check_only_owner_writes(folder_, "folder");
   lock_ = Descriptor(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (lock_.get() < 0) throw InputError("--audit " + folder_ + ": " + std::strerror(errno));
+  if (!lock_) throw InputError("--audit " + folder_ + ": " + std::strerror(errno));
   if (::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0)
     throw InputError("--audit " + folder_ + ": another program writes its audit trail there: give another folder");
   const auto must = [&](int refused) {
@@ -74,7 +62,7 @@ AuditTrail::AuditTrail(const std::string& folder, const TrailLimits& limits) : f
   const std::optional<Head> head = read_head(folder_);
   find_end(head.has_value());
   head_file_ = Descriptor(::open(head_file_of(folder_).c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  must(head_file_.get() < 0 ? errno : 0);
+  must(head_file_ ? 0 : errno);
   if (!head && number_ == 0) must(write_head());  // before the first line: where lines are, there is a head
   must(file_number_ == 0 ? begin_file(1) : open_file(file_number_));
   head_kept_ = !agrees_with(head);
@@ -140,7 +128,7 @@ int AuditTrail::open_file(std::uint64_t number) {
   Descriptor file(
       ::open(file_of(folder_, number).c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
   struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) return errno;
+  if (!file || ::fstat(file.get(), &status) != 0) return errno;
   file_ = std::move(file);
   file_size_ = static_cast<std::size_t>(status.st_size);
   file_number_ = number;

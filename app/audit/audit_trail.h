@@ -15,6 +15,7 @@
 
 #include "app/audit/audit_files.h"
 #include "app/cli/json.h"
+#include "core/descriptor.h"
 
 namespace knuckle::audit {
 
@@ -59,18 +60,6 @@ class AuditTrail {
     Clock::time_point began{};
     int written = 0;
     std::uint64_t left_out = 0;
-  };
-  class Descriptor {
-   public:
-    Descriptor() = default;
-    explicit Descriptor(int number) : number_(number) {}
-    ~Descriptor();
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(Descriptor&& other) noexcept;
-    [[nodiscard]] int get() const noexcept { return number_; }
-
-   private:
-    int number_ = -1;
   };
 
   void find_end(bool has_head);

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "app/pairing/private_file.h"
+#include "core/descriptor.h"
 #include "core/error.h"
 #include "machine/toml_reader.h"
 
@@ -43,21 +44,13 @@ std::string host_name() {
   return secure::is_name(name) ? name : "unnamed";
 }
 
-/// One program at a time changes what is in a folder.
-class FolderLock {
- public:
-  explicit FolderLock(const std::string& folder)
-      : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX) != 0)
-      throw InputError(folder + ": cannot be locked: " + std::strerror(errno));
-  }
-  ~FolderLock() { ::close(descriptor_); }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int descriptor_;
-};
+/// One program at a time changes what is in a folder: the one that holds this.
+Descriptor locked(const std::string& folder) {
+  Descriptor lock(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!lock || ::flock(lock.get(), LOCK_EX) != 0)
+    throw InputError(folder + ": cannot be locked: " + std::strerror(errno));
+  return lock;
+}
 
 std::string written(const secure::Peers& peers) {
   std::string text = "# Whom this computer is paired with; written by knuckle pair.\n";
@@ -117,7 +110,7 @@ void KeyFolder::remove_leftovers() const {
 secure::Identity KeyFolder::make(const std::string& name) const {
   secure::Identity made = secure::make_identity(name.empty() ? host_name() : name);
   make_folder();
-  const FolderLock lock(path_);
+  const Descriptor lock = locked(path_);
   remove_leftovers();
   write_private_file(key_file(), made.pem(), Existing::kRefuse);
   return made;
@@ -126,7 +119,7 @@ secure::Identity KeyFolder::make(const std::string& name) const {
 secure::Identity KeyFolder::renew(const std::string& name) const {
   if (!has_key()) return make(name);
   check_folder();
-  const FolderLock lock(path_);
+  const Descriptor lock = locked(path_);
   remove_leftovers();
   secure::Identity made = secure::make_identity(name.empty() ? secure::load_identity(key_file()).name : name);
   write_private_file(key_file(), made.pem(), Existing::kReplace);
@@ -166,7 +159,7 @@ void KeyFolder::check_can_be_written() const {
 }
 
 void KeyFolder::change_peers(const std::function<void(secure::Peers&)>& change) const {
-  const FolderLock lock(path_);
+  const Descriptor lock = locked(path_);
   remove_leftovers();
   secure::Peers known = peers();
   change(known);

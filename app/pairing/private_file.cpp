@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "app/cli/file_owner.h"
+#include "core/descriptor.h"
 #include "core/error.h"
 
 namespace knuckle::pairing {
@@ -33,20 +34,18 @@ int write_all(int descriptor, std::string_view text) {
 /// Or a power cut may bring the old name back.
 void sync_folder_of(const std::string& file) {
   const std::string folder = std::filesystem::absolute(file).parent_path();
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  (void)::fsync(descriptor);
-  ::close(descriptor);
+  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor) (void)::fsync(descriptor.get());
 }
 
 }  // namespace
 
 void write_private_file(const std::string& file, const std::string& text, Existing existing) {
   std::string beside = file + kLeftOver + "XXXXXX";
-  const int descriptor = ::mkostemp(beside.data(), O_CLOEXEC);  // mode 0600
-  if (descriptor < 0) refuse(file, errno);
-  int error = write_all(descriptor, text);
-  if (::close(descriptor) != 0 && error == 0) error = errno;
+  Descriptor descriptor(::mkostemp(beside.data(), O_CLOEXEC));  // mode 0600
+  if (!descriptor) refuse(file, errno);
+  int error = write_all(descriptor.get(), text);
+  if (const int refused = descriptor.close(); error == 0) error = refused;
   // A second name fails where there is a file; renaming would replace it.
   if (error == 0) {
     const bool put = existing == Existing::kReplace ? ::rename(beside.c_str(), file.c_str()) == 0

@@ -25,18 +25,17 @@ std::int64_t number(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? value : 0;
 }
 
-/// Connected to the socket of this name; "@NAME" is in the abstract name space. -1: there is none.
-int connected(std::string_view name) {
+/// Connected to the socket of this name; "@NAME" is in the abstract name space. None: there is no such.
+Descriptor connected(std::string_view name) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (name.empty() || name.size() >= sizeof address.sun_path) return -1;
+  if (name.empty() || name.size() >= sizeof address.sun_path) return {};
   std::copy(name.begin(), name.end(), address.sun_path);
   if (name.front() == '@') address.sun_path[0] = '\0';
-  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
-  if (socket >= 0 && ::connect(socket, reinterpret_cast<const sockaddr*>(&address), size) == 0) return socket;
-  if (socket >= 0) ::close(socket);
-  return -1;
+  if (socket && ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), size) == 0) return socket;
+  return {};
 }
 
 }  // namespace
@@ -49,12 +48,8 @@ ServiceWatch::ServiceWatch() : socket_(connected(variable("NOTIFY_SOCKET"))) {
         std::chrono::microseconds(std::max<std::int64_t>(0, number(variable("WATCHDOG_USEC"))) / kFeedsInTime);
 }
 
-ServiceWatch::~ServiceWatch() {
-  if (socket_ >= 0) ::close(socket_);
-}
-
 bool ServiceWatch::send(const std::string& line) const noexcept {
-  return socket_ >= 0 && ::send(socket_, line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size());
+  return socket_ && ::send(socket_.get(), line.data(), line.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(line.size());
 }
 
 void ServiceWatch::wait(const std::string& status, Duration at_most) noexcept {
@@ -63,7 +58,7 @@ void ServiceWatch::wait(const std::string& status, Duration at_most) noexcept {
 }
 
 void ServiceWatch::tell(Time now, std::uint64_t steps, const std::string& status) {
-  if (socket_ < 0 || stopping_ || steps == steps_fed_) return;
+  if (!socket_ || stopping_ || steps == steps_fed_) return;
   if (!ready_) ready_ = send("READY=1");
   if (status != status_ && send("STATUS=" + status)) status_ = status;
   if (feed_every_ == Duration{} || (fed_at_ != kNever && now - fed_at_ < feed_every_)) return;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/descriptor.h"
 #include "core/time.h"
 
 namespace knuckle::programs {
@@ -15,7 +16,6 @@ class ServiceWatch {
  public:
   /// Whether systemd listens, and how often it wants to hear, is in the environment.
   ServiceWatch();
-  ~ServiceWatch();
   ServiceWatch(const ServiceWatch&) = delete;
   ServiceWatch& operator=(const ServiceWatch&) = delete;
 
@@ -31,7 +31,7 @@ class ServiceWatch {
   /// @return whether it has arrived. Never waits.
   [[nodiscard]] bool send(const std::string& line) const noexcept;
 
-  int socket_ = -1;        ///< -1: nobody listens.
+  Descriptor socket_;      ///< None: nobody listens.
   Duration feed_every_{};  ///< 0: there is no watchdog.
   bool ready_ = false;
   bool stopping_ = false;

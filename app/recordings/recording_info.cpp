@@ -1,4 +1,3 @@
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,8 +52,7 @@ class HeadTexts {
 
 std::string utc(std::int64_t unix_ns) {
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03}", fmt::gmtime(static_cast<std::time_t>(unix_ns / kSecond_ns)),
-                     unix_ns % kSecond_ns / 1'000'000);
+  return fmt::format("{}.{:03}", utc_text(unix_ns / kSecond_ns, "%Y-%m-%d %H:%M:%S"), unix_ns % kSecond_ns / 1'000'000);
 }
 
 /// Clocks of computers that have none of their own begin in 1970.

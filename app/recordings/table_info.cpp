@@ -1,4 +1,3 @@
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -56,7 +55,7 @@ class ColumnLines {
 };
 
 std::string utc(double unix_s) {
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::gmtime(static_cast<std::time_t>(unix_s)));
+  return utc_text(static_cast<std::int64_t>(unix_s), "%Y-%m-%d %H:%M:%S");
 }
 
 /// @param from_s, to_s since 1970.

@@ -21,15 +21,16 @@ constexpr auto kLookForIdle = std::chrono::milliseconds(250);
 constexpr int kBacklog = 64, kMostAccepts = 64;
 constexpr std::size_t kChunk = 8192;
 
-int open_listener(const std::string& name) {
+Descriptor open_listener(const std::string& name) {
   const SocketAddress address = parse_address(name, "--listen");
-  const int socket = ::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  Descriptor socket(::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int on = 1;
-  if (socket >= 0) (void)::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (socket >= 0 && ::bind(socket, address.get(), address.size) == 0 && ::listen(socket, kBacklog) == 0) return socket;
-  const int error = errno;
-  if (socket >= 0) ::close(socket);
-  throw InputError("--listen " + name + ": " + why_not_bound(error));
+  if (socket) (void)::setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  if (!socket || ::bind(socket.get(), address.get(), address.size) != 0 || ::listen(socket.get(), kBacklog) != 0) {
+    const std::string why = why_not_bound(errno);
+    throw InputError("--listen " + name + ": " + why);
+  }
+  return socket;
 }
 
 /// As many as this program may have open, beside what is open already and a few to turn others away with: without a
@@ -56,24 +57,18 @@ std::string network_of(const SocketAddress& address) {
 
 RendezvousServer::RendezvousServer(const std::string& address, const Bounds& bounds)
     : bounds_(bounds), listening_(open_listener(address)), events_(::epoll_create1(EPOLL_CLOEXEC)) {
-  epoll_event wanted{EPOLLIN, {.fd = listening_}};
-  if (events_ < 0 || ::epoll_ctl(events_, EPOLL_CTL_ADD, listening_, &wanted) != 0)
+  epoll_event wanted{EPOLLIN, {.fd = listening_.get()}};
+  if (!events_ || ::epoll_ctl(events_.get(), EPOLL_CTL_ADD, listening_.get(), &wanted) != 0)
     throw InputError(std::string("rendezvous: ") + std::strerror(errno));
-  bounds_.clients = most_clients(bounds_.clients, std::max(listening_, events_));
-}
-
-RendezvousServer::~RendezvousServer() {
-  for (const auto& [socket, client] : clients_) ::close(socket);
-  ::close(events_);
-  ::close(listening_);
+  bounds_.clients = most_clients(bounds_.clients, std::max(listening_.get(), events_.get()));
 }
 
 void RendezvousServer::step(std::chrono::milliseconds longest, Clock::time_point now) {
   std::array<epoll_event, 64> happened{};
-  const int count = ::epoll_wait(events_, happened.data(), happened.size(), static_cast<int>(longest.count()));
+  const int count = ::epoll_wait(events_.get(), happened.data(), happened.size(), static_cast<int>(longest.count()));
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = happened[static_cast<std::size_t>(i)];
-    if (event.data.fd == listening_) {
+    if (event.data.fd == listening_.get()) {
       accept_all(now);
       continue;
     }
@@ -91,40 +86,40 @@ void RendezvousServer::accept_all(Clock::time_point now) {
   for (int i = 0; i < kMostAccepts; ++i) {
     SocketAddress from;
     from.size = sizeof from.bytes;
-    const int socket = ::accept4(listening_, from.get(), &from.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (socket < 0) return;
+    Descriptor socket(::accept4(listening_.get(), from.get(), &from.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (!socket) return;
     const std::string network = network_of(from);
     const auto same = static_cast<std::size_t>(std::count_if(
         clients_.begin(), clients_.end(), [&](const auto& one) { return one.second->network == network; }));
     if (clients_.size() >= bounds_.clients || same >= bounds_.clients_of_network) {
       ++counters_.turned_away;
-      ::close(socket);
       continue;
     }
     const int on = 1;
-    (void)::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    (void)::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     auto client = std::make_unique<Client>();
-    client->socket = socket;
+    const int number = socket.get();
+    client->socket = std::move(socket);
     client->network = network;
     client->lines = bounds_.burst;
     client->heard_at = client->refilled_at = now;
     watch(*client, EPOLL_CTL_ADD);
-    clients_.emplace(socket, std::move(client));
+    clients_.emplace(number, std::move(client));
     ++counters_.accepted;
   }
 }
 
 void RendezvousServer::watch(const Client& client, int operation) const {
-  epoll_event wanted{EPOLLIN, {.fd = client.socket}};
+  epoll_event wanted{EPOLLIN, {.fd = client.socket.get()}};
   if (!client.out.empty()) wanted.events |= EPOLLOUT;
-  (void)::epoll_ctl(events_, operation, client.socket, &wanted);
+  (void)::epoll_ctl(events_.get(), operation, client.socket.get(), &wanted);
 }
 
 /// One chunk at a time: whoever sends most waits for all others' turns.
 void RendezvousServer::read(Client& client, Clock::time_point now) {
   if (client.ending) return;
   std::array<char, kChunk> bytes;
-  const ssize_t got = ::recv(client.socket, bytes.data(), bytes.size(), 0);
+  const ssize_t got = ::recv(client.socket.get(), bytes.data(), bytes.size(), 0);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (got <= 0) {
     client.ending = true;
@@ -198,7 +193,7 @@ void RendezvousServer::say(Client& client, std::string_view line) {
 
 void RendezvousServer::write(Client& client) {
   if (client.ending || client.out.empty()) return;
-  const ssize_t sent = ::send(client.socket, client.out.data(), client.out.size(), MSG_NOSIGNAL);
+  const ssize_t sent = ::send(client.socket.get(), client.out.data(), client.out.size(), MSG_NOSIGNAL);
   if (sent < 0 && errno != EAGAIN && errno != EINTR) {
     client.ending = true;
     return;
@@ -233,7 +228,6 @@ void RendezvousServer::bury() {
       std::erase(found->second, &client);
       if (found->second.empty()) rooms_.erase(found);
     }
-    ::close(client.socket);
     return true;
   });
 }

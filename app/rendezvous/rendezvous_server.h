@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/descriptor.h"
 #include "transport/ice/rendezvous_line.h"
 #include "transport/socket_address.h"
 
@@ -42,19 +43,18 @@ class RendezvousServer {
 
   /// @param address "ADDR:PORT" in numbers. @throws InputError where it is malformed or cannot be bound.
   explicit RendezvousServer(const std::string& address, const Bounds& bounds = {});
-  ~RendezvousServer();
   RendezvousServer(const RendezvousServer&) = delete;
   RendezvousServer& operator=(const RendezvousServer&) = delete;
 
   /// Waits for something to do, at most so long, and does it. @param now before it waits.
   void step(std::chrono::milliseconds longest, Clock::time_point now = Clock::now());
-  [[nodiscard]] SocketAddress address() const noexcept { return local_address(listening_); }
+  [[nodiscard]] SocketAddress address() const noexcept { return local_address(listening_.get()); }
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
 
  private:
   struct Client {
-    int socket = -1;
+    Descriptor socket;
     std::string network;
     ice::LineBuffer in;
     std::string out;
@@ -76,7 +76,7 @@ class RendezvousServer {
   void bury();
 
   Bounds bounds_;
-  int listening_ = -1, events_ = -1;
+  Descriptor listening_, events_;
   std::map<int, std::unique_ptr<Client>> clients_;     // by socket
   std::map<std::string, std::vector<Client*>> rooms_;  // their members
   Clock::time_point looked_at_{};

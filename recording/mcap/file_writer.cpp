@@ -17,16 +17,16 @@ FileWriter::~FileWriter() {
 
 bool FileWriter::open(const std::string& path, const Topics& topics) {
   close();
-  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (file < 0) {
+  Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+  if (!file) {
     error_ = errno;
     return false;
   }
   // Says to others that it is being written; waits for one that is just looking. On NFS it needs a file open to be
   // read.
-  while (::flock(file, LOCK_SH) != 0 && errno == EINTR) {
+  while (::flock(file.get(), LOCK_SH) != 0 && errno == EINTR) {
   }
-  file_ = file;
+  file_ = std::move(file);
   torn_ = false;
   bytes_ = crc_ = 0;
   schemas_ = channels_ = chunks_ = attachments_ = metadata_ = {};
@@ -53,7 +53,7 @@ bool FileWriter::open(const std::string& path, const Topics& topics) {
   to.append(schemas_.records.data(), schemas_.records.size());
   to.append(channels_.records.data(), channels_.records.size());
   if (write(beginning, crc32(beginning))) return true;
-  ::close(std::exchange(file_, -1));
+  file_.close();
   ::unlink(path.c_str());  // it is ours, and holds nothing
   return false;
 }
@@ -130,13 +130,13 @@ bool FileWriter::close() {
   const Bytes end = ending();
   const bool written = write(end, 0);  // of the whole file nobody asks a CRC
   // Where the disk was full, space may be promised and refused only now (NFS).
-  const bool closed = ::close(std::exchange(file_, -1)) == 0;
-  if (written && !closed) error_ = errno;
-  return written && closed;
+  const int refused = file_.close();
+  if (written && refused != 0) error_ = refused;
+  return written && refused == 0;
 }
 
 void FileWriter::abandon() {
-  if (is_open()) ::close(std::exchange(file_, -1));
+  file_.close();
 }
 
 /// Data End, summary and footer.
@@ -206,18 +206,19 @@ bool FileWriter::write(std::span<const std::uint8_t> records, std::uint32_t crc)
     return false;
   };
   if (!is_open()) return failed(EBADF);
-  if (torn_ && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) return failed(errno);
+  if (torn_ && ::ftruncate(file_.get(), static_cast<off_t>(bytes_)) != 0) return failed(errno);
   torn_ = false;
   // A limit on the size of files is an error like others, and not the signal that ends a program.
   rlimit limit{};
   if (::getrlimit(RLIMIT_FSIZE, &limit) == 0 && bytes_ + records.size() > limit.rlim_cur) return failed(EFBIG);
   for (std::size_t done = 0; done < records.size();) {
-    const auto n = ::pwrite(file_, records.data() + done, records.size() - done, static_cast<off_t>(bytes_ + done));
+    const auto n =
+        ::pwrite(file_.get(), records.data() + done, records.size() - done, static_cast<off_t>(bytes_ + done));
     if (n > 0) {
       done += static_cast<std::size_t>(n);
     } else if (n == 0 || errno != EINTR) {
       error_ = n == 0 ? ENOSPC : errno;
-      torn_ = done > 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0;
+      torn_ = done > 0 && ::ftruncate(file_.get(), static_cast<off_t>(bytes_)) != 0;
       return false;
     }
   }

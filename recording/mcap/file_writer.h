@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "core/descriptor.h"
 #include "recording/mcap/chunk.h"
 #include "recording/mcap/contents.h"
 #include "recording/mcap/records.h"
@@ -24,7 +25,7 @@ class FileWriter {
   /// Makes a new file with these schemas and channels; one that exists is an error (EEXIST) and stays as it is. A file
   /// open so far is closed first. While it is open it has a shared flock(2), by which others see that it is written.
   [[nodiscard]] bool open(const std::string& path, const Topics& topics);
-  [[nodiscard]] bool is_open() const noexcept { return file_ >= 0; }
+  [[nodiscard]] bool is_open() const noexcept { return bool(file_); }
   [[nodiscard]] bool append(const Chunk& chunk);
   [[nodiscard]] bool attach(const Attachment& attachment);
   [[nodiscard]] bool note(const Metadata& metadata);
@@ -50,7 +51,7 @@ class FileWriter {
   [[nodiscard]] Bytes ending() const;
   void encode_statistics(Encoder& to) const;
 
-  int file_ = -1;
+  Descriptor file_;
   int error_ = 0;
   bool torn_ = false;  ///< There may be more in the file than bytes_.
   std::uint64_t bytes_ = 0;

@@ -56,14 +56,11 @@ std::string name_of(Opcode opcode) {
 
 RecordFile::RecordFile(const std::string& path) : damages(path) {
   // Not to wait for a writer where it is a pipe.
-  file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file_ < 0) throw InputError(path + ": " + std::strerror(errno));
-  const auto refuse = [&](const std::string& why) {
-    ::close(file_);
-    throw InputError(path + ": " + why);
-  };
+  file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file_) throw InputError(path + ": " + std::strerror(errno));
+  const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };
   struct stat status {};
-  if (::fstat(file_, &status) != 0) refuse(std::strerror(errno));
+  if (::fstat(file_.get(), &status) != 0) refuse(std::strerror(errno));
   if (!S_ISREG(status.st_mode)) refuse("not a regular file");
   size_ = static_cast<std::uint64_t>(status.st_size);
   Bytes magic;
@@ -72,10 +69,6 @@ RecordFile::RecordFile(const std::string& path) : damages(path) {
                   [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); })) {
     refuse("not an MCAP file");
   }
-}
-
-RecordFile::~RecordFile() {
-  ::close(file_);
 }
 
 std::optional<Record> RecordFile::record_at(std::uint64_t at) {
@@ -130,7 +123,7 @@ std::optional<std::span<const std::uint8_t>> RecordFile::window(std::uint64_t at
 bool RecordFile::read(std::uint64_t at, std::uint64_t bytes, Bytes& to) const {
   to.resize(bytes);
   for (std::size_t done = 0; done < bytes;) {
-    const auto n = ::pread(file_, to.data() + done, bytes - done, static_cast<off_t>(at + done));
+    const auto n = ::pread(file_.get(), to.data() + done, bytes - done, static_cast<off_t>(at + done));
     if (n > 0) {
       done += static_cast<std::size_t>(n);
     } else if (n == 0 || errno != EINTR) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "core/descriptor.h"
 #include "recording/mcap/contents.h"
 #include "recording/mcap/damages.h"
 #include "recording/mcap/records.h"
@@ -30,7 +31,6 @@ class RecordFile {
  public:
   /// @throws InputError where it cannot be opened or is no MCAP file.
   explicit RecordFile(const std::string& path);
-  ~RecordFile();
   RecordFile(const RecordFile&) = delete;
   RecordFile& operator=(const RecordFile&) = delete;
 
@@ -50,7 +50,7 @@ class RecordFile {
  private:
   [[nodiscard]] std::optional<std::span<const std::uint8_t>> window(std::uint64_t at, std::uint64_t bytes);
 
-  int file_ = -1;
+  Descriptor file_;
   std::uint64_t size_ = 0;
   Bytes window_;  ///< Of the file, as records' heads stand close to each other.
   std::uint64_t window_at_ = 0;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace knuckle {
 namespace {
 
@@ -57,6 +59,13 @@ TEST(Text, AMessageIsOnePrintableLineWithItsBeginningAndEnd) {
   EXPECT_TRUE(text.starts_with("pppp") && text.ends_with("\\x1b: must be at most 1")) << text;
   EXPECT_NE(text.find("(20023 characters)"), std::string::npos) << text;
   EXPECT_EQ(one_message(text), text) << "passed on, it stays as it is";
+}
+
+TEST(Text, OfATimeIsInUtcWhateverTheFormat) {
+  EXPECT_EQ(utc_text(0), "1970-01-01T00:00:00Z");
+  EXPECT_EQ(utc_text(1'795'885'199), "2026-11-28T16:59:59Z");
+  EXPECT_EQ(utc_text(1'795'885'199, "%Y-%m-%d %H:%M:%S UTC"), "2026-11-28 16:59:59 UTC");
+  EXPECT_EQ(utc_text(std::numeric_limits<std::int64_t>::max()), "") << "no year can say it";
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "transport/ice/network_watch.h"
 #include "transport/ice/rendezvous_client.h"
 #include "transport/ice/server_name.h"
@@ -44,12 +45,7 @@ UdpSocket same(const UdpSocket& socket) {
 }
 
 bool admitted(const secure::Peer& peer) {
-  std::array<char, 32> utc{};
-  const std::time_t now = std::time(nullptr);
-  std::tm time{};
-  ::gmtime_r(&now, &time);
-  std::strftime(utc.data(), utc.size(), "%Y-%m-%dT%H:%M:%SZ", &time);
-  return !peer.revoked && (peer.expires_utc.empty() || utc.data() < peer.expires_utc);
+  return !peer.revoked && (peer.expires_utc.empty() || utc_text(std::time(nullptr)) < peer.expires_utc);
 }
 
 }  // namespace

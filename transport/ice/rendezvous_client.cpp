@@ -41,18 +41,17 @@ struct RendezvousClient::Dialling {
     const std::string why = error != nullptr ? error->message : "";
     if (error != nullptr) g_error_free(error);
     // A descriptor of our own: the connection closes its one.
-    const int socket = connection != nullptr
-                           ? ::fcntl(g_socket_get_fd(g_socket_connection_get_socket(connection)), F_DUPFD_CLOEXEC, 0)
-                           : -1;
-    if (connection != nullptr) g_object_unref(connection);
-    RendezvousClient* client = (*held)->client;
-    if (client == nullptr) {
-      if (socket >= 0) ::close(socket);
-      return;
+    Descriptor socket;
+    if (connection != nullptr) {
+      const int theirs = g_socket_get_fd(g_socket_connection_get_socket(connection));
+      socket = Descriptor(::fcntl(theirs, F_DUPFD_CLOEXEC, 0));
+      g_object_unref(connection);
     }
+    RendezvousClient* client = (*held)->client;
+    if (client == nullptr) return;
     client->dialling_.reset();
-    if (socket >= 0)
-      client->connected(socket);
+    if (socket)
+      client->connected(std::move(socket));
     else
       client->failed(why);
   }
@@ -66,7 +65,6 @@ RendezvousClient::~RendezvousClient() {
     dialling_->client = nullptr;
     g_cancellable_cancel(dialling_->cancel);
   }
-  if (socket_ >= 0) ::close(socket_);
 }
 
 void RendezvousClient::dial() {
@@ -79,24 +77,23 @@ void RendezvousClient::dial() {
   g_object_unref(client);
 }
 
-void RendezvousClient::connected(int socket) {
-  socket_ = socket;
+void RendezvousClient::connected(Descriptor socket) {
+  socket_ = std::move(socket);
   const int on = 1;
-  (void)::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  (void)::setsockopt(socket_.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   in_ = {};
   out_.clear();
   problem_.clear();
   window_at_ = pinged_at_ = Clock::now();
   answer_by_ = pinged_at_ + kAnswer;  // to the joining
   lines_ = 0;
-  readable_ = GlibSource::readable(context_, socket_, [this] { read(); });
+  readable_ = GlibSource::readable(context_, socket_.get(), [this] { read(); });
   for (const std::string& room : rooms_) write("join " + room);
 }
 
 void RendezvousClient::hang_up() {
   readable_ = {};
-  if (socket_ >= 0) ::close(socket_);
-  socket_ = -1;
+  socket_.close();
   answer_by_.reset();
 }
 
@@ -115,12 +112,12 @@ void RendezvousClient::failed(const std::string& why) {
 }
 
 void RendezvousClient::tend(Clock::time_point now) {
-  if (socket_ < 0) {
+  if (!socket_) {
     if (!dialling_ && !rooms_.empty() && now >= dial_at_) dial();
     return;
   }
   flush();
-  if (socket_ < 0) return;
+  if (!socket_) return;
   if (answer_by_ && now > *answer_by_) return failed("does not answer");
   if (now - pinged_at_ < kPingEvery) return;
   pinged_at_ = now;
@@ -131,7 +128,7 @@ void RendezvousClient::tend(Clock::time_point now) {
 void RendezvousClient::doubt(Clock::time_point now) {
   back_off_ = kFirstBackOff;
   dial_at_ = std::min(dial_at_, now);
-  if (socket_ < 0 || (answer_by_ && *answer_by_ <= now + kAnswerInDoubt)) return;
+  if (!socket_ || (answer_by_ && *answer_by_ <= now + kAnswerInDoubt)) return;
   pinged_at_ = now;
   answer_by_ = now + kAnswerInDoubt;
   write("ping");
@@ -139,7 +136,7 @@ void RendezvousClient::doubt(Clock::time_point now) {
 
 void RendezvousClient::read() {
   std::array<char, 8192> bytes;
-  const ssize_t got = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  const ssize_t got = ::recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (got < 0) return failed(std::strerror(errno));
   if (got == 0) return failed("has closed the connection");
@@ -149,13 +146,13 @@ void RendezvousClient::read() {
     lines_ = 0;
   }
   const bool fits = in_.add({bytes.data(), static_cast<std::size_t>(got)});
-  while (socket_ >= 0) {
+  while (socket_) {
     const auto line = in_.next();
     if (!line) break;
     if (++lines_ > kMostLinesPerSecond) return failed("sends too much");
     obey(*line);
   }
-  if (!fits && socket_ >= 0) failed("is no rendezvous of Knuckle");
+  if (!fits && socket_) failed("is no rendezvous of Knuckle");
 }
 
 void RendezvousClient::obey(std::string_view line) {
@@ -174,7 +171,7 @@ void RendezvousClient::obey(std::string_view line) {
 }
 
 void RendezvousClient::send(const std::string& room, const Bytes& bytes) {
-  if (socket_ >= 0) write("send " + room + " " + base64(bytes));
+  if (socket_) write("send " + room + " " + base64(bytes));
 }
 
 void RendezvousClient::write(std::string_view line) {
@@ -184,8 +181,8 @@ void RendezvousClient::write(std::string_view line) {
 }
 
 void RendezvousClient::flush() {
-  if (socket_ < 0 || out_.empty()) return;
-  const ssize_t sent = ::send(socket_, out_.data(), out_.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  if (!socket_ || out_.empty()) return;
+  const ssize_t sent = ::send(socket_.get(), out_.data(), out_.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
   if (sent > 0) out_.erase(0, static_cast<std::size_t>(sent));
   if (sent < 0 && errno != EAGAIN && errno != EINTR) failed(std::strerror(errno));
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/descriptor.h"
 #include "transport/ice/glib_source.h"
 #include "transport/ice/rendezvous_line.h"
 
@@ -46,7 +47,7 @@ class RendezvousClient {
  private:
   struct Dialling;
   void dial();
-  void connected(int socket);
+  void connected(Descriptor socket);
   void failed(const std::string& why);
   void hang_up();
   void read();
@@ -59,7 +60,7 @@ class RendezvousClient {
   std::vector<std::string> rooms_;
   Listener& listener_;
   std::shared_ptr<Dialling> dialling_;  // under way
-  int socket_ = -1;
+  Descriptor socket_;
   GlibSource readable_;
   LineBuffer in_;
   std::string out_, problem_;

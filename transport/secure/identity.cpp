@@ -16,7 +16,9 @@
 #include <cstring>
 #include <ctime>
 
+#include "core/descriptor.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace knuckle::secure {
 namespace {
@@ -60,15 +62,14 @@ bool signs_what_it_verifies(EVP_PKEY* key) {
 
 std::string read_private_file(const std::string& file) {
   // A pipe without a writer would keep it waiting.
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (descriptor < 0 && errno == ENOENT) refuse(file, "is not there: knuckle pair makes this computer's key");
-  if (descriptor < 0 && errno == ELOOP) refuse(file, "is a symbolic link: put the file itself there");
-  if (descriptor < 0) refuse(file, std::strerror(errno));
+  const Descriptor descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (!descriptor && errno == ENOENT) refuse(file, "is not there: knuckle pair makes this computer's key");
+  if (!descriptor && errno == ELOOP) refuse(file, "is a symbolic link: put the file itself there");
+  if (!descriptor) refuse(file, std::strerror(errno));
   struct stat status {};
   std::string text(65536, '\0');
-  const bool known = ::fstat(descriptor, &status) == 0;
-  const ssize_t got = ::read(descriptor, text.data(), text.size());
-  ::close(descriptor);
+  const bool known = ::fstat(descriptor.get(), &status) == 0;
+  const ssize_t got = ::read(descriptor.get(), text.data(), text.size());
   if (known && !S_ISREG(status.st_mode)) refuse(file, "is not a regular file");
   if (!known || got < 0) refuse(file, "cannot be read");
   if (status.st_uid != ::geteuid()) refuse(file, "belongs to another user: nobody else may hold the private key");
@@ -150,9 +151,7 @@ std::string common_name(const X509* certificate) {
 std::string expires_utc(const X509* certificate) {
   std::tm time{};
   if (ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &time) != 1) return "";
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &time);
-  return text;
+  return utc_text(::timegm(&time));
 }
 
 bool Identity::expired() const {

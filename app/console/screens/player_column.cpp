@@ -8,6 +8,7 @@
 #include "app/console/machine_words.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/timeline_bar.h"
+#include "core/text.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -28,12 +29,7 @@ std::string sides_words(const recording::Head& head) {
 
 std::string began_words(const recording::Head& head) {
   if (head.virtual_time || head.started_unix_ns == 0) return "on virtual time";
-  const auto seconds = static_cast<std::time_t>(head.started_unix_ns / 1'000'000'000);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 40> text{};
-  (void)std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &utc);
-  return text.data();
+  return utc_text(head.started_unix_ns / 1'000'000'000, "%Y-%m-%d %H:%M:%S UTC");
 }
 
 void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
