@@ -2,12 +2,12 @@
 
 #include <memory>
 
-#include "app/audit/audit_command.h"
+#include "app/audit/audit_check.h"
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
-#include "app/bringup/recover_command.h"
-#include "app/check/check_command.h"
+#include "app/bringup/recover.h"
+#include "app/check/file_check.h"
 #include "app/console/picture/simulated_camera.h"
 #include "app/console/window/console_command.h"
 #include "app/explain/explain_command.h"
@@ -19,10 +19,10 @@
 #include "app/programs/node_command.h"
 #include "app/programs/simulate_command.h"
 #include "app/programs/slave_command.h"
-#include "app/recordings/import_command.h"
-#include "app/recordings/info_command.h"
-#include "app/relay/relay_command.h"
-#include "app/rendezvous/rendezvous_command.h"
+#include "app/recordings/import.h"
+#include "app/recordings/info.h"
+#include "app/relay/relay.h"
+#include "app/rendezvous/rendezvous_server.h"
 #include "app/replay/replay_command.h"
 
 namespace knuckle {

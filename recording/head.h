@@ -8,7 +8,7 @@
 #include "core/time.h"
 #include "recording/mcap/contents.h"
 #include "transport/link_header.h"
-#include "transport/link_start.h"
+#include "transport/link_session.h"
 
 namespace knuckle::recording {
 

@@ -15,7 +15,6 @@
 #include "core/time.h"
 #include "machine/description.h"
 #include "recording/camera_picture.h"
-#include "recording/camera_stamp.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
 #include "recording/flight_recorder.h"

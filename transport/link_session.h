@@ -1,7 +1,7 @@
 // One side's end of the conversation over the link: whom it follows, what of that is news, how late it came, and the
 // stamp of what is sent back.
 //
-// Each side draws a session number and the origin of its time stamps anew at every start (link_start.h). Every message
+// Each side draws a session number and the origin of its time stamps anew at every start. Every message
 // carries its sender's session and, as an echo, session and time of the newest message that the sender has heard. An
 // echo of this side's own session can only come from somebody who has heard this side since it started: a recording of
 // an earlier session cannot have it.
@@ -11,9 +11,24 @@
 
 #include "core/time.h"
 #include "transport/link_header.h"
-#include "transport/link_start.h"
 
 namespace knuckle {
+
+// What a side of the link draws at its start: a number by which it is told from its earlier runs, and where its time
+// stamps begin. Loops are given it; only programs draw.
+
+struct LinkStart {
+  std::uint64_t session = 0;  ///< Not 0: nobody follows that one.
+  Duration origin{};          ///< Added to the sender's clock in every stamp; up to 4.6 years.
+};
+
+/// From the operating system's random numbers. @throws InputError where there are none.
+[[nodiscard]] LinkStart random_start();
+
+/// The ends of a session on virtual time.
+enum class LinkEnd : std::uint8_t { kOperator = 1, kMachine = 2 };
+/// The same for the same seed.
+[[nodiscard]] LinkStart start_from(std::uint64_t seed, LinkEnd end) noexcept;
 
 /// How far a duration is above the least of late: of the last one to two intervals, so that whatever two clocks do to
 /// each other is forgotten after two.

@@ -2,6 +2,7 @@
 // can send such messages: they word a line and decide nothing.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -10,6 +11,25 @@
 #include "transport/link_header.h"
 
 namespace knuckle {
+
+// Whether a far end's link is plain or encrypted, by what its datagrams begin with, so that two ends that differ can
+// say so. Anybody can send such beginnings: they word a message and decide nothing.
+
+/// A record of DTLS (RFC 6347, 4.1): handshake, alert and so on of any version.
+[[nodiscard]] inline bool is_encrypted(std::span<const std::uint8_t> datagram) noexcept {
+  constexpr std::uint8_t kFirstType = 20, kLastType = 25, kVersion = 0xFE;
+  return datagram.size() > 1 && datagram[0] >= kFirstType && datagram[0] <= kLastType && datagram[1] == kVersion;
+}
+
+/// A message of a plain link (link_messages.h) of any version, or kPlainHere.
+[[nodiscard]] inline bool is_plain(std::span<const std::uint8_t> datagram) noexcept {
+  return ByteReader(datagram).get<std::uint16_t>() == kLinkMagic;
+}
+
+/// What a plain end answers to an encrypted one, and the other way round: an alert (unexpected_message) of DTLS 1.2.
+/// Both are shorter than what they answer.
+inline constexpr std::array<std::uint8_t, kLinkHeaderSize> kPlainHere{kLinkMagic & 0xFF, kLinkMagic >> 8, 0, 0};
+inline constexpr std::array<std::uint8_t, 15> kEncryptedHere{21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 10};
 
 class OtherVersion {
  public:

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "transport/link_messages.h"
-#include "transport/plain_or_encrypted.h"
+#include "transport/other_version.h"
 
 namespace knuckle {
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/audit/audit_files.h"
+#include "app/cli/command.h"
 
 namespace knuckle::audit {
 
@@ -25,5 +26,8 @@ struct Check {
 
 /// A line of a Check for people, printable: "2026-11-25T07:08:09.123Z connected: name=desk 1, fingerprint=QF3K-..."
 [[nodiscard]] std::string readable(const std::string& line);
+
+/// Exit codes: 0 the chain is whole, 1 it is broken.
+[[nodiscard]] cli::Command audit_entry();
 
 }  // namespace knuckle::audit

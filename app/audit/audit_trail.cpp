@@ -16,7 +16,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "app/cli/file_owner.h"
+#include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/text.h"
 

@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "app/bringup/commission_progress.h"
-#include "app/bringup/commission_record.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
 #include "app/bringup/dialogue_log.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "app/bringup/commission_result.h"
-#include "app/bringup/doctor_report.h"
+#include "app/bringup/doctor_command.h"
 #include "slave/bus_listen.h"
 #include "slave/safety_gate.h"
 

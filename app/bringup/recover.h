@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "app/bringup/commission_dialogue.h"
+#include "app/cli/command.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "transport/bus_access.h"
@@ -22,5 +23,7 @@ struct LengthRange {
 /// @throws CommissionEnded where it did not come to its end; the machine is neutral then.
 void recover(const MachineDescription& machine, int joint, BusAccess& access, Partner partner,
              const std::function<void()>& check);
+
+[[nodiscard]] cli::Command recover_entry();
 
 }  // namespace knuckle::bringup

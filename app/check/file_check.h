@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/command.h"
 #include "machine/description.h"
 
 namespace knuckle::checking {
@@ -22,5 +23,7 @@ struct FileCheck {
 /// device by itself.
 /// @throws InputError where the file cannot be read, is not TOML or none of these kinds, or the machine cannot be read.
 [[nodiscard]] FileCheck check_file(const std::string& file, const std::string& machine);
+
+[[nodiscard]] cli::Command check_entry();
 
 }  // namespace knuckle::checking

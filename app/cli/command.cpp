@@ -22,7 +22,6 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/printable_output.h"
-#include "app/cli/wrapped.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"

@@ -1,7 +1,9 @@
 #include "app/cli/output_file.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +20,7 @@
 #include "core/text.h"
 
 namespace knuckle::cli {
+
 namespace fs = std::filesystem;
 namespace {
 
@@ -184,6 +187,16 @@ std::string keep_older(const std::string& target) {
     if (fs::copy_file(old, name, error)) return name.string();  // a file system without hard links
     throw InputError(name.string() + ": cannot be written: " + error.message());
   }
+}
+
+void check_only_owner_writes(const std::string& path, const char* what, const char* danger) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw InputError(path + ": " + std::strerror(errno));
+  if (status.st_uid != ::geteuid() && status.st_uid != 0)
+    throw InputError(fmt::format("{}: the {} belongs to another user, who could {}", path, what, danger));
+  if ((status.st_mode & 022U) == 0) return;
+  throw InputError(fmt::format("{}: mode {:04o} of the {} lets others write it, and so {}: chmod go-w", path,
+                               status.st_mode & 07777U, what, danger));
 }
 
 }  // namespace knuckle::cli

@@ -57,4 +57,10 @@ class OutputFile {
 /// @return that name; empty where there is no such regular file. @throws InputError where it cannot be kept.
 std::string keep_older(const std::string& target);
 
+// Files and folders that nobody but their owner may change.
+
+/// @param what "file" or "folder". @param danger what anybody else could do, for the message: "change the audit trail".
+/// @throws InputError where it belongs to another user (but root), or anybody else may write it.
+void check_only_owner_writes(const std::string& path, const char* what, const char* danger);
+
 }  // namespace knuckle::cli

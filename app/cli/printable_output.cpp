@@ -1,5 +1,10 @@
 #include "app/cli/printable_output.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <sstream>
+
 #include "core/text.h"
 
 namespace knuckle::cli {
@@ -20,6 +25,50 @@ PrintableOutput::~PrintableOutput() {
   const std::ios::iostate state = stream_.rdstate();
   stream_.rdbuf(destination_);
   stream_.clear(state);
+}
+
+namespace {
+
+/// Column of the description; 0 for plain text.
+std::size_t description_at(const std::string& line) {
+  const std::size_t name = line.find_first_not_of(' ');
+  if (name == 0 || name == std::string::npos) return 0;
+  const std::size_t gap = line.find("  ", name);
+  return gap == std::string::npos ? name : line.find_first_not_of(' ', gap);
+}
+
+std::string wrapped_line(const std::string& line, std::size_t width) {
+  constexpr std::size_t kLeastRoom = 20;
+  const std::size_t indent = description_at(line);
+  if (line.size() <= width || width < indent + kLeastRoom) return line;
+  std::string text = line.substr(0, indent);
+  std::size_t column = indent;
+  std::istringstream words(line.substr(indent));
+  for (std::string word; words >> word;) {
+    if (column > indent && column + 1 + word.size() > width) {
+      text += '\n' + std::string(indent, ' ');
+      column = indent;
+    }
+    const std::string gap = column > indent ? " " : "";
+    text += gap + word;
+    column += gap.size() + word.size();
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::string all;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) all += wrapped_line(line, width) + '\n';
+  return all;
+}
+
+std::size_t terminal_width() {
+  winsize size{};
+  const bool terminal = isatty(STDOUT_FILENO) == 1 && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
+  return terminal ? size.ws_col : 0;
 }
 
 }  // namespace knuckle::cli

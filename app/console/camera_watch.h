@@ -8,7 +8,7 @@
 
 #include "app/console/event_book.h"
 #include "core/time.h"
-#include "recording/camera_stamp.h"
+#include "recording/camera_picture.h"
 #include "video/bell.h"
 #include "video/camera.h"
 #include "video/frame.h"

@@ -8,7 +8,6 @@
 
 #include "core/time.h"
 #include "recording/camera_picture.h"
-#include "recording/camera_stamp.h"
 #include "video/frame.h"
 #include "video/jpeg_encoder.h"
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,5 +42,11 @@ inline constexpr const char* kController = "controller";
 /// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests).
 /// @param machine as calibrated() gives it.
 [[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);
+
+// The machine's bus as DBC, for tools that show or log CAN: every frame with its node, and what is in it.
+
+/// Periods that are whole milliseconds are GenMsgCycleTime, which knows no others; the comments say all.
+/// @param machine as it was read.
+void write_dbc(const MachineDescription& machine, std::ostream& out);
 
 }  // namespace knuckle::exporting

@@ -2,14 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/export/hdf5_file.h"
-#include "app/export/state_datasets.h"
 #include "app/recordings/state_table.h"
 #include "core/error.h"
 #include "core/fields.h"
+#include "core/time.h"
 #include "master/master_state.h"
 #include "recording/events.h"
 #include "recording/fields.h"
@@ -19,6 +22,56 @@
 
 namespace knuckle::exporting {
 namespace {
+
+// The recorded states of one loop as datasets of a group in an HDF5 file: one for each field, a row a step.
+
+/// Fields are called as in the state's own list. Attributes: `unit`, where there is one ("1" of other doubles);
+/// `columns` of vectors, their elements as in the CSV; `words` of modes and reasons, the word of code 0 first.
+class StateDatasets {
+ public:
+  /// Makes the datasets, and time_s beside them. @param group "/machine". @param fields the first is the time.
+  StateDatasets(Hdf5File& file, const std::string& group, std::span<const Field> fields);
+  /// @param state that the fields are of.
+  void add(const void* state);
+
+ private:
+  Hdf5File& file_;
+  std::span<const Field> fields_;
+  std::size_t first_ = 0;  // the others follow it
+};
+
+std::vector<std::string> words_of(const Field& field) {
+  std::vector<std::string> words;
+  for (unsigned code = 0; code < field.words; ++code) words.emplace_back(field.word(code));
+  return words;
+}
+
+std::string unit_of_field(const Field& field) {
+  const bool of_reason = field.type == NumberType::kFloat;  // which unit, its code says
+  const std::string unit = of_reason ? "" : unit_of(field.name);
+  return unit.empty() && field.type == NumberType::kDouble ? "1" : unit;
+}
+
+
+StateDatasets::StateDatasets(Hdf5File& file, const std::string& group, std::span<const Field> fields)
+    : file_(file), fields_(fields) {
+  first_ = file.add_dataset(group + "/time_s", NumberType::kDouble, 1);
+  file.attribute(group + "/time_s", "unit", "s");
+  for (const Field& field : fields_) {
+    const std::string path = group + "/" + field.name;
+    (void)file_.add_dataset(path, field.type, field.count);
+    if (const std::string unit = unit_of_field(field); !unit.empty()) file_.attribute(path, "unit", unit);
+    if (field.vector) file_.attribute(path, "columns", recordings::column_names(field));
+    if (field.word != nullptr) file_.attribute(path, "words", words_of(field));
+  }
+}
+
+void StateDatasets::add(const void* state) {
+  std::size_t dataset = first_;
+  const double time_s = to_seconds(Duration(static_cast<std::int64_t>(number_at(state, fields_.front()))));
+  file_.add_row(dataset++, &time_s);
+  for (const Field& field : fields_) file_.add_row(dataset++, static_cast<const std::byte*>(state) + field.offset);
+}
 
 using recording::Entry;
 using recording::Topic;

@@ -8,7 +8,7 @@
 //
 // What the model is: the rigid arm of the force estimate (estimation/regressor.h), so gravity torques and mass matrix
 // are those that Knuckle itself computes with. Cylinders and linkage count as point masses at their pins; there are no
-// closed chains, no friction, and no mass of the hull in it. Inertias: app/export/link_inertia.h.
+// closed chains, no friction, and no mass of the hull in it. Inertias: app/export/urdf.cpp.
 #pragma once
 
 #include <ostream>

@@ -18,7 +18,7 @@
 #include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
-#include "transport/link_start.h"
+#include "transport/link_session.h"
 
 namespace knuckle::programs {
 

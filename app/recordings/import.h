@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/command.h"
 #include "app/recordings/recording_reader.h"
 #include "machine/description_fwd.h"
 #include "recording/head.h"
@@ -19,5 +20,7 @@ namespace knuckle::recordings {
 /// bar, or `path` cannot be written; nothing is left behind then.
 std::vector<std::string> write_imported(const RecordedFile& table, recording::Head head,
                                         const MachineDescription& machine, const std::string& path);
+
+[[nodiscard]] cli::Command import_entry();
 
 }  // namespace knuckle::recordings

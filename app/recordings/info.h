@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/command.h"
+
 namespace knuckle::recordings {
 
 /// "1.2 MB", "3.4 kB".
@@ -20,5 +22,7 @@ struct FileInfo {
 /// @param map_path empty: as Knuckle's own where its columns are there; else columns and numbers as they stand.
 /// @throws InputError where it cannot be read at all, or the mapping cannot.
 [[nodiscard]] FileInfo table_info(const std::string& path, const std::string& map_path);
+
+[[nodiscard]] cli::Command info_entry();
 
 }  // namespace knuckle::recordings

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/command.h"
 #include "app/relay/relay_flow.h"
 #include "core/realtime_thread.h"
 #include "transport/link_impairment.h"
@@ -82,5 +83,7 @@ class Relay {
   Standing to_machine_{"to the machine"}, to_operator_{"to the operator"};
   std::array<std::uint8_t, Flow::kMostBytes + 1> buffer_{};
 };
+
+[[nodiscard]] cli::Command relay_entry();
 
 }  // namespace knuckle::relay

@@ -10,7 +10,7 @@
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/time.h"
-#include "transport/impaired_path.h"
+#include "transport/impaired_link.h"
 #include "transport/socket_address.h"
 #include "transport/udp_socket.h"
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli/command.h"
 #include "core/descriptor.h"
 #include "transport/ice/rendezvous_line.h"
 #include "transport/socket_address.h"
@@ -82,5 +83,7 @@ class RendezvousServer {
   Clock::time_point looked_at_{};
   Counters counters_;
 };
+
+[[nodiscard]] cli::Command rendezvous_entry();
 
 }  // namespace knuckle::rendezvous

@@ -21,7 +21,7 @@
 #include "sim/person.h"
 #include "sim/truth.h"
 #include "transport/impaired_link.h"
-#include "transport/link_start.h"
+#include "transport/link_session.h"
 
 namespace knuckle::session {
 

@@ -7,6 +7,7 @@
 
 #include "recording/mcap/contents.h"
 
+struct LZ4F_dctx_s;
 struct ZSTD_CCtx_s;
 struct ZSTD_DCtx_s;
 
@@ -35,6 +36,20 @@ class ZstdDecompressor {
     void operator()(ZSTD_DCtx_s* context) const noexcept;
   };
   std::unique_ptr<ZSTD_DCtx_s, Free> context_;
+};
+
+// LZ4 frames, as other writers of MCAP compress chunks.
+
+class Lz4Decompressor {
+ public:
+  /// Overwrites `to`. @return false where the bytes are no whole frames that decompress to exactly `size`.
+  [[nodiscard]] bool decompress(std::span<const std::uint8_t> bytes, std::size_t size, Bytes& to);
+
+ private:
+  struct Free {
+    void operator()(LZ4F_dctx_s* context) const noexcept;
+  };
+  std::unique_ptr<LZ4F_dctx_s, Free> context_;
 };
 
 }  // namespace knuckle::mcap

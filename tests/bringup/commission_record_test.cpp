@@ -1,5 +1,5 @@
 // Motion of all joints in closed loop on the simulated machine's bus: its rate on the wire, and how it ends.
-#include "app/bringup/commission_record.h"
+#include "app/bringup/commission_result.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "app/bringup/doctor_report.h"
+#include "app/bringup/doctor_command.h"
 #include "slave/node_setup.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"

@@ -11,7 +11,6 @@
 
 #include "app/pairing/key_folder.h"
 #include "app/pairing/pairing_exchange.h"
-#include "app/pairing/private_file.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/secure/secure_link.h"
 #include "transport/udp_link.h"

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <regex>
 
-#include "app/check/check_command.h"
 #include "app/check/file_check.h"
 #include "core/error.h"
 #include "tests/support/places.h"

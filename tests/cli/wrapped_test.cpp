@@ -1,5 +1,5 @@
 // Help on a narrow terminal.
-#include "app/cli/wrapped.h"
+#include "app/cli/printable_output.h"
 
 #include <gtest/gtest.h>
 

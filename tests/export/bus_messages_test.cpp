@@ -9,7 +9,6 @@
 #include <sstream>
 #include <string>
 
-#include "app/export/dbc.h"
 #include "machine/bus_description.h"
 #include "slave/bus_map.h"
 #include "tests/export/machines.h"

@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "app/export/bus_messages.h"
-#include "app/export/dbc.h"
 #include "machine/bus_description.h"
 #include "tests/export/machines.h"
 #include "tests/support/candump.h"

@@ -1,11 +1,10 @@
-#include "app/pairing/dial_options.h"
+#include "app/pairing/chosen_link.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <fstream>
 
-#include "app/pairing/chosen_link.h"
 #include "core/error.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <thread>
 
-#include "app/pairing/private_file.h"
 #include "core/error.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"

@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "app/pairing/key_folder.h"
-#include "app/pairing/private_file.h"
 #include "core/error.h"
 #include "tests/support/temporary_folder.h"
 

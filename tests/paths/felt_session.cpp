@@ -11,7 +11,7 @@
 #include "app/session/session_setup.h"
 #include "core/loop_table.h"
 #include "core/realtime_thread.h"
-#include "transport/link_start.h"
+#include "transport/link_session.h"
 
 namespace knuckle::test {
 namespace {

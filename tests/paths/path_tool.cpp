@@ -13,7 +13,6 @@
 
 #include "app/cli/command.h"
 #include "app/pairing/chosen_link.h"
-#include "app/pairing/dial_options.h"
 #include "app/programs/path_json.h"
 #include "app/programs/program_options.h"
 #include "core/error.h"

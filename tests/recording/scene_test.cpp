@@ -12,7 +12,7 @@
 
 #include "machine/kinematics.h"
 #include "machine/load.h"
-#include "recording/foxglove_schemas.h"
+#include "recording/topics.h"
 #include "tests/recording/ros2_message.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"

@@ -8,7 +8,6 @@
 
 #include "machine/load.h"
 #include "recording/camera_picture.h"
-#include "recording/foxglove_schemas.h"
 #include "recording/mcap/reader.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"

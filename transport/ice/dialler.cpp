@@ -1,23 +1,151 @@
 #include "transport/ice/dialler.h"
 
 #include <fcntl.h>
+#include <gio/gio.h>
 #include <glib.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
+#include <functional>
 #include <map>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/text.h"
-#include "transport/ice/network_watch.h"
+#include "transport/ice/glib_source.h"
 #include "transport/ice/rendezvous_client.h"
-#include "transport/ice/server_name.h"
+#include "transport/socket_address.h"
+#include "transport/udp_socket.h"
 
 namespace knuckle::ice {
 namespace {
+
+// Addresses of a server that is given by name, looked up beside everything else in the thread of a GLib loop. libnice
+// 0.1.21 looks names up as well, but then sends to port 0 of a TURN server.
+
+class ServerName {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit ServerName(HostAndPort server);
+  ~ServerName();
+  ServerName(const ServerName&) = delete;
+  ServerName& operator=(const ServerName&) = delete;
+
+  /// Often: looks it up where that has not succeeded yet. The thread's own context has to be the loop's.
+  void tend(Clock::time_point now);
+  /// The network may have changed: looks it up again. What is known stays until there is an answer.
+  void doubt() noexcept { known_ = false; }
+  /// Has been looked up once, whatever came of it.
+  bool tried() const noexcept { return tried_; }
+  /// As known last, best first.
+  const std::vector<SocketAddress>& addresses() const noexcept { return addresses_; }
+  const HostAndPort& server() const noexcept { return server_; }
+
+ private:
+  struct LookUp;
+  const HostAndPort server_;
+  std::vector<SocketAddress> addresses_;
+  std::shared_ptr<LookUp> under_way_;
+  Clock::time_point again_at_{};
+  bool known_ = false, tried_ = false;
+};
+
+using namespace std::chrono_literals;
+
+constexpr auto kAgain = 5000ms;
+constexpr std::size_t kMostAddresses = 4;
+
+SocketAddress with_port(GInetAddress* host, std::uint16_t port) {
+  GSocketAddress* address = g_inet_socket_address_new(host, port);
+  SocketAddress result;
+  const gssize size = g_socket_address_get_native_size(address);
+  if (size > 0 && g_socket_address_to_native(address, &result.bytes, sizeof result.bytes, nullptr))
+    result.size = static_cast<socklen_t>(size);
+  g_object_unref(address);
+  return result;
+}
+
+
+/// One that is under way may still find who asked, or nobody.
+struct ServerName::LookUp {
+  ServerName* name;
+  GCancellable* cancel = g_cancellable_new();
+  explicit LookUp(ServerName* whose) : name(whose) {}
+  ~LookUp() { g_object_unref(cancel); }
+  LookUp(const LookUp&) = delete;
+  LookUp& operator=(const LookUp&) = delete;
+
+  static void done(GObject* resolver, GAsyncResult* result, gpointer data) {
+    const std::unique_ptr<std::shared_ptr<LookUp>> held(static_cast<std::shared_ptr<LookUp>*>(data));
+    GList* found = g_resolver_lookup_by_name_finish(G_RESOLVER(resolver), result, nullptr);
+    if (ServerName* name = (*held)->name; name != nullptr) {
+      name->under_way_.reset();
+      name->tried_ = true;
+      std::vector<SocketAddress> addresses;
+      for (const GList* at = found; at != nullptr && addresses.size() < kMostAddresses; at = at->next)
+        addresses.push_back(with_port(G_INET_ADDRESS(at->data), name->server_.port));
+      name->known_ = !addresses.empty();
+      if (name->known_) name->addresses_ = std::move(addresses);
+    }
+    g_resolver_free_addresses(found);
+  }
+};
+
+ServerName::ServerName(HostAndPort server) : server_(std::move(server)) {}
+
+ServerName::~ServerName() {
+  if (!under_way_) return;
+  under_way_->name = nullptr;
+  g_cancellable_cancel(under_way_->cancel);
+}
+
+void ServerName::tend(Clock::time_point now) {
+  if (known_ || under_way_ || now < again_at_) return;
+  again_at_ = now + kAgain;
+  under_way_ = std::make_shared<LookUp>(this);
+  GResolver* resolver = g_resolver_get_default();
+  g_resolver_lookup_by_name_async(resolver, server_.host.c_str(), under_way_->cancel, LookUp::done,
+                                  new std::shared_ptr<LookUp>(under_way_));
+  g_object_unref(resolver);
+}
+
+// Tells when addresses or links of this computer change (Linux, rtnetlink).
+
+class NetworkWatch {
+ public:
+  /// Where the system does not tell, nothing is ever called: a path that fails is noticed all the same.
+  NetworkWatch(GMainContext* context, std::function<void()> changed);
+
+ private:
+  UdpSocket socket_;
+  GlibSource readable_;
+};
+
+NetworkWatch::NetworkWatch(GMainContext* context, std::function<void()> changed) {
+  const int socket = ::socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE);
+  if (socket < 0) return;
+  socket_ = UdpSocket(socket);
+  sockaddr_nl address{};
+  address.nl_family = AF_NETLINK;
+  address.nl_groups = RTMGRP_IPV4_IFADDR | RTMGRP_IPV6_IFADDR | RTMGRP_LINK;
+  if (::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return;
+  readable_ = GlibSource::readable(context, socket, [socket, changed = std::move(changed)] {
+    std::array<char, 8192> message;
+    while (::recv(socket, message.data(), message.size(), MSG_DONTWAIT) > 0) {
+    }
+    changed();
+  });
+}
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;

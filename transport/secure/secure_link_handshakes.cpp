@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "transport/plain_or_encrypted.h"
+#include "transport/other_version.h"
 #include "transport/secure/handshake_out.h"
 #include "transport/secure/secure_link.h"
 

@@ -11,7 +11,7 @@
 #include "tests/support/no_alloc.h"
 #include "tests/transport/secure/secure_rig.h"
 #include "transport/link_messages.h"
-#include "transport/plain_or_encrypted.h"
+#include "transport/other_version.h"
 #include "transport/udp_link.h"
 
 namespace knuckle::secure {

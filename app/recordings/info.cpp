@@ -1,4 +1,4 @@
-#include "app/recordings/info_command.h"
+#include "app/recordings/info.h"
 
 #include <iostream>
 #include <memory>
@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "app/cli/interrupt.h"
-#include "app/recordings/info.h"
 #include "app/recordings/recorded_table.h"
 
 namespace knuckle::recordings {
