@@ -6,12 +6,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -55,16 +52,6 @@ void check_given(const CLI::App& command) {
   }
 }
 
-/// "1,5": with a point it would be a number.
-bool has_decimal_comma(std::string value) {
-  const auto comma = value.find(',');
-  if (comma == std::string::npos) return false;
-  value[comma] = '.';
-  double number = 0;
-  const auto end = std::from_chars(value.data(), value.data() + value.size(), number);
-  return end.ec == std::errc() && end.ptr == value.data() + value.size();
-}
-
 /// Of the first of these words that is an option, none of the command's; empty where none of them is.
 std::string unknown_option(const std::vector<std::string>& words, const CLI::App& command) {
   const auto bare = [](const std::string& word) {
@@ -83,31 +70,38 @@ std::string unknown_option(const std::vector<std::string>& words, const CLI::App
   return "";
 }
 
-/// CLI11's words in one line, with option and value where it leaves them to be guessed, and what to do next.
-std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std::string& command) {
-  std::string message = error.what();
-  if (const auto end = message.find('\n'); end != std::string::npos) message.resize(end);
-  if (error.get_name() == "ConversionError") {  // "Could not convert: --slow = fast"
-    const auto option = message.find("--"), equals = message.find(" = ");
-    if (option < equals && equals != std::string::npos) {
-      const std::string value = message.substr(equals + 3);
-      message = message.substr(option, equals - option) + " " + (value.empty() ? "\"\"" : value) + ": is not a number";
-      if (has_decimal_comma(value)) message += ": decimals need a point, not a comma";
-    }
-  } else if (error.get_name() == "ValidationError") {  // "--seed: abc must be a whole number"
-    const auto colon = message.find(": "), why = std::min(message.find(" must "), message.find(" not in {"));
-    if (colon < why && why < message.size()) message.replace(why, 0, ":").erase(colon, 1);
-  } else if (command.empty() || error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
-    const CLI::App& options = command.empty() ? app : *app.get_subcommand(command);
-    if (const std::string unknown = unknown_option(app.remaining(true), options); !unknown.empty()) message = unknown;
-  } else if (message.find(": At Most 1 required") != std::string::npos) {
-    message = message.substr(0, message.find(':')) + ": is given more than once";
-  } else if (const auto end = message.find(" was given a disallowed flag override"); end != std::string::npos) {
-    message = "--" + message.substr(0, end) + ": takes no value";
-  } else if (message.starts_with("--") && message.ends_with(" missing")) {  // "--map: 1 required TEXT missing"
-    message = message.substr(0, message.find(':')) + ": needs a value";
+/// Of the first of these words that is an option with a value too many or none; empty where none is.
+std::string misplaced_value(const std::vector<std::string>& words, const CLI::App& command) {
+  const auto option_of = [&command](const std::string& word) {
+    return command.get_option_no_throw(word.substr(0, word.find('=')));
+  };
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const CLI::Option* const option = words[i].starts_with('-') ? option_of(words[i]) : nullptr;
+    if (option == nullptr) continue;
+    const bool flag = option->get_expected_max() == 0, given_here = words[i].find('=') != std::string::npos;
+    if (flag && given_here) return option->get_name() + ": takes no value";
+    const bool last = i + 1 == words.size() || option_of(words[i + 1]) != nullptr;
+    if (!flag && !given_here && last) return option->get_name() + ": needs a value";
+    const auto again = std::find_if(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end(),
+                                    [&](const std::string& word) { return option_of(word) == option; });
+    if (again != words.end() && option->get_expected_max() <= 1) return option->get_name() + ": is given more than once";
   }
-  return message + " (see " + app.get_name() + " " + (command.empty() ? "" : command + " ") + "--help)";
+  return "";
+}
+
+/// Where CLI11 leaves it to be guessed which option is meant, in words of our own.
+std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std::string& command,
+                    const std::vector<std::string>& arguments) {
+  const CLI::App& options = command.empty() ? app : *app.get_subcommand(command);
+  const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
+  std::string message;
+  if (command.empty() || code == CLI::ExitCodes::ExtrasError)
+    message = unknown_option(app.remaining(true), options);
+  else if (code == CLI::ExitCodes::ArgumentMismatch)
+    message = misplaced_value(arguments, options);
+  if (!message.empty()) return message;
+  message = error.what();
+  return message.substr(0, message.find('\n'));
 }
 
 /// The requested command; empty where none is given. @throws InputError for an unknown one.
@@ -144,6 +138,8 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
   const std::string asked_for = command_in(program, arguments);
   const auto app = std::make_shared<CLI::App>(program.about, program.name);
   const std::map<std::string, std::function<int()>> runs = declare(program, *app);
+  const std::string see_help =
+      " (see " + program.name + " " + (asked_for.empty() ? "" : asked_for + " ") + "--help)";
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app->parse(std::move(reversed));
@@ -152,7 +148,9 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     app->exit(asked, text, unused);
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
-    throw InputError(refusal(error, *app, asked_for));
+    throw InputError(refusal(error, *app, asked_for, arguments) + see_help);
+  } catch (const InputError& error) {  // a value that an option refuses (options.cpp)
+    throw InputError(error.what() + see_help);
   }
   const CLI::App& chosen = *app->get_subcommands().front();
   check_given(chosen);

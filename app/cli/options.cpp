@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <type_traits>
 
 #include "app/cli/command.h"
 
@@ -24,28 +25,55 @@ std::string quoted(const std::string& word) {
   return "'" + safe + "'";
 }
 
-std::string named(const std::string& value) {
-  return value.empty() ? "\"\"" : value;
-}
-
 template <typename Number>
-bool is_whole(const std::string& text, Number& number) {
+bool is_number(const std::string& text, Number& number) {
   const auto end = std::from_chars(text.data(), text.data() + text.size(), number);
   return end.ec == std::errc() && end.ptr == text.data() + text.size();
+}
+
+/// Of a number of this type.
+template <typename Number>
+std::string number_error(const std::string& text) {
+  Number number{};
+  if (is_number(text, number)) return "";
+  std::string with_point = text;
+  std::replace(with_point.begin(), with_point.end(), ',', '.');
+  const bool comma = with_point != text && is_number(with_point, number);
+  return std::string("is not a number") + (comma ? ": decimals need a point, not a comma" : "");
+}
+
+template <typename Value>
+struct NumberOf {
+  using type = Value;
+};
+template <typename Value>
+struct NumberOf<std::optional<Value>> : NumberOf<Value> {};
+template <typename Value>
+struct NumberOf<std::vector<Value>> : NumberOf<Value> {};
+
+/// Refuses in words of our own: whatever a check of CLI11 returns comes out in a sentence of CLI11. Goes before the
+/// checks that there are: that of a type's numbers, which is the first, is then asked last.
+void add_check(CLI::Option& option, const ValueError& error, const std::string& shown_in_help = "") {
+  const auto refuse = [&option, error](const std::string& value) {
+    const std::string why = error(value);
+    if (!why.empty()) refuse_option(option.get_name(), value.empty() ? "\"\"" : value, why);
+    return std::string();
+  };
+  option.transform(CLI::Validator(refuse, shown_in_help));
 }
 
 }  // namespace
 
 std::string seed_error(const std::string& value) {
   std::uint64_t seed = 0;
-  return is_whole(value, seed) ? "" : named(value) + " must be a whole number from 0 to 18446744073709551615";
+  return is_number(value, seed) ? "" : "must be a whole number from 0 to 18446744073709551615";
 }
 
 ValueError count_within(int low, int high) {
   return [low, high](const std::string& value) -> std::string {
     int count = 0;
-    if (is_whole(value, count) && count >= low && count <= high) return "";
-    return named(value) + " must be a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+    if (is_number(value, count) && count >= low && count <= high) return "";
+    return "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high);
   };
 }
 
@@ -75,18 +103,26 @@ DeclaredOption DeclaredOption::value_name(const std::string& name) const {
 }
 
 DeclaredOption DeclaredOption::check(const ValueError& error) const {
-  option_->check(error);
+  add_check(*option_, error);
   return *this;
 }
 
 DeclaredOption DeclaredOption::one_of(const std::vector<std::string>& values) const {
-  option_->check(CLI::IsMember(values));
+  std::string names;
+  for (const std::string& value : values) names += (names.empty() ? "" : ",") + value;
+  const auto error = [values, names](const std::string& value) {
+    return std::find(values.begin(), values.end(), value) == values.end() ? "not in {" + names + "}" : "";
+  };
+  add_check(*option_, error, "{" + names + "}");
   return *this;
 }
 
 template <typename Value>
 DeclaredOption OptionList::add_option(const std::string& name, Value& value, const std::string& about) const {
-  return DeclaredOption(*command_->add_option(name, value, about));
+  CLI::Option& option = *command_->add_option(name, value, about);
+  using Number = typename NumberOf<Value>::type;
+  if constexpr (std::is_arithmetic_v<Number>) add_check(option, number_error<Number>);
+  return DeclaredOption(option);
 }
 
 template <typename Value>

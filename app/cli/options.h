@@ -13,7 +13,7 @@ class Option;
 
 namespace knuckle::cli {
 
-/// Why a value is refused: "abc must be a whole number"; empty: it is not.
+/// Why a value is refused: "must be a whole number"; empty: it is not.
 using ValueError = std::function<std::string(const std::string& value)>;
 
 /// Of a seed. (CLI11 would take -1 for a very large one.)
