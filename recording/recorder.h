@@ -1,4 +1,4 @@
-// Takes what the loops' tapes hand over and puts it on the disk: in parts of bounded size in a folder of bounded size,
+// Takes what the loops' taps hand over and puts it on the disk: in parts of bounded size in a folder of bounded size,
 // or in one file, and the last half minute of every stop in a file of its own. Loops never wait for it: what it cannot
 // take is counted, and a disk that refuses ends the recording, not the session.
 #pragma once
@@ -19,7 +19,7 @@
 #include "recording/file_names.h"
 #include "recording/flight_recorder.h"
 #include "recording/head.h"
-#include "recording/loop_tape.h"
+#include "recording/loop_tap.h"
 #include "recording/mcap/chunk.h"
 #include "recording/mcap/file_writer.h"
 #include "recording/scene.h"
@@ -63,7 +63,7 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// For LoopTape::record_to(), one loop each.
+  /// For LoopTap::record_to(), one loop each.
   [[nodiscard]] ByteRing& operator_steps() noexcept { return *rings_[0]; }
   [[nodiscard]] ByteRing& machine_steps() noexcept { return *rings_[1]; }
 

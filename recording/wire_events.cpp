@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "recording/cdr.h"
-#include "recording/loop_tape.h"
+#include "recording/loop_tap.h"
 #include "recording/older_links.h"
 #include "transport/link_header.h"
 

@@ -154,7 +154,7 @@ int run_commission(CommissionCommandOptions options) {
   Progress progress(kept, {bus.name(), digest}, options.resume);
   DialogueLog log(options.log, dialogue_head(command_of(options, file), text, options.simulate, bus.now()), machine,
                   "commission");
-  BusAccess access = log.taped(bus);
+  BusAccess access = log.tapped(bus);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
   std::ostream& told = dialogue.stream();

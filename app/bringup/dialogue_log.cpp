@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "app/cli/command.h"
-#include "recording/taped_wires.h"
+#include "recording/tapped_wires.h"
 
 namespace knuckle::bringup {
 
@@ -31,23 +31,23 @@ DialogueLog::DialogueLog(const recordings::LogOptions& options, const recording:
       kind_(std::move(kind)),
       log_(options, !head.simulated && !options.off, head, machine),
       keeps_(log_.recorder() != nullptr && log_.problem().empty()) {
-  if (recorder() != nullptr) tape_.record_to(recorder()->machine_steps());
+  if (recorder() != nullptr) tap_.record_to(recorder()->machine_steps());
   if (!drains_) log_.begin();
 }
 
-BusAccess DialogueLog::taped(const BusAccess& access) {
+BusAccess DialogueLog::tapped(const BusAccess& access) {
   if (recorder() == nullptr) return access;
   bus_ = std::make_shared<BusAccess>(access);
   const auto wait = [this](Time due) {
-    tape_.end_step(bus_->now(), ReasonCode::kNone);
+    tap_.end_step(bus_->now(), ReasonCode::kNone);
     if (drains_) recorder()->drain();
     bus_->wait_until(due);
     return bus_->now();
   };
-  BusAccess taped(access.name(), std::make_shared<recording::TapedCan>(bus_->bus(), tape_), wait);
-  taped.press_e_stop = access.press_e_stop;
-  taped.tape_m = access.tape_m;
-  return taped;
+  BusAccess tapped(access.name(), std::make_shared<recording::TappedCan>(bus_->bus(), tap_), wait);
+  tapped.press_e_stop = access.press_e_stop;
+  tapped.tape_m = access.tape_m;
+  return tapped;
 }
 
 recording::Recorder* DialogueLog::recorder() noexcept {
@@ -101,7 +101,7 @@ void DialogueLog::run(std::ostream& out, const std::function<void()>& work) {
 }
 
 void DialogueLog::close(std::ostream& out) {
-  if (bus_) tape_.end_step(bus_->now(), ReasonCode::kNone);  // what came since the last wait
+  if (bus_) tap_.end_step(bus_->now(), ReasonCode::kNone);  // what came since the last wait
   log_.close();
   for (const cli::News& news : log_.news()) out << news.what << '\n';
   if (recorder() != nullptr) out << "recorded in " << recorder()->status().file << '\n';

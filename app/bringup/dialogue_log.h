@@ -14,7 +14,7 @@
 #include "machine/description_fwd.h"
 #include "recording/events.h"
 #include "recording/head.h"
-#include "recording/loop_tape.h"
+#include "recording/loop_tap.h"
 #include "transport/bus_access.h"
 
 namespace knuckle::bringup {
@@ -34,8 +34,8 @@ class DialogueLog {
   DialogueLog& operator=(const DialogueLog&) = delete;
 
   /// The same bus; a step of the recording ends with each wait. This outlives it.
-  [[nodiscard]] BusAccess taped(const BusAccess& access);
-  /// The same person, whose answers, and what is said to them, are events, at the time of the bus taped; hears what
+  [[nodiscard]] BusAccess tapped(const BusAccess& access);
+  /// The same person, whose answers, and what is said to them, are events, at the time of the bus tapped; hears what
   /// comes up in the recording, too. This outlives it.
   [[nodiscard]] Partner noted(const Partner& partner);
   /// For the start: where it is recorded to, or that it is not.
@@ -54,8 +54,8 @@ class DialogueLog {
   std::string kind_;
   recordings::ProgramLog log_;
   bool keeps_;
-  std::shared_ptr<BusAccess> bus_;  ///< Set by taped().
-  recording::LoopTape tape_;
+  std::shared_ptr<BusAccess> bus_;  ///< Set by tapped().
+  recording::LoopTap tap_;
 };
 
 }  // namespace knuckle::bringup

@@ -128,7 +128,7 @@ int run_recover(const RecoverOptions& options) {
   slave::refuse_other_controller(machine.bus, bus);
   const std::string command = "knuckle recover --can " + options.can + " --machine " + file + " --axis " + options.axis;
   DialogueLog log(options.log, dialogue_head(command, text, false, bus.now()), machine, "recover");
-  BusAccess access = log.taped(bus);
+  BusAccess access = log.tapped(bus);
   LineInput input(STDIN_FILENO);
   cli::BackgroundWriter dialogue(STDOUT_FILENO);  // nobody who does not read it holds up the machine's loop, or a stop
   for (const std::string& line : log.notes()) dialogue.stream() << line << '\n';

@@ -84,7 +84,8 @@ std::string misplaced_value(const std::vector<std::string>& words, const CLI::Ap
     if (!flag && !given_here && last) return option->get_name() + ": needs a value";
     const auto again = std::find_if(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end(),
                                     [&](const std::string& word) { return option_of(word) == option; });
-    if (again != words.end() && option->get_expected_max() <= 1) return option->get_name() + ": is given more than once";
+    if (again != words.end() && option->get_expected_max() <= 1)
+      return option->get_name() + ": is given more than once";
   }
   return "";
 }
@@ -138,8 +139,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
   const std::string asked_for = command_in(program, arguments);
   const auto app = std::make_shared<CLI::App>(program.about, program.name);
   const std::map<std::string, std::function<int()>> runs = declare(program, *app);
-  const std::string see_help =
-      " (see " + program.name + " " + (asked_for.empty() ? "" : asked_for + " ") + "--help)";
+  const std::string see_help = " (see " + program.name + " " + (asked_for.empty() ? "" : asked_for + " ") + "--help)";
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app->parse(std::move(reversed));

@@ -3,7 +3,7 @@
 #include "app/session/loop_views.h"
 #include "app/session/operator_path.h"
 #include "core/loop_table.h"
-#include "recording/taped_loops.h"
+#include "recording/loop_tap.h"
 
 namespace knuckle::console {
 namespace {
@@ -34,7 +34,7 @@ LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* d
 
 void LiveSession::record_to(recording::Recorder& recorder) {
   station_.record_to(recorder);
-  far_.tape.record_to(recorder.machine_steps());
+  far_.tap.record_to(recorder.machine_steps());
 }
 
 void LiveSession::step(const HandInput& held) noexcept {
@@ -47,7 +47,7 @@ void LiveSession::step(const HandInput& held) noexcept {
   }
   far_.step(now_, [this] {
     far_.slave.step(now_);
-    recording::end_step(far_.tape, now_, far_.slave);
+    recording::end_step(far_.tap, now_, far_.slave);
     reporter_.step(now_, far_.slave);
   });
   count_breaks();

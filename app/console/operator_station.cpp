@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "app/session/loop_views.h"
-#include "recording/taped_loops.h"
+#include "recording/loop_tap.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console {
@@ -19,12 +19,12 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       start_rad_(setup.start_rad),
       person_(setup.device, setup.machine, setup.limb),
       watch_(from_seconds(1 / setup.machine.bus.sync_Hz)),
-      taped_device_(device != nullptr
-                        ? *device
-                        : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
-                    tape_),
-      taped_link_(link, tape_),
-      master_(setup.device, setup.machine, taped_device_, taped_link_, setup.start, setup.law) {
+      tapped_device_(device != nullptr
+                         ? *device
+                         : hand_.emplace(setup.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
+                     tap_),
+      tapped_link_(link, tap_),
+      master_(setup.device, setup.machine, tapped_device_, tapped_link_, setup.start, setup.law) {
   master_.set_tap(
       {[](void* watch, const SlaveMessage& message) { static_cast<LinkWatch*>(watch)->note(message); }, &watch_});
 }
@@ -43,7 +43,7 @@ void OperatorStation::step(Time now, const sim::OperatorIntent& intent) noexcept
 void OperatorStation::step_master(Time now) noexcept {
   watch_.stamp(now);
   master_.step(now);
-  recording::end_step(tape_, now, master_);
+  recording::end_step(tap_, now, master_);
   if (master_.machine_status_at() == now) watch_.note(*master_.machine_status());
 }
 

@@ -15,7 +15,7 @@
 #include "machine/device_description.h"
 #include "master/master_loop.h"
 #include "recording/recorder.h"
-#include "recording/taped_wires.h"
+#include "recording/tapped_wires.h"
 #include "sim/haptic_device.h"
 #include "sim/person.h"
 #include "transport/hid_port.h"
@@ -46,7 +46,7 @@ class OperatorStation {
 
   /// Before the first step: all that the operator's loop reads, does and knows goes there. @param recorder outlives the
   /// last step.
-  void record_to(recording::Recorder& recorder) { tape_.record_to(recorder.operator_steps()); }
+  void record_to(recording::Recorder& recorder) { tap_.record_to(recorder.operator_steps()); }
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;
@@ -84,9 +84,9 @@ class OperatorStation {
   std::optional<session::HandSide> hand_;
   PersonHand person_;
   LinkWatch watch_;
-  recording::LoopTape tape_;
-  recording::TapedHid taped_device_;
-  recording::TapedLink taped_link_;
+  recording::LoopTap tap_;
+  recording::TappedHid tapped_device_;
+  recording::TappedLink tapped_link_;
   master::MasterLoop master_;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;

@@ -52,7 +52,6 @@ std::string unit_of_field(const Field& field) {
   return unit.empty() && field.type == NumberType::kDouble ? "1" : unit;
 }
 
-
 StateDatasets::StateDatasets(Hdf5File& file, const std::string& group, std::span<const Field> fields)
     : file_(file), fields_(fields) {
   first_ = file.add_dataset(group + "/time_s", NumberType::kDouble, 1);

@@ -61,7 +61,6 @@ Shape bucket_shape(const MachineDescription& machine) {
   return shape;
 }
 
-
 /// Hull and tracks; of both, the description has the boom pin's place only.
 Shape hull_shape(const MachineDescription& machine) {
   const double size = reach_m(machine), ground_m = ground_level_m(machine);
@@ -208,7 +207,6 @@ std::optional<PerJoint<PlanarLink>> nearest_possible(const MachineDescription& m
   }
   return nearest;
 }
-
 
 /// @param machine as calibrated() gives it. @param size_m of the links as drawn; every number above 0.
 /// @return links of which estimation::known_parameters(machine) are the nine numbers.

@@ -50,7 +50,6 @@ std::string bare(std::string line) {
   return line;
 }
 
-
 void CodePrompt::ask() {
   if (::isatty(descriptor_) == 1) (void)::tcflush(descriptor_, TCIFLUSH);
   std::cout << "Is this the code on the other computer? [yes/no] " << std::flush;

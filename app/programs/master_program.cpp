@@ -9,8 +9,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "recording/taped_loops.h"
-#include "recording/taped_wires.h"
+#include "recording/loop_tap.h"
+#include "recording/tapped_wires.h"
 
 namespace knuckle::programs {
 namespace {
@@ -38,11 +38,11 @@ class MasterRunner {
  public:
   /// @param csv null: no table. @param recorder null: nothing is recorded.
   MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, std::ostream* csv, recording::Recorder* recorder)
-      : port_(port, tape_),
-        link_(link, tape_),
+      : port_(port, tap_),
+        link_(link, tap_),
         master_(setup.device, setup.machine, port_, link_, setup.start, setup.law) {
     if (csv != nullptr) table_.emplace(*csv, fields_of<master::MasterState>());
-    if (recorder != nullptr) tape_.record_to(recorder->operator_steps());
+    if (recorder != nullptr) tap_.record_to(recorder->operator_steps());
     master_.set_assist(setup.assist);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }
@@ -75,9 +75,9 @@ class MasterRunner {
 
   std::optional<recordings::StateTable> table_;  // where one is asked for
   int steps_ = 0;
-  recording::LoopTape tape_;
-  recording::TapedHid port_;
-  recording::TapedLink link_;
+  recording::LoopTap tap_;
+  recording::TappedHid port_;
+  recording::TappedLink link_;
   master::MasterLoop master_;
   MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
@@ -91,7 +91,7 @@ class MasterRunner {
 void MasterRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) master_.let_go();
   master_.step(now);
-  recording::end_step(tape_, now, master_);
+  recording::end_step(tap_, now, master_);
   if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
   if (table_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, master_));

@@ -12,8 +12,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "recording/taped_loops.h"
-#include "recording/taped_wires.h"
+#include "recording/loop_tap.h"
+#include "recording/tapped_wires.h"
 #include "slave/loss_policy.h"
 #include "slave/orderly_stop.h"
 #include "slave/slave_loop.h"
@@ -66,13 +66,13 @@ class SlaveRunner {
               const SlaveRecords& records, Mailbox<LoopHealth>& health)
       : machine_(machine),
         can_(bus, machine.bus.bit_rate, records.candump != nullptr),
-        taped_can_(can_, tape_),
-        link_(link, tape_),
-        slave_(machine, taped_can_, link_, start),
+        tapped_can_(can_, tap_),
+        link_(link, tap_),
+        slave_(machine, tapped_can_, link_, start),
         reporter_(machine, can_, link_, records.simulated, &health),
-        stop_(machine, taped_can_) {
+        stop_(machine, tapped_can_) {
     if (records.csv != nullptr) table_.emplace(*records.csv, fields_of<slave::SlaveState>());
-    if (records.recorder != nullptr) tape_.record_to(records.recorder->machine_steps());
+    if (records.recorder != nullptr) tap_.record_to(records.recorder->machine_steps());
   }
 
   // The loop's thread.
@@ -103,9 +103,9 @@ class SlaveRunner {
 
   const MachineDescription& machine_;
   WatchedCan can_;
-  recording::LoopTape tape_;
-  recording::TapedCan taped_can_;
-  recording::TapedLink link_;
+  recording::LoopTap tap_;
+  recording::TappedCan tapped_can_;
+  recording::TappedLink link_;
   std::optional<recordings::StateTable> table_;  // where one is asked for
   slave::SlaveLoop slave_;
   slave::StatusReporter reporter_;
@@ -134,7 +134,7 @@ void SlaveRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
   slave_.step(now);
   reporter_.step(now, slave_);
-  recording::end_step(tape_, now, slave_);
+  recording::end_step(tap_, now, slave_);
   observe(now);
   observe_nodes(now);
   observe_reads(now);
@@ -188,7 +188,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
   }
   farewell_.stamp = slave_.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
   link_.send(encode(farewell_).view());
-  tape_.end_step(now, ReasonCode::kNone);
+  tap_.end_step(now, ReasonCode::kNone);
   if (!commanded || stop_.done()) stopped_.store(true, std::memory_order_release);
 }
 

@@ -98,7 +98,6 @@ bool has_zeros_at(std::string_view bytes, std::size_t offset) {
   return looked >= 2 && 10 * zeros >= 9 * looked;
 }
 
-
 /// UTF-16 by its byte order mark, or by the zero bytes that text has in it; UTF-8 where it is that; else Latin-1.
 EncodedText to_utf8(std::string bytes) {
   using namespace std::string_view_literals;

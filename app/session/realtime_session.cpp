@@ -16,8 +16,8 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
-#include "recording/taped_loops.h"
-#include "recording/taped_wires.h"
+#include "recording/loop_tap.h"
+#include "recording/tapped_wires.h"
 #include "sim/machine_on_bus.h"
 #include "transport/canopen.h"
 #include "transport/thread_wires.h"
@@ -93,17 +93,17 @@ class Loops {
   sim::HandAndDevice hand_;
   MasterView seen_;
   // master
-  recording::LoopTape master_tape_;
-  recording::TapedHid taped_device_{cable_.host(), master_tape_};
-  recording::TapedLink operator_link_;
+  recording::LoopTap master_tap_;
+  recording::TappedHid tapped_device_{cable_.host(), master_tap_};
+  recording::TappedLink operator_link_;
   master::MasterLoop master_;
   MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
   RecentPeak slew_{setup_.machine.bus.sync_Hz};
   // slave
-  recording::LoopTape slave_tape_;
-  recording::TapedCan taped_can_{machine_.controller(), slave_tape_};
-  recording::TapedLink machine_link_;
+  recording::LoopTap slave_tap_;
+  recording::TappedCan tapped_can_{machine_.controller(), slave_tap_};
+  recording::TappedLink machine_link_;
   slave::SlaveLoop slave_;
   Kinematics kinematics_;
   SlaveBook slave_book_;
@@ -121,19 +121,19 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
       person_(operator_of(setup)),
       hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
-      operator_link_(operator_end, master_tape_),
-      master_(setup.device, setup.machine, taped_device_, operator_link_, starts_.operator_end, setup.law,
+      operator_link_(operator_end, master_tap_),
+      master_(setup.device, setup.machine, tapped_device_, operator_link_, starts_.operator_end, setup.law,
               master::FarEnd::kIsThisMachine),
       master_book_(most_rows(setup), starts_.machine_end.origin),
-      machine_link_(machine_end, slave_tape_),
-      slave_(setup.machine, taped_can_, machine_link_, starts_.machine_end),
+      machine_link_(machine_end, slave_tap_),
+      slave_(setup.machine, tapped_can_, machine_link_, starts_.machine_end),
       kinematics_(setup.machine),
       slave_book_(most_rows(setup), starts_.operator_end.origin),
       record_(start_record(setup)),
       machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
   if (recorder != nullptr) {
-    master_tape_.record_to(recorder->operator_steps());
-    slave_tape_.record_to(recorder->machine_steps());
+    master_tap_.record_to(recorder->operator_steps());
+    slave_tap_.record_to(recorder->machine_steps());
   }
   master_.set_assist(setup.scenario.assist);
   machine_.set_tap(
@@ -152,7 +152,7 @@ void Loops::step_hand(Time now) noexcept {
 
 void Loops::step_master(Time now) noexcept {
   master_.step(now);
-  recording::end_step(master_tape_, now, master_);
+  recording::end_step(master_tap_, now, master_);
   MasterView view = view_of(now, master_);
   view.slew_N_per_ms = slew_.step((view.state.sent_force_N - last_force_N_).norm());
   last_force_N_ = view.state.sent_force_N;
@@ -163,7 +163,7 @@ void Loops::step_master(Time now) noexcept {
 
 void Loops::step_slave(Time now) noexcept {
   slave_.step(now);
-  recording::end_step(slave_tape_, now, slave_);
+  recording::end_step(slave_tap_, now, slave_);
   hand_to_record_.take(hand_seen_);
   master_to_record_.take(master_seen_);
   plant_to_record_.take(plant_seen_);

@@ -11,7 +11,7 @@
 #include "app/session/session_books.h"
 #include "app/session/session_sides.h"
 #include "machine/kinematics.h"
-#include "recording/taped_loops.h"
+#include "recording/loop_tap.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::session {
@@ -62,9 +62,9 @@ struct Session::Impl {
   HandSide hand;
   ImpairedLink network;
   FaultInjection faults;
-  recording::LoopTape tape;  // the master's
-  recording::TapedHid taped_device;
-  recording::TapedLink taped_link;
+  recording::LoopTap tap;  // the master's
+  recording::TappedHid tapped_device;
+  recording::TappedLink tapped_link;
   master::MasterLoop master;
   MachineSide far;
 };
@@ -80,9 +80,9 @@ Session::Impl::Impl(const SessionSetup& s)
       hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
-      taped_device(hand.cable.host(), tape),
-      taped_link(faults.operator_end(), tape),
-      master(s.device, s.machine, taped_device, taped_link, s.starts().operator_end, s.law,
+      tapped_device(hand.cable.host(), tap),
+      tapped_link(faults.operator_end(), tap),
+      master(s.device, s.machine, tapped_device, tapped_link, s.starts().operator_end, s.law,
              master::FarEnd::kIsThisMachine),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
   master.set_assist(s.scenario.assist);
@@ -99,13 +99,13 @@ void Session::Impl::step() noexcept {
   hand.step(now, intent);
   const Time operator_now = now + faults.operator_clock();
   master.step(operator_now);
-  recording::end_step(tape, operator_now, master);
+  recording::end_step(tap, operator_now, master);
   note_slew();
   master_book.note(now, master);
   far.step(now, [&] {
     if (faults.slave_runs()) {
       far.slave.step(now);
-      recording::end_step(far.tape, now, far.slave);
+      recording::end_step(far.tap, now, far.slave);
       slave_book.note(now, far.slave);
     }
     sample(intent);
@@ -204,8 +204,8 @@ SessionRecord start_record(const SessionSetup& setup) {
 Session::Session(const SessionSetup& setup) : impl_(std::make_unique<Impl>(setup)) {}
 Session::~Session() = default;
 void Session::record_to(recording::Recorder& recorder) {
-  impl_->tape.record_to(recorder.operator_steps());
-  impl_->far.tape.record_to(recorder.machine_steps());
+  impl_->tap.record_to(recorder.operator_steps());
+  impl_->far.tap.record_to(recorder.machine_steps());
 }
 void Session::step() noexcept {
   impl_->step();

@@ -7,7 +7,7 @@ MachineSide::MachineSide(const MachineDescription& description, const sim::Machi
     : slave_period(sim::period_in_ticks(description)),
       simulated(truth, scenario.world, scenario.start_rad, seed),
       can(simulated.controllers_end(), description.bus.bit_rate),
-      taped_link(link, tape),
-      slave(description, taped_can, taped_link, start_from(seed, LinkEnd::kMachine)) {}
+      tapped_link(link, tap),
+      slave(description, tapped_can, tapped_link, start_from(seed, LinkEnd::kMachine)) {}
 
 }  // namespace knuckle::session

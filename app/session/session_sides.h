@@ -9,7 +9,7 @@
 #include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
-#include "recording/taped_wires.h"
+#include "recording/tapped_wires.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
 #include "sim/person.h"
@@ -56,9 +56,9 @@ struct MachineSide {
   Duration slave_period;
   sim::MachineOnBus simulated;
   WatchedCan can;  ///< The slave's end of the bus.
-  recording::LoopTape tape;
-  recording::TapedCan taped_can{can, tape};
-  recording::TapedLink taped_link;
+  recording::LoopTap tap;
+  recording::TappedCan tapped_can{can, tap};
+  recording::TappedLink tapped_link;
   slave::SlaveLoop slave;
 };
 

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "recording/mcap/contents.h"
-#include "recording/mcap/zstd.h"
 #include "recording/mcap/record_file.h"
 #include "recording/mcap/survey.h"
+#include "recording/mcap/zstd.h"
 
 namespace knuckle::mcap {
 

@@ -1,6 +1,4 @@
 // Motion of all joints in closed loop on the simulated machine's bus: its rate on the wire, and how it ends.
-#include "app/bringup/commission_result.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "app/bringup/commission_dialogue.h"
+#include "app/bringup/commission_result.h"
 #include "app/motion/led_machine.h"
 #include "app/recordings/recording_reader.h"
 #include "tests/bringup/hardware_bench.h"

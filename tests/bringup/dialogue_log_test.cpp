@@ -78,7 +78,7 @@ TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
                       &syncs});
   std::ostringstream told;
   DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
-  BusAccess access = log.taped(sim::access_to(bus));
+  BusAccess access = log.tapped(sim::access_to(bus));
   const Partner person = log.noted(terminal(
       told, [] { return std::optional<std::string>("go"); }, false));
   const auto work = [&] {
@@ -112,7 +112,7 @@ TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
 TEST(DialogueLog, TellsWhatLedTheMachine) {
   const knuckle::test::TemporaryFolder folder;
   DialogueLog log({folder.path().string(), false}, head(true), solar(), "recover");
-  BusAccess access = log.taped(sim::access_to(simulated_bus()));
+  BusAccess access = log.tapped(sim::access_to(simulated_bus()));
   std::ostringstream told, said;
   const Partner person = log.noted(terminal(
       told, [] { return std::optional<std::string>("no"); }, false));
@@ -127,7 +127,7 @@ TEST(DialogueLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
   const knuckle::test::TemporaryFolder folder;
   std::ostringstream told;
   DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
-  BusAccess access = log.taped(sim::access_to(simulated_bus()));
+  BusAccess access = log.tapped(sim::access_to(simulated_bus()));
   const Partner person = log.noted(terminal(
       told, [] { return std::optional<std::string>("go"); }, false));
   const auto times_told = [&told] {

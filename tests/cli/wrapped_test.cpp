@@ -1,7 +1,7 @@
 // Help on a narrow terminal.
-#include "app/cli/printable_output.h"
-
 #include <gtest/gtest.h>
+
+#include "app/cli/printable_output.h"
 
 namespace knuckle::cli {
 namespace {

@@ -12,8 +12,8 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
+#include "recording/loop_tap.h"
 #include "recording/recorder.h"
-#include "recording/taped_loops.h"
 #include "slave/slave_state.h"
 #include "tests/explain/faulted_session.h"
 #include "tests/support/temporary_folder.h"
@@ -254,14 +254,14 @@ class HandMade {
     how.file = file();
     how.folder = folder_.file("flights");
     recorder_.emplace(how, head, load_machine(machine));
-    tape_.record_to(recorder_->machine_steps());
+    tap_.record_to(recorder_->machine_steps());
     state.mode = Mode::kEngaged;
     state.enable = state.presence = state.heard = state.device_ok = state.measured = true;
   }
   void step(int times = 1) {
     for (int i = 0; i < times; ++i) {
       state.at += 5ms;
-      tape_.end_step(state.at, state, state.fault.code);
+      tap_.end_step(state.at, state, state.fault.code);
       recorder_->drain();
     }
   }
@@ -285,7 +285,7 @@ class HandMade {
  private:
   test::TemporaryFolder folder_;
   std::optional<recording::Recorder> recorder_;
-  recording::LoopTape tape_;
+  recording::LoopTap tap_;
 };
 
 TEST(Explain, NamesTheOperatorsStop) {

@@ -1,10 +1,9 @@
-#include "app/pairing/chosen_link.h"
-
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <fstream>
 
+#include "app/pairing/chosen_link.h"
 #include "core/error.h"
 #include "tests/support/temporary_folder.h"
 

@@ -20,7 +20,7 @@
 #include "recording/file_names.h"
 #include "recording/flaws.h"
 #include "recording/replayed_wires.h"
-#include "recording/taped_wires.h"
+#include "recording/tapped_wires.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/small_disk.h"
@@ -449,14 +449,14 @@ TEST(FlightRecorder, FaultThatComesAndGoesGetsNoMoreThanItsShareOfTheFolder) {
   how.keep = false;
   const session::LoadedSession loaded = session::load_session(short_session("free_motion", 1));
   Recorder recorder(how, session::session_head(loaded.setup, {}), loaded.setup.machine);
-  recording::LoopTape tape;
-  tape.record_to(recorder.machine_steps());
+  recording::LoopTap tap;
+  tap.record_to(recorder.machine_steps());
   constexpr int kMost = recording::FlightRecorder::kMostPerHour;
   const auto fault_at = [&](Duration at) {
-    tape.end_step(Time(at), ReasonCode::kEmergencyStop);
+    tap.end_step(Time(at), ReasonCode::kEmergencyStop);
     recorder.drain();
     for (const Duration later : {1s, 7s}) {
-      tape.end_step(Time(at + later), ReasonCode::kNone);
+      tap.end_step(Time(at + later), ReasonCode::kNone);
       recorder.drain();
     }
   };
@@ -501,9 +501,9 @@ TEST(Replay, AWireThatChangesItsStateWithinAStepIsAskedTheSameAgain) {
     int left = 2;
   } bus;
   ByteRing ring(1 << 16);
-  recording::LoopTape tape;
-  tape.record_to(ring);
-  recording::TapedCan taped(bus, tape);
+  recording::LoopTap tap;
+  tap.record_to(ring);
+  recording::TappedCan tapped(bus, tap);
   const auto asked = [](CanBus& can, const std::function<void()>& between) {
     CanFrame frame;
     while (can.receive(frame)) {
@@ -512,8 +512,8 @@ TEST(Replay, AWireThatChangesItsStateWithinAStepIsAskedTheSameAgain) {
     between();
     return std::pair(first, can.state());
   };
-  const auto recorded = asked(taped, [&] { bus.now = CanState::kDown; });
-  tape.end_step({}, ReasonCode::kNone);
+  const auto recorded = asked(tapped, [&] { bus.now = CanState::kDown; });
+  tap.end_step({}, ReasonCode::kNone);
   recording::StepHeader header;
   std::memcpy(&header, ring.front().data(), sizeof header);
   const auto wires = recording::decode_wires(ring.front().subspan(sizeof header, header.wires_size), kLinkVersion);

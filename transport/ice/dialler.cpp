@@ -75,7 +75,6 @@ SocketAddress with_port(GInetAddress* host, std::uint16_t port) {
   return result;
 }
 
-
 /// One that is under way may still find who asked, or nobody.
 struct ServerName::LookUp {
   ServerName* name;

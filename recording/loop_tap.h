@@ -11,9 +11,11 @@
 #include "core/byte_ring.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "master/master_state.h"
 #include "recording/cdr.h"
 #include "recording/fields.h"
 #include "recording/wire_events.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::recording {
 
@@ -25,11 +27,11 @@ struct StepHeader {
 };
 
 /// For the loop's thread. Off until record_to(): then it costs a branch for each event. Allocates there alone.
-class LoopTape {
+class LoopTap {
  public:
-  LoopTape() = default;
-  LoopTape(const LoopTape&) = delete;
-  LoopTape& operator=(const LoopTape&) = delete;
+  LoopTap() = default;
+  LoopTap(const LoopTap&) = delete;
+  LoopTap& operator=(const LoopTap&) = delete;
 
   /// @param ring outlives this.
   void record_to(ByteRing& ring) {
@@ -67,5 +69,24 @@ class LoopTape {
   std::optional<CdrWriter> wires_;  // while a step is under way
   std::uint32_t step_ = 0, count_ = 0, lost_ = 0;
 };
+
+// The end of a step of the two loops, on their taps.
+
+/// Why the machine is stopped, as far as the loop knows. An operator's side that hears nothing of the machine while it
+/// leads it cannot know more.
+[[nodiscard]] inline ReasonCode alarm_of(const slave::SlaveState& state) noexcept {
+  return state.fault.code;
+}
+[[nodiscard]] inline ReasonCode alarm_of(const master::MasterState& state) noexcept {
+  return state.warning.code == ReasonCode::kCuesSilence ? state.warning.code : state.fault.code;
+}
+
+/// After the loop's step at `now`, and whatever else belongs to it. Nothing where the tap is off.
+template <typename Loop>
+void end_step(LoopTap& tap, Time now, const Loop& loop) noexcept {
+  if (!tap.on()) return;
+  const auto state = state_of(now, loop);
+  tap.end_step(now, state, alarm_of(state));
+}
 
 }  // namespace knuckle::recording

@@ -1,4 +1,4 @@
-#include "recording/loop_tape.h"
+#include "recording/loop_tap.h"
 
 #include <libdeflate.h>
 
@@ -12,7 +12,7 @@ constexpr std::size_t kTimeAt = 0, kStepAt = 8, kCrcAt = 12, kLostAt = 16, kCoun
 
 }  // namespace
 
-void LoopTape::begin_wires() noexcept {
+void LoopTap::begin_wires() noexcept {
   const std::size_t room = kStepBytes - sizeof(StepHeader) - kStateBytes;
   CdrWriter& out = wires_.emplace(std::span<std::uint8_t>(room_).subspan(sizeof(StepHeader), room));
   out.put(std::int64_t{0});
@@ -20,7 +20,7 @@ void LoopTape::begin_wires() noexcept {
   count_ = lost_ = 0;
 }
 
-void LoopTape::add(WireEventKind kind, std::uint32_t value, std::span<const std::uint8_t> data) noexcept {
+void LoopTap::add(WireEventKind kind, std::uint32_t value, std::span<const std::uint8_t> data) noexcept {
   if (!on()) return;
   if (!wires_) begin_wires();
   CdrWriter& out = *wires_;
@@ -36,7 +36,7 @@ void LoopTape::add(WireEventKind kind, std::uint32_t value, std::span<const std:
   }
 }
 
-std::size_t LoopTape::finish_wires(Time now) noexcept {
+std::size_t LoopTap::finish_wires(Time now) noexcept {
   if (!wires_) begin_wires();
   CdrWriter& out = *wires_;
   const auto events = out.written().subspan(kCdrHeader.size() + kEventsAt);
@@ -50,7 +50,7 @@ std::size_t LoopTape::finish_wires(Time now) noexcept {
   return size;
 }
 
-void LoopTape::push(Time now, std::size_t wires_size, std::size_t state_size, ReasonCode alarm) noexcept {
+void LoopTap::push(Time now, std::size_t wires_size, std::size_t state_size, ReasonCode alarm) noexcept {
   StepHeader header;
   header.time_ns = now.time_since_epoch().count();
   header.wires_size = static_cast<std::uint32_t>(wires_size);

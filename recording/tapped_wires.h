@@ -1,4 +1,4 @@
-// The three wires with a tape beside them: whatever a loop reads or writes goes through unchanged, and onto its tape.
+// The three wires with a tap beside them: whatever a loop reads or writes goes through unchanged, and into its tap.
 #pragma once
 
 #include <algorithm>
@@ -7,36 +7,36 @@
 #include <optional>
 #include <span>
 
-#include "recording/loop_tape.h"
+#include "recording/loop_tap.h"
 #include "transport/can_bus.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
 namespace knuckle::recording {
 
-class TapedCan final : public CanBus {
+class TappedCan final : public CanBus {
  public:
   /// Both outlive this.
-  TapedCan(CanBus& bus, LoopTape& tape) noexcept : bus_(bus), tape_(tape) {}
+  TappedCan(CanBus& bus, LoopTap& tap) noexcept : bus_(bus), tap_(tap) {}
 
   bool send(const CanFrame& frame) noexcept override {
     const bool sent = bus_.send(frame);
-    tape_.add(sent ? WireEventKind::kCanSent : WireEventKind::kCanRefused, frame.id, data_of(frame));
+    tap_.add(sent ? WireEventKind::kCanSent : WireEventKind::kCanRefused, frame.id, data_of(frame));
     return sent;
   }
   bool receive(CanFrame& frame) noexcept override {
     if (!bus_.receive(frame)) return false;
-    tape_.add(WireEventKind::kCanReceived, frame.id, data_of(frame));
+    tap_.add(WireEventKind::kCanReceived, frame.id, data_of(frame));
     return true;
   }
   [[nodiscard]] CanState state() const noexcept override {
     const CanState now = bus_.state();  // every answer: it may change within a step
-    tape_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
+    tap_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
     return now;
   }
   void acknowledge() noexcept override {
     bus_.acknowledge();
-    tape_.add(WireEventKind::kCanAcknowledged, 0);
+    tap_.add(WireEventKind::kCanAcknowledged, 0);
   }
   [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
 
@@ -45,57 +45,57 @@ class TapedCan final : public CanBus {
     return std::span(frame.data).first(std::min<std::size_t>(frame.size, frame.data.size()));
   }
   CanBus& bus_;
-  LoopTape& tape_;
+  LoopTap& tap_;
 };
 
-class TapedHid final : public HidPort {
+class TappedHid final : public HidPort {
  public:
   /// Both outlive this.
-  TapedHid(HidPort& port, LoopTape& tape) noexcept : port_(port), tape_(tape) {}
+  TappedHid(HidPort& port, LoopTap& tap) noexcept : port_(port), tap_(tap) {}
 
   bool write(const HidReport& report) noexcept override {
     const bool sent = port_.write(report);
-    tape_.add(sent ? WireEventKind::kHidSent : WireEventKind::kHidRefused, 0, report);
+    tap_.add(sent ? WireEventKind::kHidSent : WireEventKind::kHidRefused, 0, report);
     return sent;
   }
   bool read(HidReport& report) noexcept override {
     if (!port_.read(report)) return false;
-    tape_.add(WireEventKind::kHidReceived, 0, report);
+    tap_.add(WireEventKind::kHidReceived, 0, report);
     return true;
   }
   [[nodiscard]] bool connected() const noexcept override {
     const bool now = port_.connected();
-    if (tape_.on() && now != connected_) tape_.add(WireEventKind::kHidConnected, now ? 1 : 0);
+    if (tap_.on() && now != connected_) tap_.add(WireEventKind::kHidConnected, now ? 1 : 0);
     connected_ = now;
     return now;
   }
 
  private:
   HidPort& port_;
-  LoopTape& tape_;
-  mutable bool connected_ = false;  // as the tape has it
+  LoopTap& tap_;
+  mutable bool connected_ = false;  // as the tap has it
 };
 
-class TapedLink final : public Link {
+class TappedLink final : public Link {
  public:
   /// Both outlive this.
-  TapedLink(Link& link, LoopTape& tape) noexcept : link_(link), tape_(tape) {}
+  TappedLink(Link& link, LoopTap& tap) noexcept : link_(link), tap_(tap) {}
 
   bool send(std::span<const std::uint8_t> bytes) noexcept override {
     const bool sent = link_.send(bytes);
-    tape_.add(sent ? WireEventKind::kLinkSent : WireEventKind::kLinkRefused, 0, bytes);
+    tap_.add(sent ? WireEventKind::kLinkSent : WireEventKind::kLinkRefused, 0, bytes);
     return sent;
   }
   /// What has waited for longer than 4 s counts as having waited 4 s: for no reader is there a difference.
   bool receive(Datagram& datagram) noexcept override {
     if (!link_.receive(datagram)) return false;
     datagram.waited = std::clamp(datagram.waited, Duration::zero(), kLongest);
-    tape_.add(WireEventKind::kLinkReceived, static_cast<std::uint32_t>(datagram.waited.count()), datagram.view());
+    tap_.add(WireEventKind::kLinkReceived, static_cast<std::uint32_t>(datagram.waited.count()), datagram.view());
     return true;
   }
   [[nodiscard]] bool emptied() const noexcept override {
     const bool now = link_.emptied();
-    if (tape_.on() && now != emptied_) tape_.add(WireEventKind::kLinkNotEmptied, now ? 0 : 1);
+    if (tap_.on() && now != emptied_) tap_.add(WireEventKind::kLinkNotEmptied, now ? 0 : 1);
     emptied_ = now;
     return now;
   }
@@ -103,8 +103,8 @@ class TapedLink final : public Link {
  private:
   static constexpr Duration kLongest = 4s;  // nanoseconds in 32 bits
   Link& link_;
-  LoopTape& tape_;
-  mutable bool emptied_ = true;  // as the tape has it
+  LoopTap& tap_;
+  mutable bool emptied_ = true;  // as the tap has it
 };
 
 }  // namespace knuckle::recording
