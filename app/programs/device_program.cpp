@@ -4,9 +4,11 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <optional>
 
-#include "app/recordings/csv_row.h"
+#include "app/recordings/state_table.h"
 #include "app/session/operator_path.h"
+#include "core/fields.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
 #include "machine/device_description.h"
@@ -22,26 +24,29 @@ constexpr int kTicksPerRow = 5;
 /// The simulation's true state, known to no controller.
 struct TruthRow {
   Time at{};
-  sim::HandTruth truth;
-  sim::OperatorIntent intent;
-  int phase = 0;
-};
+  JointVector joint_rad = JointVector::Zero(), meant_rad = JointVector::Zero();
+  PlanarVector tip_m = PlanarVector::Zero(), felt_N = PlanarVector::Zero(), contact_N = PlanarVector::Zero();
+  bool presence = false, enable = false, clutch = false, stop = false;
+  std::uint8_t phase = 0;
 
-void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
-  recordings::RowWriter row(out, names);
-  row.number("time_s", to_seconds(truth.at));
-  row.joints("", "_rad", truth.truth.joint_rad, kDeviceJointNames);
-  row.joints("meant_", "_rad", truth.intent.joint_rad, kDeviceJointNames);
-  row.planar("tip", "m", truth.truth.tip_m);
-  row.planar("felt", "N", truth.truth.felt_N);
-  row.planar("contact", "N", truth.truth.contact_N);
-  row.number("presence", truth.intent.presence ? 1 : 0);
-  row.number("enable", truth.intent.enable ? 1 : 0);
-  row.number("clutch", truth.intent.clutch ? 1 : 0);
-  row.number("stop", truth.intent.stop ? 1 : 0);
-  row.number("phase", truth.phase);
-  row.end_row();
-}
+  [[nodiscard]] static bool of_device(std::string_view) noexcept { return true; }
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    [[maybe_unused]] const auto& [at, joint_rad, meant_rad, tip_m, felt_N, contact_N, presence, enable, clutch, stop,
+                                  phase] = s;
+    visit("time_ns", s.at);
+    visit("joint_rad", s.joint_rad);
+    visit("meant_rad", s.meant_rad);
+    visit("tip_m", s.tip_m);
+    visit("felt_N", s.felt_N);
+    visit("contact_N", s.contact_N);
+    visit("presence", s.presence);
+    visit("enable", s.enable);
+    visit("clutch", s.clutch);
+    visit("stop", s.stop);
+    visit("phase", s.phase);
+  }
+};
 
 /// An event: from the loop's thread to the one that tends it.
 struct Event {
@@ -77,14 +82,18 @@ class DeviceRunner {
     hand_.step(now, act(now));
     note_latch(now);
     felt_peak_N_ = std::max(felt_peak_N_, hand_.truth().felt_N.norm());
-    if (wants_rows_ && ticks_++ % kTicksPerRow == 0) rows_.push({now, hand_.truth(), intent_, phase_});
+    if (!wants_rows_ || ticks_++ % kTicksPerRow != 0) return;
+    const sim::HandTruth& truth = hand_.truth();
+    rows_.push({now, truth.joint_rad, intent_.joint_rad, truth.tip_m, truth.felt_N, truth.contact_N, intent_.presence,
+                intent_.enable, intent_.clutch, intent_.stop, static_cast<std::uint8_t>(phase_)});
   }
 
   // The tending thread.
   bool next(Event& event) noexcept { return events_.pop(event); }
-  void write(std::ostream* truth_csv) {
+  void write(recordings::StateTable& table) {
     TruthRow row;
-    while (rows_.pop(row)) write_truth(*truth_csv, row, false);
+    while (rows_.pop(row)) table.add(&row);
+    table.flush();
   }
   [[nodiscard]] bool finished() const noexcept { return finished_; }
 
@@ -189,7 +198,8 @@ void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole&
 DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, const ProgramRun& run,
                                 std::ostream* truth_csv) {
   const auto runner = std::make_unique<DeviceRunner>(setup, cable, screen, truth_csv != nullptr);
-  if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
+  std::optional<recordings::StateTable> table;
+  if (truth_csv != nullptr) table.emplace(*truth_csv, fields_of<TruthRow>());
   DeviceProgramOutcome outcome;
   PolicyNote policy("device");
   const RealtimeClock clock;
@@ -199,7 +209,7 @@ DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable,
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       tell(setup, *runner, run.console, outcome);
-      runner->write(truth_csv);
+      if (table) runner->write(*table);
     };
     Time finished_at = kNever;
     const auto keep_on = [&] {

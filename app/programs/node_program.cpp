@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 
-#include "app/recordings/csv_row.h"
+#include "app/recordings/state_table.h"
+#include "core/fields.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
 #include "sim/machine_on_bus.h"
@@ -20,22 +22,22 @@ struct TruthRow {
   Time at{};
   JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), spool = JointVector::Zero();
   JointVector cylinder_m = JointVector::Zero();  // pin to pin
-  PlanarVector tip_m = PlanarVector::Zero(), tip_N = PlanarVector::Zero();
+  PlanarVector tip_m = PlanarVector::Zero(), tip_force_N = PlanarVector::Zero();
   double payload_kg = 0;
-};
 
-void write_truth(std::ostream& out, const TruthRow& truth, bool names) {
-  recordings::RowWriter row(out, names);
-  row.number("time_s", to_seconds(truth.at));
-  row.joints("", "_rad", truth.joint_rad);
-  row.joints("", "_radps", truth.joint_radps);
-  row.joints("", "_spool", truth.spool);
-  row.joints("", "_cylinder_m", truth.cylinder_m);
-  row.planar("tip", "m", truth.tip_m);
-  row.planar("tip_force", "N", truth.tip_N);
-  row.number("payload_kg", truth.payload_kg);
-  row.end_row();
-}
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    [[maybe_unused]] const auto& [at, joint_rad, joint_radps, spool, cylinder_m, tip_m, tip_force_N, payload_kg] = s;
+    visit("time_ns", s.at);
+    visit("joint_rad", s.joint_rad);
+    visit("joint_radps", s.joint_radps);
+    visit("spool", s.spool);
+    visit("cylinder_m", s.cylinder_m);
+    visit("tip_m", s.tip_m);
+    visit("tip_force_N", s.tip_force_N);
+    visit("payload_kg", s.payload_kg);
+  }
+};
 
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class NodeRunner {
@@ -66,9 +68,10 @@ class NodeRunner {
   // The tending thread.
   bool next(FaultEvent& event) noexcept { return fault_events_.pop(event); }
   bool next(sim::WorldEvent& event) noexcept { return world_events_.pop(event); }
-  void write(std::ostream* truth_csv) {
+  void write(recordings::StateTable& table) {
     TruthRow row;
-    while (rows_.pop(row)) write_truth(*truth_csv, row, false);
+    while (rows_.pop(row)) table.add(&row);
+    table.flush();
   }
 
   // After the loop has ended.
@@ -121,7 +124,8 @@ void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, N
 NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
                      const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv) {
   const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv != nullptr);
-  if (truth_csv != nullptr) write_truth(*truth_csv, {}, true);
+  std::optional<recordings::StateTable> table;
+  if (truth_csv != nullptr) table.emplace(*truth_csv, fields_of<TruthRow>());
   NodeOutcome outcome;
   RunEvents<NodeOutcome::Event> world_events;
   PolicyNote policy("node");
@@ -132,7 +136,7 @@ NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
     const auto tend = [&](Time now) {
       policy.tell(run.console, now, loop);
       tell(setup, *runner, run.console, outcome, world_events);
-      runner->write(truth_csv);
+      if (table) runner->write(*table);
     };
     tend_until_over(run, clock, tend);
     loop.stop();
