@@ -206,10 +206,6 @@ TEST_F(ProgramRefuses, MachineFilesThatAreNotSound) {
     expect({{"--machine", changed(file, from, to)}, named});
   };
   machine("pump_flow_Lpm = \\S+", "pump_flow_Lpm = 32\npump_colour = 3", {"pump_colour", "unknown"});
-  machine("main_relief_bar = \\S+\n", "", {"main_relief_bar", "missing"});
-  machine("main_relief_bar = \\S+", "main_relief_bar = 99999", {"main_relief_bar", "99999"});
-  machine("bore_mm = \\S+", "bore_mm = -65", {"bore_mm", "-65"});
-  machine("bore_mm = \\S+", "bore_mm = \"wide\"", {"bore_mm"});
   machine("min_length_m = \\S+", "min_length_m = 0.9", {"cylinders.boom"});  // does not reach the working range
   machine("rocker_length_m = \\S+", "rocker_length_m = 0.02", {"bucket"});   // the four-bar does not close
   machine("id = 0x11", "id = 0x10", {"0x10"});                               // two nodes, one number
@@ -223,8 +219,6 @@ TEST_F(ProgramRefuses, ScenariosThatCannotBe) {
     named.emplace_back("wall_contact.toml");
     expect({{"--scenario", changed(file, from, to)}, named});
   };
-  scenario("name = \"approach\"\nkind = \"move\"", "name = \"approach\"\nkind = \"fly\"", {"fly", "move"});
-  scenario("felt_N = \\S+", "felt_N = 200", {"felt_N", "200", "20"});
   scenario("stiffness_N_per_m", "stiffness", {"stiffness"});
   scenario("metric = \"hold_error_N\"", "metric = \"holt_error\"", {"holt_error"});
   scenario("tip_m = \\[[^\\]]*\\]", "tip_m = [9, 0.1]", {"approach", "range"});
@@ -247,10 +241,7 @@ TEST_F(ProgramRefuses, FilesThatAreMadeToHurt) {
                                             "at most 16 names"};
   const std::vector<std::string> nested{"a.toml:1: ", "must be at most 16 deep"};
   each(repeated("a.", 39'999) + "a = 1", many_names);
-  each("[" + repeated("a.", 39'999) + "a]", many_names);
-  each("[[" + repeated("a.", 39'999) + "a]]", many_names);
   each("a = " + repeated("[", 40'000), nested);
-  each("a = " + repeated("{a=", 40'000), nested);
   each(std::string(900'000, 'k') + " = '" + std::string(90'000, 'v') + "'", {"a.toml:1: "});
   each("\"\\u001b[31m\" = 1\nx = '\x1b[31m'", {"a.toml:2: "});
   each("x = '\xff'", {"a.toml:1: "});
@@ -269,10 +260,6 @@ TEST_F(ProgramRefuses, OptionsThatCannotBe) {
   const Refusal table[] = {
       {{"--delay-ms", "-1"}, {"--delay-ms", "-1", "5000"}},
       {{"--loss", "2"}, {"--loss", "from 0 to 1"}},
-      {{"--seed", "abc"}, {"--seed abc: must be a whole number"}},
-      {{"--delay-ms", "1,5"}, {"--delay-ms 1,5: is not a number: decimals need a point, not a comma"}},
-      {{"--duraton", "3"}, {"--duraton: unknown option; did you mean '--duration'?"}},
-      {{"--zzz"}, {"--zzz: unknown option (see"}},
       {{"--control", "telepathy"}, {"--control", "telepathy", "echo"}},
       {{"--machine", "solar016"}, {"solar016", "solar015"}},
       {{"--device", "knuckle9"}, {"knuckle9", "knuckle1"}},
@@ -295,15 +282,9 @@ TEST_F(ProgramRefuses, SweepsThatCannotBe) {
   const std::vector<std::pair<std::vector<std::string>, Refusal>> table{
       {{"swep"}, {{}, {"unknown command 'swep'", "sweep", "operators"}}},
       {{"sweep"}, {{}, {"--battery is required", "knuckle-studies sweep --help"}}},
-      {{"sweep", "--battery"}, {{}, {"--battery: needs a value"}}},
       {{"sweep", "--battery", "forces"}, {{}, {"--battery", "forces", "estimation"}}},
       {sweep, {{"--ensemble", "1"}, {"--ensemble 1: must be a whole number from 2 to 10000 machines, or 0: none"}}},
-      {sweep, {{"--ensemble", "nan"}, {"--ensemble nan: "}}},
-      {sweep, {{"--machines", "2"}, {"--machines: is given more than once"}}},
-      {sweep, {{"--jobs", "-1"}, {"--jobs -1: must be a whole number from 0 to 1024"}}},
-      {sweep, {{"--budget", "1e9"}, {"--budget 1e9: must be a whole number from 0 to 100000"}}},
       {sweep, {{"--ablation", ""}, {"--ablation \"\": must be"}}},
-      {sweep, {{"--seed", "18446744073709551616"}, {"--seed", "18446744073709551615"}}},
       {sweep, {{"--machine", "solar016"}, {"solar016", "solar015"}}},
       {sweep, {{"--machine", path("file"), "--json", path("file")}, {"--json", "already taken by --machine"}}},
       {sweep, {{"--json", path("file/a")}, {"--json", "file/a"}}},

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "app/cli/command.h"
-#include "core/error.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -33,22 +32,6 @@ TEST(FirstLook, ABareProgramPrintsItsCommands) {
   EXPECT_FALSE(bare.run);
   EXPECT_NE(bare.text.find("dig"), std::string::npos) << bare.text;
   EXPECT_EQ(bare.text, parse_command_line(tool, {"--help"}).text);
-}
-
-TEST(FirstLook, AnUnknownOptionBeforeAnyCommandIsNamed) {
-  const Program tool{
-      "arm-tool", "Moves arms.\n", "", {{"dig", "A pit", [](const OptionList&) { return [] { return 3; }; }}}};
-  const auto refusal = [&tool](const std::vector<std::string>& arguments) -> std::string {
-    try {
-      (void)parse_command_line(tool, arguments);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
-  EXPECT_EQ(refusal({"--versoin"}), "--versoin: unknown option; did you mean '--version'? (see arm-tool --help)");
-  EXPECT_EQ(refusal({"--zzz", "dig"}), "--zzz: unknown option (see arm-tool --help)");
-  EXPECT_EQ(refusal({"dig"}), "");
 }
 
 /// Names of packages by their part.

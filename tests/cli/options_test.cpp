@@ -1,0 +1,112 @@
+// What a command line's options take and how they refuse: one line that names option, value and bound, in words of
+// Knuckle's own, not of the library that reads them.
+#include "app/cli/options.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "app/cli/command.h"
+#include "core/error.h"
+
+namespace knuckle::cli {
+namespace {
+
+struct Digging {
+  double slow = 0;
+  std::uint64_t seed = 0;
+  std::uint32_t machines = 0;
+  std::optional<int> jobs;
+  std::vector<double> depths;
+  std::vector<std::string> places;
+  std::string mode = "echo", map, pit;
+  bool mute = false;
+};
+
+const auto kDug = std::make_shared<Digging>();
+
+std::function<int()> declare_dig(const OptionList& c) {
+  c.add_option("--pit", kDug->pit, "Which").required();
+  c.add_option("--slow", kDug->slow, "Speed");
+  c.add_option("--seed", kDug->seed, "Seed").check(seed_error);
+  c.add_option("--machines", kDug->machines, "How many").check(ensemble_size_error);
+  c.add_option("--jobs", kDug->jobs, "At once").check(count_within(0, 1024));
+  c.add_option("--depth", kDug->depths, "Each").one_value_each();
+  c.add_option("--place", kDug->places, "Each").one_value_each();
+  c.add_option("--mode", kDug->mode, "How").one_of({"echo", "cues"});
+  c.add_option("--map", kDug->map, "File");
+  c.add_flag("--mute", kDug->mute, "No sound");
+  return [] { return 3; };
+}
+
+const Program kTool{"arm-tool", "Moves arms.\n", "", {{"dig", "A pit", declare_dig}}};
+
+/// "": accepted.
+std::string refusal(const std::vector<std::string>& arguments) {
+  *kDug = {};
+  try {
+    (void)parse_command_line(kTool, arguments);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
+  struct Row {
+    std::vector<std::string> given;
+    std::string why;
+  };
+  for (const Row& row : {Row{{"--slow", "fast"}, "--slow fast: is not a number"},
+                         {{"--slow", "1,5"}, "--slow 1,5: is not a number: decimals need a point, not a comma"},
+                         {{"--slow", "1,5x"}, "--slow 1,5x: is not a number"},
+                         {{"--slow", "2m"}, "--slow 2m: is not a number"},
+                         {{"--slow="}, "--slow \"\": is not a number"},
+                         {{"--slow", "1", "--slow", "2"}, "--slow: is given more than once"},
+                         {{"--slow=1", "--slow=2"}, "--slow: is given more than once"},
+                         {{"--depth", "1", "--depth", "two"}, "--depth two: is not a number"},
+                         {{"--seed", "-1"}, "--seed -1: must be a whole number from 0 to 18446744073709551615"},
+                         {{"--seed", "18446744073709551616"},
+                          "--seed 18446744073709551616: must be a whole number from 0 to 18446744073709551615"},
+                         {{"--machines", "1"},
+                          "--machines 1: must be a whole number from 2 to 10000 machines, or 0: none"},
+                         {{"--machines", "nan"},
+                          "--machines nan: must be a whole number from 2 to 10000 machines, or 0: none"},
+                         {{"--jobs", "1e9"}, "--jobs 1e9: must be a whole number from 0 to 1024"},
+                         {{"--jobs", "-1"}, "--jobs -1: must be a whole number from 0 to 1024"},
+                         {{"--jobs", ""}, "--jobs \"\": must be a whole number from 0 to 1024"},
+                         {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
+                         {{"--mute=1"}, "--mute: takes no value"},
+                         {{"--map"}, "--map: needs a value"},
+                         {{"--map", "--mute"}, "--map: needs a value"},
+                         {{"--duraton", "3"}, "--duraton: unknown option"},
+                         {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
+    std::vector<std::string> arguments{"dig", "--pit", "deep"};
+    arguments.insert(arguments.end(), row.given.begin(), row.given.end());
+    EXPECT_EQ(refusal(arguments), row.why + " (see arm-tool dig --help)");
+  }
+  EXPECT_EQ(refusal({"dig"}), "--pit is required (see arm-tool dig --help)");
+  EXPECT_EQ(refusal({"dig", "--pit", ""}), "--pit \"\": must not be empty");
+  EXPECT_EQ(refusal({"--versoin"}), "--versoin: unknown option; did you mean '--version'? (see arm-tool --help)");
+  EXPECT_EQ(refusal({"--zzz", "dig"}), "--zzz: unknown option (see arm-tool --help)");
+  EXPECT_EQ(refusal({"dug"}), "unknown command 'dug': the commands are dig (see arm-tool --help)");
+}
+
+TEST(CommandLineOptions, TakeWhatIsANumberOrAWordOfTheirs) {
+  EXPECT_EQ(refusal({"dig", "--pit", "deep", "--slow", "-1.5e-3", "--seed=18446744073709551615", "--machines", "0",
+                     "--jobs", "7", "--depth", "1", "--depth", "-2", "--place", "a b", "--place", "c", "--mode", "cues",
+                     "--mute"}),
+            "");
+  EXPECT_EQ(kDug->slow, -1.5e-3);
+  EXPECT_EQ(kDug->seed, 18446744073709551615U);
+  EXPECT_EQ(kDug->jobs, 7);
+  EXPECT_EQ(kDug->depths, (std::vector<double>{1, -2}));
+  EXPECT_EQ(kDug->places, (std::vector<std::string>{"a b", "c"}));
+  EXPECT_EQ(kDug->mode, "cues");
+  EXPECT_TRUE(kDug->mute);
+}
+
+}  // namespace
+}  // namespace knuckle::cli
