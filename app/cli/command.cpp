@@ -80,8 +80,8 @@ std::string misplaced_value(const std::vector<std::string>& words, const CLI::Ap
     if (option == nullptr) continue;
     const bool flag = option->get_expected_max() == 0, given_here = words[i].find('=') != std::string::npos;
     if (flag && given_here) return option->get_name() + ": takes no value";
-    const bool last = i + 1 == words.size() || option_of(words[i + 1]) != nullptr;
-    if (!flag && !given_here && last) return option->get_name() + ": needs a value";
+    const bool without = given_here ? words[i].ends_with('=') : i + 1 == words.size();
+    if (!flag && without) return option->get_name() + ": needs a value";
     const auto again = std::find_if(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end(),
                                     [&](const std::string& word) { return option_of(word) == option; });
     if (again != words.end() && option->get_expected_max() <= 1)

@@ -63,7 +63,7 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
                          {{"--slow", "1,5"}, "--slow 1,5: is not a number: decimals need a point, not a comma"},
                          {{"--slow", "1,5x"}, "--slow 1,5x: is not a number"},
                          {{"--slow", "2m"}, "--slow 2m: is not a number"},
-                         {{"--slow="}, "--slow \"\": is not a number"},
+                         {{"--slow="}, "--slow: needs a value"},
                          {{"--slow", "1", "--slow", "2"}, "--slow: is given more than once"},
                          {{"--slow=1", "--slow=2"}, "--slow: is given more than once"},
                          {{"--depth", "1", "--depth", "two"}, "--depth two: is not a number"},
@@ -80,7 +80,6 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
                          {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
                          {{"--mute=1"}, "--mute: takes no value"},
                          {{"--map"}, "--map: needs a value"},
-                         {{"--map", "--mute"}, "--map: needs a value"},
                          {{"--duraton", "3"}, "--duraton: unknown option"},
                          {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
     std::vector<std::string> arguments{"dig", "--pit", "deep"};
