@@ -1,15 +1,14 @@
 // Cost of one estimator step in the slave's loop.
-#include <benchmark/benchmark.h>
-
-#include <chrono>
 #include <vector>
 
-#include "core/quantile.h"
 #include "estimation/payload.h"
+#include "tests/bench/step_budget.h"
 #include "tests/estimation/test_machine.h"
 
 namespace knuckle::estimation {
 namespace {
+
+constexpr double kBudget = 0.75;  // of a step of the peer; takes 0.44
 
 std::vector<JointState> moving_states() {
   SyntheticMachine machine(test_machine(), real_sensors());
@@ -21,35 +20,17 @@ std::vector<JointState> moving_states() {
   return states;
 }
 
-void BM_ForceEstimator(benchmark::State& bench) {
-  const std::vector<JointState> states = moving_states();
-  ForceEstimator estimator(test_machine(), SyntheticMachine::kStep_s);
-  std::size_t n = 0;
-  for (auto _ : bench) benchmark::DoNotOptimize(estimator.step(states[n++ % states.size()]).tip_N.data());
-}
-BENCHMARK(BM_ForceEstimator);
-
-/// Each step by itself, as the loop meets it: with the payload estimator, timed one by one (the clock's own 20-50 ns
-/// included), quantiles as counters.
-void BM_ForceAndPayloadQuantiles(benchmark::State& bench) {
+/// As the loop has them: force and payload of each state.
+void BM_ForceAndPayload(benchmark::State& bench) {
   const std::vector<JointState> states = moving_states();
   ForceEstimator estimator(test_machine(), SyntheticMachine::kStep_s);
   PayloadEstimator payload(test_machine(), SyntheticMachine::kStep_s);
-  std::vector<double> step_us;
-  step_us.reserve(2'000'000);
   std::size_t n = 0;
-  for (auto _ : bench) {
-    const JointState& state = states[n++ % states.size()];
-    const auto start = std::chrono::steady_clock::now();
-    payload.step(state, estimator.step(state));
-    const auto end = std::chrono::steady_clock::now();
-    step_us.push_back(std::chrono::duration<double, std::micro>(end - start).count());
-  }
-  bench.counters["p50_us"] = quantile(step_us, 0.5);
-  bench.counters["p99_us"] = quantile(step_us, 0.99);
-  bench.counters["p99.9_us"] = quantile(step_us, 0.999);
+  const auto step = [&] { payload.step(states[n], estimator.step(states[n])); };
+  test::step_within(
+      bench, kBudget, [&] { n = (n + 1) % states.size(); }, step);
 }
-BENCHMARK(BM_ForceAndPayloadQuantiles);
+BENCHMARK(BM_ForceAndPayload)->UseManualTime()->Iterations(test::kBudgetSteps);
 
 void BM_Payload(benchmark::State& bench) {
   const std::vector<JointState> states = moving_states();
