@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "machine/kinematics.h"
+
 namespace knuckle::estimation {
 namespace {
 
@@ -51,7 +53,7 @@ const char* reason(ContactRefusal refusal) noexcept {
 OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load) noexcept {
   if (!finite(load)) return ContactRefusal::kNotFinite;
   if (std::abs(std::sin(load.joint_rad[kArm])) < kLeastSine) return ContactRefusal::kStraightArm;
-  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
   Eigen::Matrix3d transposed;  // row i: moment of (Fx, Fz, torque) at the tip about joint i
   PlanarVector from_joint = PlanarVector::Zero();
   double angle = load.joint_rad.sum();
@@ -67,7 +69,7 @@ OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& lo
 OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const JointLoad& load, double place_m) noexcept {
   if (!finite(load) || !std::isfinite(place_m)) return ContactRefusal::kNotFinite;
   if (std::abs(std::sin(load.joint_rad[kBucket])) < kLeastSine) return ContactRefusal::kBucketInLine;
-  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
   const double bucket_m = length_m[kBucket];
   if (place_m < kLeastPlace * bucket_m || place_m > (1 + kBesideBucket) * bucket_m)
     return ContactRefusal::kOffTheBucket;
@@ -82,7 +84,7 @@ OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const Joi
 OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
                                            const PlanarVector& direction) noexcept {
   if (!finite(load) || !direction.allFinite() || direction.norm() == 0) return ContactRefusal::kNotFinite;
-  if (std::abs(load.lever_m[kBucket]) < kLeastBucketLever_m) return ContactRefusal::kNearToggle;
+  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
   const double arm_rad = load.joint_rad[kBoom] + load.joint_rad[kArm];
   const PlanarVector unit = direction.normalized();
   const double arm_sine = normal(arm_rad).dot(unit);

@@ -51,8 +51,7 @@ struct ForceAtPlace {
 template <typename T>
 using OrRefusal = std::variant<T, ContactRefusal>;
 
-inline constexpr double kLeastSine = 0.1;  ///< Of the angle between two links.
-inline constexpr double kLeastBucketLever_m = 0.02;
+inline constexpr double kLeastSine = 0.1;      ///< Of the angle between two links.
 inline constexpr double kLeastSigmas = 3;      ///< Of the force, before its place is told.
 inline constexpr double kLeastPlace = 0.25;    ///< Of the bucket's length: nearer to its joint no force is found.
 inline constexpr double kBesideBucket = 0.25;  ///< Of its length: a place this far off its ends is let pass.

@@ -86,7 +86,7 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   estimate_.contact_torque_Nm = quick_step(contact_, pose, state) - estimate_.carried_Nm;
   watch_end_stops(state.angle_rad);
   watch_reliefs(state);
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics_.tip_jacobian(state.angle_rad);
+  const PlanarJacobian jacobian = kinematics_.tip_jacobian(state.angle_rad);
   update_covariance(pose, jacobian);
 
   const auto solve = [&](const JointVector& torque_Nm) {

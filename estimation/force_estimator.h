@@ -242,7 +242,7 @@ class ForceEstimator {
   void watch_reliefs(const JointState& state) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
                                              const ChannelBand& band) const noexcept;
-  void update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept;
+  void update_covariance(const Pose& pose, const PlanarJacobian& jacobian) noexcept;
   void judge_contact() noexcept;
   void learn() noexcept;
   void judge_confidence() noexcept;

@@ -14,7 +14,6 @@ constexpr double kStuckSpeed_mps = 2e-3;
 constexpr double kStuckSpread = 0.5;  // standard deviation of stuck friction as a part of F_s
 // Two speed classes of what free motion leaves, by the fastest rod.
 constexpr double kFastClass_mps = 0.05;
-constexpr double kSmallestLever_m = 0.05;
 constexpr double kRippleMemory_s = 15;
 constexpr std::array<double, 2> kLeastRipple_N{35, 90};  // cylinder equivalent
 
@@ -47,7 +46,7 @@ constexpr double kReliefPart = 0.97;
 constexpr double kResidualSigma = 4;
 
 JointVector equivalent_torque2(const JointVector& lever_m, double cylinder_N) {
-  return (lever_m.cwiseAbs().cwiseMax(kSmallestLever_m) * cylinder_N).array().square();
+  return (lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m) * cylinder_N).array().square();
 }
 
 /// Holds on to a variance that lasts longer in filtered torques than its cause.
@@ -113,14 +112,14 @@ void ForceEstimator::watch_reliefs(const JointState& state) noexcept {
 /// Near one step per sample the error of a wire encoder is no noise but a slow beat.
 JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
                                              const ChannelBand& band) const noexcept {
-  const JointVector half_step = 0.5 * encoder_step_m_ * lever_m.cwiseAbs().cwiseMax(kSmallestLever_m).cwiseInverse();
+  const JointVector half_step = 0.5 * encoder_step_m_ * lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m).cwiseInverse();
   const double edge = 2.0 * std::numbers::pi * band.observer_Hz;
   return edge * edge * joint_torque(arm_.momentum(pose, absolute(half_step)) * parameters_);
 }
 
 /// What the bias filter has not learned, in this pose + what free motion of this speed class leaves beside that + what
 /// stuck friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
-void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<double, 2, 3>& jacobian) noexcept {
+void ForceEstimator::update_covariance(const Pose& pose, const PlanarJacobian& jacobian) noexcept {
   hold(stuck_variance_, stuck_variance(slow_), std::exp(-step_s_ / kTurningFade_s));
   const JointVector inertial_Nm = kSlowInertialDoubt * slow_.observer.inertial_Nm();
   hold(slow_swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
@@ -128,7 +127,7 @@ void ForceEstimator::update_covariance(const Pose& pose, const Eigen::Matrix<dou
   const Eigen::Matrix3d from_bias_Nm2 = h * bias_.covariance() * h.transpose();
   const JointVector momentary = stuck_variance_ + stop_variance_ + relief_variance_;
   const double length_m = pins_calibrated_ ? kCalibratedLength_m : kNominalLength_m;
-  const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector lever = signals_.lever.cwiseAbs().cwiseMax(kLeastSureLever_m);
   const JointVector reach = jacobian.colwise().norm();
   const JointVector proportional = (length_m * estimate_.tip_N.norm()) * reach.cwiseQuotient(lever);
   const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();

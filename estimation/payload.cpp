@@ -7,6 +7,7 @@
 
 #include "estimation/regressor.h"
 #include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -16,8 +17,7 @@ constexpr double kConstant_N = 30, kDirection_N = 40;      // what the bias filt
 constexpr double kPlace_m = 0.1;                           // standard deviation of where a load lies
 constexpr double kLeastLoad_kg = 10;                       // for the prior of its moments
 constexpr double kLeastResidual_N = 60;                    // residual of one update, cylinder equivalent
-constexpr double kSmallestLever_m = 0.05;
-constexpr double kUpdatesPerIndependent = 40;  // updates within two seconds tell about the same
+constexpr double kUpdatesPerIndependent = 40;              // updates within two seconds tell about the same
 // A lift starts where the mean innovation of about half a second passes this many standard deviations.
 constexpr double kSurprise = 4, kSurpriseBlend = 0.12;
 // A wall overhead pushes the bucket down like a load, along which it also slides, but does not let it rise: bucket and
@@ -96,7 +96,7 @@ void PayloadEstimator::step(const JointState& state, const ForceEstimate& force)
   const double fastest = force.rod_mps.cwiseAbs().maxCoeff();
   if (fastest < kSlowest_mps || fastest > kFastest_mps) return;
   since_update_s_ = 0;
-  const JointVector least = kLeastResidual_N * force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector least = kLeastResidual_N * force.lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m);
   const JointVector variance = force.measurement_variance_Nm2.cwiseMax(least.cwiseAbs2());
   const Rows update = rows(state, force);
   if (surprised(update, torque, variance)) start();
@@ -109,7 +109,7 @@ bool PayloadEstimator::follow_motion(const JointState& state, const ForceEstimat
     restart_motion();
     return false;
   }
-  if ((force.lever_m.array().abs() < kSmallestLever_m / 10).any()) {
+  if ((force.lever_m.array().abs() < kLeastLever_m).any()) {
     forget_acceleration();
     return false;
   }
@@ -178,7 +178,7 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   // Neighbouring updates repeat each other, so each counts for a part only; the priors count in full.
   Unknowns prior;
   const double moment = kPlace_m * std::max(std::abs(kg_ - zero_kg_), kLeastLoad_kg);
-  const JointVector lever = force.lever_m.cwiseAbs().cwiseMax(kSmallestLever_m);
+  const JointVector lever = force.lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m);
   const JointVector from_bias_N2 = force.bias_variance_Nm2.cwiseQuotient(lever.cwiseAbs2());
   prior << 4 * full_scale_kg_ * full_scale_kg_, moment * moment, moment * moment,
       from_bias_N2.array() + kConstant_N * kConstant_N, JointVector::Constant(kDirection_N * kDirection_N);

@@ -51,8 +51,7 @@ BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
 
 BucketForceModel::Answer BucketForceModel::at(const Corner& corner, const Torques& torques) const noexcept {
   const PlanarVector from_tip_m = torques.to_machine * corner.from_tip_m;
-  const Eigen::Matrix<double, 2, 3> jacobian =
-      torques.jacobian + PlanarVector(-from_tip_m.y(), from_tip_m.x()) * JointVector::Ones().transpose();
+  const PlanarJacobian jacobian = beside_tip(torques.jacobian, from_tip_m);
   const TipForce found = solve_tip_force(jacobian, torques.torque_Nm, torques.covariance_Nm2);
   Answer answer{found.force_N, found.covariance_N2, 0};
 
@@ -110,7 +109,7 @@ BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) co
   return {{best.force_N, best.covariance_N2, log_weight}, couple_Nm, residual_sigma};
 }
 
-BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+BucketForce BucketForceModel::solve(const JointVector& joints_rad, const PlanarJacobian& jacobian,
                                     const JointVector& torque_Nm,
                                     const Eigen::Matrix3d& covariance_Nm2) const noexcept {
   const Torques torques{Eigen::Rotation2Dd(joints_rad.sum()), jacobian, torque_Nm, covariance_Nm2};
@@ -136,7 +135,7 @@ BucketForce BucketForceModel::solve(const JointVector& joints_rad, const Eigen::
   return result;
 }
 
-double BucketForceModel::couple_Nm(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+double BucketForceModel::couple_Nm(const JointVector& joints_rad, const PlanarJacobian& jacobian,
                                    const JointVector& torque_Nm, const Eigen::Matrix3d& covariance_Nm2) const noexcept {
   return anywhere({Eigen::Rotation2Dd(joints_rad.sum()), jacobian, torque_Nm, covariance_Nm2}).couple_Nm;
 }

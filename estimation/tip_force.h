@@ -8,6 +8,7 @@
 
 #include "core/joints.h"
 #include "machine/description_fwd.h"
+#include "machine/planar_jacobian.h"
 
 namespace knuckle::estimation {
 
@@ -22,10 +23,10 @@ inline constexpr double kForcePrior_N = 2e4;
 
 /// Solves J^T f = torque in the least-squares sense with weights covariance^-1.
 /// @param jacobian d tip / d joints in M; @param covariance_Nm2 of the torques, positive definite.
-[[nodiscard]] inline TipForce solve_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian, const JointVector& torque_Nm,
+[[nodiscard]] inline TipForce solve_tip_force(const PlanarJacobian& jacobian, const JointVector& torque_Nm,
                                               const Eigen::Matrix3d& covariance_Nm2) noexcept {
   const Eigen::Matrix3d weight = covariance_Nm2.inverse();
-  const Eigen::Matrix<double, 2, 3> jw = jacobian * weight;
+  const PlanarJacobian jw = jacobian * weight;
   const Eigen::Matrix2d information =
       jw * jacobian.transpose() + Eigen::Matrix2d::Identity() / (kForcePrior_N * kForcePrior_N);
   TipForce result;
@@ -55,12 +56,12 @@ class BucketForceModel {
   /// A surface pushes on a corner along its own normal, within friction, and on a convex outline a corner has only
   /// normals between those of its two sides. The covariance includes how far the answers are apart.
   /// @param jacobian d tip / d joints in M; @param covariance_Nm2 of the torques, positive definite.
-  [[nodiscard]] BucketForce solve(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+  [[nodiscard]] BucketForce solve(const JointVector& joints_rad, const PlanarJacobian& jacobian,
                                   const JointVector& torque_Nm, const Eigen::Matrix3d& covariance_Nm2) const noexcept;
 
   /// Couple of the force about the tip, from the answer for anywhere alone: for what must not jump where in an impact
   /// the weights of the corners change.
-  [[nodiscard]] double couple_Nm(const JointVector& joints_rad, const Eigen::Matrix<double, 2, 3>& jacobian,
+  [[nodiscard]] double couple_Nm(const JointVector& joints_rad, const PlanarJacobian& jacobian,
                                  const JointVector& torque_Nm, const Eigen::Matrix3d& covariance_Nm2) const noexcept;
 
  private:
@@ -82,7 +83,7 @@ class BucketForceModel {
   };
   struct Torques {
     Eigen::Rotation2Dd to_machine;
-    const Eigen::Matrix<double, 2, 3>& jacobian;
+    const PlanarJacobian& jacobian;
     const JointVector& torque_Nm;
     const Eigen::Matrix3d& covariance_Nm2;
   };

@@ -20,8 +20,6 @@ constexpr double kMargin_rad = 0.03;
 /// toggle an angle would be no margin: 0.03 rad are then less than a millimetre of stroke, which a stopping cylinder
 /// overruns.
 constexpr double kStrokeMargin_m = 0.010;
-/// Below this lever the cylinder no longer says where the joint is (0.1 mm would be 1 deg).
-constexpr double kLeastLever_m = 0.005;
 constexpr double kScanStep_rad = 0.002;
 /// Calibrated pins may need this much more stroke than drawn: the drawing's ends are no more exact than its pins.
 constexpr double kStrokeTolerance_m = 0.005;
@@ -250,8 +248,8 @@ PlanarVector Kinematics::tip(const JointVector& joints_rad) const noexcept {
 }
 
 /// Column i is what lies beyond joint i, turned left.
-Eigen::Matrix<double, 2, 3> Kinematics::tip_jacobian(const JointVector& joints_rad) const noexcept {
-  Eigen::Matrix<double, 2, 3> jacobian;
+PlanarJacobian Kinematics::tip_jacobian(const JointVector& joints_rad) const noexcept {
+  PlanarJacobian jacobian;
   const std::array<double, 3> angles{joints_rad[0], joints_rad[0] + joints_rad[1], joints_rad.sum()};
   PlanarVector beyond = PlanarVector::Zero();
   for (int i = kJoints - 1; i >= 0; --i) {

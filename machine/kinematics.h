@@ -8,8 +8,20 @@
 #include "core/joints.h"
 #include "machine/arm_description.h"
 #include "machine/description_fwd.h"
+#include "machine/planar_jacobian.h"
 
 namespace knuckle {
+
+// How small a cylinder's lever may be asks three questions.
+/// Below it the cylinder no longer says where the joint is (0.1 mm would be 1 deg): a machine file whose working range
+/// comes below is refused, so that nothing divides by less.
+inline constexpr double kLeastLever_m = 0.005;
+/// Below it a millimetre of length is three degrees of the joint: a force found from that joint's torque has no
+/// direction any more.
+inline constexpr double kNearToggle_m = 0.02;
+/// A joint's torque is no surer than through a lever of this length: below it what two millimetres of the pins make of
+/// some kN in the cylinder outweighs noise and friction, which shrink with the lever.
+inline constexpr double kLeastSureLever_m = 0.05;
 
 /// Cylinder pin-to-pin length and its lever about the joint.
 struct CylinderState {
@@ -34,7 +46,7 @@ class Kinematics {
   /// Tip position in M for joint angles, hull pitch not included.
   [[nodiscard]] PlanarVector tip(const JointVector& joints_rad) const noexcept;
   /// d tip / d joints, rows x and z. Joint torque of a tip force f is J^T f.
-  [[nodiscard]] Eigen::Matrix<double, 2, 3> tip_jacobian(const JointVector& joints_rad) const noexcept;
+  [[nodiscard]] PlanarJacobian tip_jacobian(const JointVector& joints_rad) const noexcept;
   /// Joint angles that put the tip at `tip_m` with absolute bucket angle (sum of joints), elbow up.
   /// @return nullopt out of reach; the working range is not checked here.
   [[nodiscard]] std::optional<JointVector> inverse(const PlanarVector& tip_m,

@@ -43,7 +43,7 @@ LeverRange lever_range(const MachineDescription& machine, const Kinematics& kine
 }
 
 JointSpan cylinder_span(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
-  constexpr double kStep_rad = 1e-3, kLeastLever_m = 0.005;
+  constexpr double kStep_rad = 1e-3;
   const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const double sign = std::copysign(1.0, kinematics.cylinder_at(joint, link.min_rad)->lever_m);

@@ -2,19 +2,18 @@
 // give the machine's tip as the hand would hold it.
 #pragma once
 
-#include <Eigen/LU>
 #include <cmath>
 
 #include "core/joints.h"
+#include "machine/planar_jacobian.h"
 
 namespace knuckle::master {
-
-using TipJacobian = Eigen::Matrix<double, 2, 3>;
 
 /// Where the tip is and how joints move it, frame D (as M, origin at the forearm joint).
 struct DevicePosture {
   PlanarVector tip_m = PlanarVector::Zero();
-  TipJacobian jacobian = TipJacobian::Zero();  ///< d tip / d joints [m/rad]; joint torque of a tip force f is J^T f.
+  PlanarJacobian jacobian =
+      PlanarJacobian::Zero();  ///< d tip / d joints [m/rad]; joint torque of a tip force f is J^T f.
 };
 
 class DeviceKinematics {
@@ -43,9 +42,8 @@ class DeviceKinematics {
 
 /// The tip force that explains joint torques best: least squares over three torques, (J J^T)^-1 J tau. Damped where
 /// the arm is straight (1e-5 m^2 against about 0.1 m^2), as torques do not determine a tip force along it.
-[[nodiscard]] inline PlanarVector tip_force_of(const TipJacobian& jacobian, const JointVector& torque_Nm) noexcept {
-  const Eigen::Matrix2d gram = jacobian * jacobian.transpose() + 1e-5 * Eigen::Matrix2d::Identity();
-  return gram.inverse() * (jacobian * torque_Nm);
+[[nodiscard]] inline PlanarVector tip_force_of(const PlanarJacobian& jacobian, const JointVector& torque_Nm) noexcept {
+  return PlanarInverse(jacobian, JointVector::Ones(), 1e-5).force_N(torque_Nm);
 }
 
 }  // namespace knuckle::master

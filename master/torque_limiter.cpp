@@ -22,7 +22,7 @@ TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
   }
 }
 
-JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept {
+JointVector TorqueLimiter::step(const JointVector& wanted_Nm, const PlanarJacobian& jacobian, double dt_s) noexcept {
   const JointVector finite_Nm = wanted_Nm.allFinite() ? wanted_Nm : JointVector::Zero();
   size_share_ = limit_N_ / std::max(limit_N_, size_N(finite_Nm, jacobian));
   heat_share_ = share_within_heat(size_share_ * finite_Nm);
@@ -38,7 +38,7 @@ void TorqueLimiter::rest(double dt_s) noexcept {
   heat_.array() -= heat_.array() * dt_s / heat_time_s_.array();
 }
 
-double TorqueLimiter::size_N(const JointVector& torque_Nm, const TipJacobian& jacobian) noexcept {
+double TorqueLimiter::size_N(const JointVector& torque_Nm, const PlanarJacobian& jacobian) noexcept {
   double size_N = tip_force_of(jacobian, torque_Nm).norm();
   for (Eigen::Index i = 0; i < kJoints; ++i) {
     const double reach_m = std::max(jacobian.col(i).norm(), 1e-3);
@@ -58,7 +58,7 @@ double TorqueLimiter::share_within_heat(const JointVector& torque_Nm) const noex
   return share;
 }
 
-JointVector TorqueLimiter::within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
+JointVector TorqueLimiter::within_slew(const JointVector& torque_Nm, const PlanarJacobian& jacobian,
                                        double dt_s) const noexcept {
   const JointVector change_Nm = torque_Nm - torque_Nm_;
   const double limit_N = slew_N_per_s_ * dt_s, change_N = size_N(change_Nm, jacobian);

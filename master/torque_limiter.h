@@ -14,7 +14,7 @@ class TorqueLimiter {
   /// Scales torques down, all alike so that the force keeps its direction, to force_limit_N at the tip, and where a
   /// motor would pass what its heat allows (I^2 t on the commanded current, below the firmware's own trip), then limits
   /// their change to slew_N_per_ms at the tip, in any direction. Non-finite torques count as zero.
-  [[nodiscard]] JointVector step(const JointVector& wanted_Nm, const TipJacobian& jacobian, double dt_s) noexcept;
+  [[nodiscard]] JointVector step(const JointVector& wanted_Nm, const PlanarJacobian& jacobian, double dt_s) noexcept;
   /// The device takes no torque (off or gone): its motors cool, and the next step starts from zero.
   void rest(double dt_s) noexcept;
 
@@ -25,9 +25,9 @@ class TorqueLimiter {
 
  private:
   /// Of torques or of their change [N]: as a tip force, and per joint for the share that no tip force explains.
-  [[nodiscard]] static double size_N(const JointVector& torque_Nm, const TipJacobian& jacobian) noexcept;
+  [[nodiscard]] static double size_N(const JointVector& torque_Nm, const PlanarJacobian& jacobian) noexcept;
   [[nodiscard]] double share_within_heat(const JointVector& torque_Nm) const noexcept;
-  [[nodiscard]] JointVector within_slew(const JointVector& torque_Nm, const TipJacobian& jacobian,
+  [[nodiscard]] JointVector within_slew(const JointVector& torque_Nm, const PlanarJacobian& jacobian,
                                         double dt_s) const noexcept;
 
   JointVector rated_Nm_, peak_share_, heat_time_s_;

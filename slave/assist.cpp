@@ -8,8 +8,7 @@
 
 namespace knuckle::slave {
 
-PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
-                           const estimation::ForceEstimate& force) noexcept {
+PlanarVector raw_tip_force(const PlanarJacobian& jacobian, const estimation::ForceEstimate& force) noexcept {
   // Only which joint is surer than which may count: a doubt that all share would draw the force towards zero.
   const JointVector variance = (force.measurement_variance_Nm2 + force.bias_variance_Nm2).cwiseMax(1.0);
   const JointVector weighed = variance / variance.minCoeff();
@@ -32,8 +31,8 @@ TipContact RisingForce::step(const PlanarVector& force_N) noexcept {
   return {force_N, ahead_N.squaredNorm() > force_N.squaredNorm() ? ahead_N : force_N};
 }
 
-JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<double, 2, 3>& jacobian,
-                             const PlanarVector& into, double most) noexcept {
+JointVector pressing_at_most(const JointVector& joints, const PlanarJacobian& jacobian, const PlanarVector& into,
+                             double most) noexcept {
   const JointVector added = (into.transpose() * jacobian).transpose().cwiseProduct(joints);
   const double pressing = added.cwiseMax(0.0).sum(), leaving = -added.cwiseMin(0.0).sum();
   if (pressing - leaving <= most) return joints;
@@ -41,8 +40,8 @@ JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<doub
   return (added.array() > 0).select(factor * joints, joints);
 }
 
-LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
-                               const TipContact& contact, double limit_N, const AssistLimits& limits) noexcept {
+LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobian& jacobian, const TipContact& contact,
+                               double limit_N, const AssistLimits& limits) noexcept {
   LimitedApproach result{rate_radps, {}};
   if (limit_N <= 0) return result;
   // Nobody knows what the tip presses: no motion is certain not to press it harder.

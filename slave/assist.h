@@ -33,7 +33,7 @@ struct LimitedApproach {
 
 /// Tip force of the estimator's fast channel, whatever its confidence: distrust must not lift a limit. Frame M, of the
 /// world on the tip; not finite where the estimate is not.
-[[nodiscard]] PlanarVector raw_tip_force(const Eigen::Matrix<double, 2, 3>& jacobian,
+[[nodiscard]] PlanarVector raw_tip_force(const PlanarJacobian& jacobian,
                                          const estimation::ForceEstimate& force) noexcept;
 
 /// Force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
@@ -58,7 +58,7 @@ class RisingForce {
 
 /// Joint rates or ways that move the point of this Jacobian by no more than `most` along `into`: those that press are
 /// scaled by one factor, those that lead away stay. No joint is turned round, nor grows, nor comes from nothing.
-[[nodiscard]] JointVector pressing_at_most(const JointVector& joints, const Eigen::Matrix<double, 2, 3>& jacobian,
+[[nodiscard]] JointVector pressing_at_most(const JointVector& joints, const PlanarJacobian& jacobian,
                                            const PlanarVector& into, double most) noexcept;
 
 /// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
@@ -68,7 +68,7 @@ class RisingForce {
 /// what comes next, all joints are scaled to v_free; so they are on the way out, as far as the force's direction is not
 /// trusted. A force that is not finite holds all joints still.
 /// @param limit_N 0: off, nothing is changed.
-[[nodiscard]] LimitedApproach limit_approach(const JointVector& rate_radps, const Eigen::Matrix<double, 2, 3>& jacobian,
+[[nodiscard]] LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobian& jacobian,
                                              const TipContact& contact, double limit_N,
                                              const AssistLimits& limits = kAssistLimits) noexcept;
 

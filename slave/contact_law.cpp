@@ -1,7 +1,6 @@
 #include "slave/contact_law.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -28,9 +27,7 @@ PlanarVector ContactLaw::force_of(const PlanarJacobian& jacobian, const estimati
   const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastLever_m);
   const JointVector believed =
       usual_Nm.cwiseAbs2().cwiseQuotient(force.measurement_variance_Nm2.cwiseMax(usual_Nm.cwiseAbs2()));
-  const PlanarJacobian weighted = jacobian * weight_.cwiseProduct(believed).asDiagonal();
-  const Eigen::Matrix2d normal = weighted * jacobian.transpose() + kSingularity * Eigen::Matrix2d::Identity();
-  return normal.inverse() * (weighted * force.fast_torque_Nm);
+  return PlanarInverse(jacobian, weight_.cwiseProduct(believed), kSingularity).force_N(force.fast_torque_Nm);
 }
 
 ContactLaw::ContactLaw(const MachineDescription& machine)
@@ -42,9 +39,7 @@ ContactLaw::ContactLaw(const MachineDescription& machine)
       furthest_m_(machine.links[kBucket].length_m) {}
 
 Eigen::Matrix<double, kJoints, 2> ContactLaw::to_joints(const PlanarJacobian& jacobian) const noexcept {
-  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * jacobian.transpose();
-  const Eigen::Matrix2d normal = jacobian * weighted + kSingularity * Eigen::Matrix2d::Identity();
-  return weighted * normal.inverse();
+  return PlanarInverse(jacobian, weight_, kSingularity).matrix();
 }
 
 Touch ContactLaw::touch(const estimation::JointState& state, const estimation::ForceEstimate& force) const noexcept {
@@ -58,8 +53,7 @@ Touch ContactLaw::touch(const estimation::JointState& state, const estimation::F
   PlanarVector from_tip_m = force.fast_couple_Nm / (touch.force_N.squaredNorm() + placed_N * placed_N) *
                             PlanarVector(touch.force_N.y(), -touch.force_N.x());
   from_tip_m *= std::min(1.0, furthest_m_ / std::max(from_tip_m.norm(), 1e-6));
-  const PlanarVector per_turn_m(-from_tip_m.y(), from_tip_m.x());
-  touch.jacobian = touch.tip_jacobian + per_turn_m * Eigen::RowVector3d::Ones();
+  touch.jacobian = beside_tip(touch.tip_jacobian, from_tip_m);
   return touch;
 }
 
@@ -107,9 +101,7 @@ JointVector ContactLaw::limited_lead_rad(const JointVector& lead_rad, const Touc
 
 JointVector ContactLaw::slowed_radps(const JointVector& rate_radps, const Touch& touch,
                                      const PlanarVector& less_mps) const noexcept {
-  const Eigen::Matrix<double, kJoints, 2> weighted = weight_.asDiagonal() * touch.jacobian.transpose();
-  const Eigen::Matrix2d normal = touch.jacobian * weighted + kNoDivision * Eigen::Matrix2d::Identity();
-  return rate_radps - weighted * (normal.inverse() * less_mps);
+  return rate_radps - PlanarInverse(touch.jacobian, weight_, kNoDivision).joints(less_mps);
 }
 
 JointVector ContactLaw::steadied_radps(const JointVector& rate_radps, const Touch& touch,

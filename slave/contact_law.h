@@ -10,10 +10,9 @@
 #include "estimation/joint_state.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
+#include "machine/planar_jacobian.h"
 
 namespace knuckle::slave {
-
-using PlanarJacobian = Eigen::Matrix<double, 2, kJoints>;
 
 /// One force of the world on the bucket, of the estimator's fast channel, and where it acts.
 struct Touch {

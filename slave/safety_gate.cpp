@@ -120,7 +120,7 @@ class GateLimiter {
   /// No command that moves the tip further in, joint by joint: sums of outward parts are outward.
   void virtual_walls() noexcept {
     const PlanarVector tip = limits_.kinematics.tip(state_.angle_rad);
-    const Eigen::Matrix<double, 2, 3> jacobian = limits_.kinematics.tip_jacobian(state_.angle_rad);
+    const PlanarJacobian jacobian = limits_.kinematics.tip_jacobian(state_.angle_rad);
     wall(0, tip.y() - limits_.file.floor_m, -jacobian.row(1), tip.y(), limits_.file.floor_m);
     wall(1, limits_.file.ceiling_m - tip.y(), jacobian.row(1), tip.y(), limits_.file.ceiling_m);
     wall(2, limits_.file.reach_m - tip.x(), jacobian.row(0), tip.x(), limits_.file.reach_m);

@@ -54,7 +54,7 @@ TorqueComparison empty_comparison(const Motion& motion) {
           std::vector<std::uint8_t>(size, 0)};
 }
 
-PlanarVector force_of_two_joints(const Eigen::Matrix<double, 2, 3>& jacobian, const JointVector& joints_rad,
+PlanarVector force_of_two_joints(const PlanarJacobian& jacobian, const JointVector& joints_rad,
                                  const JointVector& torque_Nm) {
   if (std::abs(std::sin(joints_rad[kBucket])) < kStraightSine)
     return PlanarVector::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -62,13 +62,11 @@ PlanarVector force_of_two_joints(const Eigen::Matrix<double, 2, 3>& jacobian, co
   return two.inverse() * torque_Nm.tail<2>();
 }
 
-PlanarVector force_of_three_joints(const Eigen::Matrix<double, 2, 3>& jacobian, const JointVector&,
-                                   const JointVector& torque_Nm) {
-  const Eigen::Matrix2d normal = jacobian * jacobian.transpose();
-  return normal.inverse() * (jacobian * torque_Nm);
+PlanarVector force_of_three_joints(const PlanarJacobian& jacobian, const JointVector&, const JointVector& torque_Nm) {
+  return PlanarInverse(jacobian, JointVector::Ones(), 0).force_N(torque_Nm);
 }
 
-Eigen::Vector3d wrench_of_three_joints(const Eigen::Matrix<double, 2, 3>& jacobian, const JointVector& joints_rad,
+Eigen::Vector3d wrench_of_three_joints(const PlanarJacobian& jacobian, const JointVector& joints_rad,
                                        const JointVector& torque_Nm) {
   if (std::abs(std::sin(joints_rad[kArm])) < kStraightSine)
     return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -38,17 +38,17 @@ inline constexpr double kStraightSine = 0.2;
 /// Torques of the world on arm and bucket joint -> force on the tip, from these two equations alone (M: two cylinders).
 /// @param jacobian d tip / d joints; @param torque_Nm its boom entry is not used.
 /// @return NaN where the bucket is in line with the arm: nothing along that line reaches either joint.
-[[nodiscard]] PlanarVector force_of_two_joints(const Eigen::Matrix<double, 2, 3>& jacobian,
-                                               const JointVector& joints_rad, const JointVector& torque_Nm);
+[[nodiscard]] PlanarVector force_of_two_joints(const PlanarJacobian& jacobian, const JointVector& joints_rad,
+                                               const JointVector& torque_Nm);
 
 /// Three torques -> two unknowns, ordinary least squares.
-[[nodiscard]] PlanarVector force_of_three_joints(const Eigen::Matrix<double, 2, 3>& jacobian,
-                                                 const JointVector& joints_rad, const JointVector& torque_Nm);
+[[nodiscard]] PlanarVector force_of_three_joints(const PlanarJacobian& jacobian, const JointVector& joints_rad,
+                                                 const JointVector& torque_Nm);
 
 /// Three torques -> (Fx, Fz [N], torque about the tip [N m]) by matrix inversion (K, figure 8).
 /// @return NaN where the arm is in line with the boom: the determinant is l1 l2 sin(arm).
-[[nodiscard]] Eigen::Vector3d wrench_of_three_joints(const Eigen::Matrix<double, 2, 3>& jacobian,
-                                                     const JointVector& joints_rad, const JointVector& torque_Nm);
+[[nodiscard]] Eigen::Vector3d wrench_of_three_joints(const PlanarJacobian& jacobian, const JointVector& joints_rad,
+                                                     const JointVector& torque_Nm);
 
 /// Torque of the world on the joints is what the model asks for and the cylinders did not give.
 /// @param solve one of the three above. @return one answer a sample, NaN where the comparison is not usable.

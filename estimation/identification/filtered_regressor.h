@@ -14,6 +14,7 @@
 #include "estimation/regressor.h"
 #include "machine/calibration.h"
 #include "machine/description_fwd.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::estimation {
 
@@ -59,7 +60,7 @@ struct FilteredRegressor {
 struct DynamicState {
   JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), joint_radps2 = JointVector::Zero();
   double hull_pitch_rad = 0;
-  JointVector lever_m = JointVector::Zero();   ///< For the weight 1 / max(0.05 m, |lever|), as `full` weighs.
+  JointVector lever_m = JointVector::Zero();  ///< For the weight 1 / max(kLeastSureLever_m, |lever|), as `full` weighs.
   JointVector joint_Nm = JointVector::Zero();  ///< What moves the links: cylinder force less friction, times lever.
 };
 
@@ -70,7 +71,7 @@ struct DynamicState {
 /// Weight of a joint's rows by its lever: sensor and friction errors live in the cylinder.
 [[nodiscard]] inline double lever_weight(double lever_m) noexcept {
   const double arm = lever_m < 0 ? -lever_m : lever_m;
-  return 1 / (arm > 0.05 ? arm : 0.05);
+  return 1 / (arm > kLeastSureLever_m ? arm : kLeastSureLever_m);
 }
 
 }  // namespace knuckle::estimation

@@ -55,10 +55,10 @@ struct FullOptions {
   MotionOptions motion;        ///< Savitzky-Golay window and order; pressure lag to take off.
   RegressorOptions regressor;  ///< Pole, zero-phase triangle; Dahl state, Stribeck and load columns.
   bool friction = true;        ///< Friction columns at all.
-  bool weighted = true;        ///< Rows by 1 / (sigma max(0.05 m, |lever|)), little near rest; else all alike.
-  double huber = 2.5;          ///< 0: not robust.
-  bool consistent = true;      ///< Nearest parameters that some arm could have, where the answer is outside.
-  double cluster_s = 4;        ///< Errors within so long are taken as one for the sandwich covariance.
+  bool weighted = true;    ///< Rows by 1 / (sigma max(kLeastSureLever_m, |lever|)), little near rest; else all alike.
+  double huber = 2.5;      ///< 0: not robust.
+  bool consistent = true;  ///< Nearest parameters that some arm could have, where the answer is outside.
+  double cluster_s = 4;    ///< Errors within so long are taken as one for the sandwich covariance.
   ExcitationLimits limits;
   bool usual_errors = true;  ///< The summary's covariance with what usual_errors() change; 20 to 40 more fits.
   std::optional<CalibrationMatrix> model_error;  ///< Added to both covariances instead, where it is known.

@@ -54,7 +54,7 @@ void widen(PathExtremes& extremes, const MachineDescription& machine, const Kine
     flow += speed > 0 ? speed * description.head_area_m2() : -speed * description.rod_side_area_m2();
     extremes.fastest_cylinder_mps[joint] = std::max(extremes.fastest_cylinder_mps[joint], std::abs(speed));
   }
-  const Eigen::Matrix<double, 2, 3> jacobian = kinematics.tip_jacobian(angle);
+  const PlanarJacobian jacobian = kinematics.tip_jacobian(angle);
   const PlanarVector tip = kinematics.tip(angle);
   extremes.flow_m3ps = std::max(extremes.flow_m3ps, flow);
   extremes.tip_speed_mps = std::max(extremes.tip_speed_mps, (jacobian * rate).norm());
@@ -213,7 +213,6 @@ namespace {
 constexpr int kFrictionColumns = 3;  ///< Coulomb extending, Coulomb retracting, viscous.
 constexpr int kColumns = kBaseParameters + kJoints * kFrictionColumns;
 constexpr double kSlip_mps = 1e-3;  ///< Friction turns round over this speed.
-constexpr double kLeastLever_m = 0.05;
 using Rows = Eigen::Matrix<double, kJoints, kColumns>;
 
 /// Torque rows to rows of cylinder force.
@@ -233,7 +232,7 @@ Rows rows_at(const Kinematics& kinematics, const RigidArm& arm, const JointVecto
     rows(joint, first) = lever * std::max(0.0, slip);
     rows(joint, first + 1) = lever * std::min(0.0, slip);
     rows(joint, first + 2) = lever * speed;
-    rows.row(joint) /= std::max(kLeastLever_m, std::abs(lever));
+    rows.row(joint) /= std::max(kLeastSureLever_m, std::abs(lever));
   }
   return rows;
 }

@@ -98,7 +98,7 @@ TEST_P(KinematicsOf, HasNoAngleForLengthsOutsideTheRange) {
 }
 
 TEST_P(KinematicsOf, HasAnAngleForEveryLengthOfTheStrokeUpToTheToggle) {
-  constexpr double kStep_m = 1e-4, kNearToggle_m = 0.010;
+  constexpr double kStep_m = 1e-4, kShort_m = 0.010;
   for (int joint = 0; joint < kJoints; ++joint) {
     const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint)];
     const double middle_m = kinematics_.cylinder_at(joint, swept(machine_, joint, kSweep / 2))->length_m;
@@ -107,7 +107,7 @@ TEST_P(KinematicsOf, HasAnAngleForEveryLengthOfTheStrokeUpToTheToggle) {
       double lever_m = 1;
       for (double length = middle_m; direction * (end_m - length) >= 0; length += direction * kStep_m) {
         const auto angle = kinematics_.joint_at(joint, length);
-        if (!angle && lever_m < kNearToggle_m) break;
+        if (!angle && lever_m < kShort_m) break;
         ASSERT_TRUE(angle) << joint << " at " << length << " m of " << end_m << ", lever " << lever_m;
         const auto back = kinematics_.cylinder_at(joint, *angle);
         ASSERT_NEAR(back->length_m, length, 1e-10) << joint;
