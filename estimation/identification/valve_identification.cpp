@@ -232,7 +232,7 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   const ValveVector start = valve_vector(machine.cylinders[k].valve);
   valve = valve_calibration(start);
   const AxisModel model(machine, k);
-  const std::vector<AxisStretch> stretches = axis_stretches(recordings, joint);
+  const std::vector<AxisStretch> stretches = axis_stretches(machine, recordings, joint);
   const Coverage found = coverage(model, stretches, start);
   Identification result;
   result.method = "valves";

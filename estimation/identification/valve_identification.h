@@ -41,10 +41,13 @@ using ValveVector = Eigen::Matrix<double, kAll, 1>;
 struct AxisStretch {
   double step_s;
   std::vector<double> command, length_m, head_Pa, rod_Pa;
+  std::vector<double> spool;         ///< Where the commands put it, but for the delay.
+  std::vector<double> measured_mps;  ///< Filtered speed of the encoder.
 };
 
 /// @return all stretches of the recordings in which the axis' command is known, but those too short to tell anything.
-[[nodiscard]] std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, int joint);
+[[nodiscard]] std::vector<AxisStretch> axis_stretches(const MachineDescription& machine,
+                                                      std::span<const Recording> recordings, int joint);
 
 inline constexpr double kValveSettle_s = 0.5;  ///< Until the spool's past before a stretch is forgotten.
 inline constexpr double kValveEvery_s = 0.05;  ///< Of the filtered speeds below.
@@ -65,7 +68,6 @@ class AxisModel {
   /// Speed of the rod at every sample, NaN-free; the drop it went by in `drop_Pa`.
   [[nodiscard]] std::vector<double> speed_mps(const AxisStretch& axis, const ValveVector& p,
                                               std::vector<double>& drop_Pa) const;
-  [[nodiscard]] std::vector<double> spool_without_delay(const AxisStretch& axis) const;
   /// Oil that the return side takes up as its pressure rises [m^3/s].
   [[nodiscard]] double compression(const AxisStretch& axis, std::size_t i, bool extends) const;
 

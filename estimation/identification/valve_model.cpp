@@ -56,6 +56,20 @@ std::vector<double> smoothed(const std::vector<double>& values, double step_s) {
   return {twice.data(), twice.data() + twice.size()};
 }
 
+std::vector<double> spool_without_delay(const ValveDescription& valve, const AxisStretch& axis) {
+  SpoolModel model(valve, axis.step_s);
+  std::vector<double> position(axis.command.size(), 0);
+  for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
+  return position;
+}
+
+std::vector<double> measured_mps(const AxisStretch& axis) {
+  std::vector<double> speed(axis.length_m.size(), 0);
+  for (std::size_t i = 1; i + 1 < speed.size(); ++i)
+    speed[i] = (axis.length_m[i + 1] - axis.length_m[i - 1]) / (2 * axis.step_s);
+  return smoothed(speed, axis.step_s);
+}
+
 }  // namespace
 
 ValveVector valve_vector(const ValveDescription& file) {
@@ -76,7 +90,8 @@ ValveCalibration valve_calibration(const ValveVector& p) {
           .notch_slope = p[kNotchSlope]};
 }
 
-std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, int joint) {
+std::vector<AxisStretch> axis_stretches(const MachineDescription& machine, std::span<const Recording> recordings,
+                                        int joint) {
   std::vector<AxisStretch> result;
   const auto k = static_cast<std::size_t>(joint);
   for (const Recording& recording : recordings) {
@@ -87,13 +102,15 @@ std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, i
     }
     for (const Stretch& stretch : usable_stretches(known)) {
       if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kValveSettle_s) continue;
-      AxisStretch axis{recording.step_s, {}, {}, {}, {}};
+      AxisStretch axis{recording.step_s, {}, {}, {}, {}, {}, {}};
       for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
         axis.command.push_back(recording.valve[i][joint]);
         axis.length_m.push_back(recording.samples[i].cylinder_m[joint]);
         axis.head_Pa.push_back(recording.samples[i].pressure_Pa[2 * k]);
         axis.rod_Pa.push_back(recording.samples[i].pressure_Pa[2 * k + 1]);
       }
+      axis.spool = spool_without_delay(machine.cylinders[k].valve, axis);
+      axis.measured_mps = measured_mps(axis);
       result.push_back(std::move(axis));
     }
   }
@@ -102,7 +119,6 @@ std::vector<AxisStretch> axis_stretches(std::span<const Recording> recordings, i
 
 std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVector& p,
                                          std::vector<double>& drop_Pa) const {
-  const std::vector<double> spool = spool_without_delay(axis);
   std::vector<double> speed(axis.command.size());
   drop_Pa.assign(speed.size(), 0);
   ValveDescription valve = cylinder_.valve;
@@ -113,7 +129,7 @@ std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVec
   valve.notch_opening = p[kNotchOpening];
   valve.notch_slope = p[kNotchSlope];
   for (std::size_t i = 0; i < speed.size(); ++i) {
-    const double x = delayed(spool, p[kDelay] / axis.step_s, i);
+    const double x = delayed(axis.spool, p[kDelay] / axis.step_s, i);
     const bool extends = x > 0;
     const double share = valve.flow_share(valve.opening(x), extends);
     const double out_Pa = extends ? axis.rod_Pa[i] - p[kRodOffset] : axis.head_Pa[i] - p[kHeadOffset];
@@ -123,13 +139,6 @@ std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVec
     speed[i] = (extends ? 1 : -1) * (flow + (share > 0 ? compression(axis, i, extends) : 0)) / area;
   }
   return speed;
-}
-
-std::vector<double> AxisModel::spool_without_delay(const AxisStretch& axis) const {
-  SpoolModel model(cylinder_.valve, axis.step_s);
-  std::vector<double> position(axis.command.size(), 0);
-  for (std::size_t i = 0; i + 1 < position.size(); ++i) position[i + 1] = model.step(axis.command[i]);
-  return position;
 }
 
 double AxisModel::compression(const AxisStretch& axis, std::size_t i, bool extends) const {
@@ -145,16 +154,11 @@ double AxisModel::compression(const AxisStretch& axis, std::size_t i, bool exten
 AxisSpeeds AxisModel::speeds(const AxisStretch& axis, const ValveVector& parameters) const {
   std::vector<double> drop_Pa;
   const std::vector<double> modelled = smoothed(speed_mps(axis, parameters, drop_Pa), axis.step_s);
-  std::vector<double> measured(axis.length_m.size(), 0);
-  for (std::size_t i = 1; i + 1 < measured.size(); ++i) {
-    measured[i] = (axis.length_m[i + 1] - axis.length_m[i - 1]) / (2 * axis.step_s);
-  }
-  measured = smoothed(measured, axis.step_s);
   const auto settle = static_cast<std::size_t>(kValveSettle_s / axis.step_s);
   const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kValveEvery_s / axis.step_s)));
   AxisSpeeds result;
-  for (std::size_t i = settle; i + settle < measured.size(); i += every) {
-    result.measured_mps.push_back(measured[i]);
+  for (std::size_t i = settle; i + settle < modelled.size(); i += every) {
+    result.measured_mps.push_back(axis.measured_mps[i]);
     result.modelled_mps.push_back(modelled[i]);
     result.least_drop_Pa.push_back(drop_Pa[i]);
   }

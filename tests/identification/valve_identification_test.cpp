@@ -49,6 +49,7 @@ std::array<Recording, 1> of_the_arm(Recording whole) {
   return {std::move(whole)};
 }
 
+// And looks for no curve where straight edges explain the speed.
 TEST(ValveIdentification, FindsDeadBandAndGainOfItsOwnModel) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const std::array recordings{recording(machine, 0.08, 1.2, true)};
@@ -58,6 +59,9 @@ TEST(ValveIdentification, FindsDeadBandAndGainOfItsOwnModel) {
     EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.08, 2e-3);
     EXPECT_NEAR(result.valves[joint].dead_band_retract, 0.08, 2e-3);
     EXPECT_NEAR(result.valves[joint].nominal_flow_m3ps / machine.cylinders[joint].valve.nominal_flow_m3ps, 1.2, 0.02);
+    EXPECT_EQ(result.axes[joint].columns, 6);
+    EXPECT_EQ(result.valves[joint].curve_exponent, 1);
+    EXPECT_EQ(result.valves[joint].retract_share, 1);
   }
 }
 
@@ -67,17 +71,15 @@ TEST(ValveIdentification, FindsACurveAndAnotherFlowWhereItRetracts) {
     cylinder.valve.natural_frequency_Hz = 40;
     cylinder.valve.hysteresis = 0;
   }
-  for (const double exponent : {1.3, 1.8, 2.2}) {
-    const std::array recordings{recording(machine, 0.08, 4, true, exponent, 0.8)};
+  for (const double exponent : {1.3, 2.2}) {
+    const auto recordings = of_the_arm(recording(machine, 0.08, 4, true, exponent, 0.8));
     const ValveResult result = identify_valves(machine, recordings);
-    for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      ASSERT_TRUE(result.axes[joint].usable) << exponent << " " << result.axes[joint].reasons.front();
-      ASSERT_EQ(result.axes[joint].parameters.size(), 8U) << exponent;
-      EXPECT_EQ(result.axes[joint].parameters[6].name, "curve_exponent");
-      EXPECT_NEAR(result.valves[joint].curve_exponent, exponent, 0.05);
-      EXPECT_NEAR(result.valves[joint].retract_share, 0.8, 0.02);
-      EXPECT_NEAR(result.valves[joint].dead_band_extend, 0.08, 4e-3);
-    }
+    ASSERT_TRUE(result.axes[kArm].usable) << exponent << " " << result.axes[kArm].reasons.front();
+    ASSERT_EQ(result.axes[kArm].parameters.size(), 8U) << exponent;
+    EXPECT_EQ(result.axes[kArm].parameters[6].name, "curve_exponent");
+    EXPECT_NEAR(result.valves[kArm].curve_exponent, exponent, 0.05);
+    EXPECT_NEAR(result.valves[kArm].retract_share, 0.8, 0.02);
+    EXPECT_NEAR(result.valves[kArm].dead_band_extend, 0.08, 4e-3);
   }
 }
 
@@ -94,8 +96,7 @@ TEST(ValveIdentification, FindsTheNotchThatACurveAloneTakesForAnotherDeadBand) {
     cylinder.valve.natural_frequency_Hz = 40;
     cylinder.valve.hysteresis = 0;
   }
-  for (const Notch& notch : {Notch{1.2, 0.5, 0.4, 0.98}, Notch{1.4, 0.3, 0.3, 0.8}, Notch{1.3, 0.85, 0.4, 0.98},
-                             Notch{1.4, 0.5, 0.66, 0.9}}) {
+  for (const Notch& notch : {Notch{1.2, 0.5, 0.4, 0.98}, Notch{1.4, 0.3, 0.3, 0.8}, Notch{1.3, 0.85, 0.4, 0.98}}) {
     const auto recordings =
         of_the_arm(recording(machine, 0.11, 1, true, notch.exponent, 0.9, notch.opening, notch.slope, notch.amplitude));
     const ValveResult result = identify_valves(machine, recordings);
@@ -126,20 +127,11 @@ TEST(ValveIdentification, DoesNotBelieveAFitThatHasLostTheDeadBandOfTheFile) {
   EXPECT_EQ(result.valves[kArm].dead_band_extend, machine.cylinders[kArm].valve.dead_band_extend);
 }
 
-TEST(ValveIdentification, LooksForNoCurveWhereStraightEdgesExplainTheSpeed) {
-  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
-  const std::array recordings{recording(machine, 0.08, 1.2, true)};
-  for (const Identification& axis : identify_valves(machine, recordings).axes) EXPECT_EQ(axis.columns, 6);
-  for (const ValveCalibration& valve : identify_valves(machine, recordings).valves) {
-    EXPECT_EQ(valve.curve_exponent, 1);
-    EXPECT_EQ(valve.retract_share, 1);
-  }
-}
-
 TEST(ValveIdentification, LeavesOutWhereOneAxisCommandIsUnknown) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   std::array recordings{recording(machine, 0.08, 1.2, true)};
   for (std::size_t i = 1200; i < 2200; ++i) recordings[0].valve[i][kBoom] = std::nan("");
+  for (JointVector& command : recordings[0].valve) command[kBucket] = std::nan("");
   const ValveResult result = identify_valves(machine, recordings);
   EXPECT_TRUE(result.axes[kBoom].usable) << result.axes[kBoom].reasons.front();
   EXPECT_NEAR(result.valves[kBoom].dead_band_extend, 0.08, 2e-3);
@@ -170,6 +162,7 @@ TEST(ValveIdentification, RefusesRecordingsWithoutCommandsAndCommandsThatMoveNot
   // Commands of another axis, as after a swapped plug: the speed does not follow them.
   for (std::size_t i = 0; i < recordings[0].valve.size(); ++i) {
     recordings[0].valve[i][kBoom] = 0.25 * std::cos(2 * M_PI * static_cast<double>(i) * 0.005 / 3.7);
+    recordings[0].valve[i][kBucket] = std::nan("");
   }
   const ValveResult swapped = identify_valves(machine, recordings);
   EXPECT_FALSE(swapped.axes[kBoom].usable);
