@@ -12,6 +12,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "app/battery/quantity.h"
 #include "app/cli/digest.h"
 #include "app/cli/interrupt.h"
 #include "app/session/session_result.h"
@@ -19,13 +20,7 @@
 #include "machine/load.h"
 
 namespace knuckle::battery {
-namespace {
-
-Row number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? Row(*value) : Row();
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Row run_cell(const Cell& cell) {
   Row row{{"cell", cell.index}, {"drawn", cell.drawn}, {"effects", cell.effects}};
@@ -35,7 +30,7 @@ Row run_cell(const Cell& cell) {
     const session::SessionResult session = session::run_simulation(cell.options, hooks);
     const session::Judged judged = session::judge(session);
     for (const session::MetricEntry& entry : session::metric_table())
-      row["metrics"][std::string(entry.name)] = number(judged.metrics.*entry.member);
+      row["metrics"][std::string(entry.name)] = metric((judged.metrics.*entry.member).value_or(std::nan("")));
     row["faults"] = Row::array();
     for (const session::FaultRecord& fault : session.record.faults) row["faults"].push_back(name(fault.reason.code));
     row["digest"] = session.digest.whole;

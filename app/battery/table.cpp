@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "app/battery/effects.h"
+#include "app/battery/quantity.h"
 #include "app/report/html.h"
 #include "app/report/plots.h"
 #include "app/report/result_text.h"
@@ -24,19 +25,15 @@ namespace {
 
 using Members = std::vector<const Row*>;
 
-struct Quantile {
-  const char* metric;
-  const char* suffix;
-  double share;
-};
-constexpr Quantile kQuantiles[] = {{"felt_error_rel", "median", 0.5},   {"felt_error_rel", "p95", 0.95},
-                                   {"felt_error_worst_N", "p95", 0.95}, {"felt_onset_ms", "median", 0.5},
-                                   {"hold_error_N", "median", 0.5},     {"hold_error_N", "p95", 0.95},
-                                   {"contact_swing_N", "p95", 0.95},    {"hold_true_swing_share", "median", 0.5},
-                                   {"rise_t90_s", "median", 0.5},       {"rise_t90_s", "p95", 0.95},
-                                   {"peak_over_asked", "median", 0.5},  {"peak_over_asked", "p90", 0.9},
-                                   {"max_slew_N_per_ms", "p95", 0.95},  {"net_energy_J", "p95", 0.95},
-                                   {"free_felt_peak_N", "p95", 0.95}};
+constexpr std::pair<const char*, By> kQuantiles[] = {
+    {"felt_error_rel", By::kMedian},  {"felt_error_rel", By::kP95},
+    {"felt_error_worst_N", By::kP95}, {"felt_onset_ms", By::kMedian},
+    {"hold_error_N", By::kMedian},    {"hold_error_N", By::kP95},
+    {"contact_swing_N", By::kP95},    {"hold_true_swing_share", By::kMedian},
+    {"rise_t90_s", By::kMedian},      {"rise_t90_s", By::kP95},
+    {"peak_over_asked", By::kMedian}, {"peak_over_asked", By::kP90},
+    {"max_slew_N_per_ms", By::kP95},  {"net_energy_J", By::kP95},
+    {"free_felt_peak_N", By::kP95}};
 
 Figure share_of(const char* name, const Members& members, bool (*is)(const Row&)) {
   const auto count = std::count_if(members.begin(), members.end(), [&](const Row* row) { return is(*row); });
@@ -45,13 +42,12 @@ Figure share_of(const char* name, const Members& members, bool (*is)(const Row&)
   return figure;
 }
 
-Figure quantile_of(const Quantile& asked, const Members& members) {
-  std::vector<double> values;
-  for (const Row* row : members) {
-    if (const auto value = metric_of(*row, asked.metric)) values.push_back(*value);
-  }
-  Figure figure{fmt::format("{} {}", asked.metric, asked.suffix), std::nullopt, values.size()};
-  if (!values.empty()) figure.value = quantile(values, asked.share);
+Figure quantile_of(const char* metric, By by, const Sources& sources) {
+  const Quantity quantity{fmt::format("{} {}", metric, name(by)), metric, by, ""};
+  const std::vector<double> values = values_of(quantity, sources);
+  const auto unknown = std::count_if(values.begin(), values.end(), [](double value) { return std::isnan(value); });
+  Figure figure{quantity.name, std::nullopt, values.size() - static_cast<std::size_t>(unknown)};
+  if (figure.of > 0) figure.value = value_of(quantity, sources);
   return figure;
 }
 
@@ -73,7 +69,9 @@ Group group_of(std::string by, std::string value, const Members& all, Kind kind)
     if (metric_of(*row, "unfelt_s")) touched.push_back(row);
   }
   group.figures.push_back(share_of("nothing unfelt", touched, nothing_unfelt));
-  for (const Quantile& asked : kQuantiles) group.figures.push_back(quantile_of(asked, members));
+  Sources metrics;
+  for (const Row* row : members) metrics.push_back(&(*row)["metrics"]);
+  for (const auto& [metric, share] : kQuantiles) group.figures.push_back(quantile_of(metric, share, metrics));
   return group;
 }
 

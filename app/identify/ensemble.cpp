@@ -1,9 +1,15 @@
 #include "app/identify/ensemble.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 #include "app/cli/interrupt.h"
 #include "app/identify/scores.h"
@@ -44,6 +50,44 @@ CalibrationMatrix positive_part(const CalibrationMatrix& matrix, const Calibrati
 }
 
 }  // namespace
+
+void parallel_for(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
+                  const std::function<void(double)>& progress) {
+  if (jobs <= 0) jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::atomic<std::size_t> next{0}, done{0};
+  std::atomic<int> running{jobs};
+  std::exception_ptr failure;
+  std::mutex failing;
+  const auto fail = [&] {
+    const std::scoped_lock lock(failing);
+    if (!failure) failure = std::current_exception();
+    next = count;
+  };
+  std::vector<std::jthread> threads;
+  for (int j = 0; j < jobs; ++j) {
+    threads.emplace_back([&] {
+      try {
+        for (std::size_t i = next++; i < count; i = next++) {
+          work(i);
+          ++done;
+        }
+      } catch (...) {
+        fail();
+      }
+      --running;
+    });
+  }
+  while (running > 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    try {
+      if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
+    } catch (...) {
+      fail();
+    }
+  }
+  threads.clear();
+  if (failure) std::rethrow_exception(failure);
+}
 
 CalibrationMatrix model_error(const MachineDescription& nominal, const CommissionPlan& plan, bool calibrate_geometry,
                               int machines, std::uint64_t seed, int jobs, const std::function<void(double)>& progress) {

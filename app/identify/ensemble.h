@@ -3,15 +3,9 @@
 // commissioned and identified like the real one, and compared with what it really is.
 #pragma once
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cstdint>
-#include <exception>
 #include <functional>
-#include <mutex>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "app/identify/commission.h"
@@ -24,43 +18,8 @@ namespace knuckle::identify {
 
 /// Calls work(i) for every i < count, on `jobs` threads; 0: one a processor. @param progress called a few times a
 /// second on this thread with the share done; what it throws, or work throws, ends the rest and is thrown on from here.
-inline void parallel_for(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
-                         const std::function<void(double)>& progress) {
-  if (jobs <= 0) jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  std::atomic<std::size_t> next{0}, done{0};
-  std::atomic<int> running{jobs};
-  std::exception_ptr failure;
-  std::mutex failing;
-  const auto fail = [&] {
-    const std::scoped_lock lock(failing);
-    if (!failure) failure = std::current_exception();
-    next = count;
-  };
-  std::vector<std::jthread> threads;
-  for (int j = 0; j < jobs; ++j) {
-    threads.emplace_back([&] {
-      try {
-        for (std::size_t i = next++; i < count; i = next++) {
-          work(i);
-          ++done;
-        }
-      } catch (...) {
-        fail();
-      }
-      --running;
-    });
-  }
-  while (running > 0) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    try {
-      if (progress) progress(static_cast<double>(done) / static_cast<double>(count));
-    } catch (...) {
-      fail();
-    }
-  }
-  threads.clear();
-  if (failure) std::rethrow_exception(failure);
-}
+void parallel_for(std::size_t count, int jobs, const std::function<void(std::size_t)>& work,
+                  const std::function<void(double)>& progress);
 
 /// A machine that cannot be commissioned or identified does not count.
 /// @param machines at least 2; @param seed samples them; none is the machine that sample_truth gives for a seed of the

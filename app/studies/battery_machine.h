@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "app/battery/rows.h"
 #include "app/identify/commission.h"
-#include "app/studies/metrics.h"
 #include "app/studies/trials.h"
 #include "estimation/identification/identification.h"
 #include "machine/description.h"
 #include "sim/truth.h"
 
 namespace knuckle::studies {
+
+using battery::Row;
 
 // Methods, as the table names them.
 inline constexpr const char* kFull = "full";

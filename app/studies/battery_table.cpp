@@ -5,43 +5,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "app/battery/quantity.h"
 #include "app/studies/battery_machine.h"
-#include "core/quantile.h"
 
 namespace knuckle::studies {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kNever = std::numeric_limits<double>::infinity();
+using battery::By;
+using battery::kNever;
+using battery::Quantity;
+using battery::Sources;
+
 constexpr double kTenMinutes_s = 600;
 
-/// How the values of all machines make one.
-enum class By : std::uint8_t {
-  kMedian,
-  kP95,
-  kWorst,
-  kShare,  ///< Of values that are 0 or 1.
-  kRatio,  ///< Of metrics [part, whole]: all parts over all wholes.
-  kRms,    ///< Relative to `whole`.
-};
-
-struct Quantity {
-  std::string name, metric;
-  By by = By::kMedian;
-  std::string unit;
-  double scale = 1;
-  double low = -kNever, high = kNever;  ///< Of the target; without bounds it is only stated.
-  double missing = kNaN;                ///< A value that is null counts as this.
-  double whole = 1;
-  bool asked = false;  ///< Where a target is, having no value at all misses it; else there is no such row.
-
-  [[nodiscard]] std::string target() const {
-    if (low == -kNever) return high == kNever ? "" : fmt::format("<= {:g}", high);
-    return high == kNever ? fmt::format(">= {:g}", low) : fmt::format("{:g} to {:g}", low, high);
-  }
-};
 using Quantities = std::vector<Quantity>;
 
 Quantity within(double low, double high, Quantity quantity) {
@@ -55,59 +33,6 @@ Quantity at_most(double bound, Quantity quantity) {
 Quantity asked(Quantity quantity) {
   quantity.asked = true;
   return quantity;
-}
-using Sources = std::vector<const Row*>;  ///< Metrics of the machines that have any.
-
-std::vector<double> values_of(const Quantity& quantity, const Sources& sources) {
-  std::vector<double> values;
-  const auto add = [&](const Row& value) {
-    values.push_back(value.is_number() ? value.get<double>() : quantity.missing);
-  };
-  for (const Row* metrics : sources) {
-    const auto found = metrics->find(quantity.metric);
-    if (found == metrics->end()) continue;
-    if (found->is_array())
-      std::for_each(found->begin(), found->end(), add);
-    else
-      add(*found);
-  }
-  return values;
-}
-
-double rms(const std::vector<double>& values) {
-  double squares = 0;
-  for (const double value : values) squares += value * value;
-  return std::sqrt(squares / static_cast<double>(values.size()));
-}
-
-/// Of parts and wholes by turns. NaN where the whole is nothing.
-double ratio(double scale, const std::vector<double>& values) {
-  double part = 0, whole = 0;
-  for (std::size_t i = 0; i + 1 < values.size(); i += 2) {
-    part += values[i];
-    whole += values[i + 1];
-  }
-  return whole > 0 ? scale * part / whole : kNaN;
-}
-
-double value_of(const Quantity& quantity, const Sources& sources) {
-  const std::vector<double> values = values_of(quantity, sources);
-  switch (quantity.by) {
-    case By::kMedian:
-      return quantity.scale * median(values);
-    case By::kP95:
-      return quantity.scale * quantile(values, 0.95);
-    case By::kWorst:
-      return quantity.scale * quantile(values, 1);
-    case By::kShare:
-      return quantity.scale * static_cast<double>(std::count(values.begin(), values.end(), 1)) /
-             static_cast<double>(values.size());
-    case By::kRatio:
-      return ratio(quantity.scale, values);
-    case By::kRms:
-      return quantity.scale * rms(values) / quantity.whole;
-  }
-  return kNaN;
 }
 
 void add_rows(const std::string& method, bool judged, const Quantities& quantities, const Sources& sources,

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "app/studies/metrics.h"
+#include "app/battery/rows.h"
 
 namespace knuckle::studies {
+
+using battery::Row;
 
 struct BatteryRow {
   std::string quantity, method;

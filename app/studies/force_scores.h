@@ -3,10 +3,14 @@
 
 #include <vector>
 
-#include "app/studies/metrics.h"
+#include "app/battery/quantity.h"
 #include "app/studies/trials.h"
 
 namespace knuckle::studies {
+
+using battery::add_joints;
+using battery::metric;
+using battery::Row;
 
 struct PressScore {
   double force_N = 0, error_N = 0, direction_deg = 0;
