@@ -64,9 +64,15 @@ SyntheticErrors oil_of_today() {
   return e;
 }
 
-TEST(Payload, FiftyKilogramsAreWeighedWithinFive) {
+/// After 40 s of free motion.
+Scale warmed_up() {
   Scale scale(oil_of_today());
   scale.move(40, 0);
+  return scale;
+}
+
+TEST(Payload, FiftyKilogramsAreWeighedWithinFive) {
+  Scale scale = warmed_up();
   EXPECT_TRUE(scale.payload().zero());
   scale.move(15, 50);
   EXPECT_NEAR(scale.payload().kg(), 50, 5);
@@ -74,16 +80,14 @@ TEST(Payload, FiftyKilogramsAreWeighedWithinFive) {
 }
 
 TEST(Payload, LiftStartsByItselfWhenAWeightIsHungOn) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   scale.move(5, 50);
   EXPECT_NEAR(scale.payload().kg(), 50, 5);
   EXPECT_LT(scale.payload().sigma_kg(), 5);
 }
 
 TEST(Payload, DiggingBeforeTheLiftDoesNotSpoilIt) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   for (int i = 0; i < 10; ++i) scale.move(0.5, 2 * i, {800 + 100.0 * (i % 3), 1200 - 250.0 * (i % 4)});
   scale.move(8, 20);
   EXPECT_NEAR(scale.payload().kg(), 20, 4);
@@ -91,16 +95,14 @@ TEST(Payload, DiggingBeforeTheLiftDoesNotSpoilIt) {
 }
 
 TEST(Payload, SmallLoadIsNotLearnedAway) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   scale.move(1, 0, {600, 900});
   scale.move(60, 10);
   EXPECT_NEAR(scale.payload().kg(), 10, 4);
 }
 
 TEST(Payload, KnownLoadIsNoForceOfContactAndItsLossIsSeen) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   scale.move(0.5, 50);
   EXPECT_TRUE(scale.force().contact);
   EXPECT_GT(scale.force().tip_N.norm(), 150);
@@ -115,8 +117,7 @@ TEST(Payload, KnownLoadIsNoForceOfContactAndItsLossIsSeen) {
 }
 
 TEST(Payload, PullDownThatIsTakenForALoadStaysInTheWholeForce) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   const PlanarVector pull_N(0, -1300);
   scale.move(6, 0, pull_N);
   EXPECT_GT(scale.payload().kg(), 100);
@@ -125,8 +126,7 @@ TEST(Payload, PullDownThatIsTakenForALoadStaysInTheWholeForce) {
 }
 
 TEST(Payload, ContactIsStillFeltInFullWithALoadInTheBucket) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   scale.move(8, 50);
   scale.move(0.5, 50, {-1500, 0});
   EXPECT_NEAR(scale.force().tip_N.x(), -1500, 200);
@@ -134,8 +134,7 @@ TEST(Payload, ContactIsStillFeltInFullWithALoadInTheBucket) {
 }
 
 TEST(Payload, DiggingLeavesNoLoadInAnEmptyBucket) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   for (int i = 0; i < 6; ++i) scale.move(0.5, 0, {800 + 100.0 * (i % 3), 1200 - 250.0 * (i % 4)});
   scale.move(15, 0);
   EXPECT_NEAR(scale.payload().kg(), 0, 3);
@@ -144,8 +143,7 @@ TEST(Payload, DiggingLeavesNoLoadInAnEmptyBucket) {
 }
 
 TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   EXPECT_TRUE(scale.payload().zero());
   scale.move(15, 0);
   EXPECT_NEAR(scale.payload().kg(), 0, 2);
@@ -354,8 +352,7 @@ TEST(Payload, SigmaIsWideBeforeAnythingMoved) {
 }
 
 TEST(Payload, ContactIsNotTakenForALoadWithAGoodConscience) {
-  Scale scale(oil_of_today());
-  scale.move(40, 0);
+  Scale scale = warmed_up();
   EXPECT_TRUE(scale.payload().zero());
   scale.move(15, 0, {-1500, 0});
   EXPECT_GT(scale.payload().sigma_kg(), 0.3 * std::abs(scale.payload().kg()));

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
@@ -23,7 +24,7 @@ using Arguments = std::vector<std::string>;
 
 class SweepProgram : public testing::Test {
  protected:
-  static constexpr int kSessions = 5;
+  static constexpr int kSessions = 3;
 
   /// On one processor unless it says otherwise: real-time tests run beside it.
   [[nodiscard]] static ProgramRun sweep(Arguments more) { return battery(kSessions, std::move(more)); }
@@ -82,7 +83,7 @@ TEST_F(SweepProgram, IsTakenUpWhereItEnded) {
   ASSERT_EQ(sweep({"--jobs", "1", "--rows", rows}).exit_code, 0);
   std::string text = content(rows);
   for (int line = 0; line < 3; ++line) text.resize(text.rfind('\n'));  // two rows less, and the line end before
-  std::ofstream(rows, std::ios::trunc) << text << "\n{\"cell\":4,\"dra";
+  std::ofstream(rows, std::ios::trunc) << text << "\n{\"cell\":2,\"dra";
   expect_same(sweep({"--rows", rows, "--json", folder_.file("resumed.json")}), "resumed.json");
 }
 
@@ -100,70 +101,80 @@ TEST_F(SweepProgram, IsTheSameUnderMpi) {
     const std::string text = content(folder_.file(file));
     return std::count(text.begin(), text.end(), '\n') - 1;
   };
-  EXPECT_EQ(rows("rows.0"), 3);
-  EXPECT_EQ(rows("rows.1"), 2);
+  EXPECT_EQ(rows("rows.0"), 2);
+  EXPECT_EQ(rows("rows.1"), 1);
   // One process takes up what two have left.
   expect_same(sweep({"--rows", folder_.file("rows"), "--json", folder_.file("one.json")}), "one.json");
   EXPECT_EQ(rows("rows"), 0);
 }
 #endif
 
-TEST_F(SweepProgram, OneSessionRunsAgainAlone) {
-  const auto json = nlohmann::json::parse(whole());
-  const ProgramRun run = run_program(test::program("knuckle"), {"simulate", "--from-cell", folder_.file("whole.json:3"),
-                                                                "--json", folder_.file("cell.json")});
-  EXPECT_LE(run.exit_code, 1) << run.err;
-  const auto cell = nlohmann::json::parse(content(folder_.file("cell.json")));
-  EXPECT_EQ(cell["digest"], json["rows"][3]["digest"]);
-  EXPECT_EQ(run.out.find("this is not the session"), std::string::npos) << run.out;
-}
-
-TEST_F(SweepProgram, ASessionThatIsNoLongerTheSameSaysSo) {
+TEST_F(SweepProgram, OneSessionRunsAgainAloneAndSaysWhereItIsNoLongerTheSame) {
   auto json = nlohmann::ordered_json::parse(whole());
-  json["rows"][3]["digest"] = "of another build";
+  json["rows"][1]["digest"] = "of another build";
   std::ofstream(folder_.file("other.json")) << json;
-  const ProgramRun run =
-      run_program(test::program("knuckle"), {"simulate", "--from-cell", folder_.file("other.json:3")});
-  EXPECT_NE(run.out.find("this is not the session that the battery ran"), std::string::npos) << run.out;
+  const auto again = [&](const char* cell) {
+    const ProgramRun run = run_program(
+        test::program("knuckle"), {"simulate", "--from-cell", folder_.file(cell), "--json", folder_.file("cell.json")});
+    EXPECT_LE(run.exit_code, 1) << run.err;
+    return run.out;
+  };
+  EXPECT_NE(again("other.json:1").find("this is not the session that the battery ran"), std::string::npos);
+  EXPECT_EQ(again("whole.json:2").find("this is not the session"), std::string::npos);
+  const auto cell = nlohmann::json::parse(content(folder_.file("cell.json")));
+  EXPECT_EQ(cell["digest"], json["rows"][2]["digest"]);
 }
 
 TEST_F(SweepProgram, RowsThatContradictEachOtherAreRefused) {
   const std::string rows = folder_.file("rows"), other = folder_.file("other");
-  ASSERT_EQ(sweep({"--rows", rows}).exit_code, 0);
+  (void)single({"--rows", rows});
   std::string text = content(rows);
   const std::size_t digest = text.rfind("\"digest\":\"") + 10;
   text[digest] = text[digest] == '0' ? '1' : '0';
   std::ofstream(other) << text;
-  expect_refused(sweep({"--merge", rows, other}), "differs from a row of the same cell");
+  expect_refused(battery(1, {"--merge", rows, other}), "differs from a row of the same cell");
 }
 
 TEST_F(SweepProgram, WorkRunsStockScenarios) {
   const ProgramRun run = run_program(
       test::program("knuckle-studies"),
-      {"sweep", "--battery", "work", "--sessions", "4", "--jobs", "1", "--json", folder_.file("work.json")});
+      {"sweep", "--battery", "work", "--sessions", "2", "--jobs", "1", "--json", folder_.file("work.json")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto json = nlohmann::json::parse(content(folder_.file("work.json")));
-  ASSERT_EQ(json["rows"].size(), 4U);
+  ASSERT_EQ(json["rows"].size(), 2U);
   for (const auto& row : json["rows"]) EXPECT_FALSE(row["metrics"].empty()) << row;
 }
 
-TEST_F(SweepProgram, EstimationIsTheSameInShards) {
+/// One machine takes a quarter of a minute: the row of the second is the first one's under its seed.
+TEST_F(SweepProgram, EstimationIsJudgedOnceAllMachinesAreThereFromTheirRowsAlone) {
   const auto estimation = [&](Arguments more) {
     Arguments all{"sweep", "--battery", "estimation", "--machines", "2", "--ensemble", "0", "--jobs", "1"};
     all.insert(all.end(), more.begin(), more.end());
     return run_program(test::program("knuckle-studies"), all);
   };
-  const std::string rows = folder_.file("whole"), first = folder_.file("first");
-  const ProgramRun run = estimation({"--rows", rows, "--json", folder_.file("whole.json")});
-  ASSERT_LE(run.exit_code, 1) << run.err;
-  ASSERT_EQ(estimation({"--shard", "1/2", "--rows", first}).exit_code, 0) << "half of it has no verdict";
-  const ProgramRun merged = estimation({"--merge", first, "--json", folder_.file("merged.json")});
-  EXPECT_EQ(merged.exit_code, run.exit_code) << merged.err;
-  const std::string json = content(folder_.file("whole.json"));
+  const std::string first = folder_.file("first"), second = folder_.file("second");
+  ASSERT_EQ(estimation({"--shard", "1/2", "--rows", first, "--json", folder_.file("half.json")}).exit_code, 0)
+      << "half of it has no verdict";
+  const auto half = nlohmann::json::parse(content(folder_.file("half.json")));
+  EXPECT_EQ(half["judged"], 1);
+  EXPECT_TRUE(half["passed"].is_null());
+  std::istringstream lines(content(first));
+  std::string head, line;
+  std::getline(lines, head);
+  std::getline(lines, line);
+  auto row = nlohmann::ordered_json::parse(line);
+  row["cell"] = 1;
+  std::ofstream(second) << head << '\n' << row << '\n';
+  expect_refused(estimation({"--merge", first, second}), ":2: is no row of this battery");
+  row["seed"] = row["seed"].get<std::uint64_t>() + 1;
+  std::ofstream(second) << head << '\n' << row << '\n';
+  const ProgramRun merged = estimation({"--merge", first, second, "--json", folder_.file("merged.json")});
+  ASSERT_LE(merged.exit_code, 1) << merged.err;
+  const std::string json = content(folder_.file("merged.json"));
   EXPECT_EQ(nlohmann::json::parse(json)["judged"], 2);
-  EXPECT_EQ(content(folder_.file("merged.json")), json);
-  // From rows alone: nothing is lost on the way to a file and back.
-  EXPECT_EQ(estimation({"--rows", rows, "--json", folder_.file("again.json")}).exit_code, run.exit_code);
+  EXPECT_EQ(nlohmann::json::parse(json)["passed"], merged.exit_code == 0);
+  const ProgramRun again = estimation({"--rows", second, "--merge", first, "--json", folder_.file("again.json")});
+  EXPECT_EQ(again.exit_code, merged.exit_code);
   EXPECT_EQ(content(folder_.file("again.json")), json);
 }
 
@@ -194,11 +205,11 @@ TEST_F(SweepProgram, RefusesWhatDoesNotGoTogether) {
   expect_refused(sweep({"--rows", "/dev/null"}), "--rows /dev/null: must be a file");
   expect_refused(sweep({"--merge", folder_.path().string()}), "--merge " + folder_.path().string());
   expect_refused(sweep({"--rows", folder_.file("r"), "--json", folder_.file("r.0")}), "is kept for --rows");
-  (void)whole();
-  const std::string file = folder_.file("whole.json");
-  expect_refused(simulate({"--from-cell", file + ":5"}), "sessions 0 to 4");
+  (void)single();
+  const std::string file = folder_.file("single.json");
+  expect_refused(simulate({"--from-cell", file + ":5"}), "sessions 0 to 0");
   expect_refused(simulate({"--from-cell", file}), "must be FILE:N");
-  expect_refused(simulate({"--from-cell", file + ":1", "--seed", "3"}), "--seed: does not go with --from-cell");
+  expect_refused(simulate({"--from-cell", file + ":0", "--seed", "3"}), "--seed: does not go with --from-cell");
   expect_refused(simulate({"--from-cell", foreign + ":1"}), "is not complete JSON");
   expect_refused(sweep({"--seed", "0"}), "--seed 0: must be a whole number from 1 to 1000000000");
 }
