@@ -15,7 +15,6 @@ constexpr double kLargestPress = 10;   // of F1: force complied with, no press n
 // Of F1: from where on a force is one, says where it acts, and holds the set-point back.
 constexpr double kTouching = 0.6, kPlaced = 0.6, kLimited = 2;
 constexpr double kNoDivision = 1e-6;
-constexpr double kLeastLever_m = 0.01;
 constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and free motion leave less
 
 }  // namespace
@@ -24,7 +23,7 @@ constexpr double kUsualDoubt_N = 1000;  // of a cylinder: standing friction and 
 /// force of the world: such a joint counts the less.
 PlanarVector ContactLaw::force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
                                   const estimation::ForceEstimate& force) const noexcept {
-  const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastLever_m);
+  const JointVector usual_Nm = kUsualDoubt_N * state.lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m);
   const JointVector believed =
       usual_Nm.cwiseAbs2().cwiseQuotient(force.measurement_variance_Nm2.cwiseMax(usual_Nm.cwiseAbs2()));
   return PlanarInverse(jacobian, weight_.cwiseProduct(believed), kSingularity).force_N(force.fast_torque_Nm);

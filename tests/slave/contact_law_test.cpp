@@ -253,6 +253,19 @@ TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
   EXPECT_NEAR((pressed_N - PlanarVector(-1500, 400)).norm(), 0, 0.1 * pressed_N.norm());
 }
 
+// Of a bucket that is curled in, with a lever of 16 mm, the lever is what is uncertain, and its torque no surer than
+// through 5 cm.
+TEST(ContactLaw, AJointWithAShortLeverCountsAsMuchAsOthersForWhatFrictionLeaves) {
+  const Bench curled({kPose[kBoom], kPose[kArm], machine().links[kBucket].min_rad});
+  ASSERT_LT(std::abs(curled.state.lever_m[kBucket]), 0.4 * kLeastSureLever_m);
+  estimation::ForceEstimate force;
+  force.fast_torque_Nm = curled.kinematics.tip_jacobian(curled.state.angle_rad).transpose() * PlanarVector(-1500, 400);
+  const PlanarVector sure_N = curled.law.touch(curled.state, force).force_N;
+  ASSERT_GT(sure_N.norm(), 1000);
+  force.measurement_variance_Nm2 = (900 * curled.state.lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m)).cwiseAbs2();
+  EXPECT_EQ(curled.law.touch(curled.state, force).force_N, sure_N);
+}
+
 TEST(ContactLaw, TheQuickerOfTheGainsSaysHowFastItCrossesOver) {
   MachineDescription quick = machine();
   quick.control.bucket_position_gain_1ps *= 2;
