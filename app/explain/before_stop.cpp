@@ -1,3 +1,4 @@
+// What each wire said last, and what operator, sensors and estimate said in the last second.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Causes at nodes of the bus: silent, rebooted, stuck; sensors that send what cannot be.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Causes on the wires: other senders on the bus, the haptic device, the link.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The papers' methods on motion of ours, and the figures of their pages.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,3 +1,5 @@
+// What surrounds the fit of `full`: whether recordings can tell anything, what no residual shows, which arms there can
+// be.
 #include <ceres/ceres.h>
 
 #include <Eigen/Eigenvalues>
