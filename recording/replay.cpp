@@ -17,6 +17,7 @@
 #include "master/master_state.h"
 #include "recording/fields.h"
 #include "recording/replayed_wires.h"
+#include "recording/sides.h"
 #include "slave/slave_state.h"
 
 namespace knuckle::recording {
@@ -112,16 +113,24 @@ std::string gist(const master::MasterState& state) {
   return text;
 }
 
-/// One loop on its recorded wires.
-template <typename Loop, typename State>
-class LoopReplay {
+const master::MasterLoop& loop_of(const OperatorSide& side) noexcept {
+  return side.master;
+}
+const slave::SlaveLoop& loop_of(const MachineSide& side) noexcept {
+  return side.slave;
+}
+
+/// One side on its recorded wires.
+template <typename Whole, typename State>
+class SideReplay {
  public:
+  using Loop = std::remove_cvref_t<decltype(loop_of(std::declval<Whole>()))>;
   using Tap = std::function<void(Time, const Loop&)>;
-  LoopReplay(Side side, bool changed, ReplayResult& result, Tap tap)
+  SideReplay(Side side, bool changed, ReplayResult& result, Tap tap)
       : side_(side), changed_(changed), result_(result), tap_(std::move(tap)) {}
 
   [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
-  void make(std::unique_ptr<Loop> loop) { loop_ = std::move(loop); }
+  void make(std::unique_ptr<Whole> whole) { whole_ = std::move(whole); }
 
   /// A message of this side that is none of this version's.
   void unreadable() { ++result_.sides[static_cast<std::size_t>(side_)].unreadable; }
@@ -150,7 +159,7 @@ class LoopReplay {
   /// The recorded state of that step.
   void compare(const State& recorded) {
     run(&recorded);
-    const State replayed = state_of(at_, *loop_);
+    const State replayed = state_of(at_, loop_of(*whole_));
     const std::string was = gist(recorded), is = gist(replayed);
     if (was != is && (was != told_recorded_ || is != told_replayed_) && result_.changes.size() < kMostChanges) {
       result_.changes.push_back({side_, at_, was, is});
@@ -206,8 +215,8 @@ class LoopReplay {
     if (!std::exchange(waiting_, false)) return;
     wires_.begin(pending_);
     if (recorded != nullptr) set_up(*recorded);
-    if (recorded != nullptr) loop_->step(at_);
-    if (recorded != nullptr && tap_) tap_(at_, *loop_);
+    if (recorded != nullptr) whole_->step(at_);
+    if (recorded != nullptr && tap_) tap_(at_, loop_of(*whole_));
     wire_lines_ = recorded != nullptr ? wires_.end() : std::vector<std::string>();
     SideResult& own = result_.sides[static_cast<std::size_t>(side_)];
     ++(recorded != nullptr ? own.steps : own.unrun);
@@ -215,13 +224,14 @@ class LoopReplay {
   void set_up(const State& recorded) {
     if constexpr (std::is_same_v<State, master::MasterState>) {
       const master::MasterSettings& set = recorded.settings;
-      const master::MasterSettings& now = loop_->settings();
-      loop_->set_stop(set.stop);
-      loop_->set_nobody(set.nobody);
-      loop_->set_assist(set.assist);
+      master::MasterLoop& loop = whole_->master;
+      const master::MasterSettings& now = loop.settings();
+      loop.set_stop(set.stop);
+      loop.set_nobody(set.nobody);
+      loop.set_assist(set.assist);
       if (set.position_scale != now.position_scale || set.force_scale != now.force_scale)
-        (void)loop_->set_scales(set.position_scale, set.force_scale);
-      if (set.let_go && !now.let_go) loop_->let_go();
+        (void)loop.set_scales(set.position_scale, set.force_scale);
+      if (set.let_go && !now.let_go) loop.let_go();
     }
   }
 
@@ -230,7 +240,7 @@ class LoopReplay {
   ReplayResult& result_;
   Tap tap_;
   ReplayedWires wires_;
-  std::unique_ptr<Loop> loop_;
+  std::unique_ptr<Whole> whole_;
   StepWires pending_;
   bool waiting_ = false;
   Time at_{};
@@ -277,21 +287,25 @@ struct Replay::Impl {
     result_.sides[0].recorded = head.has_operator;
     result_.sides[1].recorded = head.has_machine;
     if (head.has_operator) {
-      operator_.make(std::make_unique<master::MasterLoop>(
-          setup_.device, setup_.machine, operator_.wires().hid(), operator_.wires().link(), head.operator_start,
-          law_of(head.law, setup_.source),
-          head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine));
+      const OperatorSetup side{
+          .device = setup_.device,
+          .machine = setup_.machine,
+          .law = law_of(head.law, setup_.source),
+          .start = head.operator_start,
+          .assist = {},
+          .far_end = head.far_end_is_this_machine ? master::FarEnd::kIsThisMachine : master::FarEnd::kTellsItsMachine};
+      operator_.make(std::make_unique<OperatorSide>(side, operator_.wires().hid(), operator_.wires().link()));
     }
     if (head.has_machine) {
-      machine_.make(std::make_unique<slave::SlaveLoop>(setup_.machine, machine_.wires().can(), machine_.wires().link(),
-                                                       head.machine_start));
+      machine_.make(std::make_unique<MachineSide>(setup_.machine, machine_.wires().can(), machine_.wires().link(),
+                                                  head.machine_start));
     }
   }
 
   ReplaySetup setup_;
   ReplayResult result_;
-  LoopReplay<master::MasterLoop, master::MasterState> operator_;
-  LoopReplay<slave::SlaveLoop, slave::SlaveState> machine_;
+  SideReplay<OperatorSide, master::MasterState> operator_;
+  SideReplay<MachineSide, slave::SlaveState> machine_;
   std::array<std::vector<std::uint8_t>, 2> messages_;  // the wires' events point into them
 };
 

@@ -1,31 +1,46 @@
-// The three wires with a tap beside them: whatever a loop reads or writes goes through unchanged, and into its tap.
+// The three wires with the one tap that each has: whatever a loop reads or writes goes through unchanged, and onto its
+// tap. That of the CAN bus meters its load, too, and keeps copies of its frames for a log.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
-#include <optional>
+#include <memory>
+#include <ostream>
 #include <span>
+#include <string>
 
+#include "core/ring.h"
+#include "core/time.h"
 #include "recording/loop_tap.h"
 #include "transport/can_bus.h"
+#include "transport/can_load.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
+#include "transport/timed_frame.h"
 
 namespace knuckle::recording {
 
+/// Frames that the controller's filter keeps out are not seen: on a CAN interface, those of a stranger who babbles.
 class TappedCan final : public CanBus {
  public:
   /// Both outlive this.
   TappedCan(CanBus& bus, LoopTap& tap) noexcept : bus_(bus), tap_(tap) {}
 
+  /// Before the first frame: copies of all that passes are kept for write(). Allocates their room.
+  void keep_copies() { copies_ = std::make_unique<Copies>(); }
+
+  // For the thread of the loop.
+  /// Time that copies get from now on: of the step that sends or takes the frames.
+  void stamp(Time now) noexcept { now_ = now; }
   bool send(const CanFrame& frame) noexcept override {
     const bool sent = bus_.send(frame);
+    if (sent) note(frame);
     tap_.add(sent ? WireEventKind::kCanSent : WireEventKind::kCanRefused, frame.id, data_of(frame));
     return sent;
   }
   bool receive(CanFrame& frame) noexcept override {
     if (!bus_.receive(frame)) return false;
+    note(frame);
     tap_.add(WireEventKind::kCanReceived, frame.id, data_of(frame));
     return true;
   }
@@ -39,13 +54,32 @@ class TappedCan final : public CanBus {
     tap_.add(WireEventKind::kCanAcknowledged, 0);
   }
   [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
+  /// Of the controller's own traffic, both ways.
+  [[nodiscard]] CanMeter& meter() noexcept { return meter_; }
+
+  // For the thread that writes.
+  /// Lines of a candump log for what has passed since the last call.
+  void write(std::ostream& out, const std::string& interface) {
+    TimedFrame passed;
+    while (copies_ && copies_->pop(passed)) out << candump_line(passed.at, passed.frame, interface.c_str()) << '\n';
+  }
+  /// Frames that passed without room for a copy; any thread.
+  [[nodiscard]] std::uint64_t lost() const noexcept { return copies_ ? copies_->dropped() : 0; }
 
  private:
+  using Copies = Ring<TimedFrame, 8192>;  // about a second of a full bus at 1 Mbit/s
+  void note(const CanFrame& frame) noexcept {
+    meter_.add(frame);
+    if (copies_) copies_->push({now_, frame});
+  }
   static std::span<const std::uint8_t> data_of(const CanFrame& frame) noexcept {
     return std::span(frame.data).first(std::min<std::size_t>(frame.size, frame.data.size()));
   }
   CanBus& bus_;
   LoopTap& tap_;
+  CanMeter meter_;
+  std::unique_ptr<Copies> copies_;
+  Time now_{};
 };
 
 class TappedHid final : public HidPort {

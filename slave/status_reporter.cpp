@@ -36,9 +36,9 @@ OilDemand oil_demand(const MachineDescription& machine, const estimation::JointS
   return demand;
 }
 
-StatusReporter::StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link, bool simulated,
-                               Mailbox<LoopHealth>* health) noexcept
-    : machine_(machine), bus_(bus), link_(link), mailbox_(health) {
+StatusReporter::StatusReporter(const MachineDescription& machine, const CanBus& bus, CanMeter& meter, Link& link,
+                               bool simulated, Mailbox<LoopHealth>* health) noexcept
+    : machine_(machine), bus_(bus), meter_(meter), link_(link), mailbox_(health) {
   status_.period = from_seconds(1 / machine.bus.sync_Hz);
   status_.machine = MachineName(machine.name);
   status_.simulated = simulated;
@@ -60,7 +60,7 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   const OilDemand oil = fresh ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
   status_.oil_flow_m3ps = oil.flow_m3ps;
   status_.hydraulic_power_W = oil.power_W;
-  status_.bus_load = bus_.take_load(now);
+  status_.bus_load = meter_.take_load(now, machine_.bus.bit_rate);
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
   forget_acted(now, slave);

@@ -9,9 +9,10 @@
 #include "estimation/joint_state.h"
 #include "machine/description.h"
 #include "slave/slave_loop.h"
+#include "transport/can_bus.h"
+#include "transport/can_load.h"
 #include "transport/link.h"
 #include "transport/machine_status.h"
-#include "transport/watched_can.h"
 
 namespace knuckle::slave {
 
@@ -28,10 +29,10 @@ class StatusReporter {
  public:
   static constexpr Duration kPeriod = 50ms;
 
-  /// All outlive this. @param bus of the loop, @param link of the loop.
+  /// All outlive this. @param bus, @param meter, @param link of the loop; the meter is read here alone.
   /// @param simulated whether the bus is that of a simulation, as far as the program knows.
   /// @param health of the thread that steps the loop, read in that thread; null: the loop has no real time.
-  StatusReporter(const MachineDescription& machine, WatchedCan& bus, Link& link, bool simulated,
+  StatusReporter(const MachineDescription& machine, const CanBus& bus, CanMeter& meter, Link& link, bool simulated,
                  Mailbox<LoopHealth>* health = nullptr) noexcept;
 
   /// After every step of the loop, in its thread.
@@ -45,7 +46,8 @@ class StatusReporter {
   void note_health() noexcept;
 
   const MachineDescription& machine_;
-  WatchedCan& bus_;
+  const CanBus& bus_;
+  CanMeter& meter_;
   Link& link_;
   Mailbox<LoopHealth>* mailbox_;
   LoopHealth health_;

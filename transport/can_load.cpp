@@ -80,4 +80,13 @@ CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) 
   return load;
 }
 
+double CanMeter::take_load(Time now, std::uint32_t bit_rate) noexcept {
+  const double share = since_ == kNever || now <= since_
+                           ? 0
+                           : static_cast<double>(bits_) / (to_seconds(now - since_) * static_cast<double>(bit_rate));
+  since_ = now;
+  bits_ = 0;
+  return share;
+}
+
 }  // namespace knuckle

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "core/time.h"
 #include "transport/can_bus.h"
 
 namespace knuckle {
@@ -32,5 +33,17 @@ struct CanLoad {
   double least = 0, worst_case = 0;
 };
 [[nodiscard]] CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) noexcept;
+
+/// Of frames as they pass.
+class CanMeter {
+ public:
+  void add(const CanFrame& frame) noexcept { bits_ += frame_bits(frame); }
+  /// Share of the bus' time that the frames since the last call took; 0 at the first call.
+  [[nodiscard]] double take_load(Time now, std::uint32_t bit_rate) noexcept;
+
+ private:
+  Time since_ = kNever;
+  std::uint64_t bits_ = 0;
+};
 
 }  // namespace knuckle

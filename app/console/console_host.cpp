@@ -28,7 +28,7 @@ ConsoleHost::ConsoleHost(const StationSetup& setup, Link& link, HidPort* device,
     : device_(device), log_(std::move(log)) {
   auto station = std::make_unique<OperatorStation>(setup, link, device);
   unix_ns_at_zero_ = static_cast<std::int64_t>(1e9 * programs::unix_time_s()) - clock_.now().time_since_epoch().count();
-  if (auto* recorder = log_.make(head_of(setup, unix_ns_at_zero_, log_.choice()), setup.machine))
+  if (auto* recorder = log_.make(head_of(setup, unix_ns_at_zero_, log_.choice()), setup.side.machine))
     station->record_to(*recorder);
   loop_ = std::make_unique<ConsoleLoop>(std::move(station));
   log_.take_over(run_);

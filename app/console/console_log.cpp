@@ -36,7 +36,8 @@ recording::Head head_of(const session::SessionSetup& setup, const session::Simul
 }
 
 recording::Head head_of(const StationSetup& setup, std::int64_t unix_ns, const LogChoice& choice) {
-  return session::operator_head(choice.program, unix_ns, setup.machine, setup.device, setup.law, setup.start);
+  return session::operator_head(choice.program, unix_ns, setup.side.machine, setup.side.device, setup.side.law,
+                                setup.side.start);
 }
 
 recording::Recorder* ConsoleLog::make(const recording::Head& head, const MachineDescription& machine) {

@@ -3,20 +3,18 @@
 #include "app/session/loop_views.h"
 #include "app/session/operator_path.h"
 #include "core/loop_table.h"
-#include "recording/loop_tap.h"
 
 namespace knuckle::console {
 namespace {
 
 StationSetup station_setup(const session::SessionSetup& setup) {
-  return {.device = setup.device,
-          .machine = setup.machine,
-          .law = setup.law,
-          .start = start_from(setup.seed, LinkEnd::kOperator),
-          .limb = setup.limb,
-          .hand_rad = setup.scenario.hand_rad,
-          .start_rad = setup.scenario.start_rad,
-          .seed = setup.seed};
+  StationSetup station{.side = session::operator_setup(setup),
+                       .limb = setup.limb,
+                       .hand_rad = setup.scenario.hand_rad,
+                       .start_rad = setup.scenario.start_rad,
+                       .seed = setup.seed};
+  station.side.far_end = master::FarEnd::kTellsItsMachine;  // as a real one
+  return station;
 }
 
 }  // namespace
@@ -24,17 +22,16 @@ StationSetup station_setup(const session::SessionSetup& setup) {
 LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* device)
     : network_(setup.to_machine, setup.to_operator, setup.seed),
       station_(station_setup(setup), network_.a(), led == Led::kByPerson ? device : nullptr),
-      far_(setup.machine, setup.truth, setup.scenario, setup.seed, network_.b()),
       machine_(setup.machine),
-      reporter_(machine_, far_.can, network_.b(), true) {
-  station_.set_assist(setup.scenario.assist);
+      far_(machine_, setup.truth, setup.scenario, setup.seed, network_.b()) {
+  far_.side.report_status(machine_, true);
   if (led == Led::kByPerson) return;
   scripted_ = session::operator_of(setup);
 }
 
 void LiveSession::record_to(recording::Recorder& recorder) {
   station_.record_to(recorder);
-  far_.tap.record_to(recorder.machine_steps());
+  far_.side.record_to(recorder);
 }
 
 void LiveSession::step(const HandInput& held) noexcept {
@@ -45,11 +42,7 @@ void LiveSession::step(const HandInput& held) noexcept {
   } else {
     station_.step(now_, held);
   }
-  far_.step(now_, [this] {
-    far_.slave.step(now_);
-    recording::end_step(far_.tap, now_, far_.slave);
-    reporter_.step(now_, far_.slave);
-  });
+  far_.step(now_, [this] { far_.side.step(now_); });
   count_breaks();
 }
 

@@ -15,7 +15,6 @@
 #include "machine/description.h"
 #include "recording/recorder.h"
 #include "sim/operator.h"
-#include "slave/status_reporter.h"
 #include "transport/hid_port.h"
 #include "transport/impaired_link.h"
 #include "transport/virtual_can.h"
@@ -56,9 +55,8 @@ class LiveSession {
   Time now_{};
   ImpairedLink network_;
   OperatorStation station_;
-  session::MachineSide far_;
   MachineDescription machine_;
-  slave::StatusReporter reporter_;
+  session::SimulatedMachineSide far_;
   std::optional<sim::Operator> scripted_;
   std::uint64_t events_read_ = 0;
   int breaks_ = 0;

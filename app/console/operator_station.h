@@ -11,11 +11,8 @@
 #include "app/console/person_hand.h"
 #include "app/session/session_sides.h"
 #include "core/time.h"
-#include "machine/description.h"
-#include "machine/device_description.h"
-#include "master/master_loop.h"
 #include "recording/recorder.h"
-#include "recording/tapped_wires.h"
+#include "recording/sides.h"
 #include "sim/haptic_device.h"
 #include "sim/person.h"
 #include "transport/hid_port.h"
@@ -24,10 +21,7 @@
 namespace knuckle::console {
 
 struct StationSetup {
-  DeviceDescription device;
-  MachineDescription machine;  ///< As calibrated.
-  ControlLaw law = ControlLaw::kEchoSpring;
-  LinkStart start;
+  recording::OperatorSetup side;
   // Of the simulated hand.
   sim::LimbImpedance limb;
   JointVector hand_rad = JointVector::Zero();   ///< At the start.
@@ -46,25 +40,25 @@ class OperatorStation {
 
   /// Before the first step: all that the operator's loop reads, does and knows goes there. @param recorder outlives the
   /// last step.
-  void record_to(recording::Recorder& recorder) { tap_.record_to(recorder.operator_steps()); }
+  void record_to(recording::Recorder& recorder) { side_.record_to(recorder); }
 
   /// One millisecond. Allocates nothing. @param held without effect with a haptic device.
   void step(Time now, const HandInput& held) noexcept;
   /// The same with a hand that knows where it means to be; simulated hand only.
   void step(Time now, const sim::OperatorIntent& intent) noexcept;
 
-  void set_stop(bool pressed) noexcept { master_.set_stop(pressed); }
-  void set_assist(const AssistSettings& assist) noexcept { master_.set_assist(assist); }
+  void set_stop(bool pressed) noexcept { side_.master.set_stop(pressed); }
+  void set_assist(const AssistSettings& assist) noexcept { side_.master.set_assist(assist); }
   /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while
   /// the machine is led.
   ScalesAnswer set_scales(double position_scale, double force_scale) noexcept;
   /// While on, messages report the device as not held, whatever it reports itself.
-  void set_nobody(bool on) noexcept { master_.set_nobody(on); }
+  void set_nobody(bool on) noexcept { side_.master.set_nobody(on); }
   /// For the end: the device's torque off for good, and it counts as not held.
-  void let_go() noexcept { master_.let_go(); }
+  void let_go() noexcept { side_.master.let_go(); }
 
   [[nodiscard]] bool has_device() const noexcept { return !hand_; }
-  [[nodiscard]] const master::MasterLoop& master() const noexcept { return master_; }
+  [[nodiscard]] const master::MasterLoop& master() const noexcept { return side_.master; }
   /// Simulated hand only.
   [[nodiscard]] const sim::HandTruth& hand() const noexcept { return hand_->device.truth(); }
   [[nodiscard]] const JointVector& start_rad() const noexcept { return start_rad_; }
@@ -84,10 +78,7 @@ class OperatorStation {
   std::optional<session::HandSide> hand_;
   PersonHand person_;
   LinkWatch watch_;
-  recording::LoopTap tap_;
-  recording::TappedHid tapped_device_;
-  recording::TappedLink tapped_link_;
-  master::MasterLoop master_;
+  recording::OperatorSide side_;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;
 };

@@ -109,8 +109,8 @@ class NoDevice final : public HidPort {
   [[nodiscard]] bool connected() const noexcept override { return false; }
 };
 
-MasterSetup set_up(const Options& o) {
-  MasterSetup setup;
+recording::OperatorSetup set_up(const Options& o) {
+  recording::OperatorSetup setup;
   setup.machine = calibrated(load_machine(find_config("machine", o.machine)));
   setup.device = device_for(setup.machine, o.device_file);
   check_springs(setup.machine, setup.device);
@@ -121,7 +121,7 @@ MasterSetup set_up(const Options& o) {
   return setup;
 }
 
-recording::Head head_of(const Options& o, const MasterSetup& setup) {
+recording::Head head_of(const Options& o, const recording::OperatorSetup& setup) {
   return session::operator_head("knuckle master --machine " + setup.machine.source + " --device " + o.device,
                                 static_cast<std::int64_t>(1e9 * unix_time_s()), setup.machine, setup.device, setup.law,
                                 setup.start);
@@ -148,8 +148,8 @@ Json connect_json(const Options& o) {
   return o.link.address.empty() ? Json() : Json(o.link.address);
 }
 
-Json result_json(const Options& o, const MasterSetup& setup, double started_unix_s, const MasterOutcome& outcome,
-                 std::uint64_t lines_lost) {
+Json result_json(const Options& o, const recording::OperatorSetup& setup, double started_unix_s,
+                 const MasterOutcome& outcome, std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
             {"device", o.device},         {"device_file", setup.device.name},  {"connect", connect_json(o)},
             {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
@@ -229,7 +229,7 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   if (o.link.observe) return observe(o, interrupt);
-  const MasterSetup setup = set_up(o);
+  const recording::OperatorSetup setup = set_up(o);
   AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
   std::optional<UdpLink> screen;

@@ -9,8 +9,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "recording/loop_tap.h"
-#include "recording/tapped_wires.h"
+#include "master/master_state.h"
 
 namespace knuckle::programs {
 namespace {
@@ -37,13 +36,11 @@ struct MasterStatus {
 class MasterRunner {
  public:
   /// @param csv null: no table. @param recorder null: nothing is recorded.
-  MasterRunner(const MasterSetup& setup, HidPort& port, Link& link, std::ostream* csv, recording::Recorder* recorder)
-      : port_(port, tap_),
-        link_(link, tap_),
-        master_(setup.device, setup.machine, port_, link_, setup.start, setup.law) {
+  MasterRunner(const recording::OperatorSetup& setup, HidPort& port, Link& link, std::ostream* csv,
+               recording::Recorder* recorder)
+      : side_(setup, port, link) {
     if (csv != nullptr) table_.emplace(*csv, fields_of<master::MasterState>());
-    if (recorder != nullptr) tap_.record_to(recorder->operator_steps());
-    master_.set_assist(setup.assist);
+    if (recorder != nullptr) side_.record_to(*recorder);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }
 
@@ -67,7 +64,9 @@ class MasterRunner {
 
   // After the loop has ended.
   [[nodiscard]] const Histogram& round_trip() const noexcept { return round_trip_; }
-  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return master_.machine_status(); }
+  [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept {
+    return side_.master.machine_status();
+  }
   [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
 
  private:
@@ -75,10 +74,7 @@ class MasterRunner {
 
   std::optional<recordings::StateTable> table_;  // where one is asked for
   int steps_ = 0;
-  recording::LoopTap tap_;
-  recording::TappedHid port_;
-  recording::TappedLink link_;
-  master::MasterLoop master_;
+  recording::OperatorSide side_;
   MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
@@ -89,25 +85,24 @@ class MasterRunner {
 };
 
 void MasterRunner::step(Time now) noexcept {
-  if (stop_asked_.load(std::memory_order_relaxed)) master_.let_go();
-  master_.step(now);
-  recording::end_step(tap_, now, master_);
-  if (master_.has_let_go()) stopped_.store(true, std::memory_order_release);
+  if (stop_asked_.load(std::memory_order_relaxed)) side_.master.let_go();
+  side_.step(now);
+  if (side_.master.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
-  if (table_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, master_));
+  if (table_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, side_.master));
 }
 
 void MasterRunner::observe(Time now) noexcept {
   MasterEvent event;
   event.at = now;
-  event.device = master_.device().reason;
-  const auto& told = master_.machine();
-  event.heard = told && master_.silence_s() < kSilent_s;
+  event.device = side_.master.device().reason;
+  const auto& told = side_.master.machine();
+  event.heard = told && side_.master.silence_s() < kSilent_s;
   if (event.heard) {
     event.mode = told->mode;
     event.blocking = told->blocking;
     event.fault = told->fault;
-    round_trip_.add(from_seconds(master_.round_trip_s()));
+    round_trip_.add(from_seconds(side_.master.round_trip_s()));
   }
   const bool machine_changed = event.heard != last_machine_.heard || event.mode != last_machine_.mode ||
                                !same_cause(event.fault, last_machine_.fault);
@@ -120,15 +115,15 @@ void MasterRunner::observe(Time now) noexcept {
     events_.push(event);
     last_device_ = event;
   }
-  event.other_machine = master_.other_machine();
-  event.here = master_.machine_name();
-  if (master_.machine_status()) event.there = master_.machine_status()->machine;
+  event.other_machine = side_.master.other_machine();
+  event.here = side_.master.machine_name();
+  if (side_.master.machine_status()) event.there = side_.master.machine_status()->machine;
   if (!same_cause(event.other_machine, last_other_.other_machine) || !(event.there == last_other_.there)) {
     event.about = MasterEvent::About::kSameMachine;
     if (event.other_machine || last_other_.other_machine) events_.push(event);
     last_other_ = event;
   }
-  event.warning = master_.warning();
+  event.warning = side_.master.warning();
   if (!same_cause(event.warning, last_felt_.warning)) {
     event.about = MasterEvent::About::kFelt;
     const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;  // then nothing is felt: no news
@@ -136,7 +131,7 @@ void MasterRunner::observe(Time now) noexcept {
     last_felt_ = event;
   }
   event.about = MasterEvent::About::kMachine;
-  status_.put({event, master_.round_trip_s()});
+  status_.put({event, side_.master.round_trip_s()});
 }
 
 /// Events as they come, what blocks or is wrong for long, and the status line.
@@ -232,7 +227,7 @@ std::string event_text(const MasterEvent& event) {
   return event.blocking ? mode + ", " + text_with_code(event.blocking) : mode;
 }
 
-MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
+MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
                          const std::function<std::string()>& device_problem, std::ostream* csv,
                          recording::Recorder* recorder) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);

@@ -13,24 +13,14 @@
 #include "core/histogram.h"
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/description.h"
-#include "machine/device_description.h"
-#include "master/master_loop.h"
 #include "recording/recorder.h"
+#include "recording/sides.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::programs {
-
-struct MasterSetup {
-  DeviceDescription device;
-  MachineDescription machine;  ///< As calibrated.
-  ControlLaw law = ControlLaw::kEchoSpring;
-  AssistSettings assist;
-  LinkStart start;  ///< Drawn anew for each run.
-};
 
 /// The machine's report changed (mode or fault, or that packets are received at all), or the device's state, or whether
 /// both sides mean the same machine, or whether less is felt than the machine feels.
@@ -66,8 +56,8 @@ struct MasterOutcome {
 /// itself.
 /// @param csv a row every 5 ms; null: not wanted.
 /// @param recorder all that the loop reads, knows and does, and events; null: not wanted.
-[[nodiscard]] MasterOutcome run_master(const MasterSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
-                                       const std::function<std::string()>& device_problem = {},
+[[nodiscard]] MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link,
+                                       const ProgramRun& run, const std::function<std::string()>& device_problem = {},
                                        std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr);
 
 }  // namespace knuckle::programs

@@ -12,13 +12,10 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "recording/loop_tap.h"
-#include "recording/tapped_wires.h"
+#include "recording/sides.h"
 #include "slave/loss_policy.h"
 #include "slave/orderly_stop.h"
-#include "slave/slave_loop.h"
-#include "slave/status_reporter.h"
-#include "transport/watched_can.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::programs {
 namespace {
@@ -64,15 +61,11 @@ class SlaveRunner {
   /// @param health of the loop's thread.
   SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start,
               const SlaveRecords& records, Mailbox<LoopHealth>& health)
-      : machine_(machine),
-        can_(bus, machine.bus.bit_rate, records.candump != nullptr),
-        tapped_can_(can_, tap_),
-        link_(link, tap_),
-        slave_(machine, tapped_can_, link_, start),
-        reporter_(machine, can_, link_, records.simulated, &health),
-        stop_(machine, tapped_can_) {
+      : machine_(machine), side_(machine, bus, link, start), stop_(machine, side_.can) {
+    side_.report_status(machine, records.simulated, &health);
+    if (records.candump != nullptr) side_.can.keep_copies();
     if (records.csv != nullptr) table_.emplace(*records.csv, fields_of<slave::SlaveState>());
-    if (records.recorder != nullptr) tap_.record_to(records.recorder->machine_steps());
+    if (records.recorder != nullptr) side_.record_to(*records.recorder);
   }
 
   // The loop's thread.
@@ -102,13 +95,8 @@ class SlaveRunner {
   void step_stop(Time now) noexcept;
 
   const MachineDescription& machine_;
-  WatchedCan can_;
-  recording::LoopTap tap_;
-  recording::TappedCan tapped_can_;
-  recording::TappedLink link_;
+  recording::MachineSide side_;
   std::optional<recordings::StateTable> table_;  // where one is asked for
-  slave::SlaveLoop slave_;
-  slave::StatusReporter reporter_;
   slave::OrderlyStop stop_;
   SlaveMessage farewell_;
   bool said_off_ = false;
@@ -130,33 +118,30 @@ class SlaveRunner {
 
 void SlaveRunner::step(Time now) noexcept {
   steps_.fetch_add(1, std::memory_order_relaxed);
-  can_.stamp(now);
   if (stop_asked_.load(std::memory_order_relaxed)) return step_stop(now);
-  slave_.step(now);
-  reporter_.step(now, slave_);
-  recording::end_step(tap_, now, slave_);
+  side_.step(now);
   observe(now);
   observe_nodes(now);
   observe_reads(now);
 }
 
 void SlaveRunner::observe(Time now) noexcept {
-  const ModeEvent event{now, slave_.mode(), slave_.blocking(), slave_.fault()};
+  const ModeEvent event{now, side_.slave.mode(), side_.slave.blocking(), side_.slave.fault()};
   if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
   last_ = event;
-  status_.put({event.mode, event.blocking, event.fault, slave_.operator_input().message_at(),
-               slave_.operator_input().round_trip(),
-               now - slave_.operator_input().message_at() > slave::kLossLimits.neutral,
-               slave_.operator_input().message().assist});
-  if (table_ && slave_.sensors().measurement()) rows_.push(slave::state_of(now, slave_));
+  status_.put({event.mode, event.blocking, event.fault, side_.slave.operator_input().message_at(),
+               side_.slave.operator_input().round_trip(),
+               now - side_.slave.operator_input().message_at() > slave::kLossLimits.neutral,
+               side_.slave.operator_input().message().assist});
+  if (table_ && side_.slave.sensors().measurement()) rows_.push(slave::state_of(now, side_.slave));
 }
 
 void SlaveRunner::observe_nodes(Time now) noexcept {
-  const slave::SetupFailure& failure = slave_.client().setup_failure();
+  const slave::SetupFailure& failure = side_.slave.client().setup_failure();
   const bool failed = failure.what != slave::SetupFailure::What::kNone;
   if (failed && !setup_failed_) failures_.push({now, failure});
   setup_failed_ = failed;
-  const slave::EmergencyLog& log = slave_.client().emergencies();
+  const slave::EmergencyLog& log = side_.slave.client().emergencies();
   const std::uint64_t fresh = log.count() - emergencies_seen_;
   emergencies_seen_ = log.count();
   for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(fresh, log.kept())); age > 0; --age) {
@@ -166,7 +151,7 @@ void SlaveRunner::observe_nodes(Time now) noexcept {
 }
 
 void SlaveRunner::observe_reads(Time now) noexcept {
-  const slave::BusWatch& watch = slave_.client().watch();
+  const slave::BusWatch& watch = side_.slave.client().watch();
   if (watch.foreign_reads() == reads_seen_) return;
   reads_seen_ = watch.foreign_reads();
   if (now - read_at_ > kReadsApart) reads_.push({now, watch.last_read_node()});
@@ -176,24 +161,25 @@ void SlaveRunner::observe_reads(Time now) noexcept {
 /// Every step reports to the operator that the machine is off: a single datagram may be lost.
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
-  const bool commanded = slave_.client().commanded();
+  side_.can.stamp(now);
+  const bool commanded = side_.slave.client().commanded();
   if (commanded) stop_.step(now);
   if (!said_off_) {
     said_off_ = true;
-    farewell_ = slave_.sent();
+    farewell_ = side_.slave.sent();
     farewell_.mode = Mode::kOff;
     farewell_.blocking = farewell_.fault = {};
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
-  farewell_.stamp = slave_.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
-  link_.send(encode(farewell_).view());
-  tap_.end_step(now, ReasonCode::kNone);
+  farewell_.stamp = side_.slave.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
+  side_.link.send(encode(farewell_).view());
+  side_.tap.end_step(now, ReasonCode::kNone);
   if (!commanded || stop_.done()) stopped_.store(true, std::memory_order_release);
 }
 
 void SlaveRunner::write(const SlaveRecords& records) {
-  if (records.candump != nullptr) can_.write(*records.candump, records.interface);
+  if (records.candump != nullptr) side_.can.write(*records.candump, records.interface);
   if (!table_) return;
   slave::SlaveState row;
   while (rows_.pop(row)) table_->add(&row);
@@ -201,10 +187,10 @@ void SlaveRunner::write(const SlaveRecords& records) {
 }
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
-  outcome.malformed_datagrams = slave_.operator_input().malformed();
-  outcome.records_lost += can_.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
+  outcome.malformed_datagrams = side_.slave.operator_input().malformed();
+  outcome.records_lost += side_.can.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
-  outcome.commanded = slave_.client().commanded();
+  outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
   const auto valves = stop_.unconfirmed_valves();
   for (const NamedNode& node : named_nodes(machine_.bus)) {

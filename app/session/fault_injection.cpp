@@ -68,7 +68,7 @@ bool FaultInjection::MachineEnd::receive(Datagram& datagram) noexcept {
   return received;
 }
 
-void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& far, HandSide& hand) noexcept {
+void FaultInjection::step(Time now, int phase, Duration in_phase, SimulatedMachineSide& far, HandSide& hand) noexcept {
   machine_end_.now = now;
   for (Injected& i : injected_) {
     if (i.mended_at != Time::max()) continue;
@@ -90,7 +90,7 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, MachineSide& f
   }
 }
 
-void FaultInjection::set(const ScheduledFault& fault, bool broken, MachineSide& far, HandSide& hand) noexcept {
+void FaultInjection::set(const ScheduledFault& fault, bool broken, SimulatedMachineSide& far, HandSide& hand) noexcept {
   constexpr std::size_t kController = sim::MachineOnBus::kControllerPort;
   VirtualCanBus& bus = far.simulated.bus();
   switch (fault.kind) {

@@ -33,7 +33,7 @@ class FaultInjection {
   [[nodiscard]] Link& machine_end() noexcept { return machine_end_; }
 
   /// Breaks and mends what is due `in_phase` into the operator's phase number `phase`.
-  void step(Time now, int phase, Duration in_phase, MachineSide& far, HandSide& hand) noexcept;
+  void step(Time now, int phase, Duration in_phase, SimulatedMachineSide& far, HandSide& hand) noexcept;
   /// False while the slave loop hangs.
   [[nodiscard]] bool slave_runs() const noexcept { return !loop_hung_; }
   /// By so much the operator's clock is ahead of the machine's.
@@ -64,7 +64,7 @@ class FaultInjection {
    private:
     Link& link_;
   };
-  void set(const ScheduledFault& fault, bool broken, MachineSide& far, HandSide& hand) noexcept;
+  void set(const ScheduledFault& fault, bool broken, SimulatedMachineSide& far, HandSide& hand) noexcept;
 
   std::vector<ScheduledFault> schedule_;
   std::vector<bool> done_;

@@ -16,8 +16,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/realtime_thread.h"
-#include "recording/loop_tap.h"
-#include "recording/tapped_wires.h"
+#include "recording/sides.h"
 #include "sim/machine_on_bus.h"
 #include "transport/canopen.h"
 #include "transport/thread_wires.h"
@@ -93,18 +92,12 @@ class Loops {
   sim::HandAndDevice hand_;
   MasterView seen_;
   // master
-  recording::LoopTap master_tap_;
-  recording::TappedHid tapped_device_{cable_.host(), master_tap_};
-  recording::TappedLink operator_link_;
-  master::MasterLoop master_;
+  recording::OperatorSide near_;
   MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
   RecentPeak slew_{setup_.machine.bus.sync_Hz};
   // slave
-  recording::LoopTap slave_tap_;
-  recording::TappedCan tapped_can_{machine_.controller(), slave_tap_};
-  recording::TappedLink machine_link_;
-  slave::SlaveLoop slave_;
+  recording::MachineSide far_;
   Kinematics kinematics_;
   SlaveBook slave_book_;
   MasterView master_seen_;
@@ -121,21 +114,17 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       machine_(setup.truth, setup.scenario.world, setup.scenario.start_rad, setup.seed),
       person_(operator_of(setup)),
       hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
-      operator_link_(operator_end, master_tap_),
-      master_(setup.device, setup.machine, tapped_device_, operator_link_, starts_.operator_end, setup.law,
-              master::FarEnd::kIsThisMachine),
+      near_(operator_setup(setup), cable_.host(), operator_end),
       master_book_(most_rows(setup), starts_.machine_end.origin),
-      machine_link_(machine_end, slave_tap_),
-      slave_(setup.machine, tapped_can_, machine_link_, starts_.machine_end),
+      far_(setup.machine, machine_.controller(), machine_end, starts_.machine_end),
       kinematics_(setup.machine),
       slave_book_(most_rows(setup), starts_.operator_end.origin),
       record_(start_record(setup)),
       machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
   if (recorder != nullptr) {
-    master_tap_.record_to(recorder->operator_steps());
-    slave_tap_.record_to(recorder->machine_steps());
+    near_.record_to(*recorder);
+    far_.record_to(*recorder);
   }
-  master_.set_assist(setup.scenario.assist);
   machine_.set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
 }
@@ -151,26 +140,24 @@ void Loops::step_hand(Time now) noexcept {
 }
 
 void Loops::step_master(Time now) noexcept {
-  master_.step(now);
-  recording::end_step(master_tap_, now, master_);
-  MasterView view = view_of(now, master_);
+  near_.step(now);
+  MasterView view = view_of(now, near_.master);
   view.slew_N_per_ms = slew_.step((view.state.sent_force_N - last_force_N_).norm());
   last_force_N_ = view.state.sent_force_N;
   master_to_hand_.put(view);
   master_to_record_.put(view);
-  master_book_.note(now, master_);
+  master_book_.note(now, near_.master);
 }
 
 void Loops::step_slave(Time now) noexcept {
-  slave_.step(now);
-  recording::end_step(slave_tap_, now, slave_);
+  far_.step(now);
   hand_to_record_.take(hand_seen_);
   master_to_record_.take(master_seen_);
   plant_to_record_.take(plant_seen_);
-  faults_.step(now, slave_.mode(), slave_.fault(), hand_seen_.intent.enable);
-  keep(record_.samples, sample_of(now, slave_, plant_seen_, hand_seen_, master_seen_, kinematics_),
+  faults_.step(now, far_.slave.mode(), far_.slave.fault(), hand_seen_.intent.enable);
+  keep(record_.samples, sample_of(now, far_.slave, plant_seen_, hand_seen_, master_seen_, kinematics_),
        record_.records_lost);
-  slave_book_.note(now, slave_);
+  slave_book_.note(now, far_.slave);
 }
 
 void Loops::step_machine(Time now) noexcept {

@@ -11,7 +11,7 @@
 #include "app/session/session_books.h"
 #include "app/session/session_sides.h"
 #include "machine/kinematics.h"
-#include "recording/loop_tap.h"
+#include "recording/sides.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::session {
@@ -23,6 +23,15 @@ constexpr double kTail_s = 0.5;            // recorded after the operator has fi
 constexpr Duration kDueToMending = 300ms;  // a fault that latches so soon after something was mended is due to it
 
 }  // namespace
+
+recording::OperatorSetup operator_setup(const SessionSetup& setup) {
+  return {.device = setup.device,
+          .machine = setup.machine,
+          .law = setup.law,
+          .start = setup.starts().operator_end,
+          .assist = setup.scenario.assist,
+          .far_end = master::FarEnd::kIsThisMachine};
+}
 
 sim::Operator operator_of(const SessionSetup& setup) {
   const Scenario& scenario = setup.scenario;
@@ -62,11 +71,8 @@ struct Session::Impl {
   HandSide hand;
   ImpairedLink network;
   FaultInjection faults;
-  recording::LoopTap tap;  // the master's
-  recording::TappedHid tapped_device;
-  recording::TappedLink tapped_link;
-  master::MasterLoop master;
-  MachineSide far;
+  recording::OperatorSide near;
+  SimulatedMachineSide far;
 };
 
 Session::Impl::Impl(const SessionSetup& s)
@@ -80,12 +86,8 @@ Session::Impl::Impl(const SessionSetup& s)
       hand(s.device_truth(), s.limb, s.seed, s.scenario.hand_rad),
       network(s.to_machine, s.to_operator, s.seed),
       faults(s.scenario.faults, network, s.machine.bus),
-      tapped_device(hand.cable.host(), tap),
-      tapped_link(faults.operator_end(), tap),
-      master(s.device, s.machine, tapped_device, tapped_link, s.starts().operator_end, s.law,
-             master::FarEnd::kIsThisMachine),
+      near(operator_setup(s), hand.cable.host(), faults.operator_end()),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
-  master.set_assist(s.scenario.assist);
   far.simulated.bus().set_tap(
       {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book});
 }
@@ -94,19 +96,17 @@ void Session::Impl::step() noexcept {
   now += kTick;
   network.advance(now);
   const sim::OperatorIntent intent = person.step(
-      now, person_view(view_of(now, master), setup.scenario.start_rad, hand.device.truth(), machine_book.breaks));
+      now, person_view(view_of(now, near.master), setup.scenario.start_rad, hand.device.truth(), machine_book.breaks));
   faults.step(now, person.phase(), person.in_phase(now), far, hand);
   hand.step(now, intent);
   const Time operator_now = now + faults.operator_clock();
-  master.step(operator_now);
-  recording::end_step(tap, operator_now, master);
+  near.step(operator_now);
   note_slew();
-  master_book.note(now, master);
+  master_book.note(now, near.master);
   far.step(now, [&] {
     if (faults.slave_runs()) {
-      far.slave.step(now);
-      recording::end_step(far.tap, now, far.slave);
-      slave_book.note(now, far.slave);
+      far.side.step(now);
+      slave_book.note(now, far.side.slave);
     }
     sample(intent);
   });
@@ -122,11 +122,12 @@ void Session::Impl::note_slew() noexcept {
 }
 
 void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
-  latched.step(now, far.slave.mode(), far.slave.fault(), intent.enable);
+  latched.step(now, far.side.slave.mode(), far.side.slave.fault(), intent.enable);
   const HandView held = view_of(hand.device, person, intent, setup.scenario.phases.size());
-  MasterView asked = view_of(now, master);
+  MasterView asked = view_of(now, near.master);
   asked.slew_N_per_ms = std::exchange(felt_slew, 0.0);
-  keep(record.samples, sample_of(now, far.slave, far.simulated.plant(), held, asked, kinematics), record.records_lost);
+  keep(record.samples, sample_of(now, far.side.slave, far.simulated.plant(), held, asked, kinematics),
+       record.records_lost);
 }
 
 Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {
@@ -204,8 +205,8 @@ SessionRecord start_record(const SessionSetup& setup) {
 Session::Session(const SessionSetup& setup) : impl_(std::make_unique<Impl>(setup)) {}
 Session::~Session() = default;
 void Session::record_to(recording::Recorder& recorder) {
-  impl_->tap.record_to(recorder.operator_steps());
-  impl_->far.tap.record_to(recorder.machine_steps());
+  impl_->near.record_to(recorder);
+  impl_->far.side.record_to(recorder);
 }
 void Session::step() noexcept {
   impl_->step();

@@ -14,8 +14,8 @@
 #include "core/histogram.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
-#include "master/master_loop.h"
 #include "recording/recorder.h"
+#include "recording/sides.h"
 #include "sim/haptic_device.h"
 #include "sim/operator.h"
 #include "sim/person.h"
@@ -65,6 +65,8 @@ struct HopHistograms {
   Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
 };
 
+/// Of a session in which both sides are made of the same descriptions.
+[[nodiscard]] recording::OperatorSetup operator_setup(const SessionSetup& setup);
 /// Who acts out the scenario's plan.
 [[nodiscard]] sim::Operator operator_of(const SessionSetup& setup);
 

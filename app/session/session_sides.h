@@ -9,16 +9,14 @@
 #include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
-#include "recording/tapped_wires.h"
+#include "recording/sides.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"
 #include "sim/person.h"
 #include "sim/truth.h"
-#include "slave/slave_loop.h"
 #include "transport/faulty_ports.h"
 #include "transport/hid_pair.h"
 #include "transport/link.h"
-#include "transport/watched_can.h"
 
 namespace knuckle::session {
 
@@ -39,11 +37,14 @@ struct HandSide {
   sim::HandAndDevice device;
 };
 
-/// A machine in its world, its bus and the loop that leads it.
-struct MachineSide {
+/// A machine in its world, its bus and the side that leads it.
+struct SimulatedMachineSide {
   /// @param link outlives this. @throws InputError where machine file, truth, world and start do not fit together.
-  MachineSide(const MachineDescription& description, const sim::MachineTruth& truth, const Scenario& scenario,
-              std::uint64_t seed, Link& link);
+  SimulatedMachineSide(const MachineDescription& description, const sim::MachineTruth& truth, const Scenario& scenario,
+                       std::uint64_t seed, Link& link)
+      : slave_period(sim::period_in_ticks(description)),
+        simulated(truth, scenario.world, scenario.start_rad, seed),
+        side(description, simulated.controllers_end(), link, start_from(seed, LinkEnd::kMachine)) {}
 
   /// One tick. @param controller called where the slave's step is due, which is its to take or to leave out.
   template <typename Controller>
@@ -55,11 +56,7 @@ struct MachineSide {
 
   Duration slave_period;
   sim::MachineOnBus simulated;
-  WatchedCan can;  ///< The slave's end of the bus.
-  recording::LoopTap tap;
-  recording::TappedCan tapped_can{can, tap};
-  recording::TappedLink tapped_link;
-  slave::SlaveLoop slave;
+  recording::MachineSide side;
 };
 
 }  // namespace knuckle::session

@@ -27,9 +27,7 @@ inline session::SessionSetup endless_motion(std::uint64_t seed, double sweep_s) 
 
 struct TwoSides {
   explicit TwoSides(const session::SessionSetup& s)
-      : setup(s),
-        machine(s.truth, s.scenario.world, s.scenario.start_rad, s.seed),
-        can(machine.controllers_end(), s.machine.bus.bit_rate) {
+      : setup(s), machine(s.truth, s.scenario.world, s.scenario.start_rad, s.seed) {
     start_master();
     start_slave();
   }
@@ -39,7 +37,7 @@ struct TwoSides {
     master.emplace(setup.device, setup.machine, hand.cable.host(), network.a(), another_start(), setup.law,
                    master::FarEnd::kIsThisMachine);
   }
-  void start_slave() { slave.emplace(setup.machine, can, network.b(), another_start()); }
+  void start_slave() { slave.emplace(setup.machine, machine.controllers_end(), network.b(), another_start()); }
 
   /// One millisecond.
   void step() {
@@ -84,7 +82,6 @@ struct TwoSides {
   ImpairedLink network{setup.to_machine, setup.to_operator, setup.seed};
   Duration period = sim::period_in_ticks(setup.machine);
   sim::MachineOnBus machine;
-  WatchedCan can;
   std::optional<master::MasterLoop> master;
   std::optional<slave::SlaveLoop> slave;
 

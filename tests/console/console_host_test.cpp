@@ -116,21 +116,18 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   const session::SessionSetup setup = session::load_session(scenario("free_motion")).setup;
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
-  session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
-  slave::StatusReporter reporter(setup.machine, far.can, machine_end, true);
+  session::SimulatedMachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
+  far.side.report_status(setup.machine, true);
   const RealtimeClock clock;
   Time machine_time{};  // a clock of its own, that no busy computer makes jump
   RealtimeThread machine({.name = "machine", .period = 1ms}, clock, [&](Time /*now*/) {
     machine_time += 1ms;
-    far.step(machine_time, [&] {
-      far.slave.step(machine_time);
-      reporter.step(machine_time, far.slave);
-    });
+    far.step(machine_time, [&] { far.side.step(machine_time); });
   });
   console::StationSetup station;
-  station.start = random_start();
-  station.device = setup.device;
-  station.machine = setup.machine;
+  station.side.start = random_start();
+  station.side.device = setup.device;
+  station.side.machine = setup.machine;
   station.limb = setup.limb;
   station.hand_rad = setup.scenario.hand_rad;
   console::ConsoleHost host(station, operator_end, nullptr);
@@ -142,7 +139,7 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   EXPECT_EQ(host.view().machine.fault.code, ReasonCode::kOperatorStop);
   host.stop();
   machine.stop();
-  EXPECT_FALSE(far.slave.operator_input().message().presence);
+  EXPECT_FALSE(far.side.slave.operator_input().message().presence);
 }
 
 TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {

@@ -143,9 +143,9 @@ TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
 struct Station {
   explicit Station(LogChoice log) {
     const session::SessionSetup session = session::load_session(scenario("free_motion")).setup;
-    setup.start = random_start();
-    setup.device = session.device;
-    setup.machine = session.machine;
+    setup.side.start = random_start();
+    setup.side.device = session.device;
+    setup.side.machine = session.machine;
     setup.limb = session.limb;
     setup.hand_rad = session.scenario.hand_rad;
     log.real = true;

@@ -16,20 +16,19 @@ namespace knuckle::test {
 
 /// A console with a simulated hand, over a link to a machine that goes on whatever the console does.
 struct FarRig {
+  FarRig() { far.side.report_status(setup.machine, true); }
+
   session::SessionSetup setup = live_setup();
   ImpairedLink network{{}, {}, 1};
-  session::MachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, network.b()};
-  slave::StatusReporter reporter{setup.machine, far.can, network.b(), true};
-  console::ConsoleLoop loop{
-      std::make_unique<console::OperatorStation>(console::StationSetup{.device = setup.device,
-                                                                       .machine = setup.machine,
-                                                                       .law = setup.law,
-                                                                       .start = {5, 2h},
-                                                                       .limb = setup.limb,
-                                                                       .hand_rad = setup.scenario.hand_rad,
-                                                                       .start_rad = setup.scenario.start_rad,
-                                                                       .seed = setup.seed},
-                                                 network.a(), nullptr)};
+  session::SimulatedMachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, network.b()};
+  console::ConsoleLoop loop{std::make_unique<console::OperatorStation>(
+      console::StationSetup{
+          .side = {.device = setup.device, .machine = setup.machine, .law = setup.law, .start = {5, 2h}, .assist = {}},
+          .limb = setup.limb,
+          .hand_rad = setup.scenario.hand_rad,
+          .start_rad = setup.scenario.start_rad,
+          .seed = setup.seed},
+      network.a(), nullptr)};
   console::HeldKeys keys;
   console::ConsoleInput input;
   console::ConsoleView view;
@@ -40,10 +39,7 @@ struct FarRig {
     for (const Time until = now + time; now < until;) {
       now += 1ms;
       network.advance(now);
-      far.step(now, [this] {
-        far.slave.step(now);
-        reporter.step(now, far.slave);
-      });
+      far.step(now, [this] { far.side.step(now); });
       if (!runs) continue;
       input.hand = console::hand_from_keys(keys);
       input.at = now;

@@ -17,14 +17,14 @@ namespace {
 struct Rig {
   StationSetup setup = [] {
     StationSetup s;
-    s.machine = load_machine(find_config("machine", "solar015"));
-    s.device = load_device(find_config("device", "knuckle1"));
+    s.side.machine = load_machine(find_config("machine", "solar015"));
+    s.side.device = load_device(find_config("device", "knuckle1"));
     s.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
     s.hand_rad = JointVector(0.3, -1.4, -0.9);
-    s.start = {5, 2h};
+    s.side.start = {5, 2h};
     return s;
   }();
-  session::HandSide hand{setup.device, setup.limb, 1, setup.hand_rad};
+  session::HandSide hand{setup.side.device, setup.limb, 1, setup.hand_rad};
   test::Overheard port{hand.cable.host()};
   ImpairedLink network{{}, {}, 1};
   OperatorStation station{setup, network.a(), &port};
@@ -35,7 +35,7 @@ struct Rig {
   SlaveMessage slave;
   MachineStatus status = [this] {
     MachineStatus told;
-    told.machine = MachineName(setup.machine.name);
+    told.machine = MachineName(setup.side.machine.name);
     return told;
   }();
   std::uint32_t statuses = 1000;  // that are sent
@@ -98,7 +98,7 @@ TEST(OperatorStation, NobodyLeadsAnotherMachine) {
   EXPECT_TRUE(rig.sent.device_ok);
   EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
   EXPECT_EQ(rig.reason(), ReasonCode::kOtherMachine);
-  rig.status.machine = MachineName(rig.setup.machine.name);
+  rig.status.machine = MachineName(rig.setup.side.machine.name);
   rig.run(100ms);
   EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
   EXPECT_EQ(rig.reason(), ReasonCode::kNone);
@@ -111,29 +111,24 @@ TEST(OperatorStation, NobodyLeadsAnotherMachine) {
 bool ever_engages(const std::string& name) {
   const session::SessionSetup setup = test::live_setup();
   ImpairedLink network({}, {}, 1);
-  OperatorStation station({.device = setup.device,
-                           .machine = setup.machine,
-                           .law = setup.law,
-                           .start = {5, 2h},
-                           .limb = setup.limb,
-                           .hand_rad = setup.scenario.hand_rad,
-                           .start_rad = setup.scenario.start_rad,
-                           .seed = setup.seed},
-                          network.a(), nullptr);
-  session::MachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
+  OperatorStation station(
+      {.side = {.device = setup.device, .machine = setup.machine, .law = setup.law, .start = {5, 2h}, .assist = {}},
+       .limb = setup.limb,
+       .hand_rad = setup.scenario.hand_rad,
+       .start_rad = setup.scenario.start_rad,
+       .seed = setup.seed},
+      network.a(), nullptr);
+  session::SimulatedMachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
   MachineDescription told = setup.machine;
   told.name = name;
-  slave::StatusReporter reporter(told, far.can, network.b(), true);
+  far.side.report_status(told, true);
   HeldKeys keys;
   for (Time now{}; now < Time(15s); now += 1ms) {
     keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
     network.advance(now);
     station.step(now, hand_from_keys(keys));
-    far.step(now, [&] {
-      far.slave.step(now);
-      reporter.step(now, far.slave);
-    });
-    if (far.slave.mode() == Mode::kEngaged) return true;
+    far.step(now, [&] { far.side.step(now); });
+    if (far.side.slave.mode() == Mode::kEngaged) return true;
   }
   return false;
 }

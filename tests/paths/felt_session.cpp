@@ -33,10 +33,11 @@ struct Row {
 class Person {
  public:
   Person(Link& link, const session::SessionSetup& setup)
-      : station_({.device = setup.device,
-                  .machine = setup.machine,
-                  .law = setup.law,
-                  .start = random_start(),
+      : station_({.side = {.device = setup.device,
+                           .machine = setup.machine,
+                           .law = setup.law,
+                           .start = random_start(),
+                           .assist = {}},
                   .limb = setup.limb,
                   .hand_rad = setup.scenario.hand_rad,
                   .start_rad = setup.scenario.start_rad,

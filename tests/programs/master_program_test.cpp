@@ -78,7 +78,7 @@ class Desk {
     intents_.take(intent_);
     hand_->step(now, intent_);
   }
-  programs::MasterSetup setup_;
+  recording::OperatorSetup setup_;
   ThreadHid cable_;
   CutLink link_;
   sim::OperatorIntent meant_, intent_;  // the test's thread; the device's

@@ -50,7 +50,7 @@ struct Bench {
   ImpairedLink network{{}, {}, 1};
   Scenario scenario = standing_at(kPose);
   FaultInjection faults;
-  MachineSide far{description, sim::nominal_truth(description), scenario, 1, faults.machine_end()};
+  SimulatedMachineSide far{description, sim::nominal_truth(description), scenario, 1, faults.machine_end()};
   HandSide hand{device, sim::sample_limb(sim::LimbClass::kNormal, 1), 1, kPose};
   Time now{}, got_good = kNever;
   std::uint32_t sequence = 0;

@@ -87,7 +87,7 @@ TEST(FaultInjection, ACopyOfASetPointIsNoNews) {
   const SessionSetup setup = short_session();
   ImpairedLink network({}, {}, 1);
   FaultInjection faults({{sim::FaultKind::kLinkCut, 0, 0.03, 1}}, network, setup.machine.bus);
-  MachineSide far(setup.machine, setup.truth, setup.scenario, 1, faults.machine_end());
+  SimulatedMachineSide far(setup.machine, setup.truth, setup.scenario, 1, faults.machine_end());
   HandSide hand(setup.device, setup.limb, 1, setup.scenario.hand_rad);
   MasterMessage message;
   for (int t = 1; t <= 30; ++t) {

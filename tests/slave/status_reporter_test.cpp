@@ -27,7 +27,7 @@ class Told final : public Link {
 
 struct ReportingBench {
   explicit ReportingBench(Mailbox<LoopHealth>* health = nullptr, bool simulated = false)
-      : reporter(m.description, can, told, simulated, health) {}
+      : reporter(m.description, m.bus.port(0), meter, told, simulated, health) {}
   void tick() {
     m.tick();
     if (m.ticks % 5 == 0) reporter.step(m.now, m.loop);
@@ -36,7 +36,7 @@ struct ReportingBench {
     for (const Time end = m.now + time; m.now < end;) tick();
   }
   test::BenchMachine m;
-  WatchedCan can{m.bus.port(0), m.description.bus.bit_rate};
+  CanMeter meter;
   Told told;
   StatusReporter reporter;
 };
@@ -67,9 +67,9 @@ TEST(StatusReporter, TellsWhetherTheMachineIsASimulationAndWhetherItsForcesAreCa
   test::BenchMachine m;
   MachineDescription description = m.description;
   description.dynamics_calibration.emplace();
-  WatchedCan can{m.bus.port(0), description.bus.bit_rate};
+  CanMeter meter;
   Told told;
-  StatusReporter reporter(description, can, told, false);
+  StatusReporter reporter(description, m.bus.port(0), meter, told, false);
   reporter.step(Time(1s), m.loop);
   ASSERT_EQ(told.statuses.size(), 1U);
   EXPECT_TRUE(told.statuses.back().calibrated);
@@ -249,7 +249,11 @@ TEST(StatusReporter, TellsLoadAndLossesOfTheBus) {
   bench.run(55ms);  // told once, and once more
   const CanFrame frame{.id = 0x7FF, .size = 8, .data = {1, 2, 3, 4, 5, 6, 7, 8}};
   int sent = 0;
-  for (int i = 0; i < 100; ++i) sent += bench.can.send(frame) ? 1 : 0;
+  for (int i = 0; i < 100; ++i) {
+    if (!bench.m.bus.port(0).send(frame)) continue;
+    bench.meter.add(frame);
+    ++sent;
+  }
   const double share = sent * static_cast<double>(frame_bits(frame)) / (0.050 * bench.m.description.bus.bit_rate);
   bench.run(50ms);
   EXPECT_DOUBLE_EQ(bench.reporter.sent().bus_load, share);

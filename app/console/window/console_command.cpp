@@ -35,10 +35,10 @@ struct Behind {
 
 StationSetup station_setup(const ConsoleOptions& o, const screens::ConsoleFacts& facts) {
   StationSetup setup;
-  setup.device = facts.device;
-  setup.machine = facts.machine;
-  setup.law = facts.device.feel.law;
-  setup.start = random_start();
+  setup.side.device = facts.device;
+  setup.side.machine = facts.machine;
+  setup.side.law = facts.device.feel.law;
+  setup.side.start = random_start();
   setup.limb = sim::sample_limb(sim::LimbClass::kNormal, o.session.seed);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);

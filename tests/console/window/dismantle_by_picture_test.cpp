@@ -49,14 +49,14 @@ MachineDescription machine_file() {
 
 console::StationSetup station(const MachineDescription& machine) {
   console::StationSetup setup;
-  setup.machine = machine;
-  setup.device = device_for(machine, "");
-  setup.law = setup.device.feel.law;
-  setup.start = random_start();
+  setup.side.machine = machine;
+  setup.side.device = device_for(machine, "");
+  setup.side.law = setup.side.device.feel.law;
+  setup.side.start = random_start();
   setup.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
-    setup.hand_rad[axis] = 0.5 * (setup.device.min_rad[j] + setup.device.max_rad[j]);
+    setup.hand_rad[axis] = 0.5 * (setup.side.device.min_rad[j] + setup.device.max_rad[j]);
     setup.start_rad[axis] = 0.5 * (machine.links[j].min_rad + machine.links[j].max_rad);
   }
   return setup;

@@ -117,7 +117,7 @@ TEST(BannerReason, IsTrueOfAMachineWhoseMessagesAloneAreLost) {
   Time followed_until = kNever, said_to_follow = kNever, said_to_hold = kNever;
   while (rig.now < cut + 3s) {
     rig.run(1ms);
-    const bool led = !rig.far.slave.commands().isZero();
+    const bool led = !rig.far.side.slave.commands().isZero();
     if (led) followed_until = rig.now;
     const std::string reason = screens::banner_reason(rig.view, false, 0, {HandSource::kKeyboard});
     if (said_to_follow == kNever && says(reason, "may still follow for 0.5 s")) said_to_follow = rig.now;
@@ -128,11 +128,11 @@ TEST(BannerReason, IsTrueOfAMachineWhoseMessagesAloneAreLost) {
   EXPECT_GT(followed_until, cut + 350ms) << "it does follow";
   EXPECT_LT(followed_until, cut + 550ms);
   EXPECT_GT(said_to_hold, followed_until);
-  EXPECT_EQ(rig.far.slave.mode(), Mode::kHold);
+  EXPECT_EQ(rig.far.side.slave.mode(), Mode::kHold);
   rig.keys.boom_up = false;
   rig.network.cut_b_to_a(false);
   rig.run(5s);
-  EXPECT_EQ(rig.far.slave.mode(), Mode::kEngaged) << "it goes on: " << text(rig.far.slave.blocking());
+  EXPECT_EQ(rig.far.side.slave.mode(), Mode::kEngaged) << "it goes on: " << text(rig.far.side.slave.blocking());
 }
 
 TEST(BannerReason, NamesItsOwnPauseAsTheCauseOfWhatGrewOldByIt) {

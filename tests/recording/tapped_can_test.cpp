@@ -1,0 +1,83 @@
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "recording/tapped_wires.h"
+#include "transport/virtual_can.h"
+
+namespace knuckle::recording {
+namespace {
+
+constexpr std::uint32_t kBitRate = 500'000;
+
+TEST(TappedCan, TellsTheShareOfTimeThatFramesBothWaysTook) {
+  VirtualCanBus bus(2, kBitRate);
+  LoopTap off;
+  TappedCan can(bus.port(0), off);
+  EXPECT_EQ(can.meter().take_load(Time(1s), kBitRate), 0) << "there was no time yet";
+  const CanFrame out{.id = 0x555, .size = 0}, in{.id = 0x2AA, .size = 8, .data = {0x55, 0xAA, 0x55, 0xAA, 0x55}};
+  double bits = 0;
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_TRUE(can.send(out));
+    bus.port(1).send(in);
+    bus.advance(Time(1s + i * 1ms + 1ms));
+    CanFrame heard;
+    ASSERT_TRUE(can.receive(heard));
+    EXPECT_FALSE(can.receive(heard));
+    bits += frame_bits(out) + frame_bits(in);
+  }
+  EXPECT_DOUBLE_EQ(can.meter().take_load(Time(1050ms), kBitRate), bits / (0.050 * kBitRate));
+  EXPECT_GT(bits / (0.050 * kBitRate), 0.2);
+  EXPECT_EQ(can.meter().take_load(Time(1100ms), kBitRate), 0) << "nothing since";
+  EXPECT_EQ(can.meter().take_load(Time(1100ms), kBitRate), 0) << "no time since";
+}
+
+TEST(TappedCan, DoesNotCountWhatDidNotGoOut) {
+  VirtualCanBus bus(2, kBitRate);
+  LoopTap off;
+  TappedCan can(bus.port(0), off);
+  (void)can.meter().take_load(Time(0s), kBitRate);
+  bus.take_down(0, true);
+  EXPECT_FALSE(can.send({.id = 1}));
+  EXPECT_EQ(can.state(), CanState::kDown);
+  EXPECT_EQ(can.meter().take_load(Time(1s), kBitRate), 0);
+}
+
+TEST(TappedCan, KeepsCopiesOfWhatPassedWithTheTimeOfTheStepWhereAskedTo) {
+  VirtualCanBus bus(2, kBitRate);
+  LoopTap off;
+  TappedCan can(bus.port(0), off), only_metered(bus.port(1), off);
+  can.keep_copies();
+  can.stamp(Time(1500ms));
+  ASSERT_TRUE(can.send({.id = 0x185, .size = 2, .data = {0x00, 0x11}}));
+  ASSERT_TRUE(only_metered.send({.id = 0x080}));
+  bus.advance(Time(1501ms));
+  can.stamp(Time(1505ms));
+  CanFrame heard;
+  ASSERT_TRUE(can.receive(heard));
+  ASSERT_FALSE(can.receive(heard));
+  std::ostringstream log, nothing;
+  can.write(log, "vcan7");
+  EXPECT_EQ(log.str(), "(0000000001.500000) vcan7 185#0011\n(0000000001.505000) vcan7 080#\n");
+  can.write(nothing, "vcan7");
+  only_metered.write(nothing, "vcan7");
+  EXPECT_EQ(nothing.str(), "");
+}
+
+TEST(TappedCan, CountsTheFramesThatItHasNoRoomToCopyAndStillPassesThem) {
+  VirtualCanBus bus(2, kBitRate);
+  LoopTap off;
+  TappedCan can(bus.port(0), off);
+  can.keep_copies();
+  bus.silence(0, true);  // its controller believes that all of them were sent
+  const auto send_all = [&can](int frames) {
+    for (int i = 0; i < frames; ++i) ASSERT_TRUE(can.send({.id = 1}));
+  };
+  send_all(8192);
+  EXPECT_EQ(can.lost(), 0U);
+  send_all(3);
+  EXPECT_EQ(can.lost(), 3U);
+}
+
+}  // namespace
+}  // namespace knuckle::recording
