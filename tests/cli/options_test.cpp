@@ -59,29 +59,28 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
     std::vector<std::string> given;
     std::string why;
   };
-  for (const Row& row : {Row{{"--slow", "fast"}, "--slow fast: is not a number"},
-                         {{"--slow", "1,5"}, "--slow 1,5: is not a number: decimals need a point, not a comma"},
-                         {{"--slow", "1,5x"}, "--slow 1,5x: is not a number"},
-                         {{"--slow", "2m"}, "--slow 2m: is not a number"},
-                         {{"--slow="}, "--slow: needs a value"},
-                         {{"--slow", "1", "--slow", "2"}, "--slow: is given more than once"},
-                         {{"--slow=1", "--slow=2"}, "--slow: is given more than once"},
-                         {{"--depth", "1", "--depth", "two"}, "--depth two: is not a number"},
-                         {{"--seed", "-1"}, "--seed -1: must be a whole number from 0 to 18446744073709551615"},
-                         {{"--seed", "18446744073709551616"},
-                          "--seed 18446744073709551616: must be a whole number from 0 to 18446744073709551615"},
-                         {{"--machines", "1"},
-                          "--machines 1: must be a whole number from 2 to 10000 machines, or 0: none"},
-                         {{"--machines", "nan"},
-                          "--machines nan: must be a whole number from 2 to 10000 machines, or 0: none"},
-                         {{"--jobs", "1e9"}, "--jobs 1e9: must be a whole number from 0 to 1024"},
-                         {{"--jobs", "-1"}, "--jobs -1: must be a whole number from 0 to 1024"},
-                         {{"--jobs", ""}, "--jobs \"\": must be a whole number from 0 to 1024"},
-                         {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
-                         {{"--mute=1"}, "--mute: takes no value"},
-                         {{"--map"}, "--map: needs a value"},
-                         {{"--duraton", "3"}, "--duraton: unknown option"},
-                         {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
+  for (const Row& row :
+       {Row{{"--slow", "fast"}, "--slow fast: is not a number"},
+        {{"--slow", "1,5"}, "--slow 1,5: is not a number: decimals need a point, not a comma"},
+        {{"--slow", "1,5x"}, "--slow 1,5x: is not a number"},
+        {{"--slow", "2m"}, "--slow 2m: is not a number"},
+        {{"--slow="}, "--slow: needs a value"},
+        {{"--slow", "1", "--slow", "2"}, "--slow: is given more than once"},
+        {{"--slow=1", "--slow=2"}, "--slow: is given more than once"},
+        {{"--depth", "1", "--depth", "two"}, "--depth two: is not a number"},
+        {{"--seed", "-1"}, "--seed -1: must be a whole number from 0 to 18446744073709551615"},
+        {{"--seed", "18446744073709551616"},
+         "--seed 18446744073709551616: must be a whole number from 0 to 18446744073709551615"},
+        {{"--machines", "1"}, "--machines 1: must be a whole number from 2 to 10000 machines, or 0: none"},
+        {{"--machines", "nan"}, "--machines nan: must be a whole number from 2 to 10000 machines, or 0: none"},
+        {{"--jobs", "1e9"}, "--jobs 1e9: must be a whole number from 0 to 1024"},
+        {{"--jobs", "-1"}, "--jobs -1: must be a whole number from 0 to 1024"},
+        {{"--jobs", ""}, "--jobs \"\": must be a whole number from 0 to 1024"},
+        {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
+        {{"--mute=1"}, "--mute: takes no value"},
+        {{"--map"}, "--map: needs a value"},
+        {{"--duraton", "3"}, "--duraton: unknown option"},
+        {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
     std::vector<std::string> arguments{"dig", "--pit", "deep"};
     arguments.insert(arguments.end(), row.given.begin(), row.given.end());
     EXPECT_EQ(refusal(arguments), row.why + " (see arm-tool dig --help)");
@@ -94,9 +93,10 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
 }
 
 TEST(CommandLineOptions, TakeWhatIsANumberOrAWordOfTheirs) {
-  EXPECT_EQ(refusal({"dig", "--pit", "deep", "--slow", "-1.5e-3", "--seed=18446744073709551615", "--machines", "0",
-                     "--jobs", "7", "--depth", "1", "--depth", "-2", "--place", "a b", "--place", "c", "--mode", "cues",
-                     "--mute"}),
+  EXPECT_EQ(refusal({"dig",        "--pit", "deep",    "--slow", "-1.5e-3", "--seed=18446744073709551615",
+                     "--machines", "0",     "--jobs",  "7",      "--depth", "1",
+                     "--depth",    "-2",    "--place", "a b",    "--place", "c",
+                     "--mode",     "cues",  "--mute"}),
             "");
   EXPECT_EQ(kDug->slow, -1.5e-3);
   EXPECT_EQ(kDug->seed, 18446744073709551615U);

@@ -1,5 +1,5 @@
 # More that fails at the ends of a session: programs that are stopped or killed, and short reports. To the other side they
-# look like what end_faults.sh tries; each fault ends in neutral, is named, and nothing moves again by itself.
+# look like what faults.sh tries; each fault ends in neutral, is named, and nothing moves again by itself.
 # shellcheck shell=dash disable=SC2154,SC2016,SC2034
 . /lab/lib/faults.sh
 faults_set_up

@@ -18,7 +18,7 @@ TEST(VirtualLab, WithoutQemuIsSkippedWithALoudLine) {
   for (const char* tool : {"bash", "dirname", "basename"})
     fs::create_symlink(fs::path("/usr/bin") / tool, fs::path(folder) / tool);
   const ProgramRun run = run_program("/bin/sh", {"-c", "PATH=" + folder + " exec " + test::source_dir() +
-                                                           "/scripts/lab boot " + test::program("knuckle")});
+                                                           "/scripts/lab slave " + test::program("knuckle")});
   fs::remove_all(folder);
   EXPECT_EQ(run.exit_code, 77) << run.out << run.err;  // tests/CMakeLists.txt: skipped, not passed
   EXPECT_EQ(run.err,

@@ -120,6 +120,7 @@ TEST_F(BusStartUp, AnEnableNodeThatNeverSpeaksIsNamed) {
   ASSERT_TRUE(bring_to(Phase::kFailed, without_inputs));
   EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << text(client.fault());
   EXPECT_EQ(client.fault().subject, kEnableNode);
+  EXPECT_TRUE(text(client.fault()).ends_with("(never yet)")) << "no age of what never was: " << text(client.fault());
 }
 
 TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
