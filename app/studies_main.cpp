@@ -1,6 +1,6 @@
 // The program `knuckle-studies`: what judges Knuckle. Nothing that runs a machine is linked with it.
 #include "app/cli/command.h"
-#include "app/operators/operators_command.h"
+#include "app/operators/study.h"
 #include "app/studies/sweep.h"
 
 int main(int argc, char** argv) {

@@ -10,7 +10,7 @@
 #include "app/console/joint_load.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
-#include "master/downgrade.h"
+#include "master/felt_law.h"
 
 namespace knuckle::console {
 

@@ -1,5 +1,3 @@
-#include "app/operators/operators_command.h"
-
 #include <iostream>
 #include <memory>
 #include <optional>

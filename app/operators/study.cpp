@@ -1,10 +1,66 @@
 #include "app/operators/study.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <filesystem>
 #include <map>
 #include <numeric>
+#include <set>
+
+#include "machine/toml_reader.h"
 
 namespace knuckle::operators {
+
+MeanInterval mean_interval(const std::vector<double>& values) {
+  MeanInterval interval;
+  interval.n = values.size();
+  if (values.empty()) return interval;
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  interval.mean = mean;
+  if (values.size() < 2) return interval;
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  const double t = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
+  interval.half_width = t * std::sqrt(squares / (n - 1) / n);
+  return interval;
+}
+
+namespace {
+
+PlannedRecording read_recording(TomlTable& table, const std::filesystem::path& folder) {
+  PlannedRecording recording;
+  recording.file = (folder / table.text("file")).lexically_normal().string();
+  recording.participant = table.text("participant");
+  recording.input = table.text("input");
+  recording.condition = table.text("condition");
+  recording.task = table.text("task");
+  if (table.has("tlx")) {
+    TomlTable tlx = table.table("tlx");
+    TaskLoad load{};
+    for (std::size_t i = 0; i < load.size(); ++i) load[i] = tlx.number(kLoadScales[i], 0, 100);
+    recording.load = load;
+  }
+  return recording;
+}
+
+}  // namespace
+
+std::vector<PlannedRecording> load_plan(const std::string& path) {
+  TomlTable plan = TomlTable::read(path);
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::vector<PlannedRecording> recordings;
+  std::set<std::string> files;
+  for (TomlTable& table : plan.tables("recording")) {
+    recordings.push_back(read_recording(table, folder));
+    table.require(files.insert(recordings.back().file).second, "file", "is listed before");
+  }
+  plan.require(!recordings.empty(), "recording", "at least one [[recording]] is needed");
+  plan.finish();
+  return recordings;
+}
+
 namespace {
 
 /// Mean of each participant's trials.

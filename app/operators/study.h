@@ -2,15 +2,43 @@
 // them.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "app/operators/intervals.h"
-#include "app/operators/plan.h"
+#include "app/cli/command.h"
 #include "app/operators/task_metrics.h"
 
 namespace knuckle::operators {
+
+/// Of a mean of n independent values, each of one participant.
+struct MeanInterval {
+  std::size_t n = 0;
+  std::optional<double> mean;        ///< None where n = 0.
+  std::optional<double> half_width;  ///< Of the 95 % interval; none where n < 2.
+};
+
+/// Mean, and Student's t times its standard error: mean +- t(0.975, n - 1) s / sqrt(n).
+[[nodiscard]] MeanInterval mean_interval(const std::vector<double>& values);
+
+// Which recordings a study has: who did what, with which input, under which condition.
+
+/// Scales of NASA's task load index, each 0 to 100 (Hart, Staveland 1988); performance: 100 is failure.
+inline constexpr std::array<const char*, 6> kLoadScales{"mental",      "physical", "temporal",
+                                                        "performance", "effort",   "frustration"};
+using TaskLoad = std::array<double, kLoadScales.size()>;
+
+struct PlannedRecording {
+  std::string file;  ///< As it can be opened.
+  std::string participant, input, condition, task;
+  std::optional<TaskLoad> load;  ///< As the participant answered.
+};
+
+/// @throws InputError with file, line, key, value and bound. Files are relative to the plan's folder.
+[[nodiscard]] std::vector<PlannedRecording> load_plan(const std::string& path);
 
 struct MeasuredRecording {
   PlannedRecording plan;
@@ -43,5 +71,8 @@ void write_csv(const std::vector<MeasuredRecording>& recordings, std::ostream& o
 /// Schema knuckle-operators/1 (docs/studies.md).
 void write_json(const std::vector<MeasuredRecording>& recordings, const std::vector<StudyRow>& rows,
                 const std::string& by, std::ostream& out);
+
+/// `knuckle-studies operators`: persons at work, from their recordings to one table.
+[[nodiscard]] cli::Command operators_entry();
 
 }  // namespace knuckle::operators

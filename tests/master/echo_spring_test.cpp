@@ -1,10 +1,9 @@
 // The default law: its gate, fades and bounds one by one, then a whole axis closed over delay.
-#include "master/echo_spring.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "master/felt_law.h"
 #include "tests/master/one_axis.h"
 
 namespace knuckle::master {

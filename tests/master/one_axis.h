@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "core/filters.h"
-#include "master/direct_law.h"
-#include "master/echo_spring.h"
+#include "master/felt_law.h"
 #include "master/master_loop.h"
 #include "tests/master/desk.h"
 

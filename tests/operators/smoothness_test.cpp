@@ -1,8 +1,8 @@
-#include "app/operators/smoothness.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "app/operators/task_metrics.h"
 
 namespace knuckle::operators {
 namespace {

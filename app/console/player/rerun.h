@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/console/player/run.h"
-#include "app/replay/changed_setup.h"
+#include "app/replay/replay_command.h"
 #include "recording/replay.h"
 
 namespace knuckle::console::player {

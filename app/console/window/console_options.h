@@ -11,7 +11,7 @@
 #include "app/pairing/chosen_link.h"
 #include "app/programs/slave_cameras.h"
 #include "app/recordings/program_log.h"
-#include "app/replay/changed_setup.h"
+#include "app/replay/replay_command.h"
 #include "app/session/options.h"
 #include "transport/hid_device_port.h"
 #include "video/source.h"

@@ -1,9 +1,8 @@
-#include "app/motion/transfer.h"
+#include "app/motion/path_builder.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/motion/path_builder.h"
 #include "machine/description.h"
 
 namespace knuckle::motion {
