@@ -7,9 +7,8 @@
 #include <string>
 
 #include "video/frame.h"
-#include "video/picture_key.h"
+#include "video/sealing.h"
 #include "video/source.h"
-#include "video/status.h"
 
 namespace knuckle::video {
 

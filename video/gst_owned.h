@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "video/frame.h"
+
 namespace knuckle::video {
 
 struct Unref {
@@ -29,5 +31,10 @@ void start_gstreamer();
 
 /// Of an error or a warning: what it says.
 [[nodiscard]] std::string complaint(GstMessage* message);
+
+// A picture as a buffer of GStreamer's; for the sources of this folder alone.
+
+/// The picture where it lies, kept for as long as GStreamer looks at it.
+[[nodiscard]] Owned<GstBuffer> wrapped(std::unique_ptr<Frame> frame);
 
 }  // namespace knuckle::video

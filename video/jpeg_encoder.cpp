@@ -6,7 +6,6 @@
 #include <string>
 
 #include "core/error.h"
-#include "video/frame_buffer.h"
 #include "video/gst_owned.h"
 
 namespace knuckle::video {

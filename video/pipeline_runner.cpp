@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "core/text.h"
-#include "video/debian_package.h"
 #include "video/frame.h"
 #include "video/gst_owned.h"
+#include "video/source.h"
 
 namespace knuckle::video {
 namespace {

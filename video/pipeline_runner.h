@@ -12,7 +12,7 @@
 
 #include "core/mailbox.h"
 #include "core/time.h"
-#include "video/status.h"
+#include "video/frame.h"
 
 namespace knuckle::video {
 

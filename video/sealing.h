@@ -9,6 +9,7 @@
 
 #include <gst/gst.h>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <mutex>
@@ -17,9 +18,13 @@
 
 #include "core/time.h"
 #include "video/gst_owned.h"
-#include "video/picture_key.h"
 
 namespace knuckle::video {
+
+// What pictures are sealed with on their way.
+
+/// Master key (16 bytes) and salt (12) of SRTP with AES-128-GCM (RFC 7714).
+using PictureKey = std::array<std::uint8_t, 28>;
 
 /// Parts of a pipeline, as gst-launch-1.0 takes them.
 inline constexpr const char* kSealer =

@@ -9,7 +9,6 @@
 #include <mutex>
 #include <utility>
 
-#include "video/frame_buffer.h"
 #include "video/gst_owned.h"
 #include "video/pipeline_runner.h"
 #include "video/sealing.h"

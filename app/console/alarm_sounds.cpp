@@ -6,7 +6,7 @@
 #include <numbers>
 #include <span>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 
 namespace knuckle::console {
 namespace {
@@ -79,7 +79,7 @@ AlarmSound AlarmWatch::step(const ConsoleView& view, bool lost, bool acknowledge
   consider(AlarmSound::kLinkLost, lost && m.mode != Mode::kOff, true);
   consider(AlarmSound::kFault, fault, !acknowledged);
   consider(AlarmSound::kLimit, led_now && (m.limits & kHeardLimits) != 0, false);
-  consider(AlarmSound::kContact, led_now && force_words(view).contact, false);
+  consider(AlarmSound::kContact, led_now && force_text(view).contact, false);
   return loudest;
 }
 

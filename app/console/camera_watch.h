@@ -9,10 +9,9 @@
 #include "app/console/event_book.h"
 #include "core/time.h"
 #include "recording/camera_picture.h"
-#include "video/bell.h"
 #include "video/camera.h"
 #include "video/frame.h"
-#include "video/frame_age.h"
+#include "video/newest.h"
 
 namespace knuckle::console {
 

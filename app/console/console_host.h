@@ -9,11 +9,11 @@
 #include <ostream>
 #include <string>
 
-#include "app/console/console_event.h"
-#include "app/console/console_input.h"
 #include "app/console/console_log.h"
 #include "app/console/console_loop.h"
 #include "app/console/console_view.h"
+#include "app/console/event_book.h"
+#include "app/console/hand_input.h"
 #include "app/session/options.h"
 #include "app/session/session.h"
 #include "core/loop_health.h"

@@ -2,20 +2,25 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "app/cli/json.h"
 #include "app/cli/news.h"
+#include "app/console/console_view.h"
 #include "app/console/event_book.h"
 #include "app/console/operator_station.h"
-#include "app/console/recording_light.h"
 #include "app/recordings/program_log.h"
 #include "app/session/options.h"
 #include "app/session/session.h"
+#include "core/time.h"
+#include "recording/camera_picture.h"
 #include "recording/head.h"
 #include "recording/recorder.h"
+#include "video/frame.h"
+#include "video/jpeg_encoder.h"
 
 namespace knuckle::console {
 
@@ -76,6 +81,37 @@ class ConsoleLog {
   std::uint32_t run_ = 0;
   bool begun_ = false;
   std::vector<cli::News> news_;
+};
+
+// Pictures of the cameras for the recording, as the operator saw them: so many a second, as JPEG.
+
+/// For the window's thread.
+class PictureLog {
+ public:
+  /// @param per_s of each camera, at most; 0: none. @throws InputError as video::JpegEncoder does.
+  explicit PictureLog(double per_s);
+
+  struct Made {
+    std::uint32_t run = 0;  ///< The session it was shown in.
+    recording::CameraPicture picture;
+  };
+  /// A picture that is shown now, which is one of the recorded where its turn has come. One of each session time: none
+  /// while a session is paused.
+  void show(std::uint32_t run, const recording::CameraStamp& stamp, const video::Frame& frame);
+  /// Those made since the last call.
+  [[nodiscard]] std::vector<Made> made();
+  /// Of which camera nothing is recorded any more, and why, once each.
+  [[nodiscard]] std::vector<std::string> problems();
+
+ private:
+  struct Camera {
+    video::JpegEncoder encoder;
+    Made next;  ///< Being made.
+    Time last = kNever;
+  };
+
+  Duration period_;
+  std::map<std::string, std::unique_ptr<Camera>> cameras_;
 };
 
 }  // namespace knuckle::console

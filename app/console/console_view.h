@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "core/histogram.h"
 #include "core/joints.h"
@@ -14,6 +15,17 @@
 #include "transport/machine_status.h"
 
 namespace knuckle::console {
+
+// What becomes of the recording, for the light on every screen.
+
+struct RecordingLight {
+  enum class State : std::uint8_t { kOff, kOn, kStopped };
+  State state = State::kOff;
+  bool real = false;             ///< Something real is driven: that it is not recorded stands out.
+  std::uint64_t free_bytes = 0;  ///< On the disk; 0: not known yet.
+  std::uint64_t steps_lost = 0;  ///< Of the loops, for which there was no room.
+  std::string why;               ///< Of kStopped.
+};
 
 /// The operator's side of the newest step.
 struct OperatorSide {

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <ctime>
 #include <utility>
 
 #include "app/cli/output_file.h"
-#include "app/console/machine_words.h"
+#include "app/console/console_view.h"
+#include "app/console/machine_text.h"
 #include "app/recordings/csv_row.h"
 
 namespace knuckle::console {
@@ -22,7 +24,7 @@ struct Told {
 Told machine(const ConsoleEvent& event, HandSource hand) {
   const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;
   const std::string mode = std::string("machine: ") + name(event.mode);
-  const std::string why = event.reason ? ", " + reason_words(event.reason, hand) : "";
+  const std::string why = event.reason ? ", " + reason_text(event.reason, hand) : "";
   return {stopped ? Severity::kAlarm : Severity::kInfo, stopped && event.reason ? name(event.reason.code) : "mode",
           mode + why};
 }
@@ -65,7 +67,7 @@ Told told(const ConsoleEvent& event, HandSource hand) {
     case ConsoleEventKind::kMachine:
       return machine(event, hand);
     case ConsoleEventKind::kBlocked:
-      return {Severity::kInfo, name(event.reason.code), reason_words(event.reason, hand)};
+      return {Severity::kInfo, name(event.reason.code), reason_text(event.reason, hand)};
     case ConsoleEventKind::kDevice:
       return device(event);
     case ConsoleEventKind::kLink:
@@ -106,7 +108,7 @@ Told told(const ConsoleEvent& event, HandSource hand) {
               event.on ? "window is too small: inputs count as released"
                        : "window is large enough again: release enable, then press it again"};
     case ConsoleEventKind::kOwnPause:
-      return {Severity::kWarning, "input", own_pause_words(event.value) + ": that is what the fault comes of"};
+      return {Severity::kWarning, "input", own_pause_text(event.value) + ": that is what the fault comes of"};
   }
   return {Severity::kInfo, "?", "?"};
 }
@@ -212,6 +214,116 @@ std::string EventBook::export_csv(const std::string& path, const EventFilter& fi
   const std::string kept = cli::keep_older(path);
   file.commit();
   return kept;
+}
+
+namespace {
+
+constexpr Duration kStanding = 1s;
+constexpr double kWellWithin = 0.9;  // of the maximum set: a force that hovers about it is told once
+
+}  // namespace
+
+ConsoleEvent EventWatch::event(Time now, ConsoleEventKind kind) const noexcept {
+  ConsoleEvent event;
+  event.kind = kind;
+  event.at = now;
+  event.run = run_;
+  return event;
+}
+
+void EventWatch::note(Time now, ConsoleEventKind kind, bool on, double value) noexcept {
+  ConsoleEvent e = event(now, kind);
+  e.on = on;
+  e.value = value;
+  ring_.push(e);
+}
+
+void EventWatch::begin_anew() noexcept {
+  told_ = {};
+  standing_ = {};
+  standing_since_ = {};
+  world_read_ = 0;
+  ++run_;
+  note(Time{}, ConsoleEventKind::kNewStart, true);
+}
+
+void EventWatch::step(Time now, const Watched& side, const sim::WorldEventRing* world) noexcept {
+  watch_operator(now, side);
+  watch_machine(now, side);
+  if (world != nullptr) watch_world(now, *world);
+}
+
+void EventWatch::watch_machine(Time now, const Watched& side) noexcept {
+  const SlaveMessage* machine = side.machine;
+  const bool heard = machine != nullptr && side.silence_s < kLinkLost_s;
+  if (heard != told_.heard) note(now, ConsoleEventKind::kLink, heard);
+  told_.heard = heard;
+  if (!heard) return;
+  if (machine->mode != told_.mode || !same_cause(machine->fault, told_.fault)) {
+    ConsoleEvent e = event(now, ConsoleEventKind::kMachine);
+    e.mode = told_.mode = machine->mode;
+    e.reason = told_.reason = machine->fault ? machine->fault : machine->blocking;
+    told_.fault = machine->fault;
+    ring_.push(e);
+  }
+  if (machine->contact != told_.contact) {
+    ConsoleEvent e = event(now, ConsoleEventKind::kContact);
+    e.on = told_.contact = machine->contact;
+    e.value = machine->tip_force_N.norm();
+    ring_.push(e);
+  }
+  watch_force(now, *machine, side.force_most_N);
+  watch_standing(now, machine->blocking);
+}
+
+/// A force without confidence tells nothing, neither way.
+void EventWatch::watch_force(Time now, const SlaveMessage& machine, double most_N) noexcept {
+  const double force_N = machine.tip_force_N.norm();
+  if (!(machine.confidence > kLeastConfidence) || !std::isfinite(force_N)) return;
+  const bool too_much = force_N > (told_.too_much ? kWellWithin : 1) * most_N;
+  if (too_much == told_.too_much) return;
+  ConsoleEvent e = event(now, ConsoleEventKind::kTooMuch);
+  e.on = told_.too_much = too_much;
+  e.value = force_N;
+  e.limit = most_N;
+  ring_.push(e);
+}
+
+void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
+  if (!same_cause(reason, standing_)) standing_since_ = now;
+  standing_ = reason;
+  if (!standing_ || same_cause(standing_, told_.reason) || now - standing_since_ < kStanding) return;
+  told_.reason = standing_;
+  ConsoleEvent e = event(now, ConsoleEventKind::kBlocked);
+  e.reason = standing_;
+  ring_.push(e);
+}
+
+void EventWatch::watch_operator(Time now, const Watched& side) noexcept {
+  if (side.stop != told_.stop) note(now, ConsoleEventKind::kStop, side.stop);
+  told_.stop = side.stop;
+  const auto changed = [&](ConsoleEventKind kind, const Reason& reason, Reason& told) {
+    if (same_cause(reason, told)) return;
+    ConsoleEvent e = event(now, kind);
+    e.reason = told = reason;
+    ring_.push(e);
+  };
+  changed(ConsoleEventKind::kDevice, side.device, told_.device);
+  changed(ConsoleEventKind::kWarning, side.warning, told_.warning);
+}
+
+void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcept {
+  if (world.count > world_read_ + sim::WorldEventRing::kCapacity)
+    world_read_ = world.count - sim::WorldEventRing::kCapacity;
+  for (; world_read_ < world.count; ++world_read_) {
+    const sim::WorldEvent& happened = world.at(world_read_);
+    // What the machine itself measures is reported as contact.
+    if (happened.kind == sim::WorldEventKind::kContact || happened.kind == sim::WorldEventKind::kRelease) continue;
+    ConsoleEvent e = event(now, ConsoleEventKind::kPiece);
+    e.piece = happened.kind;
+    e.value = happened.value;
+    ring_.push(e);
+  }
 }
 
 }  // namespace knuckle::console

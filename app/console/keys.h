@@ -9,6 +9,9 @@
 
 namespace knuckle::console {
 
+/// In the order of the rail and of their keys, from F1 on. One more: here, its key below, and its row in screens.h.
+enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibration, kEvents, kHistory, kCount };
+
 enum class KeyAction : std::uint8_t {
   // held
   kEnable,
@@ -23,13 +26,7 @@ enum class KeyAction : std::uint8_t {
   // pressed
   kStop,
   kReleaseStop,
-  kOperate,
-  kLink,
-  kRealTime,
-  kHydraulics,
-  kCalibration,
-  kEvents,
-  kHistory,
+  kScreen,
   kPause,
   kReset,
   kBookmark,
@@ -91,13 +88,13 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kStop, GLFW_KEY_SPACE, false, false, "Space", "Stop"},
     KeyBinding{KeyAction::kStop, GLFW_KEY_ESCAPE, false, false, "Esc", "Stop, also while text is typed"},
     KeyBinding{KeyAction::kReleaseStop, GLFW_KEY_BACKSPACE, false, true, "Ctrl+Backspace", "release Stop"},
-    KeyBinding{KeyAction::kOperate, GLFW_KEY_F1, false, false, "F1", "Operate"},
-    KeyBinding{KeyAction::kLink, GLFW_KEY_F2, false, false, "F2", "Link"},
-    KeyBinding{KeyAction::kRealTime, GLFW_KEY_F3, false, false, "F3", "Real time"},
-    KeyBinding{KeyAction::kHydraulics, GLFW_KEY_F4, false, false, "F4", "Hydraulics"},
-    KeyBinding{KeyAction::kCalibration, GLFW_KEY_F5, false, false, "F5", "Calibration"},
-    KeyBinding{KeyAction::kEvents, GLFW_KEY_F6, false, false, "F6", "Events"},
-    KeyBinding{KeyAction::kHistory, GLFW_KEY_F7, false, false, "F7", "History"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F1, false, false, "F1", "Operate"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F2, false, false, "F2", "Link"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F3, false, false, "F3", "Real time"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F4, false, false, "F4", "Hydraulics"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F5, false, false, "F5", "Calibration"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F6, false, false, "F6", "Events"},
+    KeyBinding{KeyAction::kScreen, GLFW_KEY_F7, false, false, "F7", "History"},
     KeyBinding{KeyAction::kPause, 'P', false, false, "P", "pause (simulation)"},
     KeyBinding{KeyAction::kReset, 'R', false, true, "Ctrl+R", "restart (simulation)"},
     KeyBinding{KeyAction::kBookmark, 'B', false, false, "B", "bookmark: an event, in the recording too"},
@@ -129,6 +126,17 @@ inline constexpr std::array kKeys{
     KeyBinding{KeyAction::kHelp, GLFW_KEY_SLASH, false, false, "", ""},
 };
 
+/// Which one a key of kScreen opens.
+[[nodiscard]] constexpr Screen screen_of(const KeyBinding& binding) noexcept {
+  return static_cast<Screen>(binding.key - GLFW_KEY_F1);
+}
+/// And its name is what the key does.
+[[nodiscard]] constexpr const KeyBinding& key_of(Screen screen) noexcept {
+  const KeyBinding* at = kKeys.data();
+  while (at->action != KeyAction::kScreen || screen_of(*at) != screen) ++at;
+  return *at;
+}
+
 /// While a recording is played, these; of the others those that act on the window alone.
 inline constexpr std::array kPlayerKeys{
     KeyBinding{KeyAction::kPlay, GLFW_KEY_SPACE, false, false, "Space", "play, pause"},
@@ -146,7 +154,7 @@ inline constexpr std::array kPlayerKeys{
     KeyBinding{KeyAction::kEnd, GLFW_KEY_END, false, false, "End", "to the end"},
 };
 [[nodiscard]] constexpr bool acts_on_window(const KeyBinding& binding) noexcept {
-  return (binding.action >= KeyAction::kOperate && binding.action <= KeyAction::kHistory) ||
+  return binding.action == KeyAction::kScreen ||
          (binding.action >= KeyAction::kView && binding.action <= KeyAction::kHelp) ||
          (binding.action >= KeyAction::kGround && binding.action <= KeyAction::kGradeSlope);
 }

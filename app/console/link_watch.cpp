@@ -1,6 +1,10 @@
 #include "app/console/link_watch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -95,6 +99,88 @@ double LinkWatch::loss() const noexcept {
   const auto due = static_cast<std::uint32_t>(
       silence < kSilent ? 0 : std::min<std::int64_t>(silence / period_, static_cast<std::int64_t>(window)));
   return numbers_.missing(window, due);
+}
+
+namespace {
+
+LinkQuality quality_of(double value, const QualityBounds& bounds) {
+  if (!(value <= bounds.bad)) return LinkQuality::kBad;
+  if (value > bounds.poor) return LinkQuality::kPoor;
+  return value > bounds.fair ? LinkQuality::kFair : LinkQuality::kGood;
+}
+
+}  // namespace
+
+const char* name(LinkQuality quality) noexcept {
+  constexpr std::array<const char*, 4> kNames{"good", "fair", "poor", "bad"};
+  return kNames[static_cast<std::size_t>(quality)];
+}
+
+std::optional<LinkVerdict> link_verdict(const LinkSide& link, double later_s) {
+  if (!link.heard || !std::isfinite(link.loss)) return std::nullopt;
+  const double round_trip_s = to_seconds(link.round_trip.quantile(0.5));
+  const double jitter_s = to_seconds(link.arrival_jitter.quantile(0.95));
+  const double silence_s = link.silence_s + later_s;
+  const double used = link.neutral_after_s > 0 ? silence_s / link.neutral_after_s : 0;
+  // The round trip is what is said where all is well.
+  LinkVerdict verdict{quality_of(round_trip_s, kRoundTripBounds_s),
+                      fmt::format("{:.0f} ms round trip", round_trip_s * 1e3)};
+  const auto worse = [&verdict](double value, const QualityBounds& bounds, const std::string& words) {
+    if (const LinkQuality quality = quality_of(value, bounds); quality > verdict.quality) verdict = {quality, words};
+  };
+  worse(link.loss, kLossBounds, fmt::format("{:.0f} % lost", link.loss * 100));
+  worse(jitter_s, kJitterBounds_s, fmt::format("{:.0f} ms jitter", jitter_s * 1e3));
+  worse(used, kSilenceBounds, fmt::format("silent for {:.0f} ms", silence_s * 1e3));
+  if (link.round_trip.count() == 0 && verdict.quality != LinkQuality::kBad)
+    return LinkVerdict{LinkQuality::kBad, "round trip not known"};
+  return verdict;
+}
+
+const QualityBounds& bounds_of(LinkMeasure measure) noexcept {
+  static constexpr std::array<const QualityBounds*, kLinkMeasures> kBounds{
+      &kRoundTripBounds_s, &kLossBounds, &kJitterBounds_s, &kSilenceBounds, &kRoundTripBounds_s};
+  return *kBounds[static_cast<std::size_t>(measure)];
+}
+
+std::optional<LinkValues> link_values(const LinkSide& link) noexcept {
+  if (!link.heard || !std::isfinite(link.loss)) return std::nullopt;
+  constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+  const double used = link.neutral_after_s > 0 ? link.silence_s / link.neutral_after_s : 0;
+  LinkValues values{kUnknown, static_cast<float>(link.loss), kUnknown, static_cast<float>(used), kUnknown};
+  // What came last is no measure of a link on which nothing comes any more.
+  if (used > kSilenceBounds.bad) return values;
+  const auto put = [&values](LinkMeasure measure, double value) {
+    values[static_cast<std::size_t>(measure)] = static_cast<float>(value);
+  };
+  if (link.round_trip.count() > 0) put(LinkMeasure::kRoundTrip, to_seconds(link.round_trip.quantile(0.5)));
+  put(LinkMeasure::kJitter, to_seconds(link.arrival_jitter.quantile(0.95)));
+  put(LinkMeasure::kNewestRoundTrip, link.round_trip_s);
+  return values;
+}
+
+void LinkHistory::watch(const ConsoleView& view) noexcept {
+  pass(view.now);
+  if (const auto values = link_values(view.link)) add(*values);
+}
+
+void LinkHistory::pass(Time now) noexcept {
+  const std::int64_t second = now.time_since_epoch() / Duration(1s);
+  if (second_ && second < *second_) *this = {};
+  const std::int64_t passed = !second_ ? 1 : std::min(second - *second_, static_cast<std::int64_t>(kSeconds));
+  for (std::int64_t i = 0; i < passed; ++i) {
+    newest_ = (newest_ + 1) % kSeconds;
+    seconds_[newest_] = {};
+    count_ = std::min(count_ + 1, kSeconds);
+  }
+  second_ = second;
+}
+
+void LinkHistory::add(const LinkValues& values) noexcept {
+  for (std::size_t i = 0; i < kLinkMeasures; ++i) {
+    Range& range = seconds_[newest_][i];
+    range.least = std::fmin(range.least, values[i]);
+    range.most = std::fmax(range.most, values[i]);
+  }
 }
 
 }  // namespace knuckle::console

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/console/console_loop.h"
-#include "app/console/person_hand.h"
+#include "app/console/operator_station.h"
 #include "tests/console/console_rig.h"
 
 namespace knuckle::test {

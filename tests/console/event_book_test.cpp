@@ -39,7 +39,7 @@ TEST(EventBook, AFaultIsAnAlarmWithItsCodeAndWhatToDo) {
   EXPECT_FALSE(row.acknowledged);
 }
 
-TEST(EventBook, EveryKindOfEventHasWordsOfItsOwn) {
+TEST(EventBook, EveryKindOfEventHasATextOfItsOwn) {
   std::vector<std::string> texts;
   for (int kind = 0; kind <= static_cast<int>(ConsoleEventKind::kNewStart); ++kind) {
     EventBook book;

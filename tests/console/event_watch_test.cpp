@@ -1,6 +1,4 @@
 // What the loops tell the event book of a force that is more than the person wants.
-#include "app/console/event_watch.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
@@ -285,14 +285,14 @@ TEST(LedByKeys, EachJointThatIsLedToItsEndSaysSoAndGoesOnSayingIt) {
             {&HeldKeys::bucket_out, kBucket, 1},
             {&HeldKeys::bucket_in, kBucket, -1}};
   for (const auto& way : kWays) {
-    const std::string words = direction_words(way.joint, way.end > 0);
+    const std::string words = direction_text(way.joint, way.end > 0);
     SCOPED_TRACE(words);
     Led led("free_motion");
-    EXPECT_TRUE(ends_in_words(led.loads()).empty());
+    EXPECT_TRUE(end_texts(led.loads()).empty());
     led.keys.*way.key = true;
     led.run(9);
     for (int i = 0; i < 10; ++i, led.run(0.1))
-      EXPECT_EQ(ends_in_words(led.loads()), std::vector<std::string>{words + ": at its end"})
+      EXPECT_EQ(end_texts(led.loads()), std::vector<std::string>{words + ": at its end"})
           << led.view.machine.position_rad.transpose() << " led to " << led.view.hand.set_point_rad.transpose() << ", "
           << text(led.view.machine.blocking);
   }
@@ -342,7 +342,7 @@ TEST(LedByKeys, AnArmThatIsMovedToAndFroInFreeAirIsNotSaidToPressWhereTheForceIs
     led.keys.arm_in = led.keys.bucket_in = turn % 4 == 3;
     led.keys.arm_out = led.keys.bucket_out = turn % 4 == 1;
     led.watch(1, [&](const JointLoads& loads) {
-      if (force_words(led.view).known) return;
+      if (force_text(led.view).known) return;
       ++unknown;
       pushed += loads[kBucket].presses() ? 1 : 0;
       EXPECT_EQ(blind_press(led.view, loads).words, "") << to_seconds(led.now);
@@ -358,7 +358,7 @@ TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKn
   led.keys.boom_down = led.keys.arm_in = led.keys.bucket_in = true;
   led.run(7);
   ASSERT_EQ(led.view.machine.mode, Mode::kEngaged);
-  ASSERT_FALSE(force_words(led.view).known) << "a cylinder is at its end stop";
+  ASSERT_FALSE(force_text(led.view).known) << "a cylinder is at its end stop";
   const BlindPress press = blind_press(led.view, led.watch(0.3));
   EXPECT_EQ(press.words.rfind("pressing; cannot be measured: ", 0), 0U) << press.words;
   EXPECT_NE(press.words.find("boom"), std::string::npos) << press.words;

@@ -1,9 +1,9 @@
 // Minutes of the link in fixed room.
-#include "app/console/link_history.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "app/console/link_watch.h"
 
 namespace knuckle::console {
 namespace {

@@ -5,34 +5,27 @@
 namespace knuckle::test {
 namespace {
 
-TEST(OwnPause, IsNamedForAShortOneThatMakesTheHandsReportsOld) {
-  FarRig rig;
-  rig.engage();
-  rig.runs = false;
-  rig.run(26ms);
-  rig.runs = true;
-  rig.run(500ms);
-  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kDeviceStale);
-  EXPECT_NEAR(rig.view.input.own_pause_s, 0.027, 2e-3);
-  EXPECT_TRUE(rig.told);
-  rig.keys = {};
-  rig.run(500ms);
-  rig.keys.enable = true;
-  rig.run(3s);
-  EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged) << text(rig.view.machine.blocking);
-  EXPECT_EQ(rig.view.input.own_pause_s, 0) << "it is over";
-}
-
-TEST(OwnPause, IsNamedForOneThatIsLongEnoughForTheMachineToMissTheLink) {
-  FarRig rig;
-  rig.engage();
-  rig.runs = false;
-  rig.run(260ms);
-  rig.runs = true;
-  rig.run(500ms);
-  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kLinkLost);
-  EXPECT_NEAR(rig.view.input.own_pause_s, 0.261, 2e-3);
-  EXPECT_TRUE(rig.told);
+/// A short one makes the hand's reports old; a longer one lets the machine miss the link.
+TEST(OwnPause, IsNamedAsTheCauseOfWhatGrewOldUntilItIsOver) {
+  for (const auto& [paused, code] :
+       {std::pair{26ms, ReasonCode::kDeviceStale}, std::pair{260ms, ReasonCode::kLinkLost}}) {
+    SCOPED_TRACE(name(code));
+    FarRig rig;
+    rig.engage();
+    rig.runs = false;
+    rig.run(paused);
+    rig.runs = true;
+    rig.run(500ms);
+    EXPECT_EQ(rig.view.machine.fault.code, code);
+    EXPECT_NEAR(rig.view.input.own_pause_s, to_seconds(paused) + 0.001, 2e-3);
+    EXPECT_TRUE(rig.told);
+    rig.keys = {};
+    rig.run(500ms);
+    rig.keys.enable = true;
+    rig.run(3s);
+    EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged) << text(rig.view.machine.blocking);
+    EXPECT_EQ(rig.view.input.own_pause_s, 0) << "it is over";
+  }
 }
 
 TEST(OwnPause, IsNotNamedWhereTheLinkWasLostWhileTheConsoleRan) {

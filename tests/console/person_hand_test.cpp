@@ -1,9 +1,8 @@
 // The hand of somebody without a haptic device.
-#include "app/console/person_hand.h"
-
 #include <gtest/gtest.h>
 
 #include "app/console/hand_input.h"
+#include "app/console/operator_station.h"
 #include "machine/load.h"
 #include "sim/person.h"
 

@@ -1,8 +1,7 @@
 // Which pictures of cameras are recorded: as many a second as were asked for, of each camera, with their own time.
-#include "app/console/picture_log.h"
-
 #include <gtest/gtest.h>
 
+#include "app/console/console_log.h"
 #include "tests/video/patience.h"
 
 namespace knuckle::console {

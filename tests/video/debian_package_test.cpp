@@ -1,12 +1,11 @@
 // What is missing of GStreamer is told with the package that has it.
-#include "video/debian_package.h"
-
 #include <gst/pbutils/missing-plugins.h>
 #include <gtest/gtest.h>
 
 #include "tests/video/patience.h"
 #include "video/gst_owned.h"
 #include "video/pipeline_runner.h"
+#include "video/source.h"
 
 namespace knuckle::video {
 namespace {

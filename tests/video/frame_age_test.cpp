@@ -1,7 +1,7 @@
 // How old a picture is, by its stamps.
-#include "video/frame_age.h"
-
 #include <gtest/gtest.h>
+
+#include "video/frame.h"
 
 namespace knuckle::video {
 namespace {

@@ -14,7 +14,7 @@
 #include "tests/video/lossy_wire.h"
 #include "tests/video/patience.h"
 #include "video/camera.h"
-#include "video/frame_age.h"
+#include "video/frame.h"
 
 namespace knuckle::video {
 namespace {

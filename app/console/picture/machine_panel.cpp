@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 #include "app/console/widgets/widgets.h"
 #include "machine/description.h"
 
@@ -45,7 +45,7 @@ MachinePanel::MachinePanel(const MachineDescription& machine)
 }
 
 void MachinePanel::watch(const ConsoleView& view) {
-  if (!force_words(view).contact || view.now < contact_since_)
+  if (!force_text(view).contact || view.now < contact_since_)
     contact_since_ = kNever;
   else if (contact_since_ == kNever)
     contact_since_ = view.now;
@@ -116,7 +116,7 @@ MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, con
     p.beside_rad = beside->machine.position_rad;
     p.show_beside = true;
   }
-  const ForceWords said = force_words(view);
+  const ForceText said = force_text(view);
   if (said.known && !stale) {
     p.tip_force_N = m.tip_force_N;
     p.covariance_N2 = m.covariance_N2;

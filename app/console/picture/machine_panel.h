@@ -6,9 +6,9 @@
 
 #include "app/console/console_view.h"
 #include "app/console/hand_input.h"
-#include "app/console/picture/live_scene.h"
 #include "app/console/picture/machine_view.h"
-#include "app/console/widgets/area.h"
+#include "app/console/picture/world_mesh.h"
+#include "app/console/widgets/theme.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 

@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "app/console/picture/machine_mesh.h"
-#include "app/console/picture/marker_mesh.h"
 #include "app/console/picture/painter.h"
-#include "app/console/picture/seen_things.h"
 #include "app/console/picture/world_mesh.h"
 #include "machine/kinematics.h"
 

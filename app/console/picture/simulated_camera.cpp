@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "app/console/picture/dust.h"
-#include "app/console/picture/live_scene.h"
+#include "app/console/picture/gl_program.h"
 #include "app/console/picture/machine_view.h"
-#include "app/console/picture/offscreen.h"
+#include "app/console/picture/world_mesh.h"
 #include "core/error.h"
 
 namespace knuckle::console::picture {

@@ -181,4 +181,55 @@ WorldMeshes world_meshes(const session::Scene& scene, double reach_m) {
   return world;
 }
 
+Mesh disc_mesh() {
+  Mesh mesh;
+  mesh.cone({0, 0.004, 0}, {0, -0.004, 0}, 1, 1, Material::kMarker, 40);
+  return mesh;
+}
+
+Mesh grid_mesh() {
+  constexpr int kGridLines = 48;  // to each side of the middle
+  Mesh mesh;
+  for (int i = -kGridLines; i <= kGridLines; ++i) {
+    mesh.line({double(i), 0, -kGridLines}, {double(i), 0, kGridLines}, Material::kMarker);
+    mesh.line({-kGridLines, 0, double(i)}, {kGridLines, 0, double(i)}, Material::kMarker);
+  }
+  return mesh;
+}
+
+Mesh arrow_shaft() {
+  Mesh mesh;
+  mesh.tube({0, 0, 0}, {1, 0, 0}, 1, Material::kMarker);
+  return mesh;
+}
+
+Mesh arrow_head() {
+  Mesh mesh;
+  mesh.cone({0, 0, 0}, {1, 0, 0}, 1, 0, Material::kMarker);
+  return mesh;
+}
+
+void LiveScene::begin(const sim::WorldDescription& world) {
+  world_ = world;
+  record_.events.clear();
+  read_ = 0;
+  scene_ = session::scene_of(world_, record_, reach_m_);
+}
+
+void LiveScene::watch(const sim::WorldEventRing& events) {
+  if (events.count < read_) begin(world_);  // the session was restarted
+  if (events.count == read_) return;
+  constexpr auto kCapacity = sim::WorldEventRing::kCapacity;
+  read_ = std::max(read_, events.count > kCapacity ? events.count - kCapacity : 0);
+  const auto changes_the_scene = [](sim::WorldEventKind kind) {
+    return kind == sim::WorldEventKind::kPieceBroke || kind == sim::WorldEventKind::kPieceDown ||
+           kind == sim::WorldEventKind::kScooped;
+  };
+  for (; read_ < events.count; ++read_) {
+    const sim::WorldEvent& event = events.at(read_);
+    if (changes_the_scene(event.kind)) record_.events.push_back({event.t_s, name(event.kind)});
+  }
+  scene_ = session::scene_of(world_, record_, reach_m_);
+}
+
 }  // namespace knuckle::console::picture

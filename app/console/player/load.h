@@ -7,10 +7,12 @@
 
 #include "app/console/event_book.h"
 #include "app/console/player/run.h"
+#include "app/replay/replay_command.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
 #include "recording/head.h"
 #include "recording/recording.h"
+#include "recording/replay.h"
 #include "sim/world.h"
 
 namespace knuckle::console::player {
@@ -31,5 +33,16 @@ struct Played {
 /// @param files the parts of one recording, the first one first. @throws InputError, one line, where it cannot be read,
 /// is of another version, or holds nothing to play.
 [[nodiscard]] Played load(const std::vector<std::string>& files);
+
+// A recorded session's loops run again with something changed, on what they had read: what they would have known and
+// commanded at first, not what would have become of it (docs/recordings.md).
+
+struct Rerun {
+  Run run;
+  recording::ReplayResult result;
+};
+
+/// @param recorded of the same files. @throws InputError as recording::replay() and replay::change() do.
+[[nodiscard]] Rerun rerun(const std::vector<std::string>& files, const replay::Changes& changes, const Run& recorded);
 
 }  // namespace knuckle::console::player

@@ -5,8 +5,7 @@
 #include <iterator>
 #include <utility>
 
-#include "app/console/player/link_feed.h"
-#include "app/console/player/rows.h"
+#include "app/console/player/run_data.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console::player {
@@ -220,6 +219,50 @@ std::optional<Time> Run::step_before(Time at) const noexcept {
   const auto hand = before(data_.hand, at);
   const auto machine = data_.machine_side ? before(data_.machine, at) : std::nullopt;
   return hand && machine ? std::max(hand, machine) : hand ? hand : machine;
+}
+
+double Timeline::share(Time at) const noexcept {
+  const Duration whole = run_.last() - run_.first();
+  return whole > Duration::zero() ? to_seconds(at - run_.first()) / to_seconds(whole) : 0;
+}
+
+Time Timeline::at_share(double share) const noexcept {
+  return run_.first() + from_seconds(std::clamp(share, 0.0, 1.0) * to_seconds(run_.last() - run_.first()));
+}
+
+void Timeline::pass(double seconds) noexcept {
+  if (!playing_) return;
+  const Time to = cursor_ + from_seconds(seconds * speed());
+  seek(to);
+  playing_ = to < run_.last();
+}
+
+void Timeline::toggle() noexcept {
+  if (!playing_ && cursor_ >= run_.last()) cursor_ = run_.first();
+  playing_ = !playing_;
+}
+
+void Timeline::seek(Time to) noexcept {
+  cursor_ = std::clamp(to, run_.first(), run_.last());
+  playing_ = false;
+}
+
+void Timeline::step(bool forth) noexcept {
+  const auto to = forth ? run_.step_after(cursor_) : run_.step_before(cursor_);
+  seek(to.value_or(cursor_));
+}
+
+void Timeline::jump(bool forth) noexcept {
+  playing_ = false;
+  const auto later = [](Time at, const EventRow& row) { return at < row.at; };
+  const auto earlier = [](const EventRow& row, Time at) { return row.at < at; };
+  if (forth) {
+    const auto next = std::upper_bound(events_.begin(), events_.end(), cursor_, later);
+    if (next != events_.end()) seek(next->at);
+  } else {
+    const auto here = std::lower_bound(events_.begin(), events_.end(), cursor_, earlier);
+    if (here != events_.begin()) seek(std::prev(here)->at);
+  }
 }
 
 }  // namespace knuckle::console::player

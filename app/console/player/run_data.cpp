@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "estimation/force_estimator.h"
 
@@ -35,23 +36,40 @@ double chosen(double scale, double otherwise) {
   return scale > 0 ? scale : otherwise;
 }
 
+/// Numbers as the other side holds them, one by one.
+template <typename From, typename To>
+void copy(const From& from, To& to) {
+  if constexpr (std::is_same_v<From, To>)
+    to = from;
+  else if constexpr (std::is_arithmetic_v<From>)
+    to = static_cast<To>(from);
+  else
+    for (std::size_t i = 0; i < static_cast<std::size_t>(from.size()); ++i) copy(from.data()[i], to.data()[i]);
+}
+
+/// What a row holds of a message, besides the age of its sensors: said once for both ways.
+template <typename Step, typename Message, typename Each>
+void each_held(Step& step, Message& told, Each each) {
+  each(step.sequence, told.stamp.sequence);
+  each(step.blocking, told.blocking);
+  each(step.fault, told.fault);
+  each(step.limits, told.limits);
+  each(step.mode, told.mode);
+  each(step.contact, told.contact);
+  each(step.confidence, told.confidence);
+  each(step.joint_rad, told.position_rad);
+  each(step.joint_radps, told.velocity_radps);
+  each(step.tip_force_N, told.tip_force_N);
+  each(step.covariance_N2, told.covariance_N2);
+  each(step.pressure_Pa, told.pressure_Pa);
+  each(step.payload_kg, told.payload_kg);
+  each(step.payload_sigma_kg, told.payload_sigma_kg);
+}
+
 void put(const SlaveMessage& told, MachineStep& step) {
-  step.sequence = told.stamp.sequence;
+  each_held(step, told, [](auto& held, const auto& value) { copy(value, held); });
   if (told.sensor_at != kNever)
     step.sensor_age_s = static_cast<float>(std::max(0.0, to_seconds(told.stamp.sent_at - told.sensor_at)));
-  step.blocking = told.blocking;
-  step.fault = told.fault;
-  step.limits = told.limits;
-  step.mode = told.mode;
-  step.contact = told.contact;
-  step.confidence = static_cast<float>(told.confidence);
-  step.joint_rad = floats<3>(told.position_rad);
-  step.joint_radps = floats<3>(told.velocity_radps);
-  step.tip_force_N = floats<2>(told.tip_force_N);
-  step.covariance_N2 = floats<3>(told.covariance_N2);
-  step.pressure_Pa = floats<6>(told.pressure_Pa);
-  step.payload_kg = static_cast<float>(told.payload_kg);
-  step.payload_sigma_kg = static_cast<float>(told.payload_sigma_kg);
 }
 
 /// What a state knows of the message that was made of it.
@@ -153,24 +171,46 @@ void RunData::add(Time arrived, const SlaveMessage& message) {
 
 SlaveMessage message_of(const MachineStep& step) {
   SlaveMessage told;
-  told.stamp.sequence = step.sequence;
+  each_held(step, told, [](const auto& held, auto& value) { copy(held, value); });
   told.stamp.sent_at = kStamped;
   told.sensor_at =
       std::isnan(step.sensor_age_s) ? kNever : kStamped - from_seconds(static_cast<double>(step.sensor_age_s));
-  told.blocking = step.blocking;
-  told.fault = step.fault;
-  told.limits = step.limits;
-  told.mode = step.mode;
-  told.contact = step.contact;
-  told.confidence = static_cast<double>(step.confidence);
-  told.position_rad = joints(step.joint_rad);
-  told.velocity_radps = joints(step.joint_radps);
-  told.tip_force_N = {static_cast<double>(step.tip_force_N[0]), static_cast<double>(step.tip_force_N[1])};
-  std::copy(step.covariance_N2.begin(), step.covariance_N2.end(), told.covariance_N2.begin());
-  std::copy(step.pressure_Pa.begin(), step.pressure_Pa.end(), told.pressure_Pa.begin());
-  told.payload_kg = static_cast<double>(step.payload_kg);
-  told.payload_sigma_kg = static_cast<double>(step.payload_sigma_kg);
   return told;
+}
+
+LinkFeed::LinkFeed(const RunData& data, Time from)
+    : data_(data),
+      watch_(data.machine_period),
+      arrival_(static_cast<std::size_t>(first_from(data.arrivals, from) - data.arrivals.begin())),
+      status_(static_cast<std::size_t>(first_from(data.statuses, from) - data.statuses.begin())) {}
+
+void LinkFeed::take_statuses(Time before) noexcept {
+  for (; status_ < data_.statuses.size() && data_.statuses[status_].at < before; ++status_) {
+    watch_.stamp(data_.statuses[status_].at);
+    watch_.note(data_.statuses[status_].status);
+  }
+}
+
+void LinkFeed::pass(Time at) noexcept {
+  SlaveMessage message;
+  for (; arrival_ < data_.arrivals.size() && data_.arrivals[arrival_].at <= at; ++arrival_) {
+    const Arrival& arrival = data_.arrivals[arrival_];
+    take_statuses(arrival.at);
+    watch_.stamp(arrival.at);
+    message.stamp.session = arrival.session;
+    message.stamp.sequence = arrival.sequence;
+    message.stamp.echoed = arrival.echoed;
+    watch_.note(message);
+  }
+  take_statuses(at + 1ns);
+  watch_.stamp(at);
+}
+
+void LinkFeed::show(LinkSide& link) const noexcept {
+  link.round_trip = watch_.round_trip();
+  link.arrival_jitter = watch_.arrival_jitter();
+  link.hand_to_valve = watch_.hand_to_valve();
+  link.loss = watch_.loss();
 }
 
 }  // namespace knuckle::console::player

@@ -2,11 +2,17 @@
 // rows (about 95 kB a second with both sides), so that no file is read while it plays. NaN: not recorded.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "app/console/console_view.h"
+#include "app/console/link_watch.h"
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
@@ -107,5 +113,54 @@ struct RunData {
 
 [[nodiscard]] SlaveMessage message_of(const MachineStep& step);
 [[nodiscard]] JointVector joints(const std::array<float, 3>& row);
+
+// Finding in rows that are in the order of their times.
+
+/// The first one that is later.
+template <typename Row>
+auto first_after(const std::vector<Row>& rows, Time at) noexcept {
+  return std::upper_bound(rows.begin(), rows.end(), at, [](Time t, const Row& row) { return t < row.at; });
+}
+/// The first one that is not earlier.
+template <typename Row>
+auto first_from(const std::vector<Row>& rows, Time at) noexcept {
+  return std::lower_bound(rows.begin(), rows.end(), at, [](const Row& row, Time t) { return row.at < t; });
+}
+/// The last one that is not later; nullptr: there is none.
+template <typename Row>
+const Row* newest(const std::vector<Row>& rows, Time at) noexcept {
+  const auto later = first_after(rows, at);
+  return later == rows.begin() ? nullptr : &*std::prev(later);
+}
+template <typename Row>
+std::optional<Time> after(const std::vector<Row>& rows, Time at) noexcept {
+  const auto later = first_after(rows, at);
+  return later == rows.end() ? std::nullopt : std::optional(later->at);
+}
+template <typename Row>
+std::optional<Time> before(const std::vector<Row>& rows, Time at) noexcept {
+  const auto not_before = first_from(rows, at);
+  return not_before == rows.begin() ? std::nullopt : std::optional(std::prev(not_before)->at);
+}
+
+// The link of a recorded operator's side, watched anew message by message.
+
+class LinkFeed {
+ public:
+  /// @param data outlives this. @param from what came before is not counted.
+  LinkFeed(const RunData& data, Time from);
+
+  /// Takes in what came up to this time, which is later than that of the call before.
+  void pass(Time at) noexcept;
+  /// Puts in what the ten seconds before were.
+  void show(LinkSide& link) const noexcept;
+
+ private:
+  void take_statuses(Time before) noexcept;
+
+  const RunData& data_;
+  LinkWatch watch_;
+  std::size_t arrival_, status_;  ///< The next of each.
+};
 
 }  // namespace knuckle::console::player

@@ -1,5 +1,3 @@
-#include "app/console/screens/banner.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "app/console/link_quality.h"
-#include "app/console/machine_words.h"
+#include "app/console/link_watch.h"
+#include "app/console/machine_text.h"
 #include "app/console/screens/player_panel.h"
-#include "app/console/screens/recording_tag.h"
-#include "app/console/screens/timeline_bar.h"
+#include "app/console/screens/screens.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console::screens {
@@ -85,7 +82,7 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoa
 void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
                 const Asked& asked, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  ImDrawList& list = *ImGui::GetWindowDrawList();
+  ImDrawList& list = widgets::canvas();
   const Headline says = headline(ui, view, loads, recorded, asked);
   const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
@@ -103,7 +100,7 @@ void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads
     return widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, says.word.c_str());
   widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, says.word.c_str());
   widgets::put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, widgets::Align::kLeft,
-                    ui.units.in_words(says.below).c_str());
+                    ui.units.as_shown(says.below).c_str());
 }
 
 struct Tag {
@@ -177,7 +174,7 @@ void draw_tags(const widgets::Ui& ui, const ConsoleData& data, UiState& state, w
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
   const std::vector<Tag> tags = session_tags(ui, data.view, state);
   if (data.player != nullptr) return (void)put_tags(ui, data.view, tags, state, area);
-  const RecordingWords words = recording_words(data.recording, to_seconds(data.view.now));
+  const RecordingText words = recording_text(data.recording, to_seconds(data.view.now));
   const float most = kMostShare * area.width();
   float all = 0;
   for (const Tag& tag : tags) all += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
@@ -227,7 +224,7 @@ Silence silence(const ConsoleView& view, double view_age_s) {
 }
 
 /// What enable was dropped for; nullptr: it was not.
-const char* dropped_words(Dropped dropped) {
+const char* dropped_text(Dropped dropped) {
   switch (dropped) {
     case Dropped::kNo:
       return nullptr;
@@ -251,19 +248,19 @@ std::string press_again(const std::string& why, HandSource hand) {
 }
 
 /// Why the machine does not follow, in terms of what this person has in hand.
-std::string blocking_words(const ConsoleView& view, HandSource hand) {
+std::string blocking_text(const ConsoleView& view, HandSource hand) {
   const ReasonCode code = view.machine.blocking.code;
   const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
-  if (const char* dropped = dropped_words(view.input.dropped); waits && dropped != nullptr)
+  if (const char* dropped = dropped_text(view.input.dropped); waits && dropped != nullptr)
     return press_again(dropped, hand);
   if (waits && view.led_by_scenario) return "the scenario's operator does not hold the device yet";
-  return reason_words(view.machine.blocking, hand);
+  return reason_text(view.machine.blocking, hand);
 }
 
 /// What is to be known of a machine that is led: why it does not move, or what of its force is not felt.
 std::vector<std::string> led_notes(const ConsoleView& view, const JointLoads& loads) {
   std::vector<std::string> notes;
-  for (const std::string& end : ends_in_words(loads)) notes.push_back(end + ", move it the other way");
+  for (const std::string& end : end_texts(loads)) notes.push_back(end + ", move it the other way");
   if (const BlindPress press = blind_press(view, loads); !press.words.empty())
     notes.push_back(press.words);
   else if (const LessFelt less = less_felt(view); !less.words.empty())
@@ -282,26 +279,26 @@ std::string following(const ConsoleView& view, const JointLoads& loads, const st
 }
 
 /// Of what grew old while this console did not run: that.
-std::string cause_words(const ConsoleView& view, const Reason& reason) {
+std::string cause_text(const ConsoleView& view, const Reason& reason) {
   const bool of_age = reason.code == ReasonCode::kDeviceStale || reason.code == ReasonCode::kLinkLost;
-  return of_age && view.input.own_pause_s > 0 ? own_pause_words(view.input.own_pause_s) : text(reason);
+  return of_age && view.input.own_pause_s > 0 ? own_pause_text(view.input.own_pause_s) : text(reason);
 }
 
 constexpr const char* kTooEarly = "enable was held too early";
 
 /// What there is to do now, or nothing.
 std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads) {
-  if (view.hand.device) return cause_words(view, view.hand.device);
+  if (view.hand.device) return cause_text(view, view.hand.device);
   if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
   if (view.input.release_enable) {
-    const char* dropped = dropped_words(view.input.dropped);
+    const char* dropped = dropped_text(view.input.dropped);
     return press_again(dropped != nullptr ? dropped : kTooEarly, person.hand);
   }
   if (person.typing && person.enable_ignored)
     return "enable is ignored while a text field is active: leave the field first";
   if (person.enable_ignored || person.pad_ignored) return press_again(kTooEarly, person.hand);
   if (person.pull_ignored) return "the picture has changed: let go of the mouse button, then press it again";
-  const std::string blocks = view.machine.blocking ? blocking_words(view, person.hand) : "";
+  const std::string blocks = view.machine.blocking ? blocking_text(view, person.hand) : "";
   return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
 }
 
@@ -383,7 +380,7 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
     pushing += (pushing.empty() ? "" : "; ") + own_end;
   const std::string also = pushing.empty() ? "" : "; " + pushing;
   if (stop && !confirmed)
-    return "Stop is pressed; the machine stands for another reason: " + cause_words(view, m.fault) + also;
+    return "Stop is pressed; the machine stands for another reason: " + cause_text(view, m.fault) + also;
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace" + also;
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
@@ -393,7 +390,7 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   if (!view.machine.fault) return next;
   // Whose Stop and enable are both released already is not asked to release one of them.
   const bool over = stopped(view) && !view.hand.enable && !next.empty();
-  const std::string cause = over ? "Stop was pressed" : cause_words(view, view.machine.fault);
+  const std::string cause = over ? "Stop was pressed" : cause_text(view, view.machine.fault);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;
 }
 
@@ -403,7 +400,7 @@ bool stopped(const ConsoleView& view) noexcept {
 
 void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
-  ImGui::GetWindowDrawList()->AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  widgets::canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
   const AtWindow person{data.facts.hand, state.typing, state.enable_ignored, state.pad_ignored, state.pull_ignored};
   const InputSide& input = data.view.input;
@@ -418,7 +415,7 @@ void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state,
   draw_tags(ui, data, state, area);
   draw_reason(
       ui, area,
-      in_words(ui, data,
+      as_shown(ui, data,
                data.player != nullptr ? replay_reason(data.view, *data.player)
                                       : banner_reason(data.view, state.stop, ui.view_age_s, person, data.loads)));
 }

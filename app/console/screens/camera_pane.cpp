@@ -1,16 +1,102 @@
 #include "app/console/screens/camera_pane.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
+#include "app/console/picture/camera.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/screens/console_data.h"
+#include "machine/load.h"
 
 namespace knuckle::console::screens {
 namespace {
 
-ImDrawList& canvas() {
-  return *ImGui::GetWindowDrawList();
+constexpr double kAtRest_radps = 0.01;
+constexpr Duration kRested = 1s;  // longer than a live picture is old: it shows the pose that is measured now
+// In parts of the machine's reach:
+constexpr double kAtRest = 0.003;  // where the tip was when it came to rest
+constexpr double kApart = 0.03;    // from one tip to the next
+
+CameraDescription start_of(const MachineDescription& machine, const std::string& camera) {
+  if (const CameraDescription* known = find_camera(machine, camera)) return *known;
+  CameraDescription start;
+  start.name = camera;
+  return start;
 }
+
+}  // namespace
+
+CameraAlign::CameraAlign(const MachineDescription& machine, const std::string& camera)
+    : kinematics_(machine), start_(start_of(machine, camera)), reach_m_(reach_m(machine)) {
+  solve();
+}
+
+void CameraAlign::watch(const ConsoleView& view, bool fresh) noexcept {
+  fresh_ = fresh;
+  const PlanarVector tip_m = kinematics_.tip(view.machine.position_rad);
+  const bool moves = view.machine.velocity_radps.cwiseAbs().maxCoeff() >= kAtRest_radps ||
+                     (tip_m - rest_m_).norm() > kAtRest * reach_m_ || view.now < rest_since_;
+  if (moves || !fresh || rest_since_ == kNever) {
+    rest_since_ = view.now;
+    rest_m_ = tip_m;
+  }
+  rested_ = view.now - rest_since_ >= kRested;
+  tip_m_ = tip_m;
+}
+
+void CameraAlign::click(const Eigen::Vector2d& share, int width_px, int height_px) {
+  const bool same = std::any_of(clicks_.begin(), clicks_.end(), [this](const Click& click) {
+    return (click.tip_m - tip_m_).norm() < kApart * reach_m_;
+  });
+  refused_click_ = !fresh_    ? "not taken: where the machine is, is not known now"
+                   : !rested_ ? "not taken: the machine has to stand still for a second before the click"
+                   : same     ? "not taken: the tip was clicked here before; move it on"
+                              : "";
+  if (!refused_click_.empty()) return;
+  width_px_ = width_px;
+  height_px_ = height_px;
+  clicks_.push_back({tip_m_, share});
+  solve();
+}
+
+void CameraAlign::undo() {
+  if (!clicks_.empty()) clicks_.pop_back();
+  refused_click_.clear();
+  solve();
+}
+
+void CameraAlign::solve() {
+  const Eigen::Vector2d size_px(width_px_, height_px_);
+  std::vector<estimation::TipSight> sights;
+  for (const Click& click : clicks_) sights.push_back({click.tip_m, click.share.cwiseProduct(size_px)});
+  fit_ = estimation::fit_camera(sights, start_, width_px_, height_px_, reach_m_);
+}
+
+std::string CameraAlign::words() const {
+  const std::string what = "Align " + start_.name + ": click the middle of the bucket's tip with the machine at rest. ";
+  if (!refused_click_.empty()) return what + refused_click_;
+  if (!fit_.refused.empty()) return what + fit_.refused;
+  return fmt::format("{}{} poses, residual {:.1f} px (drawn over within {:.0f} px). K: done", what, clicks_.size(),
+                     fit_.rms_px, 2 * fit_.drawn_sd_px);
+}
+
+std::vector<CameraAlign::Mark> CameraAlign::marks() const {
+  std::vector<Mark> marks;
+  const Eigen::Array2d size(width_px_, height_px_);
+  const picture::Viewport port{.width_px = width_px_, .height_px = height_px_};
+  picture::Camera camera;
+  camera.kind = picture::Camera::Kind::kMounted;
+  camera.mount = fit_.camera;
+  for (const Click& click : clicks_) {
+    const auto at = picture::pixel_of(camera, port, {click.tip_m.x(), 0, click.tip_m.y()});
+    marks.push_back({click.share, fit_.residual_px.empty() || !at ? click.share : Eigen::Vector2d(at->array() / size)});
+  }
+  return marks;
+}
+
+namespace {
 
 /// Across the picture, larger than anything else on screen.
 void write_alarm(const widgets::Ui& ui, const widgets::Area& area, const std::string& alarm) {
@@ -21,9 +107,9 @@ void write_alarm(const widgets::Ui& ui, const widgets::Area& area, const std::st
   const float size = wanted * std::min(1.F, (area.width() - t.unit(4)) / std::max(width, 1.F));
   const ImVec2 text = font->CalcTextSizeA(size, 1e9F, 0, alarm.c_str());
   const ImVec2 at{std::round(area.centre().x - text.x / 2), std::round(area.centre().y - text.y / 2)};
-  canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()}, {at.x + text.x + t.unit(2), at.y + text.y + t.unit()},
-                         t.colours.stop, t.px(8));
-  canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
+  widgets::canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()},
+                                  {at.x + text.x + t.unit(2), at.y + text.y + t.unit()}, t.colours.stop, t.px(8));
+  widgets::canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
 }
 
 /// Where the middle of the pixel under the mouse is in a picture, which is drawn in whole pixels.
@@ -101,13 +187,13 @@ void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const 
   const float arm = t.px(7);
   for (const CameraAlign::Mark& mark : align_->marks()) {
     const ImVec2 c = at(mark.clicked);
-    canvas().AddLine({c.x - arm, c.y}, {c.x + arm, c.y}, t.colours.notice, t.px(2));
-    canvas().AddLine({c.x, c.y - arm}, {c.x, c.y + arm}, t.colours.notice, t.px(2));
-    if (mark.fitted != mark.clicked) canvas().AddCircle(at(mark.fitted), arm, t.colours.notice, 0, t.px(2));
+    widgets::canvas().AddLine({c.x - arm, c.y}, {c.x + arm, c.y}, t.colours.notice, t.px(2));
+    widgets::canvas().AddLine({c.x, c.y - arm}, {c.x, c.y + arm}, t.colours.notice, t.px(2));
+    if (mark.fitted != mark.clicked) widgets::canvas().AddCircle(at(mark.fitted), arm, t.colours.notice, 0, t.px(2));
   }
   const widgets::Area below = widgets::Area(picture).inset(t.unit()).cut_bottom(t.px(66));
-  canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
-                         t.colours.surface, t.px(6));
+  widgets::canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
+                                  t.colours.surface, t.px(6));
   widgets::put_lines(t.fonts.small, t.colours.text, below, align_->words().c_str());
 }
 
@@ -180,8 +266,8 @@ void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widget
   const std::string problem = !watch.problem().empty() ? watch.problem() : alarm.empty() ? "no picture yet" : "";
   if (problem.empty()) return;
   const widgets::Area below = words.cut_bottom(std::min(words.height(), t.px(66)));
-  canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
-                         t.colours.surface, t.px(6));
+  widgets::canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
+                                  t.colours.surface, t.px(6));
   widgets::put_lines(t.fonts.small, t.colours.text, below, problem.c_str());
 }
 

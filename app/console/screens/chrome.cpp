@@ -1,33 +1,74 @@
-#include "app/console/screens/chrome.h"
-
 #include <algorithm>
 #include <array>
 #include <vector>
 
 #include "app/console/keys.h"
+#include "app/console/screens/screens.h"
 
 namespace knuckle::console::screens {
 namespace {
 
-ImDrawList& canvas() {
-  return *ImGui::GetWindowDrawList();
+using State = RecordingLight::State;
+constexpr std::uint64_t kLittle_bytes = 2'000'000'000;  // a few hours of one program's recording
+
+float icon_width(const widgets::Theme& t) {
+  return t.px(22);
+}
+float note_gap(const widgets::Theme& t) {
+  return t.unit();
 }
 
-struct Entry {
-  Screen screen;
-  widgets::Icon icon;
-  const char *label, *key;
-};
-constexpr auto kScreens = std::to_array<Entry>({
-    {Screen::kOperate, widgets::Icon::kArm, "Operate", "F1"},
-    {Screen::kLink, widgets::Icon::kLink, "Link", "F2"},
-    {Screen::kRealTime, widgets::Icon::kClock, "Real time", "F3"},
-    {Screen::kHydraulics, widgets::Icon::kDrop, "Hydraulics", "F4"},
-    {Screen::kCalibration, widgets::Icon::kWrench, "Calibration", "F5"},
-    {Screen::kEvents, widgets::Icon::kList, "Events", "F6"},
-    {Screen::kHistory, widgets::Icon::kPlot, "History", "F7"},
-});
-static_assert(kScreens.size() == static_cast<std::size_t>(Screen::kCount));
+std::string free_text(std::uint64_t bytes) {
+  return widgets::shown("%.1f GB free", 1e-9 * static_cast<double>(bytes)).c_str();
+}
+
+}  // namespace
+
+RecordingText recording_text(const RecordingLight& light, double elapsed_s) {
+  RecordingText words;
+  const auto append = [&words](const std::string& more) { words.note += (words.note.empty() ? "" : ", ") + more; };
+  if (light.state == State::kOff) {
+    words.light = "NOT RECORDED";
+  } else if (light.state == State::kStopped) {
+    words.light = "REC STOPPED: " + light.why;
+  } else {
+    const auto s = static_cast<long>(std::clamp(elapsed_s, 0.0, 1e9));
+    words.light = widgets::shown("REC %ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60).c_str();
+    if (light.free_bytes > 0) append(free_text(light.free_bytes));
+  }
+  if (light.steps_lost > 0) append(std::to_string(light.steps_lost) + " steps lost");
+  return words;
+}
+
+float recording_width(const widgets::Ui& ui, const RecordingText& words) {
+  const widgets::Theme& t = ui.theme;
+  const float light = icon_width(t) + widgets::text_width(t.fonts.mono_small, words.light.c_str());
+  if (words.note.empty()) return light;
+  return light + note_gap(t) + widgets::text_width(t.fonts.small, words.note.c_str());
+}
+
+void draw_recording(const widgets::Ui& ui, const RecordingLight& light, const RecordingText& words,
+                    const widgets::Area& area) {
+  const widgets::Theme& t = ui.theme;
+  const widgets::Palette& c = t.colours;
+  const bool amiss = light.state == State::kStopped || (light.state == State::kOff && light.real);
+  const widgets::Icon icon = light.state == State::kOn        ? widgets::Icon::kDot
+                             : light.state == State::kStopped ? widgets::Icon::kWarning
+                                                              : widgets::Icon::kRing;
+  const ImU32 colour = light.state == State::kOn ? c.stop : amiss ? c.notice : c.muted;
+  widgets::Area rest = area;
+  const widgets::Area place = rest.cut_left(icon_width(t));
+  widgets::draw_icon(widgets::canvas(), icon, {place.min.x + t.px(8), place.centre().y}, t.px(14), colour);
+  const ImU32 text = light.state == State::kOn ? c.text : colour;
+  const float wide = widgets::text_width(t.fonts.mono_small, words.light.c_str());
+  widgets::put_fitted(t.fonts.mono_small, text, rest.cut_left(std::min(wide + 1, rest.width()), note_gap(t)),
+                      words.light.c_str());
+  if (words.note.empty() || rest.width() <= 0) return;
+  const bool noted = light.steps_lost > 0 || light.free_bytes < kLittle_bytes;
+  widgets::put_fitted(t.fonts.small, noted ? c.notice : c.muted, rest, words.note.c_str());
+}
+
+namespace {
 
 /// What the help shows beside the keys of the console itself.
 constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
@@ -41,27 +82,30 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
      {"Mouse", "time line, plots, events: go to that time"},
      {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 
-void rail_entry(const widgets::Ui& ui, const Entry& entry, std::size_t open, UiState& state,
+void rail_entry(const widgets::Ui& ui, const ScreenOnRail& entry, std::size_t open, UiState& state,
                 const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Palette& c = t.colours;
   const bool chosen = state.screen == entry.screen;
+  const KeyBinding& key = key_of(entry.screen);
   ImGui::SetCursorScreenPos(area.min);
-  if (ImGui::InvisibleButton(entry.label, area.size())) state.screen = entry.screen;
+  if (ImGui::InvisibleButton(key.what, area.size())) state.screen = entry.screen;
   if (chosen || ImGui::IsItemHovered())
-    canvas().AddRectFilled(area.min, area.max,
-                           widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
+    widgets::canvas().AddRectFilled(
+        area.min, area.max, widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
   widgets::focus_ring(ui, area, t.px(8));
   const ImU32 colour = chosen ? c.text : c.muted;
   const float x = area.centre().x, middle = area.centre().y;
-  widgets::draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), widgets::ink(chosen ? c.accent : c.muted));
-  widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, entry.label);
+  widgets::draw_icon(widgets::canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28),
+                     widgets::ink(chosen ? c.accent : c.muted));
+  widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, key.what);
   widgets::put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, widgets::Align::kRight,
-                    entry.key);
+                    key.keys);
   if (open == 0) return;
   const widgets::Shown count = open > 99 ? widgets::shown("99+") : widgets::shown("%zu", open);
   const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
-  canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop, t.px(9));
+  widgets::canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop,
+                                  t.px(9));
   widgets::put_text(t.fonts.mono_small, c.stop_text, at, widgets::Align::kCentre, count.c_str());
 }
 
@@ -76,7 +120,8 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
                              : source == HandSource::kKeyboard ? widgets::Icon::kKeyboard
                              : source == HandSource::kGamepad  ? widgets::Icon::kGamepad
                                                                : widgets::Icon::kHand;
-  widgets::draw_icon(canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22), widgets::ink(t.colours.text));
+  widgets::draw_icon(widgets::canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22),
+                     widgets::ink(t.colours.text));
   const char* word = source == HandSource::kKeyboard  ? "Keyboard"
                      : source == HandSource::kGamepad ? "Gamepad"
                                                       : "Haptic device";
@@ -84,7 +129,7 @@ void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
   words.cut_left(t.px(32));
   widgets::put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, in_words(ui, data, text(hand.device)).c_str());
+    widgets::put_lines(t.fonts.small, t.colours.bad, rest, as_shown(ui, data, text(hand.device)).c_str());
     return;
   }
   const char* present = source == HandSource::kDevice || data.view.led_by_scenario ? "Hand on the device" : "In use";
@@ -99,7 +144,7 @@ bool small_slider(const widgets::Ui& ui, widgets::Area& rest, const char* label,
                   const char* format) {
   const widgets::Theme& t = ui.theme;
   widgets::Area row = rest.cut_top(t.px(32), t.unit(0.5F));
-  widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft, label);
+  widgets::put_label(t, row, label);
   row.cut_left(t.px(56));
   return widgets::slider(ui, row, widgets::shown("##%s", label).c_str(), value, 0, high,
                          {.format = format, .value_width = t.px(58)});
@@ -151,7 +196,7 @@ void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, w
   const widgets::Theme& t = ui.theme;
   const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
   const std::size_t open = data.events.open(Severity::kWarning);
-  for (const Entry& entry : kScreens)
+  for (const ScreenOnRail& entry : kScreens)
     rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
   widgets::Area hints = area.cut_bottom(t.px(88));
   const std::array<std::pair<const char*, const char*>, 4> keys{
@@ -173,18 +218,18 @@ void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
   ImGui::InvisibleButton("Stop", area.size());
   if (ImGui::IsItemActivated()) state.stop = true;
   const ImU32 fill = state.stop ? widgets::mix(c.stop, c.background, 0.45F) : c.stop;
-  canvas().AddRectFilled(area.min, area.max, ImGui::IsItemHovered() ? widgets::mix(fill, c.stop_text, 0.08F) : fill,
-                         t.px(10));
-  canvas().AddRect(area.min, area.max, state.stop ? c.notice : widgets::mix(c.stop, c.stop_text, 0.35F), t.px(10), 0,
-                   t.px(state.stop ? 3.F : 1.5F));
+  widgets::canvas().AddRectFilled(area.min, area.max,
+                                  ImGui::IsItemHovered() ? widgets::mix(fill, c.stop_text, 0.08F) : fill, t.px(10));
+  widgets::canvas().AddRect(area.min, area.max, state.stop ? c.notice : widgets::mix(c.stop, c.stop_text, 0.35F),
+                            t.px(10), 0, t.px(state.stop ? 3.F : 1.5F));
   widgets::focus_ring(ui, area.inset(t.px(4)), t.px(7));
   const ImVec2 middle = area.centre();
   if (state.stop) {
-    widgets::draw_icon(canvas(), widgets::Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
+    widgets::draw_icon(widgets::canvas(), widgets::Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
     return widgets::put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, widgets::Align::kCentre,
                              "STOP PRESSED");
   }
-  widgets::draw_icon(canvas(), widgets::Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
+  widgets::draw_icon(widgets::canvas(), widgets::Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
   widgets::put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, widgets::Align::kLeft,
                     "STOP");
   widgets::put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, widgets::Align::kLeft,
@@ -207,8 +252,8 @@ void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& s
 
 void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
-  canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
-  canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
+  widgets::canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  widgets::canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
   widgets::Area rest = area.inset(t.unit(3), t.unit(2));
   widgets::put_text(t.fonts.title, t.colours.text, {rest.min.x, rest.min.y + t.px(14)}, widgets::Align::kLeft, "Keys");
   widgets::put_text(t.fonts.small, t.colours.muted, {rest.max.x, rest.min.y + t.px(14)}, widgets::Align::kRight,
@@ -242,6 +287,37 @@ void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area) {
     ++i;
   };
   for (const auto& [keys, what] : rows) line(keys, what);
+}
+
+// Where everything goes: banner on top, rail on the left, hand, session and Stop on the right, the screen between.
+
+void open_canvas() {
+  ImGui::SetNextWindowPos({0, 0});
+  ImGui::SetNextWindowSize(ImGui::GetIO().DisplaySize);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::Begin("console", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBackground |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoScrollWithMouse |
+                   ImGuiWindowFlags_NoBringToFrontOnFocus);
+  ImGui::PopStyleVar(2);
+}
+
+DrawnScreen draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state) {
+  const widgets::Theme& t = ui.theme;
+  const float gap = t.px(10);
+  widgets::Area rest = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(gap);
+  draw_banner(ui, data, state, rest.cut_top(t.px(72), gap));
+  if (data.player != nullptr) draw_timeline(ui, data, rest.cut_bottom(t.px(66), gap));
+  draw_rail(ui, data, state, rest.cut_left(t.px(92), gap));
+  const widgets::Area column = rest.cut_right(t.px(236), gap);
+  if (data.player != nullptr)
+    draw_player_column(ui, data, column);
+  else
+    draw_side_column(ui, data, state, column);
+  if (!state.help) return kScreens[static_cast<std::size_t>(state.screen)].draw(ui, data, state, rest);
+  draw_help(ui, data.player != nullptr, rest);
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

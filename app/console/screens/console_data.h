@@ -11,19 +11,45 @@
 #include "app/console/event_book.h"
 #include "app/console/hand_input.h"
 #include "app/console/joint_load.h"
-#include "app/console/link_history.h"
+#include "app/console/link_watch.h"
 #include "app/console/picture/machine_panel.h"
-#include "app/console/recording_light.h"
 #include "app/console/screens/camera_pane.h"
 #include "app/console/screens/distances.h"
-#include "app/console/screens/payload_total.h"
 #include "app/console/screens/plot_window.h"
 #include "app/console/widgets/widgets.h"
 #include "core/loop_health.h"
+#include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
+#include "transport/link_messages.h"
 
 namespace knuckle::console::screens {
+
+// How much has been carried away: each load once, when it is released.
+
+/// The estimate says more than that something may hang there.
+[[nodiscard]] bool payload_is_known(const SlaveMessage& machine, double full_scale_kg) noexcept;
+
+/// What counts as a load, of what the machine carries in full.
+inline constexpr double kLeastLoad = 0.05;
+
+class PayloadTotal {
+ public:
+  /// @param least_kg what counts as a load on this machine.
+  explicit PayloadTotal(double least_kg) : least_kg_(least_kg) {}
+  /// Only for current values: not to be called while no packets are received.
+  void watch(const SlaveMessage& machine, Time now);
+  void clear();
+  [[nodiscard]] double total_kg() const noexcept { return total_kg_; }
+  [[nodiscard]] int loads() const noexcept { return loads_; }
+
+ private:
+  double least_kg_;
+  double total_kg_ = 0, load_kg_ = 0, load_sigma_kg_ = 0;
+  int loads_ = 0;
+  bool carrying_ = false;
+  Time since_ = kNever, seen_ = kNever;  ///< Carried, or released.
+};
 
 using console::HandSource;
 
@@ -62,7 +88,7 @@ struct ConsoleData {
   return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
 }
 /// As shown: in the person's units, and with the names of the machine's nodes.
-[[nodiscard]] std::string in_words(const widgets::Ui& ui, const ConsoleData& data, const std::string& text);
+[[nodiscard]] std::string as_shown(const widgets::Ui& ui, const ConsoleData& data, const std::string& text);
 /// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
 [[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
 void choose_time(const ConsoleData& data, Time at);

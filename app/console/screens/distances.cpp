@@ -4,14 +4,14 @@
 #include <array>
 #include <cmath>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 #include "app/console/screens/console_data.h"
 
 namespace knuckle::console::screens {
 
 std::optional<ContactTrail::Touch> ContactTrail::watch(const ConsoleView& view, const Kinematics& kinematics,
                                                        double reach_m) {
-  const bool touches = force_words(view).contact;
+  const bool touches = force_text(view).contact;
   const bool begins = touches && !touched_;
   touched_ = touches;
   if (!touches) return std::nullopt;

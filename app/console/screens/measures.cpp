@@ -23,10 +23,10 @@ struct Field {
 /// @return whether what is typed has changed the value.
 bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, double& value, Measures& measures) {
   const widgets::Theme& t = ui.theme;
-  widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x, row.centre().y}, widgets::Align::kLeft, field.label);
+  widgets::put_label(t, row, field.label);
   row.cut_left(t.px(52));
   const widgets::Area unit = row.cut_right(t.px(20), t.px(4));
-  widgets::put_text(t.fonts.small, t.colours.muted, {unit.min.x, unit.centre().y}, widgets::Align::kLeft, field.unit);
+  widgets::put_label(t, unit, field.unit);
   double shown = value * field.shown_per_unit;
   ImGui::SetCursorScreenPos(row.min);
   ImGui::SetNextItemWidth(row.width());
@@ -87,7 +87,7 @@ void draw_said(const widgets::Ui& ui, Measures& measures, widgets::Area& area) {
   if (measures.said_s < 0) measures.said_s = ui.now_s;
   if (measures.said.empty() || ui.now_s - measures.said_s > kShown_s) return;
   const widgets::Theme& t = ui.theme;
-  area.cut_top(widgets::put_lines(t.fonts.small, t.colours.notice, area, ui.units.in_words(measures.said).c_str()),
+  area.cut_top(widgets::put_lines(t.fonts.small, t.colours.notice, area, ui.units.as_shown(measures.said).c_str()),
                t.px(4));
 }
 

@@ -16,7 +16,7 @@ Time of_step(std::int64_t step) {
 
 }  // namespace
 
-std::string ago_words(Duration ago) {
+std::string ago_text(Duration ago) {
   const auto seconds = ago / Duration(1s);
   return seconds < 60 ? fmt::format("{} s ago", seconds) : fmt::format("{} min {} s ago", seconds / 60, seconds % 60);
 }
@@ -66,7 +66,7 @@ void LivePlots::update(const ConsoleView& view) {
   if (const auto at = window_.clicked()) chosen_ = at;
   if (chosen_ && *chosen_ > view.now) chosen_.reset();
   window_.cursor().chosen = chosen_.has_value();
-  window_.cursor().words = chosen_ ? ago_words(view.now - *chosen_) + " - End: now" : "";
+  window_.cursor().words = chosen_ ? ago_text(view.now - *chosen_) + " - End: now" : "";
   const Time newest = view.now - kHalf * from_seconds(widgets::History::kStep_s);
   // The seconds behind a chosen time may still be to come.
   const bool moved = window_.show(chosen_.value_or(newest)), passed = window_.share(view.now) > 1;

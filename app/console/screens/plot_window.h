@@ -12,7 +12,7 @@
 namespace knuckle::console::screens {
 
 /// "3 min 12 s ago"
-[[nodiscard]] std::string ago_words(Duration ago);
+[[nodiscard]] std::string ago_text(Duration ago);
 /// Of the events of a session up to this time the newest; nullptr: none.
 [[nodiscard]] const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at);
 

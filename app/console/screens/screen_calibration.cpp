@@ -34,7 +34,7 @@ void origin_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const auto line = [&](const char* what, const std::string& words) {
     widgets::Area row = rest.cut_top(t.px(26));
     const widgets::Area name = row.cut_left(t.px(110));
-    widgets::put_text(t.fonts.small, t.colours.muted, {name.min.x, name.centre().y}, widgets::Align::kLeft, what);
+    widgets::put_label(t, name, what);
     widgets::put_fitted(t.fonts.body, t.colours.text, row, words.c_str());
   };
   line("machine", machine.name);
@@ -113,10 +113,11 @@ void accuracy_card(const widgets::Ui& ui, const MachineDescription& machine, con
 
 }  // namespace
 
-void calibration_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+DrawnScreen calibration_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
   const float gap = ui.theme.px(10);
   origin_card(ui, data, area.cut_top(ui.theme.px(290), gap));
   accuracy_card(ui, data.facts.machine, area);
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

@@ -9,7 +9,7 @@
 namespace knuckle::console::screens {
 namespace {
 
-constexpr std::array<const char*, 3> kFilterWords{"All", "Warnings", "Alarms"};
+constexpr std::array<const char*, 3> kFilterTexts{"All", "Warnings", "Alarms"};
 
 widgets::Icon severity_icon(Severity severity) {
   return severity == Severity::kInfo      ? widgets::Icon::kCircle
@@ -51,7 +51,7 @@ void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widge
   const widgets::Theme& t = ui.theme;
   for (int i = 0; i < 3; ++i) {
     const widgets::Area place = row.cut_left(t.px(i == 0 ? 56.F : 104.F), t.unit(0.5F));
-    if (widgets::button(ui, place, widgets::Icon::kNone, kFilterWords[static_cast<std::size_t>(i)],
+    if (widgets::button(ui, place, widgets::Icon::kNone, kFilterTexts[static_cast<std::size_t>(i)],
                         state.events.least_severity == i))
       state.events.least_severity = i;
   }
@@ -126,7 +126,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
   go_to(ui, data, row, newest, height);
-  ImDrawList& list = *ImGui::GetWindowDrawList();
+  ImDrawList& list = widgets::canvas();
   widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
   widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
   ImGui::TableNextColumn();
@@ -139,7 +139,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
                       {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}},
                       row.code.c_str());
   ImGui::TableNextColumn();
-  const std::string text = in_words(ui, data, row.text);
+  const std::string text = as_shown(ui, data, row.text);
   const ImVec2 words = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const ImFont* font = t.fonts.small;
@@ -158,7 +158,7 @@ void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& r
     data.events.acknowledge(row.number);
 }
 
-std::string count_words(const EventBook& events, std::size_t shown) {
+std::string count_text(const EventBook& events, std::size_t shown) {
   std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in total";
   if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones dropped";
   if (events.forgotten_open() > 0)
@@ -168,7 +168,7 @@ std::string count_words(const EventBook& events, std::size_t shown) {
 
 }  // namespace
 
-void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+DrawnScreen events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const widgets::Card card(ui, "EVENTS", area);
   widgets::Area rest = card.inside();
@@ -177,11 +177,11 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
   const std::vector<const EventRow*> rows = data.events.matching(chosen_filter(state));
   const bool missed = data.events.forgotten_open() > 0;
   widgets::put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
-                      (count_words(data.events, rows.size()) + state.export_result).c_str());
+                      (count_text(data.events, rows.size()) + state.export_result).c_str());
   ImGui::SetCursorScreenPos(rest.min);
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_NoSavedSettings;
-  if (!ImGui::BeginTable("events", 5, kFlags, rest.size())) return;
+  if (!ImGui::BeginTable("events", 5, kFlags, rest.size())) return std::nullopt;
   ImGui::TableSetupScrollFreeze(0, 1);
   ImGui::TableSetupColumn("Severity", ImGuiTableColumnFlags_WidthFixed, t.px(92));
   ImGui::TableSetupColumn(data.facts.unix_ns_at_zero == 0 ? "Time, s" : "Time", ImGuiTableColumnFlags_WidthFixed,
@@ -203,6 +203,7 @@ void events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
       event_row(ui, data, *rows[rows.size() - 1 - static_cast<std::size_t>(i)], newest);
   follow_cursor(newest, rows, clipper.ItemsHeight);
   ImGui::EndTable();
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

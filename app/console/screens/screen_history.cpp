@@ -3,9 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "app/console/screens/force_plots.h"
 #include "app/console/screens/screens.h"
-#include "app/console/screens/timeline_bar.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -40,11 +38,11 @@ void cursor_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   if (at && data.player == nullptr)
     widgets::put_text(t.fonts.small, t.colours.notice,
                       {head.min.x + widgets::text_width(t.fonts.mono, when.c_str()) + t.unit(2), head.centre().y},
-                      widgets::Align::kLeft, ago_words(data.view.now - *at).c_str());
+                      widgets::Align::kLeft, ago_text(data.view.now - *at).c_str());
   const EventRow* row = event_at(data.events, data.view.run, shown_at);
   const std::string words =
       row == nullptr ? "no event up to here"
-                     : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + in_words(ui, data, row->text);
+                     : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + as_shown(ui, data, row->text);
   widgets::put_fitted(t.fonts.small, t.colours.muted, rest, words.c_str());
 }
 
@@ -67,8 +65,7 @@ void figures(const widgets::Ui& ui, widgets::Area line, std::span<const Figure> 
   const widgets::Theme& t = ui.theme;
   for (const Figure& figure : all) {
     const float y = line.centre().y;
-    ImGui::GetWindowDrawList()->AddLine({line.min.x, y}, {line.min.x + t.px(16), y}, widgets::ink(figure.colour),
-                                        t.px(2));
+    widgets::canvas().AddLine({line.min.x, y}, {line.min.x + t.px(16), y}, widgets::ink(figure.colour), t.px(2));
     line.cut_left(t.px(22));
     widgets::put_text(t.fonts.small, t.colours.muted, {line.min.x, y}, widgets::Align::kLeft, figure.label);
     line.cut_left(widgets::text_width(t.fonts.small, figure.label) + t.unit());
@@ -108,13 +105,14 @@ void pressure_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t j
 
 }  // namespace
 
-void history_screen(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, widgets::Area area) {
+DrawnScreen history_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   cursor_card(ui, data, area.cut_top(t.px(84), gap));
   constexpr int kRows = kJoints + 1;
   force_card(ui, data, state, area.row(0, kRows, gap));
   for (std::size_t j = 0; j < kJoints; ++j) pressure_card(ui, data, j, area.row(static_cast<int>(j) + 1, kRows, gap));
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

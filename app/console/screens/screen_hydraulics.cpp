@@ -13,15 +13,15 @@ void signed_row(const widgets::Ui& ui, widgets::Area area, const char* label, do
                 ImU32 colour) {
   const widgets::Theme& t = ui.theme;
   const widgets::Area name = area.cut_left(t.px(70));
-  widgets::put_text(t.fonts.small, t.colours.muted, {name.min.x, name.centre().y}, widgets::Align::kLeft, label);
+  widgets::put_label(t, name, label);
   const widgets::Area value = area.cut_right(t.px(74), t.unit());
   widgets::put_text(t.fonts.mono_small, t.colours.text, {value.max.x, value.centre().y}, widgets::Align::kRight,
                     number);
   const widgets::Area track = area.inset(0, (area.height() - t.px(22)) / 2);
   widgets::bar(ui, track, 0.5F, 0.5F + 0.5F * static_cast<float>(std::clamp(share, -1.0, 1.0)), colour);
   const float x = track.centre().x;
-  ImGui::GetWindowDrawList()->AddLine({x, track.min.y - t.px(4)}, {x, track.max.y + t.px(4)},
-                                      widgets::ink(t.colours.muted), t.px(1));
+  widgets::canvas().AddLine({x, track.min.y - t.px(4)}, {x, track.max.y + t.px(4)}, widgets::ink(t.colours.muted),
+                            t.px(1));
 }
 
 widgets::Shown signed_percent(double share) {
@@ -90,7 +90,7 @@ void flow_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Ar
 
 }  // namespace
 
-void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+DrawnScreen hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area right = area.cut_right(t.px(300), gap);
@@ -102,6 +102,7 @@ void hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::
                         widgets::Align::kLeft, limits_not_recorded(data) ? "-" : "none");
   }
   for (std::size_t j = 0; j < kJoints; ++j) axis_card(ui, data, j, area.row(static_cast<int>(j), kJoints, gap));
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

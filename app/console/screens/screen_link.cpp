@@ -3,8 +3,7 @@
 #include <limits>
 #include <string>
 
-#include "app/console/link_history.h"
-#include "app/console/link_quality.h"
+#include "app/console/link_watch.h"
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
 
@@ -53,7 +52,7 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
 }
 
 /// A value of a measure, with its unit.
-std::string value_words(LinkMeasure measure, double value) {
+std::string value_text(LinkMeasure measure, double value) {
   if (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter)
     return widgets::shown_duration(value).c_str();
   return widgets::shown("%.0f %%", 100 * value).c_str();
@@ -71,7 +70,7 @@ void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure me
   const std::array<double, 3> all{bounds.fair, bounds.poor, bounds.bad};
   for (std::size_t i = 0; i < all.size(); ++i) {
     bands.bounds[i] = static_cast<float>(all[i]);
-    bands.bound_words[i] = value_words(measure, all[i]);
+    bands.bound_text[i] = value_text(measure, all[i]);
   }
   bands.names = {name(LinkQuality::kGood), name(LinkQuality::kFair), name(LinkQuality::kPoor), name(LinkQuality::kBad)};
   bands.columns = history.size();
@@ -84,13 +83,13 @@ void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure me
   };
   bands.range = range_of(measure);
   if (measure == LinkMeasure::kRoundTrip) bands.behind = range_of(LinkMeasure::kNewestRoundTrip);
-  bands.span_words = data.player != nullptr ? "-10 min to the cursor" : "-10 min to now";
+  bands.span_text = data.player != nullptr ? "-10 min to the cursor" : "-10 min to now";
   widgets::band_plot(ui, card.inside(), bands);
 }
 
 }  // namespace
 
-void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+DrawnScreen link_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   const ConsoleView& view = data.view;
@@ -108,6 +107,7 @@ void link_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area a
   plot(0, "ROUND TRIP", LinkMeasure::kRoundTrip, view.link.round_trip, {262144ns, 2147483648ns});
   plot(1, "ARRIVAL", LinkMeasure::kJitter, view.link.arrival_jitter, {8192ns, 536870912ns});
   plot(2, "HAND TO VALVE", LinkMeasure::kLoss, view.link.hand_to_valve, {262144ns, 2147483648ns});
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

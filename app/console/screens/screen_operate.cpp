@@ -1,11 +1,9 @@
 #include <array>
 #include <cmath>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 #include "app/console/picture/picture_colours.h"
 #include "app/console/screens/distances.h"
-#include "app/console/screens/hold_pad.h"
-#include "app/console/screens/picture_marks.h"
 #include "app/console/screens/picture_pane.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
@@ -15,10 +13,6 @@ namespace {
 
 constexpr double kNearMost = 0.8;                           // of the maximum: the gauge warns
 constexpr float kLeastMost_N = 100, kMostMost_N = 200'000;  // that can be set
-
-ImDrawList& canvas() {
-  return *ImGui::GetWindowDrawList();
-}
 
 /// Standard deviation along the force itself.
 double sigma_along(const SlaveMessage& m) {
@@ -34,11 +28,12 @@ void direction_dial(const widgets::Ui& ui, const widgets::Area& area, const Slav
   const widgets::Theme& t = ui.theme;
   const ImVec2 c = area.centre();
   const float r = std::min(area.width(), area.height()) / 2 - t.px(2);
-  canvas().AddCircle(c, r, widgets::ink(t.colours.border), 48, t.px(1.5F));
+  widgets::canvas().AddCircle(c, r, widgets::ink(t.colours.border), 48, t.px(1.5F));
   for (int i = 0; i < 8; ++i) {
     const float a = static_cast<float>(i) * 0.7853982F, inner = r - t.px(i % 2 == 0 ? 7.F : 4.F);
-    canvas().AddLine({c.x + inner * std::cos(a), c.y + inner * std::sin(a)},
-                     {c.x + r * std::cos(a), c.y + r * std::sin(a)}, widgets::ink(t.colours.border), t.px(1.5F));
+    widgets::canvas().AddLine({c.x + inner * std::cos(a), c.y + inner * std::sin(a)},
+                              {c.x + r * std::cos(a), c.y + r * std::sin(a)}, widgets::ink(t.colours.border),
+                              t.px(1.5F));
   }
   if (!known) return widgets::put_text(t.fonts.mono, t.colours.muted, c, widgets::Align::kCentre, "-");
   const PlanarVector u = m.tip_force_N.normalized();
@@ -47,8 +42,8 @@ void direction_dial(const widgets::Ui& ui, const widgets::Area& area, const Slav
     return ImVec2{c.x + d.x * along * r + n.x * across * r, c.y + d.y * along * r + n.y * across * r};
   };
   const ImU32 colour = widgets::ink(t.colours.force);
-  canvas().AddLine(at(-0.7F, 0), at(0.4F, 0), colour, t.px(4));
-  canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
+  widgets::canvas().AddLine(at(-0.7F, 0), at(0.4F, 0), colour, t.px(4));
+  widgets::canvas().AddTriangleFilled(at(0.78F, 0), at(0.3F, -0.28F), at(0.3F, 0.28F), colour);
 }
 
 /// What the card says of the force's size.
@@ -58,7 +53,7 @@ struct Size {
   bool open = false;      ///< It may be any more.
   bool directed = false;
 };
-Size size_of(const widgets::Units& units, const ForceWords& said, const BlindPress& press, double force_N,
+Size size_of(const widgets::Units& units, const ForceText& said, const BlindPress& press, double force_N,
              double sigma_N) {
   constexpr widgets::Quantity q = widgets::Quantity::kForce;
   if (!said.known && !press.words.empty())
@@ -79,8 +74,8 @@ void force_gauge(const widgets::Ui& ui, UiState& state, widgets::Area& rest, con
   widgets::bar(ui, line, 0, static_cast<float>(share),
                size.open ? widgets::mix(colour, t.colours.raised, 0.5F) : colour);
   if (size.open) widgets::hatch(ui, line, colour, 3);
-  canvas().AddRect(line.min, line.max, widgets::ink(share > 1 ? t.colours.bad : t.colours.border), t.px(3), 0,
-                   t.px(share > 1 ? 2.F : 1.F));
+  widgets::canvas().AddRect(line.min, line.max, widgets::ink(share > 1 ? t.colours.bad : t.colours.border), t.px(3), 0,
+                            t.px(share > 1 ? 2.F : 1.F));
   widgets::Area row = rest.cut_top(t.px(24), t.unit(0.5F));
   const char* word = share > 1 ? "Too much" : "Maximum";
   widgets::put_text(share > 1 ? t.fonts.body_bold : t.fonts.small, share > 1 ? t.colours.bad : t.colours.muted,
@@ -115,9 +110,9 @@ void confidence_rows(const widgets::Ui& ui, const ConsoleView& view, const Blind
   widgets::bar(ui, rest.cut_top(t.px(10), t.unit(0.75F)), 0, confidence, colour);
   const std::string words = !press.words.empty() ? press.words
                             : std::isnan(sure)   ? "not recorded"
-                                                 : std::string(word) + ": " + confidence_words(view);
+                                                 : std::string(word) + ": " + confidence_text(view);
   widgets::put_lines(t.fonts.small, press.words.empty() ? t.colours.muted : t.colours.notice, rest,
-                     ui.units.in_words(words).c_str());
+                     ui.units.as_shown(words).c_str());
 }
 
 void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
@@ -125,7 +120,7 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, 
   const SlaveMessage& m = data.view.machine;
   const widgets::Card card(ui, "FORCE ON THE BUCKET TIP", area, measured_freshness(data.view));
   widgets::Area rest = card.inside();
-  const ForceWords said = force_words(data.view);
+  const ForceText said = force_text(data.view);
   const BlindPress press = blind_press(data.view, data.loads);
   const double force_N = m.tip_force_N.norm(), sigma_N = sigma_along(m);
   const Size size = size_of(ui.units, said, press, force_N, sigma_N);
@@ -183,7 +178,8 @@ void limits_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
   if (limits_not_recorded(data))
     return widgets::put_text(t.fonts.body, t.colours.muted, at, widgets::Align::kLeft, "-");
-  widgets::draw_icon(canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), widgets::ink(t.colours.good));
+  widgets::draw_icon(widgets::canvas(), widgets::Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16),
+                     widgets::ink(t.colours.good));
   widgets::put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, widgets::Align::kLeft, "none");
 }
 
@@ -199,17 +195,17 @@ void pressure_bar(const widgets::Ui& ui, const ConsoleData& data, std::size_t ch
   widgets::put_text(t.fonts.mono_small, t.colours.text, number.centre(), widgets::Align::kCentre,
                     ui.units.number(widgets::Quantity::kPressure, pressure).c_str());
   const widgets::Area tube = area.inset((area.width() - t.px(22)) / 2, 0);
-  canvas().AddRectFilled(tube.min, tube.max, widgets::ink(t.colours.raised), t.px(4));
+  widgets::canvas().AddRectFilled(tube.min, tube.max, widgets::ink(t.colours.raised), t.px(4));
   const auto y_of = [&](double pa) {
     return tube.max.y - tube.height() * static_cast<float>(std::clamp(pa / full, 0.0, 1.0));
   };
   const bool high = pressure > data.facts.machine.limits.chamber_pressure_Pa || at_relief(h, pressure);
   const ImU32 colour = high ? t.colours.bad : t.colours.series[chamber / 2];
   if (std::isfinite(pressure))
-    canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
+    widgets::canvas().AddRectFilled({tube.min.x, y_of(pressure)}, tube.max, widgets::ink(colour), t.px(4));
   const auto mark = [&](double pa, ImU32 mark_colour, float overhang) {
-    canvas().AddLine({tube.min.x - overhang, y_of(pa)}, {tube.max.x + overhang, y_of(pa)}, widgets::ink(mark_colour),
-                     t.px(2));
+    widgets::canvas().AddLine({tube.min.x - overhang, y_of(pa)}, {tube.max.x + overhang, y_of(pa)},
+                              widgets::ink(mark_colour), t.px(2));
   };
   mark(h.main_relief_Pa, t.colours.text, 0);
   mark(h.port_relief_Pa, t.colours.bad, t.px(6));
@@ -223,8 +219,8 @@ void pressures_card(const widgets::Ui& ui, const ConsoleData& data, const widget
   widgets::Area rest = card.inside();
   widgets::Area legend = rest.cut_bottom(t.px(20));
   const auto key = [&](ImU32 colour, const char* word) {
-    canvas().AddLine({legend.min.x, legend.centre().y}, {legend.min.x + t.px(16), legend.centre().y},
-                     widgets::ink(colour), t.px(2));
+    widgets::canvas().AddLine({legend.min.x, legend.centre().y}, {legend.min.x + t.px(16), legend.centre().y},
+                              widgets::ink(colour), t.px(2));
     widgets::put_text(t.fonts.small, t.colours.muted, {legend.min.x + t.px(22), legend.centre().y},
                       widgets::Align::kLeft, word);
     legend.cut_left(t.px(34) + widgets::text_width(t.fonts.small, word));
@@ -248,7 +244,7 @@ void legend(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area&
   const float y = area.centre().y;
   float x = area.min.x + t.unit(1.5F);
   const auto key = [&](ImU32 colour, const char* word) {
-    canvas().AddCircleFilled({x + t.px(5), y}, t.px(5), colour);
+    widgets::canvas().AddCircleFilled({x + t.px(5), y}, t.px(5), colour);
     widgets::put_text(t.fonts.small, t.colours.text, {x + t.px(16), y}, widgets::Align::kLeft, word);
     x += t.px(32) + widgets::text_width(t.fonts.small, word);
   };
@@ -279,7 +275,7 @@ void picture_title(const widgets::Ui& ui, const ConsoleData& data, const UiState
 
 }  // namespace
 
-widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
+DrawnScreen operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area right = area.cut_right(t.px(300), gap);
@@ -298,8 +294,8 @@ widgets::Area operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiS
                                    .camera_large = large});
   if (pane.camera) {
     const widgets::Area& small = large ? pane.machine : *pane.camera;
-    canvas().AddRect({small.min.x - 1, small.min.y - 1}, {small.max.x + 1, small.max.y + 1}, t.colours.border, 0, 0,
-                     t.px(2));
+    widgets::canvas().AddRect({small.min.x - 1, small.min.y - 1}, {small.max.x + 1, small.max.y + 1}, t.colours.border,
+                              0, 0, t.px(2));
     data.cameras.place(ui, *pane.camera);
   }
   legend(ui, data, pane.legend);

@@ -112,13 +112,14 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
 
 }  // namespace
 
-void real_time_screen(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
+DrawnScreen real_time_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
   widgets::Area right = area.cut_right(t.px(340), gap);
   machine_loop_card(ui, data.view, right.cut_top(t.px(370), gap));
   energy_card(ui, data, right);
   own_loop_cards(ui, data, area);
+  return std::nullopt;
 }
 
 }  // namespace knuckle::console::screens

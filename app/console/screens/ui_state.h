@@ -6,14 +6,14 @@
 #include <optional>
 #include <string>
 
-#include "app/console/console_input.h"
 #include "app/console/hand_input.h"
+#include "app/console/keys.h"
 #include "app/console/screens/measures.h"
 #include "app/console/widgets/units.h"
 
 namespace knuckle::console::screens {
 
-enum class Screen : std::uint8_t { kOperate, kLink, kRealTime, kHydraulics, kCalibration, kEvents, kHistory, kCount };
+using console::Screen;
 
 /// What a simulated session starts with; taken up by the next reset.
 struct SimulationChoice {

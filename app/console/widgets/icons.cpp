@@ -1,8 +1,8 @@
-#include "app/console/widgets/icons.h"
-
 #include <array>
 #include <cmath>
 #include <numbers>
+
+#include "app/console/widgets/widgets.h"
 
 namespace knuckle::console::widgets {
 namespace {

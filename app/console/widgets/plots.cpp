@@ -2,15 +2,66 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace knuckle::console::widgets {
-namespace {
+#include "app/console/machine_text.h"
 
-ImDrawList& canvas() {
-  return *ImGui::GetWindowDrawList();
+namespace knuckle::console::widgets {
+
+double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept {
+  const auto cylinder = kinematics.cylinder_at(joint, machine.position_rad[joint]);
+  return cylinder ? cylinder->lever_m * machine.velocity_radps[joint] : 0;
 }
+
+void History::add(const Sample& sample) noexcept {
+  samples_[next_] = sample;
+  next_ = (next_ + 1) % samples_.size();
+  count_ = std::min(count_ + 1, samples_.size());
+}
+
+History::Sample History::sample_of(const ConsoleView& view, const Kinematics& kinematics, bool machine_known,
+                                   bool status_known) {
+  Sample s;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto axis = static_cast<Eigen::Index>(j);
+    if (status_known) s.command[j] = static_cast<float>(view.status.valve_command[axis]);
+    if (status_known) s.spool[j] = static_cast<float>(view.status.spool[axis]);
+    if (machine_known)
+      s.cylinder_mps[j] = static_cast<float>(cylinder_speed_mps(kinematics, view.machine, static_cast<int>(j)));
+  }
+  if (machine_known && force_text(view).known) s.tip_force_N = static_cast<float>(view.machine.tip_force_N.norm());
+  for (std::size_t i = 0; machine_known && i < s.pressure_Pa.size(); ++i)
+    s.pressure_Pa[i] = static_cast<float>(view.machine.pressure_Pa[i]);
+  s.hand_energy_J = static_cast<float>(view.hand.hand_energy_J);
+  return s;
+}
+
+void History::set(const std::array<Sample, kSamples>& samples) noexcept {
+  samples_.assign(samples.begin(), samples.end());
+  next_ = 0;
+  count_ = kSamples;
+}
+
+const History::Sample* History::of_step(std::int64_t step) const noexcept {
+  const std::int64_t steps = last_ - step;
+  return steps < 0 || steps >= static_cast<std::int64_t>(count_) ? nullptr : &ago(static_cast<std::size_t>(steps));
+}
+
+void History::watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known) {
+  constexpr std::int64_t kHeld = 4;  // steps that a window which draws slowly may hold a value
+  const std::int64_t step = step_of(view.now);
+  if (step < last_) *this = History(samples_.size());
+  if (step == last_) return;
+  const Sample s = sample_of(view, kinematics, machine_known, status_known);
+  const std::int64_t steps = last_ < 0 ? 1 : std::min(step - last_, static_cast<std::int64_t>(samples_.size()));
+  for (std::int64_t i = 1; i < steps; ++i) add(steps > kHeld ? Sample{} : s);
+  add(s);
+  last_ = step;
+}
+
+namespace {
 
 /// Place of a time on the logarithmic axis, 0..1.
 float place(const HistogramRange& range, double seconds) {
@@ -190,11 +241,10 @@ void band_plot(const Ui& ui, const Area& area, const Bands& bands) {
     put_text(t.fonts.small, c.muted, {area.min.x + t.unit(0.5F), middle}, Align::kLeft, bands.names[band]);
     if (band >= bands.bounds.size()) continue;
     canvas().AddLine({area.min.x, top}, {area.max.x, top}, ink(c.border), t.px(1));
-    put_text(t.fonts.small, c.muted, {area.min.x + t.px(54), top + half}, Align::kLeft,
-             bands.bound_words[band].c_str());
+    put_text(t.fonts.small, c.muted, {area.min.x + t.px(54), top + half}, Align::kLeft, bands.bound_text[band].c_str());
   }
   put_text(t.fonts.small, c.muted, {area.max.x - t.unit(0.5F), area.min.y + half + t.px(1)}, Align::kRight,
-           bands.span_words);
+           bands.span_text);
 }
 
 void history_plot(const Ui& ui, const Area& area, const History& history, std::span<const Line> lines, const Axis& axis,

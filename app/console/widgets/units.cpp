@@ -117,7 +117,7 @@ Shown Units::text(Quantity quantity, double si) const noexcept {
   return shown("%s %s", number(quantity, si).c_str(), unit(quantity));
 }
 
-std::string Units::in_words(const std::string& metric) const {
+std::string Units::as_shown(const std::string& metric) const {
   if (system == UnitSystem::kMetric) return metric;
   std::string words;
   const char* at = metric.c_str();

@@ -40,7 +40,7 @@ struct Units {
   [[nodiscard]] Shown text(Quantity quantity, double si) const noexcept;
   /// A text of the loops, the machine's side or a wizard, which all speak metric: each number with a unit in it in the
   /// units shown, with as many digits as are of use.
-  [[nodiscard]] std::string in_words(const std::string& metric) const;
+  [[nodiscard]] std::string as_shown(const std::string& metric) const;
 };
 
 /// printf into a Shown; longer text is cut.

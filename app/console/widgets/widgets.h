@@ -1,17 +1,84 @@
 // The console's own widgets, each drawn into an area that the layout gave it.
 #pragma once
 
+#include <imgui.h>
+
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
-#include "app/console/widgets/area.h"
-#include "app/console/widgets/focus_order.h"
-#include "app/console/widgets/icons.h"
 #include "app/console/widgets/theme.h"
 #include "app/console/widgets/units.h"
 
+struct ImGuiWindow;
+
 namespace knuckle::console::widgets {
+
+// The console's icons, drawn as shapes: sharp at every scale, and no picture files to lose.
+
+enum class Icon : std::uint8_t {
+  kNone,
+  kStop,  ///< Octagon
+  kLink,
+  kClock,
+  kDrop,
+  kWrench,
+  kList,
+  kWarning,  ///< Triangle with !
+  kCheck,
+  kLock,
+  kPause,
+  kPlay,
+  kKeyboard,
+  kGamepad,
+  kArm,     ///< Excavator arm
+  kDot,     ///< Filled circle
+  kRing,    ///< Empty circle
+  kCircle,  ///< Information: circle with i
+  kHand,
+  kReset,
+  kStepBack,  ///< Triangle and bar
+  kStepOn,
+  kEventBack,  ///< Two triangles and bar
+  kEventOn,
+  kPlot,  ///< A line over axes
+};
+
+/// @param size edge of the square it fills, in screen pixels.
+void draw_icon(ImDrawList& list, Icon icon, ImVec2 centre, float size, ImU32 colour);
+
+// Which item has the keyboard. Tab goes through all items of a frame in the order in which they are drawn: Dear ImGui's
+// own Tab knows only fields and sliders, changes them at once, and does not leave the list that it is in.
+
+class FocusOrder {
+ public:
+  enum class Move { kNone, kOn, kBack };
+
+  /// To the next item, or to the one before, at the end of the frame. Not while a mouse button is held: what it pulls
+  /// or holds keeps the machine enabled.
+  void ask(Move move) noexcept { asked_ = move; }
+  /// The item made last is one of them, unless it is disabled or out of sight.
+  void add_last_item();
+  /// After a frame's items.
+  void end_frame();
+
+ private:
+  struct Item {
+    unsigned id;
+    ImGuiWindow* window;
+    Area area;
+  };
+  static void go(const Item& item);
+  [[nodiscard]] std::size_t target(Move move) const;
+  [[nodiscard]] std::size_t entered(std::size_t index) const;
+
+  std::vector<Item> items_;
+  std::size_t at_ = 0;  ///< Where the focus was last; what comes after an item that is gone takes its place.
+  bool found_ = false;  ///< The item that has it is in this frame.
+  Move asked_ = Move::kNone;
+};
 
 /// The loops update the view every few milliseconds: without an update for so long, they do not run.
 inline constexpr double kLoopSilent_s = 0.2;
@@ -43,6 +110,8 @@ enum class Align : std::uint8_t { kLeft, kCentre, kRight };
 // Text. Positions are of the text's middle line.
 [[nodiscard]] float text_width(const ImFont* font, const char* text);
 void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text);
+/// Small and muted, at the left of an area's middle line: what a value or a slider is called.
+void put_label(const Theme& theme, const Area& area, const char* text);
 /// Ends with "..." where it would have more lines, broken at blanks, than the area has room for.
 [[nodiscard]] std::string fitted_lines(const ImFont* font, const Area& area, const char* text);
 /// Broken into lines at blanks, as fitted_lines(). @return the height used.

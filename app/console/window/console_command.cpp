@@ -10,7 +10,6 @@
 #include "app/cli/json.h"
 #include "app/console/window/console_options.h"
 #include "app/console/window/console_program.h"
-#include "app/console/window/player_program.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/control_input.h"
 #include "app/programs/program_console.h"

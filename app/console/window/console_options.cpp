@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -11,6 +12,8 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/command.h"
 #include "app/cli/output_file.h"
+#include "app/console/keys.h"
+#include "app/console/screens/screens.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
@@ -21,9 +24,19 @@
 namespace knuckle::console::window {
 namespace {
 
-constexpr auto kScreens =
-    std::to_array<const char*>({"operate", "link", "real-time", "hydraulics", "calibration", "events", "history"});
-static_assert(kScreens.size() == static_cast<std::size_t>(screens::Screen::kCount));
+/// As an option has it: "real-time".
+std::string option_of(Screen screen) {
+  std::string word = key_of(screen).what;
+  for (char& c : word) c = c == ' ' ? '-' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return word;
+}
+/// "operate, link, ... or history"
+std::string screens_listed(const char* before_last) {
+  std::string all;
+  for (const screens::ScreenOnRail& one : screens::kScreens)
+    all += (all.empty() ? "" : &one == &screens::kScreens.back() ? before_last : ", ") + option_of(one.screen);
+  return all;
+}
 
 struct Size {
   int width = 0, height = 0;
@@ -193,9 +206,7 @@ void add_options(const cli::OptionList& c, ConsoleOptions& o) {
                "has no room (default: by the window's size)");
   c.add_flag("--light", o.light, "Light colours");
   c.add_flag("--imperial", o.imperial, "Imperial units");
-  c.add_option("--screen", o.screen,
-               "Screen shown first: operate, link, real-time, hydraulics, calibration, events, history")
-      .show_default();
+  c.add_option("--screen", o.screen, "Screen shown first: " + screens_listed(", ")).show_default();
   c.add_option("--at", o.at_s,
                "Show the simulated session, or the recording, from this second on; what comes before is simulated at "
                "once");
@@ -268,11 +279,9 @@ WindowOptions ConsoleOptions::window() const {
 }
 
 screens::Screen ConsoleOptions::first_screen() const {
-  const auto found = std::find(kScreens.begin(), kScreens.end(), screen);
-  if (found == kScreens.end())
-    cli::refuse_option("--screen", screen,
-                       "must be operate, link, real-time, hydraulics, calibration, events or history");
-  return static_cast<screens::Screen>(found - kScreens.begin());
+  for (const screens::ScreenOnRail& one : screens::kScreens)
+    if (option_of(one.screen) == screen) return one.screen;
+  cli::refuse_option("--screen", screen, "must be " + screens_listed(" or "));
 }
 
 }  // namespace knuckle::console::window

@@ -9,6 +9,9 @@
 
 #include "app/cli/news.h"
 #include "app/console/console_host.h"
+#include "app/console/player/load.h"
+#include "app/console/screens/player_panel.h"
+#include "app/console/window/console_options.h"
 #include "app/console/window/console_window.h"
 #include "app/programs/program_options.h"
 
@@ -46,5 +49,12 @@ struct ConsoleOutcome {
 void show_session(screens::UiState& state, const ConsoleHost& host);
 /// @throws InputError where the screenshot cannot be written.
 [[nodiscard]] ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const ConsoleRun& run);
+
+// The console on a recording: no loop, no device, no link; only the window and what was recorded.
+
+/// What is beside a recording, as asked for; nothing where nothing is. @throws InputError
+[[nodiscard]] std::optional<screens::Beside> beside_of(const ConsoleOptions& options, const player::Played& played);
+/// @param keep_on asked each frame; false ends it. @return exit code. @throws InputError, one line.
+[[nodiscard]] int run_player(const ConsoleOptions& options, const std::function<bool()>& keep_on);
 
 }  // namespace knuckle::console::window

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "app/cli/output_file.h"
-#include "app/console/screens/picture_marks.h"
+#include "app/console/screens/picture_pane.h"
 #include "app/console/screens/screens.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
@@ -26,8 +26,8 @@ bool acts_in_text(const KeyBinding& binding, bool number) {
   const KeyAction action = binding.action;
   if (action == KeyAction::kStop) return binding.key == GLFW_KEY_ESCAPE || number;
   // Ctrl+Backspace deletes a word there: it must not release Stop.
-  return (action >= KeyAction::kOperate && action <= KeyAction::kHistory) || action == KeyAction::kFullScreen ||
-         action == KeyAction::kFocusOn || action == KeyAction::kFocusBack;
+  return action == KeyAction::kScreen || action == KeyAction::kFullScreen || action == KeyAction::kFocusOn ||
+         action == KeyAction::kFocusBack;
 }
 
 }  // namespace
@@ -308,7 +308,7 @@ void ConsoleWindow::take_keys() {
     const auto binding = std::find_if(kKeys.begin(), kKeys.end(), asked_for);
     if (binding == kKeys.end() || (player_ != nullptr && !acts_on_window(*binding))) continue;
     if (typing && !acts_in_text(*binding, state_.typing_number)) continue;
-    act(binding->action);
+    act(*binding);
   }
 }
 
@@ -340,7 +340,8 @@ void ConsoleWindow::act_on_player(KeyAction action) {
   }
 }
 
-void ConsoleWindow::act(KeyAction action) {
+void ConsoleWindow::act(const KeyBinding& binding) {
+  const KeyAction action = binding.action;
   switch (action) {
     case KeyAction::kStop:
       state_.stop = true;
@@ -348,14 +349,8 @@ void ConsoleWindow::act(KeyAction action) {
     case KeyAction::kReleaseStop:
       state_.stop = false;
       return;
-    case KeyAction::kOperate:
-    case KeyAction::kLink:
-    case KeyAction::kRealTime:
-    case KeyAction::kHydraulics:
-    case KeyAction::kCalibration:
-    case KeyAction::kEvents:
-    case KeyAction::kHistory:
-      state_.screen = static_cast<screens::Screen>(static_cast<int>(action) - static_cast<int>(KeyAction::kOperate));
+    case KeyAction::kScreen:
+      state_.screen = screen_of(binding);
       state_.help = false;
       return;
     case KeyAction::kPause:

@@ -78,7 +78,7 @@ class ConsoleWindow {
   void note_picture(Time received);
   [[nodiscard]] bool draw_picture_only();
   void align_camera(const ConsoleView& view, EventBook& events);
-  void act(KeyAction action);
+  void act(const KeyBinding& binding);
   void act_on_player(KeyAction action);
   void draw(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s);
   void draw_too_small(const ConsoleView& view);

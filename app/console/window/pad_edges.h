@@ -3,9 +3,13 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 
 #include "app/console/hand_input.h"
+
+struct GLFWwindow;
+struct _XDisplay;
 
 namespace knuckle::console::window {
 
@@ -36,5 +40,25 @@ class PadEdges {
 /// What is held, and what was pressed or let go of meanwhile: a Stop that was pressed is pressed, an enable that was
 /// let go of is not.
 [[nodiscard]] GamepadState with(const PadEdges::Edges& edges, GamepadState held) noexcept;
+
+// Whether another program has grabbed the keyboard away from the window that has the focus, as screen lockers and
+// window switchers do on X11: GLFW does not report it, and keys released meanwhile would count as held.
+
+class GrabWatch {
+ public:
+  GrabWatch();
+  ~GrabWatch();
+  /// Before this nothing is grabbed, and never where the window is not one of X11.
+  void watch(GLFWwindow* window);
+  /// Takes in the display's events since then.
+  [[nodiscard]] bool grabbed();
+
+ private:
+  struct Close {
+    void operator()(_XDisplay* display) const;
+  };
+  std::unique_ptr<_XDisplay, Close> display_;
+  bool grabbed_ = false;
+};
 
 }  // namespace knuckle::console::window

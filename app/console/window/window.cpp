@@ -5,17 +5,30 @@
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <stb/stb_image_write.h>
 
 #include <algorithm>
+#include <span>
 #include <thread>
 #include <utility>
 
+#include "app/cli/output_file.h"
 #include "app/console/keys.h"
-#include "app/console/window/png_file.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {
 namespace {
+
+/// @param rgb three bytes a pixel, rows from the bottom up as OpenGL reads them.
+void write_png_file(const std::string& path, int width, int height, std::span<const std::uint8_t> rgb) {
+  cli::OutputFile file("--screenshot", path);
+  stbi_flip_vertically_on_write(1);
+  const auto write = [](void* stream, void* bytes, int size) {
+    static_cast<std::ostream*>(stream)->write(static_cast<const char*>(bytes), size);
+  };
+  stbi_write_png_to_func(write, &file.stream(), width, height, 3, rgb.data(), width * 3);
+  file.commit();
+}
 
 constexpr std::chrono::nanoseconds kFramePeriod{16'666'667};
 constexpr std::chrono::milliseconds kLeastPeriod{8};                    // however fast pictures come

@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "app/console/hand_input.h"
-#include "app/console/widgets/fonts.h"
 #include "app/console/widgets/theme.h"
-#include "app/console/window/grab_watch.h"
 #include "app/console/window/pad_edges.h"
-#include "video/bell.h"
+#include "video/newest.h"
 
 struct GLFWwindow;
 

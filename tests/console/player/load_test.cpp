@@ -8,8 +8,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/console/machine_words.h"
-#include "app/console/player/rerun.h"
+#include "app/console/machine_text.h"
+#include "app/console/player/load.h"
 #include "app/recordings/import.h"
 #include "core/error.h"
 #include "machine/kinematics.h"
@@ -216,7 +216,7 @@ TEST(PlayedFile, OfATableShowsItsSensorsAndOfAllElseThatItIsUnknown) {
                              v.link.neutral_after_s};
     for (std::size_t i = 0; i < unknown.size(); ++i) EXPECT_TRUE(std::isnan(unknown[i])) << i << ": " << unknown[i];
     EXPECT_FALSE(v.status_of_steps);
-    EXPECT_FALSE(console::force_words(v).known);
+    EXPECT_FALSE(console::force_text(v).known);
   }
   for (const console::EventRow& row : played.events) EXPECT_EQ(row.code, "import") << row.text;
 }

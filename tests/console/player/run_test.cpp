@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "app/console/link_quality.h"
-#include "app/console/live_session.h"
+#include "app/console/console_loop.h"
+#include "app/console/link_watch.h"
 #include "app/session/session_head.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"

@@ -1,8 +1,7 @@
 // How the player's cursor moves.
-#include "app/console/player/timeline.h"
-
 #include <gtest/gtest.h>
 
+#include "app/console/player/run.h"
 #include "tests/console/player/played_files.h"
 
 namespace knuckle::test {

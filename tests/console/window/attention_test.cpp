@@ -3,7 +3,7 @@
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
 
-#include "app/console/screens/banner.h"
+#include "app/console/screens/screens.h"
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/virtual_display.h"
 // Last, as it defines common words as macros.
@@ -70,11 +70,12 @@ TEST_F(Attention, IsGoneWhileTheWindowIsOutOfSight) {
   EXPECT_FALSE(input().attended);
 }
 
-TEST_F(Attention, ThatIsMissingIsSaidInTheBannerWithWhatToDo) {
-  view_.machine = {};
-  view_.input.unattended = true;
-  EXPECT_NE(screens::banner_reason(view_, false, 0).find("click into it"), std::string::npos);
-  EXPECT_EQ(screens::banner_reason(view_, true, 0).rfind("Stop", 0), 0U) << "Stop comes first";
+TEST(AttentionText, ThatIsMissingIsSaidInTheBannerWithWhatToDo) {
+  ConsoleView view = canned_view();
+  view.machine = {};
+  view.input.unattended = true;
+  EXPECT_NE(screens::banner_reason(view, false, 0).find("click into it"), std::string::npos);
+  EXPECT_EQ(screens::banner_reason(view, true, 0).rfind("Stop", 0), 0U) << "Stop comes first";
 }
 
 TEST_F(Attention, OfTheEnableKeyIsGoneWhileTextIsTypedAndUntilItIsPressedAnew) {

@@ -1,9 +1,8 @@
 // What the banner has to say is there whole, with what to do, whatever else stands beside it.
-#include "app/console/screens/banner.h"
-
 #include <algorithm>
 #include <string>
 
+#include "app/console/screens/screens.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 

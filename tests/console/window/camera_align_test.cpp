@@ -1,9 +1,8 @@
 // Aligning a camera by clicks, without a window: which clicks count, and as what.
-#include "app/console/screens/camera_align.h"
-
 #include <gtest/gtest.h>
 
 #include "app/console/picture/camera.h"
+#include "app/console/screens/camera_pane.h"
 #include "tests/console/window/canned_console.h"
 
 namespace knuckle::console::window {

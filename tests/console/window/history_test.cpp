@@ -82,7 +82,7 @@ TEST_F(LiveHistory, SaysOnEveryScreenThatItsPlotsAreOfAnotherTime) {
       return text.words.find("12 s ago") != std::string::npos && text.min.x > 114 && text.min.y > 180;
     })) << screen;  // below the card that has the time in words
   }
-  EXPECT_EQ(screens::ago_words(192s), "3 min 12 s ago");
+  EXPECT_EQ(screens::ago_text(192s), "3 min 12 s ago");
 }
 
 TEST_F(LiveHistory, StaysAtATimeThatIsOlderThanWhatIsKept) {

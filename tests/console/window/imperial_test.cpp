@@ -62,19 +62,19 @@ TEST_F(Imperial, IsWhatEveryReasonAndTheBannerSay) {
 
 TEST(Units, TurnTheNumbersInATextThatHaveAMetricUnitAndNoOthers) {
   const widgets::Units imperial{widgets::UnitSystem::kImperial};
-  EXPECT_EQ(imperial.in_words("contact, 820 N"), "contact, 184 lbf");
-  EXPECT_EQ(imperial.in_words("limited (9.1 kW; limit 9 kW)"), "limited (12.2 hp; limit 12.1 hp)");
-  EXPECT_EQ(imperial.in_words("encoder preset: 512.0 mm before, 510.2 mm now"),
+  EXPECT_EQ(imperial.as_shown("contact, 820 N"), "contact, 184 lbf");
+  EXPECT_EQ(imperial.as_shown("limited (9.1 kW; limit 9 kW)"), "limited (12.2 hp; limit 12.1 hp)");
+  EXPECT_EQ(imperial.as_shown("encoder preset: 512.0 mm before, 510.2 mm now"),
             "encoder preset: 20.16 in before, 20.09 in now");
-  EXPECT_EQ(imperial.in_words("1011.6 mm between its stops, expected 1010.0 mm"),
+  EXPECT_EQ(imperial.as_shown("1011.6 mm between its stops, expected 1010.0 mm"),
             "39.827 in between its stops, expected 39.764 in");
-  EXPECT_EQ(imperial.in_words("length 0.755 to 1.135 m"), "length 2.48 to 3.724 ft");
-  EXPECT_EQ(imperial.in_words("from 2 to 3 of stroke"), "from 2 to 3 of stroke");
-  EXPECT_EQ(imperial.in_words("-0.3 m"), "-0.984 ft");
+  EXPECT_EQ(imperial.as_shown("length 0.755 to 1.135 m"), "length 2.48 to 3.724 ft");
+  EXPECT_EQ(imperial.as_shown("from 2 to 3 of stroke"), "from 2 to 3 of stroke");
+  EXPECT_EQ(imperial.as_shown("-0.3 m"), "-0.984 ft");
   for (const char* same : {"node 0x22: 41 ms; limit 25 ms", "12 of stroke", "5 min", "3 nodes", "F10", "0.4 s", "30 %",
                            "wall.1.toml", "2 Notes", ""})
-    EXPECT_EQ(imperial.in_words(same), same);
-  EXPECT_EQ(widgets::Units{}.in_words("820 N"), "820 N");
+    EXPECT_EQ(imperial.as_shown(same), same);
+  EXPECT_EQ(widgets::Units{}.as_shown("820 N"), "820 N");
 }
 
 }  // namespace

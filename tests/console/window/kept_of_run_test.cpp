@@ -1,13 +1,12 @@
 // Of a recording, at any time, what a console that was there would have kept by then.
-#include "app/console/screens/kept_of_run.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/console/live_session.h"
+#include "app/console/console_loop.h"
 #include "app/console/screens/console_data.h"
+#include "app/console/screens/player_panel.h"
 #include "app/session/session_head.h"
 #include "machine/kinematics.h"
 #include "recording/recorder.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "app/console/picture/offscreen.h"
+#include "app/console/picture/gl_program.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/support/places.h"

@@ -16,7 +16,7 @@ TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
   for (unsigned bit = 0; bit < 8; ++bit) {
     for (const unsigned beside : {0U, unsigned{estimation::kBiasNotLearned}, unsigned{estimation::kStuckFriction}}) {
       view_.status.force_doubts = static_cast<std::uint8_t>(1U << bit | beside);
-      const std::string words = screens::confidence_words(view_);
+      const std::string words = screens::confidence_text(view_);
       int seen = 0;
       for (const DrawnText& text : texts_of([this] { frames(1); })) {
         if (text.words.find(words) == std::string::npos) continue;
@@ -30,7 +30,7 @@ TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
 
 TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
   view_.status.force_doubts = 0xFF;
-  const std::string begin = screens::confidence_words(view_).substr(0, 20);
+  const std::string begin = screens::confidence_text(view_).substr(0, 20);
   int seen = 0;
   for (const DrawnText& text : texts_of([this] { frames(1); })) {
     if (text.words.find(begin) == std::string::npos) continue;
@@ -42,7 +42,7 @@ TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
 }
 
 /// Of everything that is drawn in one frame.
-std::vector<std::string> words_of(const std::vector<DrawnText>& texts) {
+std::vector<std::string> text_of(const std::vector<DrawnText>& texts) {
   std::vector<std::string> all;
   for (const DrawnText& text : texts) all.push_back(text.words);
   return all;
@@ -51,7 +51,7 @@ std::vector<std::string> words_of(const std::vector<DrawnText>& texts) {
 class Words : public ShownConsole {
  protected:
   [[nodiscard]] std::vector<std::string> drawn() {
-    return words_of(texts_of([this] { frames(1); }));
+    return text_of(texts_of([this] { frames(1); }));
   }
   [[nodiscard]] bool draws(const std::string& part) {
     const auto all = drawn();
@@ -181,13 +181,6 @@ TEST_F(Words, StoppedIsAsRedAsStopItselfWhateverElseStands) {
     view_.machine.mode = mode;
     EXPECT_LT(count_near(pixels(), kModeBlock, theme().colours.stop), 100) << name(mode);
   }
-}
-
-TEST_F(Words, APieceThatBreaksOrFallsIsInTheBannerForSomeSeconds) {
-  view_.truth.events.push({sim::WorldEventKind::kPieceDown, 0, view_.simulated_s - 1, 45});
-  EXPECT_TRUE(draws("a piece fell to the ground"));
-  view_.simulated_s += 9;
-  EXPECT_FALSE(draws("a piece fell to the ground"));
 }
 
 TEST_F(Words, OnEveryScreenAreThoseOfAPersonAndNotOfTheProgram) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
@@ -127,8 +127,8 @@ TEST_F(PicturePane, HasAllLimitsBesideItHoweverManyThereAre) {
   view_.machine.pressure_Pa = {260e5, 22e5, 260e5, 91e5, 40e5, 260e5};
   for (std::size_t j = 0; j < kJoints; ++j)
     view_.machine.position_rad[static_cast<Eigen::Index>(j)] = machine.links[j].max_rad;
-  const std::vector<std::string> all = limits_in_words(view_, machine, Kinematics(machine),
-                                                       joint_loads(view_.machine, machine, Kinematics(machine)), true);
+  const std::vector<std::string> all =
+      limit_texts(view_, machine, Kinematics(machine), joint_loads(view_.machine, machine, Kinematics(machine)), true);
   ASSERT_GE(all.size(), 8u);
   for (const int height : {720, 800})
     for (const char* screen : {"key F1", "key F4"}) {

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/console/window/console_program.h"
 #include "app/console/window/console_window.h"
-#include "app/console/window/player_program.h"
 #include "tests/console/player/played_files.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "app/console/screens/recording_tag.h"
+#include "app/console/screens/screens.h"
 #include "app/console/window/console_program.h"
 #include "tests/console/recorded.h"
 #include "tests/console/window/canned_console.h"
@@ -14,13 +14,13 @@ namespace {
 
 using State = RecordingLight::State;
 
-TEST(RecordingWords, SayWhatIsRecordedForHowLongAndWhatRoomIsLeft) {
-  EXPECT_EQ(screens::recording_words({State::kOn, true, 12'340'000'000, 0, ""}, 3754.9).light, "REC 1:02:34");
-  EXPECT_EQ(screens::recording_words({State::kOn, true, 12'340'000'000, 0, ""}, 1).note, "12.3 GB free");
-  EXPECT_EQ(screens::recording_words({State::kOn, true, 0, 0, ""}, 1).note, "") << "not known yet";
-  EXPECT_EQ(screens::recording_words({State::kOn, true, 1'000'000'000, 7, ""}, 1).note, "1.0 GB free, 7 steps lost");
-  EXPECT_EQ(screens::recording_words({State::kOff, false, 0, 0, ""}, 1).light, "NOT RECORDED");
-  EXPECT_EQ(screens::recording_words({State::kStopped, true, 5, 0, "no space"}, 1).light, "REC STOPPED: no space");
+TEST(RecordingText, SayWhatIsRecordedForHowLongAndWhatRoomIsLeft) {
+  EXPECT_EQ(screens::recording_text({State::kOn, true, 12'340'000'000, 0, ""}, 3754.9).light, "REC 1:02:34");
+  EXPECT_EQ(screens::recording_text({State::kOn, true, 12'340'000'000, 0, ""}, 1).note, "12.3 GB free");
+  EXPECT_EQ(screens::recording_text({State::kOn, true, 0, 0, ""}, 1).note, "") << "not known yet";
+  EXPECT_EQ(screens::recording_text({State::kOn, true, 1'000'000'000, 7, ""}, 1).note, "1.0 GB free, 7 steps lost");
+  EXPECT_EQ(screens::recording_text({State::kOff, false, 0, 0, ""}, 1).light, "NOT RECORDED");
+  EXPECT_EQ(screens::recording_text({State::kStopped, true, 5, 0, "no space"}, 1).light, "REC STOPPED: no space");
 }
 
 class RecordedConsole : public testing::Test {

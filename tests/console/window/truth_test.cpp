@@ -5,10 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "app/console/screens/banner.h"
-#include "app/console/screens/payload_total.h"
+#include "app/console/screens/console_data.h"
 #include "app/console/screens/screens.h"
-#include "app/console/widgets/history.h"
+#include "app/console/widgets/plots.h"
 #include "app/console/window/console_program.h"
 #include "tests/console/far_rig.h"
 #include "tests/console/window/canned_console.h"
@@ -259,12 +258,16 @@ TEST(BannerReason, SaysOfAMachineThatIsLedWhyItDoesNotMoveAndWhatIsNotFelt) {
 }
 
 TEST(BannerReason, TellsOfAPieceForSomeSeconds) {
-  ConsoleView view = canned_view();
-  view.truth.events.push({sim::WorldEventKind::kPieceBroke, 0, view.simulated_s - 1, 820});
-  EXPECT_EQ(screens::banner_reason(view, false, 0),
-            "a piece broke off; the machine follows the hand; letting go of enable stops it");
-  view.simulated_s += 9;
-  EXPECT_FALSE(says(screens::banner_reason(view, false, 0), "piece"));
+  using Kind = sim::WorldEventKind;
+  for (const auto& [kind, words] :
+       {std::pair{Kind::kPieceBroke, "a piece broke off"}, std::pair{Kind::kPieceDown, "a piece fell to the ground"}}) {
+    ConsoleView view = canned_view();
+    view.truth.events.push({kind, 0, view.simulated_s - 1, 820});
+    EXPECT_EQ(screens::banner_reason(view, false, 0),
+              std::string(words) + "; the machine follows the hand; letting go of enable stops it");
+    view.simulated_s += 9;
+    EXPECT_FALSE(says(screens::banner_reason(view, false, 0), "piece"));
+  }
 }
 
 TEST(Stopped, IsTheOperatorsStopAloneAndNoFault) {
@@ -378,21 +381,21 @@ TEST(SessionChoice, LeavesTheLinkToScenarioAndCommandLineUntilThePersonMovesASli
   EXPECT_DOUBLE_EQ(next_session(asked, choice, canned_facts()).loss.value_or(0), 0.02);
 }
 
-TEST(ConfidenceWords, AreThoseOfTheMachinesSideAndNotGuessedAt) {
+TEST(ConfidenceText, AreThoseOfTheMachinesSideAndNotGuessedAt) {
   ConsoleView view = canned_view();
-  EXPECT_EQ(screens::confidence_words(view),
+  EXPECT_EQ(screens::confidence_text(view),
             "at rest: friction hides small forces, still learning this machine's free motion");
   view.status.force_doubts = 0;
-  EXPECT_EQ(screens::confidence_words(view), "no known disturbance");
+  EXPECT_EQ(screens::confidence_text(view), "no known disturbance");
   std::string before;
   for (unsigned bit = 1; bit <= 0x80; bit <<= 1) {
     view.status.force_doubts = static_cast<std::uint8_t>(bit);
-    EXPECT_FALSE(says(screens::confidence_words(view), "nothing")) << bit;
-    EXPECT_NE(screens::confidence_words(view), before) << bit;
-    before = screens::confidence_words(view);
+    EXPECT_FALSE(says(screens::confidence_text(view), "nothing")) << bit;
+    EXPECT_NE(screens::confidence_text(view), before) << bit;
+    before = screens::confidence_text(view);
   }
   view.status_age_s = 3;
-  EXPECT_EQ(screens::confidence_words(view), "the machine reports no cause");
+  EXPECT_EQ(screens::confidence_text(view), "the machine reports no cause");
 }
 
 TEST(Freshness, GrowsOldWithTheLoopsView) {

@@ -1,4 +1,4 @@
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 
 #include <fmt/format.h>
 
@@ -41,19 +41,19 @@ bool idle(const ConsoleView& view) noexcept {
 
 }  // namespace
 
-ForceWords force_words(const ConsoleView& view) noexcept {
+ForceText force_text(const ConsoleView& view) noexcept {
   const SlaveMessage& m = view.machine;
   if (!view.link.heard || !(m.confidence > kLeastConfidence)) return {};
   return {true, m.contact, m.contact ? "In contact" : "No contact"};
 }
 
-std::string direction_words(int joint, bool angle_grows) {
+std::string direction_text(int joint, bool angle_grows) {
   static constexpr std::array<std::array<const char*, 2>, kJoints> kWords{
       {{"boom down", "boom up"}, {"arm in", "arm out"}, {"bucket in (curl)", "bucket out"}}};
   return kWords[static_cast<std::size_t>(joint)][angle_grows ? 1 : 0];
 }
 
-std::string reason_words(const Reason& reason, HandSource hand) {
+std::string reason_text(const Reason& reason, HandSource hand) {
   const ReasonCode code = reason.code;
   const bool keys = hand == HandSource::kKeyboard;
   if (hand == HandSource::kDevice) return text(reason);
@@ -67,7 +67,7 @@ std::string reason_words(const Reason& reason, HandSource hand) {
 
 BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
   BlindPress press;
-  if (!view.link.heard || force_words(view).known) return press;
+  if (!view.link.heard || force_text(view).known) return press;
   // Oil that leaves over a relief valve speeds nothing up.
   const auto surely = [](const JointLoad& load) { return load.presses() && (load.at_relief || load.steady); };
   std::vector<std::string> at_relief;
@@ -85,7 +85,7 @@ BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
 
 std::string still_pressing(const ConsoleView& view, const JointLoads& loads) {
   if (!idle(view)) return "";
-  const ForceWords said = force_words(view);
+  const ForceText said = force_text(view);
   const double force_N = view.machine.tip_force_N.norm();
   if (said.contact && force_N >= kWorthSaying_N)
     return fmt::format("the bucket still presses with {} N", 100 * std::lround(force_N / 100));
@@ -101,11 +101,11 @@ std::string shut_in(const ConsoleView& view, const JointLoads& loads) {
   return oil.empty() ? "" : "oil shut in, " + oil;
 }
 
-std::vector<std::string> ends_in_words(const JointLoads& loads) {
+std::vector<std::string> end_texts(const JointLoads& loads) {
   std::vector<std::string> words;
   for (int joint = 0; joint < kJoints; ++joint)
     if (const int end = loads[static_cast<std::size_t>(joint)].end; end != 0)
-      words.push_back(direction_words(joint, end > 0) + ": at its end");
+      words.push_back(direction_text(joint, end > 0) + ": at its end");
   return words;
 }
 
@@ -143,11 +143,11 @@ std::string piece_news(const ConsoleView& view) {
   return "";
 }
 
-std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                         const Kinematics& kinematics, const JointLoads& loads, bool measured) {
+std::vector<std::string> limit_texts(const ConsoleView& view, const MachineDescription& machine,
+                                     const Kinematics& kinematics, const JointLoads& loads, bool measured) {
   if (!view.link.heard) return {};
   const SlaveMessage& m = view.machine;
-  std::vector<std::string> words = measured ? ends_in_words(loads) : std::vector<std::string>();
+  std::vector<std::string> words = measured ? end_texts(loads) : std::vector<std::string>();
   const bool range_named = !words.empty();
   for (int joint = 0; measured && joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
@@ -155,7 +155,7 @@ std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineD
     for (std::size_t side = 0; cylinder && side < 2; ++side) {
       if (!at_relief(machine.hydraulics, m.pressure_Pa[2 * i + side])) continue;
       const bool extends = side == 0;
-      words.push_back(direction_words(joint, extends == (cylinder->lever_m > 0)) + ": oil at relief");
+      words.push_back(direction_text(joint, extends == (cylinder->lever_m > 0)) + ": oil at relief");
     }
   }
   for (unsigned bit = 0; limit_word(bit) != nullptr; ++bit) {
@@ -176,7 +176,7 @@ std::string with_node_names(std::string text, const BusDescription& bus) {
   return text;
 }
 
-std::string own_pause_words(double seconds) {
+std::string own_pause_text(double seconds) {
   return fmt::format("this console itself did not run for {:.0f} ms: close other programs on this computer",
                      1e3 * seconds);
 }

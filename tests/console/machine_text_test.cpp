@@ -1,5 +1,5 @@
 // What the console says of force, limits and link: nothing that the machine does not know.
-#include "app/console/machine_words.h"
+#include "app/console/machine_text.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "app/console/event_book.h"
-#include "app/console/link_quality.h"
+#include "app/console/link_watch.h"
 #include "machine/load.h"
 
 namespace knuckle::console {
@@ -29,7 +29,7 @@ struct Rig {
   }
   [[nodiscard]] std::vector<std::string> limits() const {
     const JointLoads loads = joint_loads(view.machine, machine, kinematics);
-    return limits_in_words(view, machine, kinematics, loads, measured);
+    return limit_texts(view, machine, kinematics, loads, measured);
   }
   [[nodiscard]] bool says(const std::string& words) const {
     const auto all = limits();
@@ -37,22 +37,22 @@ struct Rig {
   }
 };
 
-TEST(ForceWords, WithoutConfidenceThereIsNoForceAndNoContact) {
+TEST(ForceText, WithoutConfidenceThereIsNoForceAndNoContact) {
   Rig rig;
   rig.view.machine.contact = true;
   rig.view.machine.tip_force_N = {2695, 0};
-  EXPECT_TRUE(force_words(rig.view).known);
-  EXPECT_TRUE(force_words(rig.view).contact);
+  EXPECT_TRUE(force_text(rig.view).known);
+  EXPECT_TRUE(force_text(rig.view).contact);
   rig.view.machine.confidence = kLeastConfidence;
-  EXPECT_FALSE(force_words(rig.view).known);
-  EXPECT_FALSE(force_words(rig.view).contact);
-  EXPECT_STREQ(force_words(rig.view).contact_word, "Not known");
+  EXPECT_FALSE(force_text(rig.view).known);
+  EXPECT_FALSE(force_text(rig.view).contact);
+  EXPECT_STREQ(force_text(rig.view).contact_word, "Not known");
   rig.view.machine.confidence = 1;
   rig.view.link.heard = false;
-  EXPECT_FALSE(force_words(rig.view).known);
+  EXPECT_FALSE(force_text(rig.view).known);
 }
 
-TEST(LimitsInWords, NameTheJointAndItsDirection) {
+TEST(LimitTexts, NameTheJointAndItsDirection) {
   Rig rig;
   EXPECT_TRUE(rig.limits().empty());
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
@@ -71,7 +71,7 @@ TEST(LimitsInWords, NameTheJointAndItsDirection) {
   EXPECT_TRUE(far.says("joint range")) << "which joint is not known: not kept back";
 }
 
-TEST(LimitsInWords, NothingIsSaidOfAPoseThatIsNotKnown) {
+TEST(LimitTexts, NothingIsSaidOfAPoseThatIsNotKnown) {
   Rig rig;
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
   rig.view.machine.limits = kLimitPumpFlow;
@@ -81,7 +81,7 @@ TEST(LimitsInWords, NothingIsSaidOfAPoseThatIsNotKnown) {
   EXPECT_TRUE(rig.limits().empty());
 }
 
-TEST(LimitsInWords, OilAtReliefIsThatAndNoContact) {
+TEST(LimitTexts, OilAtReliefIsThatAndNoContact) {
   Rig rig;
   rig.view.machine.pressure_Pa[0] = rig.machine.hydraulics.main_relief_Pa;
   EXPECT_EQ(rig.limits(), std::vector<std::string>{"boom up: oil at relief"}) << "its cylinder lifts by extending";
@@ -216,14 +216,14 @@ TEST(PieceNews, IsOfTheLastSecondsOnly) {
   EXPECT_EQ(piece_news(rig.view), "");
 }
 
-TEST(ReasonWords, TellSomebodyAtTheKeysOfKeysAndNotOfAHandOnADevice) {
+TEST(ReasonText, TellSomebodyAtTheKeysOfKeysAndNotOfAHandOnADevice) {
   for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed, ReasonCode::kPresenceLost}) {
-    EXPECT_EQ(reason_words({code}, HandSource::kDevice), text(Reason{code}));
-    EXPECT_NE(reason_words({code}, HandSource::kKeyboard).find("Shift"), std::string::npos) << name(code);
-    EXPECT_NE(reason_words({code}, HandSource::kGamepad).find("bumper"), std::string::npos) << name(code);
+    EXPECT_EQ(reason_text({code}, HandSource::kDevice), text(Reason{code}));
+    EXPECT_NE(reason_text({code}, HandSource::kKeyboard).find("Shift"), std::string::npos) << name(code);
+    EXPECT_NE(reason_text({code}, HandSource::kGamepad).find("bumper"), std::string::npos) << name(code);
   }
   const Reason other{ReasonCode::kEmergencyStop};
-  EXPECT_EQ(reason_words(other, HandSource::kKeyboard), text(other));
+  EXPECT_EQ(reason_text(other, HandSource::kKeyboard), text(other));
 }
 
 LinkSide good_link() {

@@ -1,4 +1,4 @@
-#include "video/frame_buffer.h"
+#include "video/gst_owned.h"
 
 namespace knuckle::video {
 

@@ -1,4 +1,4 @@
-#include "video/frame_age.h"
+#include "video/frame.h"
 
 #include <algorithm>
 

@@ -17,18 +17,18 @@ namespace knuckle::console {
 /// Below, nothing of the machine's force is felt either, and what is shown are dashes.
 inline constexpr double kLeastConfidence = 1 - master::Downgrade::kDoubt.on;
 
-struct ForceWords {
+struct ForceText {
   bool known = false;    ///< Else no number, no arrow, no contact.
   bool contact = false;  ///< Only where known.
   const char* contact_word = "Not known";
 };
-[[nodiscard]] ForceWords force_words(const ConsoleView& view) noexcept;
+[[nodiscard]] ForceText force_text(const ConsoleView& view) noexcept;
 
 /// "boom up", "bucket in (curl)"; a joint turns up or out where its angle grows.
-[[nodiscard]] std::string direction_words(int joint, bool angle_grows);
+[[nodiscard]] std::string direction_text(int joint, bool angle_grows);
 
 /// Why the machine does not follow, or no longer does, in terms of what this person has in hand.
-[[nodiscard]] std::string reason_words(const Reason& reason, HandSource hand);
+[[nodiscard]] std::string reason_text(const Reason& reason, HandSource hand);
 
 /// What is known of a force that is not: that a joint presses all the same, by its oil.
 struct BlindPress {
@@ -45,7 +45,7 @@ struct BlindPress {
 /// The same where it pushes against the end of its own joint: "oil shut in, bucket 205 bar".
 [[nodiscard]] std::string shut_in(const ConsoleView& view, const JointLoads& loads);
 /// "bucket in (curl): at its end" for each joint that is; empty: none.
-[[nodiscard]] std::vector<std::string> ends_in_words(const JointLoads& loads);
+[[nodiscard]] std::vector<std::string> end_texts(const JointLoads& loads);
 
 /// Why the hand feels less than the machine while it leads it.
 struct LessFelt {
@@ -61,13 +61,13 @@ struct LessFelt {
 /// For each limit being hit, joint at the end of its way, and cylinder at relief: a few words that name joint and
 /// direction where they are known. Empty: none.
 /// @param measured whether pose and pressures are fresh. @param loads then.
-[[nodiscard]] std::vector<std::string> limits_in_words(const ConsoleView& view, const MachineDescription& machine,
-                                                       const Kinematics& kinematics, const JointLoads& loads,
-                                                       bool measured);
+[[nodiscard]] std::vector<std::string> limit_texts(const ConsoleView& view, const MachineDescription& machine,
+                                                   const Kinematics& kinematics, const JointLoads& loads,
+                                                   bool measured);
 
 /// "boom encoder: ..." in place of "node 0x11: ...", as far as the machine file names the node.
 [[nodiscard]] std::string with_node_names(std::string text, const BusDescription& bus);
 /// Of a console that did not run, and what to do.
-[[nodiscard]] std::string own_pause_words(double seconds);
+[[nodiscard]] std::string own_pause_text(double seconds);
 
 }  // namespace knuckle::console
