@@ -136,6 +136,7 @@ inline constexpr std::array kKeys{
   while (at->action != KeyAction::kScreen || screen_of(*at) != screen) ++at;
   return *at;
 }
+static_assert(!key_of(static_cast<Screen>(static_cast<int>(Screen::kCount) - 1)).held, "each screen has a key");
 
 /// While a recording is played, these; of the others those that act on the window alone.
 inline constexpr std::array kPlayerKeys{
