@@ -56,7 +56,7 @@ console::StationSetup station(const MachineDescription& machine) {
   setup.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
-    setup.hand_rad[axis] = 0.5 * (setup.side.device.min_rad[j] + setup.device.max_rad[j]);
+    setup.hand_rad[axis] = 0.5 * (setup.side.device.min_rad[j] + setup.side.device.max_rad[j]);
     setup.start_rad[axis] = 0.5 * (machine.links[j].min_rad + machine.links[j].max_rad);
   }
   return setup;
