@@ -35,6 +35,8 @@ struct OperatorSetup {
 struct OperatorSide {
   /// @param port, @param wire outlive this, and are its alone.
   OperatorSide(const OperatorSetup& setup, HidPort& port, Link& wire);
+  OperatorSide(const OperatorSide&) = delete;  // its members know each other's addresses
+  OperatorSide& operator=(const OperatorSide&) = delete;
 
   /// Before the first step: all that the loop reads, knows and does goes there. @param recorder outlives the last step.
   void record_to(Recorder& recorder);
@@ -51,11 +53,13 @@ struct MachineSide {
   /// @param bus, @param wire outlive this, and are its alone. @throws InputError where the machine file cannot be
   /// worked with.
   MachineSide(const MachineDescription& machine, CanBus& bus, Link& wire, const LinkStart& start);
+  MachineSide(const MachineSide&) = delete;  // likewise
+  MachineSide& operator=(const MachineSide&) = delete;
 
   /// Before the first step: all that the loop reads, knows and does goes there. @param recorder outlives the last step.
   void record_to(Recorder& recorder);
-  /// Before the first step: how the machine does is sent beside the loop's own messages.
-  /// For the parameters see slave/status_reporter.h.
+  /// Before the first step: how the machine does is sent beside the loop's own messages. @param machine outlives the
+  /// last step. For the other parameters see slave/status_reporter.h.
   void report_status(const MachineDescription& machine, bool simulated, Mailbox<LoopHealth>* health = nullptr);
   /// A step of the loop, recorded. Allocates nothing.
   void step(Time now) noexcept;

@@ -139,6 +139,17 @@ TEST(MasterLoop, TellsTheMachineWhatHotMotorsLeaveOfTheForce) {
   EXPECT_EQ(rig.loop.warning().code, ReasonCode::kMotorHeat);
 }
 
+TEST(MasterLoop, TellsTheMachineThatNothingIsRenderedOnceItHasLetGo) {
+  MasterRig rig;
+  rig.engage();
+  push_back(rig);
+  rig.run(3);
+  ASSERT_GT(rig.heard.rendered_N.norm(), 1000);
+  rig.loop.let_go();
+  rig.run(0.1);
+  EXPECT_EQ(rig.heard.rendered_N.norm(), 0);
+}
+
 TEST(MasterLoop, JudgesContactByTheUncertaintyAlongTheForceItself) {
   for (const bool along : {true, false}) {
     MasterRig rig;
