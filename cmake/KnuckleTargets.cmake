@@ -29,6 +29,8 @@ endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Eigen's unrolled fixed-size kernels make g++ 12 claim out-of-bounds accesses that are not there.
   target_compile_options(knuckle_options INTERFACE -Wno-array-bounds -Wno-maybe-uninitialized -Wno-stringop-overread)
+  # In a batch (CMAKE_UNITY_BUILD) a .cpp counts as a header, whose classes may not have members of unnamed types.
+  target_compile_options(knuckle_options INTERFACE $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>)
 endif()
 if(KNUCKLE_SANITIZE)
   target_compile_options(knuckle_options INTERFACE -fsanitize=${KNUCKLE_SANITIZE} -fno-omit-frame-pointer
@@ -83,6 +85,7 @@ function(knuckle_tests folder)
   target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc knuckle_test_places
                         GTest::gtest_main)
   target_precompile_headers(test_${name} REUSE_FROM knuckle_precompiled_tests)
+  set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF)  # fixtures and helpers have short names
   # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
   # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.
   set(common TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)

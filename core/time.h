@@ -30,6 +30,10 @@ inline constexpr Time kNever{std::chrono::hours(-24 * 365)};
 [[nodiscard]] constexpr double to_seconds(Time t) noexcept {
   return to_seconds(t.time_since_epoch());
 }
+/// As reasons say it.
+[[nodiscard]] constexpr float to_ms(Duration d) noexcept {
+  return static_cast<float>(to_seconds(d) * 1e3);
+}
 inline constexpr double kLongestAge_s = 1e6;
 /// Age of what happened at `at`, at most kLongestAge_s; also of what never did.
 [[nodiscard]] constexpr double age_s(Time at, Time now) noexcept {

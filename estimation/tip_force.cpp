@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/units.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
@@ -16,7 +17,7 @@ constexpr double kBeyondChance2 = 4;  // squared sigmas of couple from which on 
 // meet the outline between its corners.
 constexpr double kTipShare = 2, kCornerShare = 1, kAnywhereShare = 0.3;
 // Friction turns a push off the normal by 20 deg (0.36) or so; what hooks or is caught may pull any way.
-constexpr double kFriction_rad = 20 * std::numbers::pi / 180;
+constexpr double kFriction_rad = 20 * kDegree;
 constexpr double kHookedShare = 0.05;
 
 constexpr std::size_t kTipCorner = 0, kPinCorner = 4;

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/units.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle {
 namespace {
 
-constexpr double kMilli = 1e-3, kLitrePerMinute = 1e-3 / 60;
-constexpr double kFurthestPin_m = 30, kFurthestOffset_mm = 500;
+constexpr double kFurthestOffset_mm = 500;
 constexpr double kLargestInertia_kgm2 = 1e8, kLargestMoment_kgm = 1e6;
 constexpr double kStrongestFriction_N = 1e5;
 constexpr double kRounding = 1e-9;  // of a correlation, by the digits of a file

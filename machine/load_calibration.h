@@ -10,6 +10,8 @@
 
 namespace knuckle {
 
+inline constexpr double kFurthestPin_m = 30;  ///< Of any point of a machine, from the origin of its link.
+
 // Why the joints of a machine cannot work as its file says: all that Kinematics refuses it for.
 
 struct GeometryError {

@@ -4,13 +4,13 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/units.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
 namespace {
 
-constexpr double kMilli = 1e-3;
 constexpr PerJoint<const char*> kDeviceJoints{"forearm", "wrist", "finger"};
 
 void read_joint(TomlTable file, std::size_t joint, DeviceDescription& device) {

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/units.h"
 #include "machine/bus_description.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
@@ -20,11 +21,6 @@
 namespace knuckle {
 namespace {
 
-constexpr double kBar = 1e5;
-constexpr double kLitrePerMinute = 1e-3 / 60;
-constexpr double kMilli = 1e-3;
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kFurthestPin_m = 30;
 constexpr double kHeaviest_kg = 50000;
 constexpr double kFullestBus = 0.6;
 constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a valve's command, whatever a file says
@@ -102,7 +98,7 @@ FrictionDescription read_friction(TomlTable file) {
           .viscous_Ns_per_m = file.number("viscous_kNs_per_m", 0, 2000, 1e3)};
 }
 
-ValveDescription read_valve(TomlTable file) {
+ValveDescription read_valve_description(TomlTable file) {
   return {.nominal_flow_m3ps = file.number("nominal_flow_Lpm", 1, 2000, kLitrePerMinute),
           .nominal_drop_Pa = file.number("nominal_drop_bar", 1, 100, kBar),
           .dead_band_extend = file.number("dead_band_extend", 0, 0.4),
@@ -130,7 +126,7 @@ CylinderDescription read_cylinder(TomlTable& file) {
   cylinder.body_mass_kg = file.number("body_mass_kg", 0, kHeaviest_kg);
   cylinder.rod_mass_kg = file.number("rod_mass_kg", 0, kHeaviest_kg);
   cylinder.friction = read_friction(file.table("friction"));
-  cylinder.valve = read_valve(file.table("valve"));
+  cylinder.valve = read_valve_description(file.table("valve"));
   return cylinder;
 }
 

@@ -6,7 +6,7 @@
 namespace knuckle::master {
 namespace {
 
-constexpr double kStep_s = 1e-3;
+constexpr double kSetPointStep_s = 1e-3;
 
 bool leads(Mode mode) noexcept {
   return mode == Mode::kEngaged || mode == Mode::kHold;
@@ -16,7 +16,7 @@ bool leads(Mode mode) noexcept {
 
 // The velocity sent ahead is 5 ms late, and quiet at encoder steps.
 SetPoint::SetPoint(const MachineDescription& machine) noexcept
-    : rate_(kSetPointRateCutoff_Hz, kStep_s, JointVector::Zero()) {
+    : rate_(kSetPointRateCutoff_Hz, kSetPointStep_s, JointVector::Zero()) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     min_rad_[Eigen::Index(i)] = machine.links[i].min_rad;
     max_rad_[Eigen::Index(i)] = machine.links[i].max_rad;

@@ -7,13 +7,18 @@
 #include <random>
 
 #include "core/seed.h"
+#include "core/units.h"
 
 namespace knuckle::sim {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+}  // namespace
 
 DeviceTruth sample_device(const DeviceDescription& nominal, Family family, std::uint64_t seed) {
   DeviceTruth truth(nominal);
   if (family == Family::kSmooth) return truth;
-  constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
   const bool worn = family == Family::kWorn;
   std::mt19937_64 random(stream_seed(seed, Stream::kDevice));
   const auto within = [&random](double bound) { return bound * (2 * unit_interval(random) - 1); };
@@ -35,12 +40,11 @@ DeviceTruth sample_device(const DeviceDescription& nominal, Family family, std::
 namespace {
 
 constexpr int kSubsteps = 4;
-constexpr double kTick_s = 1e-3;
-constexpr double kDt_s = kTick_s / kSubsteps;
+constexpr double kFirmwareTick_s = 1e-3;
+constexpr double kDt_s = kFirmwareTick_s / kSubsteps;
 constexpr double kCurrentLag_s = 0.3e-3;                   // closed current loop of the motor stage
 constexpr double kBristle_rad = 3e-4;                      // pre-sliding range of gear friction
 constexpr double kStop_Nm_per_rad = 40, kStop_Nms = 0.05;  // rubber end stops
-constexpr double kTurn = 2 * std::numbers::pi;
 
 LimbImpedance scaled_by_grip(LimbImpedance limb, double grip) noexcept {
   limb.mass_kg *= grip;
@@ -135,8 +139,8 @@ void HandAndDevice::step(Time now, const OperatorIntent& intent) noexcept {
   truth_.felt_N = gram.inverse() * (jacobian * truth_.motor_torque_Nm);
   truth_.contact_N.setZero();
   if (intent.presence) {
-    truth_.contact_N =
-        limb.mass_kg * (truth_.tip_mps - tip_mps_before) / kTick_s - intended.pull_N(truth_.tip_m, truth_.tip_mps);
+    truth_.contact_N = limb.mass_kg * (truth_.tip_mps - tip_mps_before) / kFirmwareTick_s -
+                       intended.pull_N(truth_.tip_m, truth_.tip_mps);
   }
   asked_A_ = firmware_.step(now, DeviceSensors{counts(), current_A_, truth_.motor_heat, intent.presence, intent.enable,
                                                intent.clutch, intent.stop});

@@ -11,11 +11,11 @@
 namespace knuckle::sim {
 namespace {
 
-struct Range {
+struct LimbRange {
   double low, high;
 };
 struct LimbRanges {
-  Range mass, damping, stiffness;
+  LimbRange mass, damping, stiffness;
 };
 
 LimbRanges ranges_of(LimbClass limb) noexcept {
@@ -31,7 +31,7 @@ LimbRanges ranges_of(LimbClass limb) noexcept {
   }
   return {};
 }
-constexpr Range kWristInertia{2e-3, 5e-3}, kWristDamping{0.02, 0.1}, kWristStiffness{1, 10};
+constexpr LimbRange kWristInertia{2e-3, 5e-3}, kWristDamping{0.02, 0.1}, kWristStiffness{1, 10};
 
 }  // namespace
 
@@ -51,7 +51,7 @@ const char* name(LimbClass limb) noexcept {
 
 LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept {
   std::mt19937_64 random(seed);
-  const auto sample = [&random](Range range) {
+  const auto sample = [&random](LimbRange range) {
     return range.low * std::pow(range.high / range.low, unit_interval(random));
   };
   const LimbRanges ranges = ranges_of(limb);
@@ -67,13 +67,13 @@ LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kWholeTurn = 2 * std::numbers::pi;
 constexpr double kTremorBand_Hz = 1;  // either way: it wanders
 constexpr double kShortestWave_s = 7, kLongestWave_s = 31;
 
 /// Force on a free limb's fingertip that shakes it by so much at this frequency.
 double force_of_tremor_N(const LimbImpedance& limb, double tremor_m, double tremor_Hz) {
-  const double w = kTurn * tremor_Hz;
+  const double w = kWholeTurn * tremor_Hz;
   const std::complex<double> impedance(limb.stiffness_N_per_m - limb.mass_kg * w * w, limb.damping_Ns_per_m * w);
   return tremor_m * std::abs(impedance);
 }
@@ -138,7 +138,7 @@ double strength_N(LimbClass limb) noexcept {
 
 double correction_1ps(Duration reaction) noexcept {
   constexpr double kOwn_s = 0.15;
-  return kTurn * 0.16 / std::pow(std::max(to_seconds(reaction), kOwn_s), 0.85);
+  return kWholeTurn * 0.16 / std::pow(std::max(to_seconds(reaction), kOwn_s), 0.85);
 }
 
 double steady_below_1ps(const LimbImpedance& limb) noexcept {
@@ -159,14 +159,14 @@ Unsteadiness::Unsteadiness(const Person& person, const LimbImpedance& limb, std:
     for (Wave& wave : direction) {
       const double tremor_Hz = person.tremor_Hz + kTremorBand_Hz * (2 * unit_interval(random_) - 1);
       const double share_m = person.tremor_m * std::sqrt(2.0 / kTremorWaves);
-      wave = {force_of_tremor_N(limb, share_m, tremor_Hz), kTurn * tremor_Hz, kTurn * unit_interval(random_)};
+      wave = {force_of_tremor_N(limb, share_m, tremor_Hz), kWholeTurn * tremor_Hz, kWholeTurn * unit_interval(random_)};
     }
   }
   for (auto& joint : drift_) {
     for (Wave& wave : joint) {
-      wave.radps = kTurn / (kShortestWave_s + (kLongestWave_s - kShortestWave_s) * unit_interval(random_));
+      wave.radps = kWholeTurn / (kShortestWave_s + (kLongestWave_s - kShortestWave_s) * unit_interval(random_));
       wave.amplitude = person.drift_radps / kDriftWaves / wave.radps;
-      wave.phase_rad = kTurn * unit_interval(random_);
+      wave.phase_rad = kWholeTurn * unit_interval(random_);
     }
   }
   if (person.slips_per_s > 0) slip_until_ = Time{};

@@ -5,15 +5,12 @@
 #include <random>
 
 #include "core/seed.h"
+#include "core/units.h"
 #include "sim/rigid_body.h"
 #include "sim/truth.h"
 
 namespace knuckle::sim {
 namespace {
-
-constexpr double kBar = 1e5;
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kPerMinute = 1e-3 / 60;  // L/min in m^3/s
 
 /// How values lie about their nominal ones: evenly, or most of them near their bounds.
 enum class Law : std::uint8_t { kUniform, kArcsine };
@@ -198,7 +195,8 @@ void roughen_joint(std::size_t i, const JointVector& lever_m, double reach, cons
   valve.stiction = in(rough.stiction);
   valve.null_drift_per_K = in(rough.null_drift_per_K);
   // Gap flow: thin oil leaks more.
-  valve.leakage_m3ps_per_Pa = in(rough.leakage_Lpm_per_100bar) * kPerMinute / (100 * kBar) / truth.viscosity_factor;
+  valve.leakage_m3ps_per_Pa =
+      in(rough.leakage_Lpm_per_100bar) * kLitrePerMinute / (100 * kBar) / truth.viscosity_factor;
   truth.machine.cylinders[i].valve.hysteresis = in(rough.hysteresis);
   const double mean_area_m2 = 0.5 * (cylinder.head_area_m2() + cylinder.rod_side_area_m2());
   truth.friction[i].seal_N_per_Pa = in(rough.seal_share) * mean_area_m2;

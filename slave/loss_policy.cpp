@@ -27,10 +27,6 @@ double authority_at(LossStage stage, Duration age, const LossLimits& limits) noe
   return 0;
 }
 
-float milliseconds(Duration d) noexcept {
-  return static_cast<float>(to_seconds(d) * 1e3);
-}
-
 }  // namespace
 
 LossDecision loss_policy(const JointVector& position_rad, const JointVector& velocity_radps, Duration age, Duration gap,
@@ -42,11 +38,11 @@ LossDecision loss_policy(const JointVector& position_rad, const JointVector& vel
   decision.position_rad = position_rad + velocity_radps * to_seconds(ahead);
   if (decision.stage == LossStage::kExtrapolate) decision.velocity_radps = velocity_radps;
   if (decision.stage == LossStage::kLost) {
-    decision.link = {ReasonCode::kLinkLost, 0, milliseconds(std::max(age, gap)), milliseconds(limits.neutral)};
+    decision.link = {ReasonCode::kLinkLost, 0, to_ms(std::max(age, gap)), to_ms(limits.neutral)};
   }
   const double release = holding ? limits.round_trip_release : 1.0;
   if (round_trip < Duration::zero() || to_seconds(round_trip) > release * to_seconds(limits.max_round_trip)) {
-    decision.hold = {ReasonCode::kRoundTripTooLong, 0, milliseconds(round_trip), milliseconds(limits.max_round_trip)};
+    decision.hold = {ReasonCode::kRoundTripTooLong, 0, to_ms(round_trip), to_ms(limits.max_round_trip)};
   }
   return decision;
 }

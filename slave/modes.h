@@ -6,15 +6,16 @@
 
 #include "core/joints.h"
 #include "core/reason.h"
+#include "core/units.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::slave {
 
 /// Limits of engaging.
 struct ModeLimits {
-  double alignment_rad = 5 * std::numbers::pi / 180;  ///< Hand to machine per joint: the jump on engaging.
-  double hand_radps = 0.10;                           ///< A hand at rest on the device trembles below this.
-  double machine_radps = 0.05;  ///< Machine at rest; 0.1 mm encoder steps make up to 0.02 at the bucket.
+  double alignment_rad = 5 * kDegree;  ///< Hand to machine per joint: the jump on engaging.
+  double hand_radps = 0.10;            ///< A hand at rest on the device trembles below this.
+  double machine_radps = 0.05;         ///< Machine at rest; 0.1 mm encoder steps make up to 0.02 at the bucket.
 };
 inline constexpr ModeLimits kModeLimits{};
 

@@ -11,10 +11,6 @@ bool is_neutral(const JointVector& commands) noexcept {
   return (commands.array() == 0).all();
 }
 
-float milliseconds(Duration d) noexcept {
-  return static_cast<float>(to_seconds(d) * 1e3);
-}
-
 Reason joint_reason(ReasonCode code, int joint, double value, double limit) noexcept {
   return {code, static_cast<std::uint8_t>(joint), static_cast<float>(value), static_cast<float>(limit)};
 }
@@ -27,7 +23,7 @@ Reason pressure_reason(std::size_t chamber, double pressure_Pa, const GateLimits
 /// Of the oldest sensor value.
 Reason stale(Time oldest_at, std::uint8_t node, const GateLimits& limits, Time now) noexcept {
   if (now - oldest_at <= limits.state_age) return {};
-  return {ReasonCode::kSensorStale, node, milliseconds(now - oldest_at), milliseconds(limits.state_age)};
+  return {ReasonCode::kSensorStale, node, to_ms(now - oldest_at), to_ms(limits.state_age)};
 }
 
 /// Why nothing at all may pass; kNone where commands may be limited and sent.
@@ -39,10 +35,10 @@ Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const Gat
   }
   if (mode != Mode::kEngaged) return {};  // neutral was asked and neutral is sent
   if (setpoint_at > now) {
-    return {ReasonCode::kSetpointInvalid, 0, -milliseconds(setpoint_at - now), 0};
+    return {ReasonCode::kSetpointInvalid, 0, -to_ms(setpoint_at - now), 0};
   }
   if (now - setpoint_at >= limits.table.setpoint_age) {
-    return {ReasonCode::kLinkLost, 0, milliseconds(now - setpoint_at), milliseconds(limits.table.setpoint_age)};
+    return {ReasonCode::kLinkLost, 0, to_ms(now - setpoint_at), to_ms(limits.table.setpoint_age)};
   }
   const bool finite =
       state.angle_rad.allFinite() && state.lever_m.allFinite() &&
@@ -64,7 +60,7 @@ Reason jog_refusal(const JointVector& wanted, const JogState& state, const GateM
   if (is_neutral(wanted) && !state.pilot) return {};
   if (state.e_stop_open) return {ReasonCode::kEmergencyStop, 0, 0, 0};
   if (!is_neutral(memory.sent) && now - memory.at > limits.longest_gap) {
-    return {ReasonCode::kLoopOverrun, 0, milliseconds(now - memory.at), milliseconds(limits.longest_gap)};
+    return {ReasonCode::kLoopOverrun, 0, to_ms(now - memory.at), to_ms(limits.longest_gap)};
   }
   if (!is_neutral(wanted) && (now < state.since || now - state.since > limits.jog.longest)) {
     return {ReasonCode::kJogTooLong, 0, static_cast<float>(to_seconds(now - state.since)),

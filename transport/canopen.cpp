@@ -5,12 +5,11 @@
 #include <limits>
 #include <numbers>
 
+#include "core/units.h"
 #include "transport/bytes.h"
 
 namespace knuckle::canopen {
 namespace {
-
-constexpr double kBar_Pa = 1e5;
 
 /// Fills a frame field by field.
 template <typename... Fields>
@@ -308,7 +307,7 @@ std::optional<ValveCommand> parse_valve_command(const CanFrame& frame, double fu
 }
 
 PressureFormat pressure_format(bool is_float, int digits) noexcept {
-  return {is_float ? kBar_Pa : kBar_Pa / std::pow(10, digits), is_float};
+  return {is_float ? kBar : kBar / std::pow(10, digits), is_float};
 }
 
 CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading, const PressureFormat& format) noexcept {

@@ -18,7 +18,7 @@ std::string narrow(const wchar_t* text) {
   return narrowed;
 }
 
-using Handle = std::unique_ptr<hid_device, decltype(&hid_close)>;
+using HidapiHandle = std::unique_ptr<hid_device, decltype(&hid_close)>;
 
 /// Of a device file such as /dev/hidraw0.
 std::string usb_port_of_file(const std::string& path) {
@@ -31,7 +31,7 @@ std::string usb_port_of_file(const std::string& path) {
 /// Two handles on one device: hidapi keeps its last error in the handle, so that each serves one thread only.
 class HidapiConnection final : public HidConnection {
  public:
-  HidapiConnection(Handle in, Handle out) : in_(std::move(in)), out_(std::move(out)) {}
+  HidapiConnection(HidapiHandle in, HidapiHandle out) : in_(std::move(in)), out_(std::move(out)) {}
 
   Result read(HidReport& report, Duration timeout) override {
     report = {};
@@ -48,7 +48,7 @@ class HidapiConnection final : public HidConnection {
   }
 
  private:
-  Handle in_, out_;
+  HidapiHandle in_, out_;
 };
 
 HidOpening open_hidapi(const HidChoice& wanted) {
@@ -56,8 +56,8 @@ HidOpening open_hidapi(const HidChoice& wanted) {
   const std::vector<HidCandidate> found = hidapi_devices();
   const HidCandidate* chosen = choose_device(found, wanted, opening.problem);
   if (chosen == nullptr) return opening;
-  Handle in(hid_open_path(chosen->path.c_str()), hid_close);
-  Handle out(in ? hid_open_path(chosen->path.c_str()) : nullptr, hid_close);
+  HidapiHandle in(hid_open_path(chosen->path.c_str()), hid_close);
+  HidapiHandle out(in ? hid_open_path(chosen->path.c_str()) : nullptr, hid_close);
   if (!out) {
     opening.problem = chosen->path + " cannot be opened (" + narrow(hid_error(nullptr)) +
                       "): install config/udev/70-knuckle.rules and attach the device again";

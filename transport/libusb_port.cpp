@@ -19,7 +19,7 @@ constexpr std::size_t kOutTransfers = 2;  // one on the bus, the next behind it
 constexpr unsigned kOutTimeout_ms = 100;
 
 using Context = std::unique_ptr<libusb_context, decltype(&libusb_exit)>;
-using Handle = std::unique_ptr<libusb_device_handle, decltype(&libusb_close)>;
+using LibusbHandle = std::unique_ptr<libusb_device_handle, decltype(&libusb_close)>;
 using Transfer = std::unique_ptr<libusb_transfer, decltype(&libusb_free_transfer)>;
 
 Transfer new_transfer() {
@@ -64,7 +64,7 @@ std::optional<Endpoints> endpoints_of(libusb_device* device) {
 /// An opened device with its transfers. read() is the event thread: all completions are handled inside it.
 class LibusbConnection final : public HidConnection {
  public:
-  LibusbConnection(std::shared_ptr<libusb_context> context, Handle handle, const Endpoints& endpoints);
+  LibusbConnection(std::shared_ptr<libusb_context> context, LibusbHandle handle, const Endpoints& endpoints);
   ~LibusbConnection() override;
   /// Queues the first transfers. False where the device refuses them.
   bool start();
@@ -87,7 +87,7 @@ class LibusbConnection final : public HidConnection {
   [[nodiscard]] bool any_queued() const;
 
   std::shared_ptr<libusb_context> context_;
-  Handle handle_;
+  LibusbHandle handle_;
   Endpoints endpoints_;
   std::array<Slot, kInTransfers> in_;
   std::array<Slot, kOutTransfers> out_;
@@ -96,7 +96,8 @@ class LibusbConnection final : public HidConnection {
   std::atomic<std::uint32_t> completed_out_{0};
 };
 
-LibusbConnection::LibusbConnection(std::shared_ptr<libusb_context> context, Handle handle, const Endpoints& endpoints)
+LibusbConnection::LibusbConnection(std::shared_ptr<libusb_context> context, LibusbHandle handle,
+                                   const Endpoints& endpoints)
     : context_(std::move(context)), handle_(std::move(handle)), endpoints_(endpoints) {
   constexpr int kSize = static_cast<int>(std::tuple_size_v<HidReport>);
   for (Slot& slot : in_) {
@@ -201,7 +202,7 @@ std::shared_ptr<libusb_context> new_context(std::string& problem) {
 /// A haptic device on the bus, referenced as long as this lives; and what opening it came to.
 struct UsbDevice {
   std::shared_ptr<libusb_device> device;
-  Handle handle{nullptr, libusb_close};
+  LibusbHandle handle{nullptr, libusb_close};
   int error = 0;
 };
 

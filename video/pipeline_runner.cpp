@@ -19,13 +19,13 @@ constexpr Duration kFirstPicture = 10s;  // encoders, cameras and key frames tak
 constexpr Duration kNextPicture = 5s;    // a network source says nothing where nothing arrives
 constexpr Duration kShortestWait = 500ms, kLongestWait = 4s;
 
-constexpr guint kJitterBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
+constexpr guint kRtspBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
 
 /// An RTSP camera keeps its pictures back for as short as it may, and tells when they were captured.
 void on_source(GstElement* /*reader*/, GstElement* source, gpointer /*self*/) {
   GObjectClass* kind = G_OBJECT_GET_CLASS(source);
   if (g_object_class_find_property(kind, "drop-on-latency") == nullptr) return;
-  g_object_set(source, "latency", kJitterBuffer_ms, "drop-on-latency", TRUE, nullptr);
+  g_object_set(source, "latency", kRtspBuffer_ms, "drop-on-latency", TRUE, nullptr);
   if (g_object_class_find_property(kind, "add-reference-timestamp-meta") != nullptr)
     g_object_set(source, "add-reference-timestamp-meta", TRUE, nullptr);
 }

@@ -10,7 +10,7 @@
 namespace knuckle::video {
 namespace {
 
-constexpr Duration kLook = 2s;
+constexpr Duration kWatchEvery = 2s;
 constexpr std::uint64_t kLeastPackets = 10;  // of another codec, in that time
 constexpr std::uint64_t kMostlyOther = 9;    // for one packet that may be H.264, as some of any codec may
 
@@ -80,7 +80,7 @@ void RtpWatch::begin(GstElement* pipeline) {
 }
 
 const char* RtpWatch::wrong_codec(Time now) {
-  if (looked_at_ != kNever && now - looked_at_ < kLook) return nullptr;
+  if (looked_at_ != kNever && now - looked_at_ < kWatchEvery) return nullptr;
   const std::uint64_t h264 = h264_ - h264_before_, other = other_ - other_before_;
   const bool first = looked_at_ == kNever;
   looked_at_ = now;

@@ -13,8 +13,8 @@
 namespace knuckle::video {
 namespace {
 
-constexpr GstClockTime kLook = 100 * GST_MSECOND;   // how soon an end is noticed
-constexpr GstClockTime kPatience = 2 * GST_SECOND;  // beyond the length of a sound
+constexpr GstClockTime kBusWait = 100 * GST_MSECOND;  // how soon an end is noticed
+constexpr GstClockTime kPatience = 2 * GST_SECOND;    // beyond the length of a sound
 
 /// A sound server of this session, or a playback device of the kernel.
 bool has_audio_device() {
@@ -102,12 +102,12 @@ std::string SoundPlayer::play_through(const std::vector<std::int16_t>& samples) 
   std::string problem;
   const GstClockTime longest = GST_SECOND * samples.size() / kRate_Hz + kPatience;
   GstClockTime waited = 0;
-  for (bool playing = true; playing; waited += kLook) {
+  for (bool playing = true; playing; waited += kBusWait) {
     if (waited > longest) {
       problem = "the sound device does not play";
       break;
     }
-    if (const Owned<GstMessage> message{gst_bus_timed_pop_filtered(bus.get(), kLook, wanted)}) {
+    if (const Owned<GstMessage> message{gst_bus_timed_pop_filtered(bus.get(), kBusWait, wanted)}) {
       if (GST_MESSAGE_TYPE(message.get()) != GST_MESSAGE_EOS) problem = complaint(message.get());
       playing = GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_WARNING;
     }

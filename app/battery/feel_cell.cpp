@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/units.h"
 #include "machine/kinematics.h"
 #include "sim/hull.h"
 #include "sim/person.h"
@@ -19,21 +20,20 @@
 namespace knuckle::battery {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
-constexpr double kReach_m = 3.2;             // lengths below are for a machine of this reach
-constexpr double kBeforeWall_m = 0.12;       // where a press begins
-constexpr double kIntoWall_m = 0.06;         // what a soft wall gives way by
-constexpr double kFromEnds_rad = 10 * kDeg;  // a joint's end is felt, too: not what is judged here
-constexpr double kLinkageBehind_m = 0.03;    // the bucket's part that touches
-constexpr double kClear_m = 0.05;            // of the wall and the ground while warming up
-constexpr double kWallAbove_m = 0.15;        // of one between bucket and machine: the arm reaches over it
-constexpr double kWallDepth_m = 0.5;         // of such a wall
-constexpr double kLightGrip_N = 1.8;         // what a light grip is asked for at most
-constexpr double kLeastPush = 0.1;           // of its weight that either end of the tracks must bear in a press
-constexpr double kLeastFelt_N = 0.8;         // a place where the machine would tip by less is not pressed at
+constexpr double kReach_m = 3.2;                // lengths below are for a machine of this reach
+constexpr double kBeforeWall_m = 0.12;          // where a press begins
+constexpr double kIntoWall_m = 0.06;            // what a soft wall gives way by
+constexpr double kFromEnds_rad = 10 * kDegree;  // a joint's end is felt, too: not what is judged here
+constexpr double kLinkageBehind_m = 0.03;       // the bucket's part that touches
+constexpr double kClear_m = 0.05;               // of the wall and the ground while warming up
+constexpr double kWallAbove_m = 0.15;           // of one between bucket and machine: the arm reaches over it
+constexpr double kWallDepth_m = 0.5;            // of such a wall
+constexpr double kLightGrip_N = 1.8;            // what a light grip is asked for at most
+constexpr double kLeastPush = 0.1;              // of its weight that either end of the tracks must bear in a press
+constexpr double kLeastFelt_N = 0.8;            // a place where the machine would tip by less is not pressed at
 constexpr int kTries = 20000;
 constexpr int kStarts = 6;  // angles of a joint that are tried as a start
-const JointVector kSweep_rad = JointVector(8, 12, 15) * kDeg;
+const JointVector kSweep_rad = JointVector(8, 12, 15) * kDegree;
 
 /// Which way the wall is from the machine, and where on it the press is.
 struct Place {
@@ -207,9 +207,9 @@ Press draw(const Room& room, double least_N, const std::string& machine, std::mt
     press.place = &place;
     const double x = between(random, place.x_low, place.x_high), z = between(random, place.z_low, place.z_high);
     press.wall_m = room.scale() * PlanarVector(x, z);
-    const double angle = kDeg * between(random, place.angle_low_deg, place.angle_high_deg);
+    const double angle = kDegree * between(random, place.angle_low_deg, place.angle_high_deg);
     press.along = PlanarVector(std::cos(angle), std::sin(angle));
-    press.bucket_rad = kDeg * between(random, place.bucket_low_deg, place.bucket_high_deg);
+    press.bucket_rad = kDegree * between(random, place.bucket_low_deg, place.bucket_high_deg);
     if (room.fits(press) && room.standing_N(press) >= least_N) return press;
   }
   throw InputError(machine + ": no room for a press: " + std::string(place.name));
@@ -298,7 +298,8 @@ max = 0
 )";
 
 std::string list_of(const JointVector& angles_rad) {
-  return fmt::format("{:.6f}, {:.6f}, {:.6f}", angles_rad[0] / kDeg, angles_rad[1] / kDeg, angles_rad[2] / kDeg);
+  return fmt::format("{:.6f}, {:.6f}, {:.6f}", angles_rad[0] / kDegree, angles_rad[1] / kDegree,
+                     angles_rad[2] / kDegree);
 }
 std::string list_of(const PlanarVector& point) {
   return fmt::format("{:.6f}, {:.6f}", point.x(), point.y());
@@ -306,7 +307,7 @@ std::string list_of(const PlanarVector& point) {
 
 /// The hand begins a little away from the machine's pose, within its range.
 JointVector hand_beside(const MachineDescription& machine, JointVector pose_rad) {
-  const JointVector beside = pose_rad + JointVector(2, -2, 2) * kDeg;
+  const JointVector beside = pose_rad + JointVector(2, -2, 2) * kDegree;
   for (int i = 0; i < kJoints; ++i) {
     const LinkDescription& link = machine.links[static_cast<std::size_t>(i)];
     pose_rad[i] = std::clamp(beside[i], link.min_rad, link.max_rad);
@@ -337,7 +338,7 @@ void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, d
           fmt::arg("hand", list_of(hand_beside(machine, press.start_rad))), fmt::arg("limb", sim::name(limb)),
           fmt::arg("reaction_ms", reaction_ms), fmt::arg("person", settings.person),
           fmt::arg("sweep", list_of(kSweep_rad)), fmt::arg("approach", list_of(press.approach_m)),
-          fmt::arg("bucket_deg", press.bucket_rad / kDeg), fmt::arg("approach_mps", 0.3 * room.scale()),
+          fmt::arg("bucket_deg", press.bucket_rad / kDegree), fmt::arg("approach_mps", 0.3 * room.scale()),
           fmt::arg("along", list_of(press.along)), fmt::arg("speed", speed), fmt::arg("felt", felt),
           fmt::arg("wall", list_of(press.wall_m)), fmt::arg("normal", list_of(PlanarVector(-press.along))),
           fmt::arg("stiffness", stiffness), fmt::arg("damping", damping), fmt::arg("friction", friction),

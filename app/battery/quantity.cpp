@@ -6,11 +6,10 @@
 #include <array>
 
 #include "core/quantile.h"
+#include "core/units.h"
 
 namespace knuckle::battery {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double rms(const std::vector<double>& values) {
   double squares = 0;
@@ -25,7 +24,7 @@ double ratio(double scale, const std::vector<double>& values) {
     part += values[i];
     whole += values[i + 1];
   }
-  return whole > 0 ? scale * part / whole : kNaN;
+  return whole > 0 ? scale * part / whole : kUnknown;
 }
 
 }  // namespace
@@ -75,7 +74,7 @@ double value_of(const Quantity& quantity, const Sources& sources) {
     case By::kRms:
       return quantity.scale * rms(values) / quantity.whole;
   }
-  return kNaN;
+  return kUnknown;
 }
 
 }  // namespace knuckle::battery

@@ -15,6 +15,7 @@
 #include "app/motion/led_machine.h"
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "estimation/identification/excitation.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
@@ -24,7 +25,7 @@ namespace knuckle::bringup {
 
 namespace {
 
-constexpr const char* kOpening = "# Written by knuckle commission.";
+constexpr const char* kFirstLine = "# Written by knuckle commission.";
 constexpr double kRampError = 0.03, kDeadBandStep = 1e-4;
 
 std::string hex(std::uint32_t value) {
@@ -47,10 +48,10 @@ void write_axis(const AxisResult& axis, const char* name, std::ostream& out) {
 
 void write_record(const WizardResult& result, const ResultOrigin& origin, std::ostream& out) {
   out << '\n'
-      << kOpening << "\n[commissioning]\nversion = 2\nbus = " << toml_quoted(origin.bus)
+      << kFirstLine << "\n[commissioning]\nversion = 2\nbus = " << toml_quoted(origin.bus)
       << "\ndate = " << toml_quoted(origin.date) << "\nprogram = " << toml_quoted(cli::program_version())
       << "\nmachine_sha256 = " << toml_quoted(origin.machine_sha256) << '\n';
-  put(out, "tilt_error_deg", result.tilt_error_rad, std::numbers::pi / 180, 0.01);
+  put(out, "tilt_error_deg", result.tilt_error_rad, kDegree, 0.01);
   out << "recordings = [";
   for (std::size_t i = 0; i < result.recordings.size(); ++i)
     out << (i > 0 ? ", " : "") << toml_quoted(result.recordings[i]);
@@ -81,7 +82,7 @@ std::string with_dead_bands(std::string_view text, const MachineDescription& mac
       change("dead_band_retract", was.dead_band_retract, is.dead_band_retract);
     }
   };
-  return edited_toml(without_toml_record(text, "commissioning", kOpening), edit);
+  return edited_toml(without_toml_record(text, "commissioning", kFirstLine), edit);
 }
 
 /// Reads the text again, as every program will.

@@ -8,6 +8,7 @@
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/doctor_command.h"
+#include "core/units.h"
 #include "slave/bus_listen.h"
 #include "slave/safety_gate.h"
 
@@ -16,7 +17,6 @@ namespace {
 
 using Level = Finding::Level;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kSmallWay_m = 0.015, kRampWay_m = 0.005;
 constexpr double kRampRise_1ps = 0.03;
 constexpr double kEndOpening = 0.14;  // behind the dead band: some centimetres a second

@@ -72,7 +72,7 @@ std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
   return lines;
 }
 
-Json findings_json(const Findings& findings) {
+cli::Json findings_json(const Findings& findings) {
   Json all = Json::array();
   for (const Finding& one : findings) {
     const char* level = one.level == Finding::Level::kFault ? "fault" : name(one.level);
@@ -81,7 +81,7 @@ Json findings_json(const Findings& findings) {
   return all;
 }
 
-Json diagnosis_json(const BusDiagnosis& diagnosis) {
+cli::Json diagnosis_json(const BusDiagnosis& diagnosis) {
   Json nodes = Json::array();
   for (const NodeLine& node : diagnosis.nodes) {
     nodes.push_back({{"id", node.id},

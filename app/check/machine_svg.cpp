@@ -11,6 +11,7 @@
 #include "app/check/machine_sheet.h"
 #include "app/report/html.h"
 #include "app/report/machine_drawing.h"
+#include "core/units.h"
 #include "machine/kinematics.h"
 #include "machine/room.h"
 
@@ -106,7 +107,6 @@ class Sheet {
   /// corner above the hull, where no pin's letter is.
   void draw_ranges() {
     constexpr int kSteps = 30;
-    constexpr double kDegree = std::numbers::pi / 180;
     const std::array<PlanarVector, kJoints> pins{pose_.boom.translation(), pose_.arm.translation(),
                                                  pose_.bucket.translation()};
     double before_rad = 0;

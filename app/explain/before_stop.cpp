@@ -9,6 +9,7 @@
 
 #include "app/explain/text.h"
 #include "app/explain/timeline.h"
+#include "core/units.h"
 #include "estimation/force_estimator.h"
 
 namespace knuckle::explain {
@@ -164,10 +165,10 @@ std::vector<std::string> unusual(const Evidence& evidence, const Window& window)
 namespace {
 
 constexpr Duration kSpan = 1s;
-constexpr double kBar = 1e5;
 using slave::SlaveState;
 
-struct Range {
+/// Lowest and highest value of the last second.
+struct Seen {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) {
     low = std::min(low, value);
@@ -209,7 +210,7 @@ std::string operator_text(const std::vector<const State*>& states) {
 
 std::string axis_text(const std::vector<const SlaveState*>& states, int joint) {
   const auto axis = static_cast<std::size_t>(joint);
-  Range length, a, b, told, spool;
+  Seen length, a, b, told, spool;
   for (const SlaveState* state : states) {
     length.add(state->cylinder_m[joint]);
     a.add(state->pressure_Pa[2 * axis] / kBar);
@@ -225,7 +226,7 @@ std::string axis_text(const std::vector<const SlaveState*>& states, int joint) {
 }
 
 std::string estimate_text(const std::vector<const SlaveState*>& states) {
-  Range force, confidence;
+  Seen force, confidence;
   std::uint8_t doubts = 0;
   for (const SlaveState* state : states) {
     force.add(state->tip_force_N.norm());

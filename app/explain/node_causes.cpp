@@ -7,6 +7,7 @@
 
 #include "app/explain/cause.h"
 #include "app/explain/text.h"
+#include "core/units.h"
 #include "slave/sensors.h"
 
 namespace knuckle::explain {
@@ -245,7 +246,6 @@ namespace {
 
 constexpr Duration kFrozen = 90ms;     // a living sensor of a driven axis does not repeat itself for so long
 constexpr Duration kLookBack = 500ms;  // and ahead, for a length that runs away
-constexpr double kBar = 1e5;
 
 /// Lowest and highest of a value between two times.
 struct Range {

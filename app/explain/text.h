@@ -5,6 +5,7 @@
 
 #include "core/reason.h"
 #include "core/time.h"
+#include "core/units.h"
 #include "machine/description.h"
 
 namespace knuckle::explain {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/cli/command.h"
+#include "core/units.h"
 #include "machine/bus_description.h"
 #include "machine/description.h"
 #include "slave/bus_map.h"
@@ -25,7 +26,6 @@ namespace {
 
 using Type = Signal::Type;
 constexpr double kAny = std::numeric_limits<double>::infinity();
-constexpr double kBar_Pa = 1e5, kMilli = 1e-3, kDegree = std::numbers::pi / 180;
 
 /// Digits that a decimal step was written with: 0.1 * pi / 180 / (pi / 180) is to be 0.1 again.
 double rounded(double factor) {
@@ -129,8 +129,8 @@ std::vector<Signal> pressure(const MachineDescription& machine) {
   const WireDescription& wire = machine.bus.wire;
   const canopen::PressureFormat format = canopen::pressure_format(wire.pressure_float, wire.pressure_digits);
   const double most_Pa = slave::kValidity.pressure_over_range * machine.sensors.pressure_range_Pa;
-  return {number(format.is_float ? Type::kFloat : Type::kSigned, "Pressure", 0, 32, rounded(format.unit_Pa / kBar_Pa),
-                 "bar", slave::kValidity.pressure_floor_Pa / kBar_Pa, rounded(most_Pa / kBar_Pa),
+  return {number(format.is_float ? Type::kFloat : Type::kSigned, "Pressure", 0, 32, rounded(format.unit_Pa / kBar),
+                 "bar", slave::kValidity.pressure_floor_Pa / kBar, rounded(most_Pa / kBar),
                  format.is_float ? "0x6130:01, gauge" : "0x9130:01, gauge"),
           flag("Invalid", 32 + bit_of(canopen::kPressureInvalid), "0x6150:01"),
           flag("Overload", 32 + bit_of(canopen::kPressureOverload), "0x6150:01"),

@@ -8,8 +8,10 @@
 
 #include "app/identify/baseline_report.h"
 #include "app/identify/commission.h"
+#include "app/identify/identify_output.h"
 #include "app/report/plots.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/paper_motions.h"
@@ -165,14 +167,6 @@ std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::u
 }
 
 namespace {
-
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<double> times(std::size_t count, double step_s) {
-  std::vector<double> t(count);
-  for (std::size_t i = 0; i < count; ++i) t[i] = static_cast<double>(i) * step_s;
-  return t;
-}
 
 report::PageFigure finished(const std::string& title, const std::string& caption, int panels,
                             const report::PanelPlot& plot, double first_s, double last_s) {

@@ -16,11 +16,10 @@
 namespace knuckle::identify {
 namespace {
 
-constexpr double kMilli = 1e-3, kLitrePerMinute = 1e-3 / 60;
 constexpr const char* kOpening = "# Written by knuckle identify; what stands above is the machine's drawing.";
 
 /// Shortest digits that give the same number again.
-std::string digits(double value) {
+std::string shortest_digits(double value) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
   return with_point({text.data(), end});
@@ -34,7 +33,7 @@ std::string rounded(double value) {
 template <typename Vector>
 std::string array(const Vector& values, double unit = 1) {
   std::string text = "[";
-  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + digits(values[i] / unit);
+  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + shortest_digits(values[i] / unit);
   return text + "]";
 }
 
@@ -68,8 +67,8 @@ void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
   for (int joint = 0; joint < kJoints; ++joint) {
     const FrictionCalibration friction = dynamics.friction(joint);
     const auto line = [&](const char* key, double value, double unit, FrictionIndex which) {
-      out << key << " = " << digits(value / unit) << "  # sigma " << rounded(sigma[friction_index(joint, which)] / unit)
-          << '\n';
+      out << key << " = " << shortest_digits(value / unit) << "  # sigma "
+          << rounded(sigma[friction_index(joint, which)] / unit) << '\n';
     };
     out << "[calibration.dynamics.friction." << kJointNames[static_cast<std::size_t>(joint)] << "]\n";
     line("coulomb_extend_N", friction.coulomb_extend_N, 1, kCoulombExtend);
@@ -78,7 +77,7 @@ void write_dynamics(std::ostream& out, const DynamicsCalibration& dynamics) {
     line("breakaway_N", friction.breakaway_N, 1, kBreakaway);
     line("load_share", friction.load_share, 1, kLoadShare);
     line("seal_N_per_bar", friction.seal_m2, 1e-5, kSeal);
-    out << "stribeck_mmps = " << digits(friction.stribeck_mps / kMilli) << '\n';
+    out << "stribeck_mmps = " << shortest_digits(friction.stribeck_mps / kMilli) << '\n';
   }
 }
 
@@ -91,23 +90,25 @@ void write_geometry(std::ostream& out, const GeometryCalibration& geometry) {
       << "\nbucket_cylinder_pin_m = " << array(geometry.cylinder_pin_m)
       << "\nbucket_rocker_pin_m = " << array(geometry.rocker_pin_m)
       << "\nbucket_pin_m = " << array(geometry.bucket_pin_m)
-      << "\nrocker_length_m = " << digits(geometry.rocker_length_m)
-      << "\ncoupler_length_m = " << digits(geometry.coupler_length_m)
+      << "\nrocker_length_m = " << shortest_digits(geometry.rocker_length_m)
+      << "\ncoupler_length_m = " << shortest_digits(geometry.coupler_length_m)
       << "\nencoder_offset_mm = " << array(geometry.encoder_offset_m, kMilli) << "  # reading minus true length\n"
-      << "tip_rms_mm = " << digits(geometry.tip_rms_m / kMilli) << "  # of held-out poses\n";
+      << "tip_rms_mm = " << shortest_digits(geometry.tip_rms_m / kMilli) << "  # of held-out poses\n";
 }
 
 void write_valves(std::ostream& out, const PerJoint<std::optional<ValveCalibration>>& valves) {
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     if (!valves[joint]) continue;
     const ValveCalibration& valve = *valves[joint];
-    out << "\n[calibration.valves." << kJointNames[joint] << "]\ndead_band_extend = " << digits(valve.dead_band_extend)
-        << "\ndead_band_retract = " << digits(valve.dead_band_retract)
-        << "\ndelay_ms = " << digits(valve.delay_s / kMilli)
-        << "\nnominal_flow_Lpm = " << digits(valve.nominal_flow_m3ps / kLitrePerMinute)
-        << "\ncurve_exponent = " << digits(valve.curve_exponent) << "\nretract_share = " << digits(valve.retract_share)
-        << "\nnotch_opening = " << digits(valve.notch_opening) << "\nnotch_slope = " << digits(valve.notch_slope)
-        << '\n';
+    out << "\n[calibration.valves." << kJointNames[joint]
+        << "]\ndead_band_extend = " << shortest_digits(valve.dead_band_extend)
+        << "\ndead_band_retract = " << shortest_digits(valve.dead_band_retract)
+        << "\ndelay_ms = " << shortest_digits(valve.delay_s / kMilli)
+        << "\nnominal_flow_Lpm = " << shortest_digits(valve.nominal_flow_m3ps / kLitrePerMinute)
+        << "\ncurve_exponent = " << shortest_digits(valve.curve_exponent)
+        << "\nretract_share = " << shortest_digits(valve.retract_share)
+        << "\nnotch_opening = " << shortest_digits(valve.notch_opening)
+        << "\nnotch_slope = " << shortest_digits(valve.notch_slope) << '\n';
   }
 }
 

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/seed.h"
+#include "core/units.h"
 #include "estimation/identification/excitation.h"
 #include "machine/kinematics.h"
 
@@ -59,7 +60,6 @@ bool curved(const estimation::ValveResult& result) {
 }  // namespace
 
 void set_surveyor(sim::Family family, CommissionPlan& plan) {
-  constexpr double kDegree = std::numbers::pi / 180;
   if (family == sim::Family::kSmooth) return;
   const bool worn = family == sim::Family::kWorn;
   plan.survey_frame_rad = (worn ? 0.2 : 0.05) * kDegree;

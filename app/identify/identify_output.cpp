@@ -12,6 +12,7 @@
 
 #include "app/cli/json.h"
 #include "app/report/plots.h"
+#include "core/units.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::identify {
@@ -28,12 +29,13 @@ double total_s(const std::vector<estimation::Recording>& recordings) {
   return sum;
 }
 
-Json number(double value) {
+Json finite_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json joints(const JointVector& values) {
-  return {{"boom", number(values[0])}, {"arm", number(values[1])}, {"bucket", number(values[2])}};
+  return {
+      {"boom", finite_or_null(values[0])}, {"arm", finite_or_null(values[1])}, {"bucket", finite_or_null(values[2])}};
 }
 
 Json fit_json(const estimation::TorqueFit& fit) {
@@ -43,8 +45,8 @@ Json fit_json(const estimation::TorqueFit& fit) {
 Json geometry_json(const estimation::GeometryResult& geometry) {
   return {{"usable", geometry.summary.usable},
           {"poses", geometry.held_out.poses},
-          {"tip_rms_mm", geometry.summary.usable ? number(1e3 * geometry.held_out.rms_m) : Json()},
-          {"drawing_tip_rms_mm", geometry.summary.usable ? number(1e3 * geometry.nominal.rms_m) : Json()}};
+          {"tip_rms_mm", geometry.summary.usable ? finite_or_null(1e3 * geometry.held_out.rms_m) : Json()},
+          {"drawing_tip_rms_mm", geometry.summary.usable ? finite_or_null(1e3 * geometry.nominal.rms_m) : Json()}};
 }
 
 Json valves_json(const estimation::ValveResult& valves) {
@@ -52,7 +54,7 @@ Json valves_json(const estimation::ValveResult& valves) {
   for (std::size_t j = 0; j < kJoints; ++j) {
     Json axis{{"usable", valves.axes[j].usable}, {"reasons", valves.axes[j].reasons}};
     for (const estimation::IdentifiedParameter& p : valves.axes[j].parameters)
-      axis[p.name] = {{"value", number(p.value)}, {"sigma", number(p.sigma)}};
+      axis[p.name] = {{"value", finite_or_null(p.value)}, {"sigma", finite_or_null(p.sigma)}};
     json[kJointNames[j]] = axis;
   }
   return json;
@@ -63,10 +65,14 @@ Json parameters_json(const IdentifyData& data, const Identified& result) {
   for (std::size_t i = 0; i < result.summary.parameters.size(); ++i) {
     const estimation::IdentifiedParameter& p = result.summary.parameters[i];
     const double nominal = i < result.nominal.size() ? result.nominal[i] : std::nan("");
-    Json parameter{{"name", p.name},           {"unit", p.unit},   {"value", number(p.value)},
-                   {"sigma", number(p.sigma)}, {"fixed", p.fixed}, {"drawing", number(nominal)}};
+    Json parameter{{"name", p.name},
+                   {"unit", p.unit},
+                   {"value", finite_or_null(p.value)},
+                   {"sigma", finite_or_null(p.sigma)},
+                   {"fixed", p.fixed},
+                   {"drawing", finite_or_null(nominal)}};
     if (const auto truth = data.truth.find(p.name); truth != data.truth.end())
-      parameter["truth"] = number(truth->second);
+      parameter["truth"] = finite_or_null(truth->second);
     list.push_back(std::move(parameter));
   }
   return list;
@@ -111,6 +117,12 @@ std::string short_reason(const Identified& result) {
 }
 
 }  // namespace
+
+std::vector<double> times(std::size_t count, double step_s) {
+  std::vector<double> t;
+  for (std::size_t i = 0; i < count; ++i) t.push_back(step_s * static_cast<double>(i));
+  return t;
+}
 
 std::string verdict(const Identified& result) {
   if (result.summary.usable) return "usable";
@@ -194,7 +206,7 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
               {"findings", data.findings}}},
             {"rank", summary.rank},
             {"columns", summary.columns},
-            {"condition_number", number(summary.condition_number)},
+            {"condition_number", finite_or_null(summary.condition_number)},
             {"indistinct", summary.indistinct},
             {"model_error", summary.sigmas == estimation::Identification::Sigmas::kWithModelError},
             {"parameters", parameters_json(data, result)}};
@@ -204,8 +216,8 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
                     {"method", h.method},
                     {"to_2Hz", fit_json(h.to_2Hz)},
                     {"unfiltered", fit_json(h.unfiltered)},
-                    {"tip_force_rms_N", number(h.tip_force_N)},
-                    {"tip_wrench_rms_N", number(h.tip_wrench_N)}});
+                    {"tip_force_rms_N", finite_or_null(h.tip_force_N)},
+                    {"tip_wrench_rms_N", finite_or_null(h.tip_wrench_N)}});
   }
   json["hold_out"] = held;
   if (!result.bias.empty()) json["inertia_bias"] = bias_json(result.bias);
@@ -216,19 +228,11 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
 
 namespace {
 
-constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<double> times(std::size_t count, double step_s) {
-  std::vector<double> t;
-  for (std::size_t i = 0; i < count; ++i) t.push_back(step_s * static_cast<double>(i));
-  return t;
-}
-
 /// One joint of a comparison, gaps where it is not usable.
 std::vector<double> column_kNm(const estimation::TorqueComparison& c, const std::vector<JointVector>& values,
                                int joint) {
   std::vector<double> y;
-  for (std::size_t i = 0; i < values.size(); ++i) y.push_back(c.usable[i] != 0 ? 1e-3 * values[i][joint] : kGap);
+  for (std::size_t i = 0; i < values.size(); ++i) y.push_back(c.usable[i] != 0 ? 1e-3 * values[i][joint] : kUnknown);
   return y;
 }
 
@@ -305,9 +309,9 @@ report::PageFigure data_figure(const MachineDescription& machine, const estimati
       const estimation::Measurement& m = recording.samples[i];
       const bool usable = recording.usable[i] != 0;
       const auto theta = kinematics.joint_at(j, m.cylinder_m[j] - machine.sensors.encoder_offset_m[j]);
-      angle.push_back(usable && theta ? *theta * 180 / std::numbers::pi : kGap);
-      head.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k] : kGap);
-      rod.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k + 1] : kGap);
+      angle.push_back(usable && theta ? *theta * 180 / std::numbers::pi : kUnknown);
+      head.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k] : kUnknown);
+      rod.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k + 1] : kUnknown);
     }
     plot.panel(std::string(kJointNames[k]) + ", deg");
     plot.line(t, angle, "", report::kBlue);

@@ -39,4 +39,7 @@ void check_identify_report_tools();
 /// @throws InputError where gnuplot fails.
 void write_identify_report(const IdentifyData& data, const Identified& result, std::ostream& out);
 
+/// Of each of `count` rows, from 0 on.
+[[nodiscard]] std::vector<double> times(std::size_t count, double step_s);
+
 }  // namespace knuckle::identify

@@ -162,7 +162,7 @@ void write_valves(std::ostream& out, const IdentifyData& data, const Identified&
   out << "</table></div></section>\n";
 }
 
-void write_provenance(std::ostream& out, const CalibrationProvenance& from) {
+void write_provenance_line(std::ostream& out, const CalibrationProvenance& from) {
   out << "<p class=\"soft\" style=\"margin-top:18px\">" << report::escaped(from.program) << ", "
       << report::escaped(from.date) << ". SHA-256 of the data: <span class=\"digest\">"
       << report::escaped(from.data_sha256) << "</span></p>\n";
@@ -187,7 +187,7 @@ void write_identify_report(const IdentifyData& data, const Identified& result, s
   write_geometry(out, data);
   report::write_figures(out, data_figures(data));
   write_list(out, "Found in the data", data.findings);
-  write_provenance(out, *result.machine.calibration_provenance);
+  write_provenance_line(out, *result.machine.calibration_provenance);
   report::write_page_end(out);
 }
 

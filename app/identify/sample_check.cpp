@@ -7,6 +7,7 @@
 
 #include "app/identify/data_check.h"
 #include "core/quantile.h"
+#include "core/units.h"
 #include "machine/description.h"
 #include "machine/toml_reader.h"
 
@@ -16,7 +17,6 @@ namespace {
 using estimation::Recording;
 using Flags = std::vector<std::uint8_t>;
 
-constexpr double kBar = 1e5;
 constexpr double kMostLeftOut = 0.2;  // of a channel; beyond that the rest cannot be trusted either
 constexpr std::size_t kBridged = 4;   // bad samples in a row that a line may cross
 constexpr double kStuck_s = 1.0;
@@ -100,7 +100,7 @@ class SampleChecker {
                                            {0.0254, ": looks like inches taken as metres"},
                                            {1e3, ": looks like metres taken as millimetres"}};
     static const std::vector<Unit> kPressure{{-1, ": has the wrong sign"}};
-    static const std::vector<Unit> kAngle{{std::numbers::pi / 180, ": looks like degrees taken as radians"}};
+    static const std::vector<Unit> kAngle{{kDegree, ": looks like degrees taken as radians"}};
     const auto& units = c < recordings::kPressureChannels      ? kPressure
                         : c == recordings::kSignalChannels - 1 ? kAngle
                                                                : kLength;

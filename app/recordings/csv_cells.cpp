@@ -20,6 +20,7 @@
 #include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "machine/file_text.h"
 
 namespace knuckle::recordings {
@@ -257,10 +258,9 @@ double CsvFile::number(const std::string& cell) const {
 }
 
 double number_in(std::string_view cell, char decimal_mark) {
-  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
   std::string with_point;
   if (decimal_mark != '.') {
-    if (cell.find('.') != std::string_view::npos) return kNoNumber;
+    if (cell.find('.') != std::string_view::npos) return kUnknown;
     with_point = cell;
     std::replace(with_point.begin(), with_point.end(), decimal_mark, '.');
     cell = with_point;
@@ -269,7 +269,7 @@ double number_in(std::string_view cell, char decimal_mark) {
   double value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   const bool whole = error == std::errc() && end == cell.data() + cell.size();
-  return whole && std::isfinite(value) ? value : kNoNumber;
+  return whole && std::isfinite(value) ? value : kUnknown;
 }
 
 CsvFile read_cells(const std::string& path, const std::vector<std::string>& wanted) {

@@ -10,21 +10,21 @@
 #include <optional>
 
 #include "core/quantile.h"
+#include "core/units.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::recordings {
 namespace {
 
-constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr double kAnyTime_s = 1e12;  // beyond it no step in time would be told from another
 
 constexpr double kPsi_Pa = 6894.757293168;
 
 /// Fields of a date and time in the order of their letters in a pattern: YYYY, MM, DD, HH, MM, SS, mmm.
-enum Field { kYear, kMonth, kDay, kHour, kMinute, kSecond, kFraction, kFieldCount };
+enum DatePart { kYear, kMonth, kDay, kHour, kMinute, kSecond, kFraction, kFieldCount };
 
 /// The field that a pattern's letter starts; MM is the month before HH and the minute behind it.
-std::optional<Field> field_of(char letter, bool hour_seen) {
+std::optional<DatePart> field_of(char letter, bool hour_seen) {
   switch (letter) {
     case 'Y':
       return kYear;
@@ -63,14 +63,14 @@ double date_time_at(std::string_view text, const std::string& pattern) {
   bool hour_seen = false;
   for (std::size_t at = 0, length; at < pattern.size(); at += length) {
     length = run_length(pattern, at);
-    if (at + length > text.size()) return kNoNumber;
+    if (at + length > text.size()) return kUnknown;
     const auto field = field_of(pattern[at], hour_seen);
     if (!field) {
-      if (text.substr(at, length) != std::string_view(pattern).substr(at, length)) return kNoNumber;
+      if (text.substr(at, length) != std::string_view(pattern).substr(at, length)) return kUnknown;
       continue;
     }
     const std::string_view digits = text.substr(at, length);
-    if (digits.find_first_not_of("0123456789") != std::string_view::npos) return kNoNumber;
+    if (digits.find_first_not_of("0123456789") != std::string_view::npos) return kUnknown;
     std::from_chars(digits.data(), digits.data() + length, value[*field]);
     if (*field == kFraction) fraction_unit = std::pow(10.0, -static_cast<double>(length));
     hour_seen = hour_seen || *field == kHour;
@@ -78,7 +78,7 @@ double date_time_at(std::string_view text, const std::string& pattern) {
   const std::chrono::year_month_day date{std::chrono::year(value[kYear]),
                                          std::chrono::month(static_cast<unsigned>(value[kMonth])),
                                          std::chrono::day(static_cast<unsigned>(value[kDay]))};
-  if (!date.ok() || value[kHour] > 23 || value[kMinute] > 59 || value[kSecond] > 60) return kNoNumber;
+  if (!date.ok() || value[kHour] > 23 || value[kMinute] > 59 || value[kSecond] > 60) return kUnknown;
   const auto days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
   return 86400 * days + 3600 * value[kHour] + 60 * value[kMinute] + value[kSecond] + fraction_unit * value[kFraction];
 }
@@ -103,8 +103,7 @@ TimeMap read_time(TomlTable& file) {
 }
 
 ChannelMap read_channel(TomlTable& entry) {
-  static constexpr std::array kUnitFactors{1.0, std::numbers::pi / 180, 1.0, 1e-3, 1e5, 1.0, 1e3, 1e6, kPsi_Pa, 1.0,
-                                           0.01};
+  static constexpr std::array kUnitFactors{1.0, kDegree, 1.0, 1e-3, 1e5, 1.0, 1e3, 1e6, kPsi_Pa, 1.0, 0.01};
   ChannelMap channel;
   channel.name = entry.text("name");
   channel.column = entry.text("column");
@@ -126,12 +125,12 @@ ChannelMap read_channel(TomlTable& entry) {
 TimesSeen times_seen(const CsvFile& file, std::size_t column) {
   std::vector<double> times, steps;
   for (std::size_t r = 1; r < file.rows.size(); ++r) {
-    const double time = column < file.rows[r].size() ? file.number(file.rows[r][column]) : kNoNumber;
+    const double time = column < file.rows[r].size() ? file.number(file.rows[r][column]) : kUnknown;
     if (!std::isfinite(time)) continue;
     if (!times.empty() && time > times.back()) steps.push_back(time - times.back());
     times.push_back(time);
   }
-  return {times.empty() ? kNoNumber : median(times), steps.empty() ? kNoNumber : median(steps)};
+  return {times.empty() ? kUnknown : median(times), steps.empty() ? kUnknown : median(steps)};
 }
 
 std::optional<TimeUnit> unix_unit(const TimesSeen& times) {
@@ -146,13 +145,13 @@ std::optional<TimeUnit> unix_unit(const TimesSeen& times) {
 double TimeMap::seconds_in(const std::string& cell, char decimal_mark) const {
   if (pattern.empty()) {
     const double s = number_in(cell, decimal_mark) * factor;
-    return std::abs(s) <= kAnyTime_s ? s : kNoNumber;
+    return std::abs(s) <= kAnyTime_s ? s : kUnknown;
   }
   for (std::size_t at = 0; at + pattern.size() <= cell.size(); ++at) {
     const double s = date_time_at(std::string_view(cell).substr(at), pattern);
     if (std::isfinite(s)) return s;
   }
-  return kNoNumber;
+  return kUnknown;
 }
 
 std::vector<std::string> Mapping::columns() const {

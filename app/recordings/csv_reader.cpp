@@ -9,13 +9,13 @@
 
 #include "core/error.h"
 #include "core/quantile.h"
+#include "core/units.h"
 
 namespace knuckle::recordings {
 namespace {
 
 using Kind = Finding::Kind;
 
-constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kRowsInNotes = 40, kRowsInRefusal = 3;  // stretches of rows named
 constexpr std::size_t kLeastRows = 4;                         // what a cubic through the data needs
 
@@ -237,7 +237,7 @@ class Reader {
     } else {
       return value * channel.factor + channel.offset;
     }
-    return kNoNumber;
+    return kUnknown;
   }
 
   Mapping map_;

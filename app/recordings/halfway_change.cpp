@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/quantile.h"
+#include "core/units.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -24,7 +25,7 @@ struct Unit {
 };
 constexpr Unit kPressures[]{{"Pa", 1}, {"kPa", 1e3}, {"bar", 1e5}, {"MPa", 1e6}, {"psi", 6894.757293168}};
 constexpr Unit kLengths[]{{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"inches", 0.0254}};
-constexpr Unit kAngles[]{{"rad", 1}, {"deg", std::numbers::pi / 180}};
+constexpr Unit kAngles[]{{"rad", 1}, {"deg", kDegree}};
 
 /// What its channels are like.
 struct Quantity {

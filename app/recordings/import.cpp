@@ -18,6 +18,7 @@
 #include "app/cli/interrupt.h"
 #include "app/recordings/recorded_table.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "machine/description.h"
 #include "machine/file_text.h"
 #include "machine/kinematics.h"
@@ -36,7 +37,6 @@ namespace {
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20, kMostStateBytes = 4096;
 constexpr mcap::Compression kCompression{1};
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Of which no number is known.
 slave::SlaveState unknown_state() {
@@ -207,11 +207,11 @@ std::vector<std::string> write_imported(const RecordedFile& table, recording::He
 
 namespace {
 
-struct Options {
+struct ImportOptions {
   std::string table, map, machine, out;
 };
 
-int run(const Options& o) {
+int run_import(const ImportOptions& o) {
   const cli::InterruptGuard interrupt;
   cli::check_readable("the table", o.table);
   if (is_recording(o.table)) cli::refuse_option("the table", o.table, "is a recording already");
@@ -239,13 +239,13 @@ int run(const Options& o) {
 cli::Command import_entry() {
   return {"import", "Another program's table of sensor signals (CSV) as a recording (.mcap)",
           [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
+            const auto options = std::make_shared<ImportOptions>();
             command.add_option("TABLE", options->table, "CSV file of sensor signals").required();
             command.add_option("--map", options->map,
                                "Mapping file (.toml) that says how to read it; not needed for Knuckle's own");
             command.add_option("--machine", options->machine, "Machine name or .toml file").required();
             command.add_option("--out", options->out, "The recording (.mcap)").required();
-            return [options] { return run(*options); };
+            return [options] { return run_import(*options); };
           }};
 }
 

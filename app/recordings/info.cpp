@@ -11,12 +11,12 @@
 namespace knuckle::recordings {
 namespace {
 
-struct Options {
+struct InfoOptions {
   std::vector<std::string> files;
   std::string map;
 };
 
-int run(const Options& o) {
+int run_info(const InfoOptions& o) {
   const cli::InterruptGuard interrupt;
   if (!o.map.empty()) cli::check_readable("--map", o.map);
   bool whole = true;
@@ -35,10 +35,10 @@ int run(const Options& o) {
 cli::Command info_entry() {
   return {"info", "What is in recordings (.mcap) and tables (CSV), from when to when, and whether it is damaged",
           [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
+            const auto options = std::make_shared<InfoOptions>();
             command.add_option("FILE", options->files, "Recordings (.mcap) or tables (CSV)").required();
             command.add_option("--map", options->map, "Mapping file (.toml) of tables of other programs");
-            return [options] { return run(*options); };
+            return [options] { return run_info(*options); };
           }};
 }
 

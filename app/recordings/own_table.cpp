@@ -11,7 +11,7 @@ namespace knuckle::recordings {
 namespace {
 
 constexpr const char* kMeasuredColumn = "measured";  // of `knuckle export`: 0 until every sensor has been heard
-constexpr std::size_t kRowsInNotes = 10;             // stretches of them
+constexpr std::size_t kStretchesInNotes = 10;        // stretches of them
 
 bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -96,7 +96,7 @@ void forget_unmeasured(MappedTable& table) {
   }
   if (!rows.empty())
     table.notes.push_back(std::to_string(rows.size()) + " x not measured (not used): row " +
-                          row_list(rows, kRowsInNotes));
+                          row_list(rows, kStretchesInNotes));
 }
 
 }  // namespace knuckle::recordings

@@ -9,6 +9,7 @@
 
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "recording/fields.h"
 #include "recording/recording.h"
 #include "slave/slave_state.h"
@@ -16,8 +17,7 @@
 namespace knuckle::recordings {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLeastRows = 4;
+constexpr std::size_t kLeastSteps = 4;
 
 /// Of a state's values, in the order of channels().
 std::vector<double> values_of(const slave::SlaveState& state) {
@@ -84,9 +84,9 @@ MappedTable read_recorded_table(const std::vector<std::string>& parts, const std
     return channel.name.ends_with("_valve") &&
            std::none_of(channel.values.begin(), channel.values.end(), [](double v) { return std::isfinite(v); });
   });
-  if (table.time_s.size() < kLeastRows)
+  if (table.time_s.size() < kLeastSteps)
     table.refuse(
-        fmt::format("has {} steps of the machine's side, at least {} are needed", table.time_s.size(), kLeastRows));
+        fmt::format("has {} steps of the machine's side, at least {} are needed", table.time_s.size(), kLeastSteps));
   return table;
 }
 

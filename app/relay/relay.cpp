@@ -24,8 +24,6 @@ namespace knuckle::relay {
 
 namespace {
 
-constexpr int kAtOnce = 64;  // datagrams from one socket, before others have their turn
-
 RelayPlan plan_of(const RelaySetup& setup) {
   RelayPlan plan{parse_address(setup.listen, "--listen"),
                  look_up_one(setup.connect, "--connect"),

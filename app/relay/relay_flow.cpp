@@ -9,8 +9,6 @@
 namespace knuckle::relay {
 namespace {
 
-constexpr int kAtOnce = 64;  // datagrams from one socket, before others have their turn
-
 UdpSocket open_upstream(const SocketAddress& connect) {
   return UdpSocket(open_udp_socket(text(connect), connect, ::connect, "send to"));
 }

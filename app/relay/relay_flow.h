@@ -16,6 +16,8 @@
 
 namespace knuckle::relay {
 
+inline constexpr int kAtOnce = 64;  ///< Datagrams from one socket, before others have their turn.
+
 struct DirectionReport {
   ImpairmentCounts counts;
   std::uint64_t forwarded = 0, forwarded_bytes = 0;

@@ -38,13 +38,13 @@ std::vector<const session::CriterionResult*> numbered(const Sorted& by) {
 
 /// Those at one time share a mark.
 std::vector<PlotMark> marks_of(const Sorted& by) {
-  constexpr double kSameMoment_s = 0.5;
+  constexpr double kNearMark_s = 0.5;
   std::vector<PlotMark> marks;
   const auto results = numbered(by);
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string number = std::to_string(i + 1);
     const auto near = std::ranges::find_if(
-        marks, [&](const PlotMark& mark) { return std::abs(mark.t_s - *results[i]->at_s) < kSameMoment_s; });
+        marks, [&](const PlotMark& mark) { return std::abs(mark.t_s - *results[i]->at_s) < kNearMark_s; });
     near == marks.end() ? marks.push_back({*results[i]->at_s, number}) : void(near->label += ", " + number);
   }
   return marks;

@@ -5,7 +5,7 @@
 namespace knuckle::session {
 namespace {
 
-constexpr Duration kUnderWay = 10ms;  // a set-point may be on its way to the wire when the fault latches
+constexpr Duration kOnItsWay = 10ms;  // a set-point may be on its way to the wire when the fault latches
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine
                              neutral.controller_silent,
                              {}});
     if (injected_at) record.faults.back().injected_s = to_seconds(*injected_at);
-    if (commands_not_neutral(frames, machine, latch.at + kUnderWay, until) > 0) ++record.resumed_by_itself;
+    if (commands_not_neutral(frames, machine, latch.at + kOnItsWay, until) > 0) ++record.resumed_by_itself;
   }
 }
 

@@ -12,7 +12,7 @@ namespace knuckle::session {
 namespace {
 
 constexpr double kMilli = 1e-3, kLatest_s = 86400;
-constexpr std::size_t kMostEvents = 64;  // of each kind in a file
+constexpr std::size_t kMostLinkEvents = 64;  // of each kind in a file
 
 Duration milliseconds(TomlTable& table, const char* key, double min, double max) {
   return from_seconds(table.number(key, min, max, kMilli));
@@ -134,7 +134,7 @@ class Reader {
   }
   std::vector<TomlTable> events(const char* kind) {
     std::vector<TomlTable> tables = file_.tables(kind);
-    file_.require(tables.size() <= kMostEvents, kind, "must be at most " + std::to_string(kMostEvents));
+    file_.require(tables.size() <= kMostLinkEvents, kind, "must be at most " + std::to_string(kMostLinkEvents));
     return tables;
   }
   void read_changes() {

@@ -11,7 +11,7 @@ namespace knuckle::session {
 namespace {
 
 constexpr double kWorst_s = 0.5;     // of a mean error
-constexpr double kOnset_N = 0.35;    // at the hand: a person notices
+constexpr double kNoticed_N = 0.35;  // at the hand: a person notices
 constexpr double kLasting_s = 0.3;   // shorter contacts need not be felt
 constexpr double kUnfelt_N = 2;      // by so much the truth may not pass what is felt for kLasting_s
 constexpr double kShowable_Hz = 20;  // fastest swing of 3 N at the hand that the device's 0.4 N/ms follow
@@ -123,7 +123,7 @@ bool above_felt(const PlanarVector& force_N, const PlanarVector& felt_N) {
 /// Time in which the truth is above what is felt for at least kLasting_s: the machine presses, and nobody is told. Of
 /// it, the time in which the device could have told. Nothing where there was no force to be felt.
 void measure_unfelt(const std::vector<Row>& rows, double largest_N, Metrics& metrics) {
-  const auto to_be_felt = [](const Row& row) { return row.engaged && row.true_N().norm() > kOnset_N; };
+  const auto to_be_felt = [](const Row& row) { return row.engaged && row.true_N().norm() > kNoticed_N; };
   if (rows.size() < 2 || std::ranges::none_of(rows, to_be_felt)) return;
   const std::vector<PlanarVector> shown_N = showable_N(rows, largest_N);
   double since_s = -1, shown_since_s = 0, unfelt_s = 0, unfelt_showable_s = 0;
@@ -151,10 +151,10 @@ void measure_unfelt(const std::vector<Row>& rows, double largest_N, Metrics& met
   metrics.unfelt_s.at_s = metrics.unfelt_showable_s.at_s = longest_s.at_s;
 }
 
-/// Slowest onset: from where a force (touch, or weight) passes kOnset_N to where what is felt has changed by as much
+/// Slowest onset: from where a force (touch, or weight) passes kNoticed_N to where what is felt has changed by as much
 /// along it; of every force that lasts. Gaps up to kLongGap_s are of the same one: a strike bounces.
 void measure_onset(const std::vector<Row>& rows, PlanarVector Row::*force, Metrics& metrics) {
-  const auto on = [&](const Row& row) { return row.engaged && (row.*force).norm() > kOnset_N; };
+  const auto on = [&](const Row& row) { return row.engaged && (row.*force).norm() > kNoticed_N; };
   for (std::size_t i = 1; i < rows.size(); ++i) {
     if (!on(rows[i]) || !rows[i - 1].engaged) continue;
     const std::size_t begin = i;
@@ -164,7 +164,7 @@ void measure_onset(const std::vector<Row>& rows, PlanarVector Row::*force, Metri
       if (!on(rows[i])) continue;
       last = i;
       const PlanarVector along = (rows[i].*force).normalized();
-      if (!felt_s && along.dot(rows[i].felt_N - rows[begin - 1].felt_N) > kOnset_N) felt_s = rows[i].t_s;
+      if (!felt_s && along.dot(rows[i].felt_N - rows[begin - 1].felt_N) > kNoticed_N) felt_s = rows[i].t_s;
     }
     if (rows[last].t_s - rows[begin].t_s >= kLasting_s)
       keep_worst(metrics.felt_onset_ms, 1e3 * (felt_s.value_or(rows[last].t_s) - rows[begin].t_s), rows[begin].t_s);

@@ -24,7 +24,7 @@ using Notes = std::vector<std::string>;
 
 constexpr std::size_t kLeastKnots = 4;    // of a cubic
 constexpr std::size_t kRowsInNotes = 40;  // stretches of rows named
-constexpr double kStandstill_s = 0.3;     // equal values seen for longer are a standstill, for less a late refresh
+constexpr double kUnchanged_s = 0.3;      // equal values seen for longer are a standstill, for less a late refresh
 constexpr double kLongestGap_s = 5;       // the motion in a longer gap is unknown: it is shortened
 constexpr double kEase_s = 0.5;           // a hand starts and ends at rest
 constexpr double kLeastEase = 0.05;       // of recorded speed, so that the end is reached
@@ -82,7 +82,7 @@ Knots usable(const recordings::MappedTable& table, const std::vector<double>& va
     while (next < values.size() && values[next] == values[first]) ++next;
     const std::size_t last = next - 1;
     const bool ends = next == values.size();
-    const bool standstill = seen_s(table, first, last) > kStandstill_s;
+    const bool standstill = seen_s(table, first, last) > kUnchanged_s;
     knots.add(table.time_s[first], values[first]);
     for (std::size_t i = first + 1; i <= last; ++i) {
       if (standstill) {
@@ -143,7 +143,7 @@ Motion read_motion(const recordings::MappedTable& table, const MachineDescriptio
 }
 
 /// What makes time stretch: the joints' speeds, then these.
-enum Cause : std::size_t { kPump = kJoints, kTip, kEase, kCauses };
+enum SlowedBy : std::size_t { kPump = kJoints, kTip, kEase, kCauses };
 constexpr std::array kCauseNames{"boom speed", "arm speed", "bucket speed", "pump flow", "tip speed", "start and end"};
 static_assert(kCauseNames.size() == kCauses);
 
@@ -212,10 +212,10 @@ class Player {
   }
 
   /// How many times its share of a limit is asked for at a recorded time, and of which.
-  [[nodiscard]] std::pair<double, Cause> worst_at(const sim::PathPoint& point) const {
+  [[nodiscard]] std::pair<double, SlowedBy> worst_at(const sim::PathPoint& point) const {
     const auto demand = demands(machine_, kinematics_, point.joints_rad, point.rates_radps);
     const auto worst = std::max_element(demand.begin(), demand.end());
-    return {*worst, static_cast<Cause>(worst - demand.begin())};
+    return {*worst, static_cast<SlowedBy>(worst - demand.begin())};
   }
 
   /// Recorded seconds a played second: what is asked for at both ends of a step must be within limits.

@@ -25,8 +25,8 @@
 namespace knuckle::session {
 namespace {
 
-constexpr double kTail_s = 0.5;   // recorded after the operator has finished
-constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
+constexpr double kRealtimeTail_s = 0.5;  // recorded after the operator has finished
+constexpr double kGrace_s = 1.0;         // until all threads have ended, at most
 
 /// Largest of the values of the last slave period.
 class RecentPeak {
@@ -193,7 +193,7 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
     const Time now = clock.now();
     if (loops.finished() && finished_at == Time::max()) finished_at = now;
     if (to_seconds(now) >= longest_s) return;
-    if (finished_at != Time::max() && to_seconds(now - finished_at) > kTail_s) return;
+    if (finished_at != Time::max() && to_seconds(now - finished_at) > kRealtimeTail_s) return;
     if (progress) progress(std::max(loops.done_fraction(), to_seconds(now) / longest_s));
     clock.sleep_until(now + 250ms);
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/units.h"
 #include "machine/bus_description.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
@@ -14,7 +15,6 @@
 namespace knuckle::session {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kFar_m = 100;
 
 /// What one unit of length and one of load in the file are on this machine.
@@ -50,7 +50,7 @@ class WorkingRange {
   }
 
  private:
-  static std::string degrees(double rad) { return number_text(std::round(10 * rad / kDeg) / 10); }
+  static std::string degrees(double rad) { return number_text(std::round(10 * rad / kDegree) / 10); }
   const MachineDescription& machine_;
   Kinematics kinematics_;
 };
@@ -72,12 +72,12 @@ void read_target(TomlTable& table, sim::Phase& phase, const Scale& scale, const 
   phase.joint_space = table.has("joints_deg");
   phase.tolerance_m = number_or(table, "tolerance_m", 0.06, 1e-3, 10, scale.length);
   if (phase.joint_space) {
-    phase.joints_rad = table.numbers<3>("joints_deg", -180, 180, kDeg);
+    phase.joints_rad = table.numbers<3>("joints_deg", -180, 180, kDegree);
     range.require_pose(table, "joints_deg", phase.joints_rad, who);
     phase.speed_mps = table.number("speed_radps", 0.01, 3);
   } else {
     phase.tip_m = point(table, "tip_m", scale);
-    phase.bucket_rad = table.number("bucket_deg", -360, 180, kDeg);
+    phase.bucket_rad = table.number("bucket_deg", -360, 180, kDegree);
     range.require_tip(table, "tip_m", phase.tip_m, phase.bucket_rad, who);
     phase.speed_mps = table.number("speed_mps", 0.01, 3, scale.length);
   }
@@ -121,14 +121,14 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
       read_press(table, phase, scale);
       break;
     case PhaseKind::kClutch:
-      phase.joints_rad = table.numbers<3>("hand_deg", -90, 90, kDeg);
+      phase.joints_rad = table.numbers<3>("hand_deg", -90, 90, kDegree);
       break;
     case PhaseKind::kWander:
       phase.speed_mps = table.number("speed_radps", 0.01, 3);
       phase.duration_s = table.number("duration_s", 0, 3600);
       break;
     case PhaseKind::kSweep:
-      phase.joints_rad = table.numbers<3>("amplitude_deg", 0, 90, kDeg);
+      phase.joints_rad = table.numbers<3>("amplitude_deg", 0, 90, kDegree);
       phase.periods_s = table.numbers<3>("period_s", 0.5, 100);
       [[fallthrough]];
     case PhaseKind::kLetGo:
@@ -168,11 +168,11 @@ sim::WallDescription read_wall(TomlTable& table, const Scale& scale) {
 sim::SoilDescription read_soil(TomlTable& table, const Scale& scale) {
   sim::SoilDescription soil;
   soil.surface_point_m = point(table, "surface_point_m", scale);
-  soil.slope_rad = table.number("slope_deg", -45, 45, kDeg);
+  soil.slope_rad = table.number("slope_deg", -45, 45, kDegree);
   soil.density_kg_per_m3 = table.number("density_kg_per_m3", 500, 4000);
   soil.cohesion_Pa = table.number("cohesion_Pa", 0, 2e5);
-  soil.internal_friction_rad = table.number("internal_friction_deg", 0, 60, kDeg);
-  soil.tool_friction_rad = table.number("tool_friction_deg", 0, 45, kDeg);
+  soil.internal_friction_rad = table.number("internal_friction_deg", 0, 60, kDegree);
+  soil.tool_friction_rad = table.number("tool_friction_deg", 0, 45, kDegree);
   soil.bucket_width_m = table.number("bucket_width_m", 0.1, 5, scale.length);
   soil.bearing_area_m2 *= scale.length * scale.length;
   soil.bucket_capacity_m3 = table.number("bucket_capacity_m3", 1e-3, 10, scale.load);
@@ -359,9 +359,9 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
   scenario.description = file.text("description");
   const Scale scale{reach_m(machine) / file.number("reference_reach_m", 0.1, 100),
                     machine.payload_full_scale_kg / file.number("reference_payload_kg", 1, 1e5)};
-  scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDeg);
+  scenario.start_rad = file.numbers<3>("start_deg", -180, 180, kDegree);
   range.require_pose(file, "start_deg", scenario.start_rad);
-  scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDeg);
+  scenario.hand_rad = file.numbers<3>("hand_deg", -180, 180, kDegree);
   range.require_pose(file, "hand_deg", scenario.hand_rad);
   scenario.duration_s = file.number("duration_s", 1, 3600);
   if (file.has("link")) scenario.delay_ms = file.table("link").number("delay_ms", 0, kLongestDelay_ms);

@@ -3,12 +3,11 @@
 #include <numbers>
 
 #include "app/cli/command.h"
+#include "core/units.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::session {
 namespace {
-
-constexpr double kDeg = std::numbers::pi / 180;
 
 /// Every key may be absent: the value stays as it is.
 void read(TomlTable& table, const char* key, double min, double max, double factor, double& value) {
@@ -88,8 +87,8 @@ sim::MachineTruth load_truth(const std::string& path, const MachineDescription& 
   if (file.has("encoder_scale")) truth.encoder_scale = file.numbers<3>("encoder_scale", -0.05, 0.05);
   if (file.has("encoder_slack_mm")) truth.encoder_slack_m = file.numbers<3>("encoder_slack_mm", 0, 10, 1e-3);
   read(file, "encoder_noise_mm", 0, 1, 1e-3, truth.encoder_noise_m);
-  read(file, "hull_pitch_deg", -30, 30, kDeg, truth.hull_pitch_rad);
-  read(file, "tilt_offset_deg", -5, 5, kDeg, truth.tilt_offset_rad);
+  read(file, "hull_pitch_deg", -30, 30, kDegree, truth.hull_pitch_rad);
+  read(file, "tilt_offset_deg", -5, 5, kDegree, truth.tilt_offset_rad);
   read(file, "warm_up_K", -60, 60, 1, truth.warm_up.rise_K);
   read(file, "warm_up_s", 1, 1e5, 1, truth.warm_up.time_s);
   read(file, "pump_ripple_bar", 0, 20, 1e5, truth.pump.ripple_Pa);

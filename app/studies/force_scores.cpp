@@ -10,6 +10,7 @@
 
 #include "core/joints.h"
 #include "core/quantile.h"
+#include "core/units.h"
 #include "estimation/contact_models.h"
 #include "estimation/force_estimator.h"
 #include "estimation/identification/recording.h"
@@ -89,10 +90,8 @@ std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& r
 
 // The contact models beside the tip force, on the same known pulls.
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 PlanarVector no_answer() {
-  return PlanarVector::Constant(kNaN);
+  return PlanarVector::Constant(kUnknown);
 }
 
 Row model_metrics(const std::vector<PressScore>& presses) {
@@ -161,7 +160,7 @@ std::vector<PlanarVector> tips(const std::vector<EstimateSample>& samples) {
   std::vector<PlanarVector> result;
   result.reserve(samples.size());
   for (const EstimateSample& sample : samples) {
-    result.push_back(sample.valid ? sample.tip_N : PlanarVector::Constant(kNaN));
+    result.push_back(sample.valid ? sample.tip_N : PlanarVector::Constant(kUnknown));
   }
   return result;
 }

@@ -48,14 +48,14 @@ Unknowns unknowns_of(const CameraDescription& c) {
   return {c.position_m.x(), c.position_m.y(), c.position_m.z(), c.pan_rad, c.tilt_rad, c.field_of_view_rad};
 }
 
-struct Solved {
+struct FittedCamera {
   double cost = 0;
   Unknowns unknowns{};
   Eigen::MatrixXd columns;  // of the Jacobian
   std::vector<double> errors;
 };
 
-std::optional<Solved> solve(const std::vector<TipSight>& sights, Unknowns u, int width_px, int height_px) {
+std::optional<FittedCamera> solve(const std::vector<TipSight>& sights, Unknowns u, int width_px, int height_px) {
   ceres::Problem problem;
   for (const TipSight& sight : sights)
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns>(
@@ -73,7 +73,7 @@ std::optional<Solved> solve(const std::vector<TipSight>& sights, Unknowns u, int
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   if (!summary.IsSolutionUsable()) return std::nullopt;
-  Solved solved{2 * summary.final_cost, u, {}, {}};
+  FittedCamera solved{2 * summary.final_cost, u, {}, {}};
   ceres::CRSMatrix jacobian;
   problem.Evaluate({}, nullptr, &solved.errors, nullptr, &jacobian);
   solved.columns = Eigen::MatrixXd::Zero(jacobian.num_rows, jacobian.num_cols);
@@ -85,13 +85,13 @@ std::optional<Solved> solve(const std::vector<TipSight>& sights, Unknowns u, int
 }
 
 /// The best from where the file says it is, and from where cameras usually are.
-std::optional<Solved> best(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px,
-                           int height_px) {
+std::optional<FittedCamera> best(const std::vector<TipSight>& sights, const CameraDescription& start, int width_px,
+                                 int height_px) {
   std::vector<Unknowns> starts{unknowns_of(start)};
   for (const double side : {-0.6, 0.6})
     for (const double pan : {-0.5, 0.0, 0.5})
       for (const double tilt : {-0.8, -0.3}) starts.push_back({-0.3, side, 1.5, pan, tilt, 1.1});
-  std::optional<Solved> found;
+  std::optional<FittedCamera> found;
   for (const Unknowns& from : starts) {
     auto solved = solve(sights, from, width_px, height_px);
     if (solved && (!found || solved->cost < found->cost)) found = std::move(solved);
@@ -107,8 +107,8 @@ CameraFit refused(const CameraDescription& start, std::string why) {
 }
 
 /// How far off a tip may be drawn; nullopt where it is not in the picture.
-std::optional<double> drawn_sd_px(const Solved& solved, const Eigen::MatrixXd& covariance, const PlanarVector& tip_m,
-                                  int width_px, int height_px) {
+std::optional<double> drawn_sd_px(const FittedCamera& solved, const Eigen::MatrixXd& covariance,
+                                  const PlanarVector& tip_m, int width_px, int height_px) {
   const ceres::AutoDiffCostFunction<PixelError, 2, kUnknowns> pixel(
       new PixelError{{tip_m, Eigen::Vector2d::Zero()}, static_cast<double>(width_px), static_cast<double>(height_px)});
   Eigen::Vector2d at;
@@ -122,8 +122,8 @@ std::optional<double> drawn_sd_px(const Solved& solved, const Eigen::MatrixXd& c
 
 /// Fills in how well the picture will be drawn over: where the tip was clicked, and in the arm's plane from close in to
 /// far out, low to high. @return why that cannot be known; empty: it is.
-std::string look_around(CameraFit& fit, const Solved& solved, const std::vector<TipSight>& sights, double error_px,
-                        int width_px, int height_px, double reach_m) {
+std::string look_around(CameraFit& fit, const FittedCamera& solved, const std::vector<TipSight>& sights,
+                        double error_px, int width_px, int height_px, double reach_m) {
   const Eigen::FullPivLU<Eigen::MatrixXd> normal(solved.columns.transpose() * solved.columns);
   if (!normal.isInvertible())
     return "these poses do not tell where the camera is; click the tip far out, close in, high and low";
@@ -163,7 +163,7 @@ CameraFit fit_camera(const std::vector<TipSight>& sights, const CameraDescriptio
                      double reach_m) {
   if (sights.size() < kLeastTipSights)
     return refused(start, fmt::format("{} of at least {} poses", sights.size(), kLeastTipSights));
-  const std::optional<Solved> solved = best(sights, start, width_px, height_px);
+  const std::optional<FittedCamera> solved = best(sights, start, width_px, height_px);
   if (!solved)
     return refused(start, "no place of the camera fits these clicks: was the tip clicked, in each pose anew?");
   CameraFit fit;

@@ -12,13 +12,13 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
-constexpr double kRest_s = 0.5;        ///< At both ends.
-constexpr double kFade_s = 4;          ///< From rest to the full series, and back.
-constexpr double kPeriod_s = 40;       ///< Of the slowest harmonic.
-constexpr int kHarmonics = 22;         ///< To 0.55 Hz.
-constexpr double kFastest_mps = 0.12;  ///< Cylinder speed.
-constexpr double kSteepest = 1;        ///< Exponent that speeds may fall with frequency with.
+constexpr double kFourierStep_s = 0.005;
+constexpr double kFourierRest_s = 0.5;  ///< At both ends.
+constexpr double kFade_s = 4;           ///< From rest to the full series, and back.
+constexpr double kPeriod_s = 40;        ///< Of the slowest harmonic.
+constexpr int kHarmonics = 22;          ///< To 0.55 Hz.
+constexpr double kFastest_mps = 0.12;   ///< Cylinder speed.
+constexpr double kSteepest = 1;         ///< Exponent that speeds may fall with frequency with.
 constexpr int kRestarts = 100, kMoves = 300;
 constexpr std::size_t kSearchPoints = 400;  ///< Of the path, looked at by the search.
 constexpr std::size_t kSide = 3;            ///< Samples at a point.
@@ -26,7 +26,7 @@ using Coefficients = Eigen::Matrix<double, kJoints, 2 * kHarmonics>;
 
 /// 0 at rest, 1 in between, with two continuous derivatives.
 double fade(double t_s, double duration_s) {
-  const double x = std::clamp((std::min(t_s, duration_s - t_s) - kRest_s) / kFade_s, 0.0, 1.0);
+  const double x = std::clamp((std::min(t_s, duration_s - t_s) - kFourierRest_s) / kFade_s, 0.0, 1.0);
   return x * x * x * (10 - 15 * x + 6 * x * x);
 }
 
@@ -51,7 +51,7 @@ class Search {
     for (std::size_t i = 0; i < kSearchPoints; ++i) {
       const double t_s = duration_s * (static_cast<double>(i) + 0.5) / kSearchPoints;
       for (std::size_t side = 0; side < kSide; ++side) {
-        const double at_s = t_s + (static_cast<double>(side) - 1) * kStep_s;
+        const double at_s = t_s + (static_cast<double>(side) - 1) * kFourierStep_s;
         basis_.col(static_cast<Eigen::Index>(kSide * i + side)) = harmonics(at_s, duration_s);
       }
     }
@@ -97,17 +97,18 @@ class Search {
   [[nodiscard]] JointPath path(Coefficients coefficients, double amplitude) const {
     const JointVector middle = fit(coefficients);
     coefficients *= amplitude;
-    JointPath result{kStep_s, {}};
-    const auto samples = static_cast<std::size_t>(std::lround(duration_s_ / kStep_s));
+    JointPath result{kFourierStep_s, {}};
+    const auto samples = static_cast<std::size_t>(std::lround(duration_s_ / kFourierStep_s));
     for (std::size_t i = 0; i < samples; ++i) {
-      result.joint_rad.emplace_back(middle + coefficients * harmonics(kStep_s * static_cast<double>(i), duration_s_));
+      result.joint_rad.emplace_back(middle +
+                                    coefficients * harmonics(kFourierStep_s * static_cast<double>(i), duration_s_));
     }
     return result;
   }
 
  private:
   [[nodiscard]] JointPath points(const Coefficients& coefficients, const JointVector& middle) const {
-    JointPath result{kStep_s, {}};
+    JointPath result{kFourierStep_s, {}};
     result.joint_rad.reserve(kSide * kSearchPoints);
     for (Eigen::Index i = 0; i < basis_.cols(); ++i) {
       result.joint_rad.emplace_back(middle + coefficients * basis_.col(i));

@@ -278,10 +278,10 @@ std::optional<CalibrationVector> free_parameters(const FullInput& input) {
 /// sensor is off moves parameters so that it cancels where the same sensor is read again.
 void widen(FullResult& result, const MachineDescription& machine, std::span<const Recording> recordings,
            const FullOptions& options) {
-  constexpr double kStep_s = 0.02;  // coarse is enough for differences, and quick
+  constexpr double kCoarse_s = 0.02;  // coarse is enough for differences, and quick
   FullInput input{machine, {}, options};
   for (const Recording& recording : recordings) {
-    const long every = std::lround(kStep_s / recording.step_s);
+    const long every = std::lround(kCoarse_s / recording.step_s);
     input.recordings.push_back(decimated(recording, static_cast<std::size_t>(std::max(1L, every))));
   }
   const std::optional<CalibrationVector> unmoved = free_parameters(input);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/units.h"
 #include "estimation/bias_filter.h"
 #include "estimation/identification/full.h"
 #include "estimation/identification/kinematic_calibration.h"
@@ -66,7 +67,6 @@ void check_pressures(std::span<const Recording> recordings, const ExcitationLimi
 
 void check_joint(int joint, std::span<const Motion> motions, const ExcitationLimits& limits,
                  std::vector<std::string>& faults) {
-  constexpr double kDegrees = 180 / std::numbers::pi;
   const std::string name = kJointNames[static_cast<std::size_t>(joint)];
   Range angle;
   double extending_s = 0, retracting_s = 0;
@@ -80,8 +80,8 @@ void check_joint(int joint, std::span<const Motion> motions, const ExcitationLim
     }
   }
   if (angle.width() < limits.least_travel_rad) {
-    faults.push_back(name + " moves over " + number(kDegrees * angle.width(), 1) + " deg only, at least " +
-                     number(kDegrees * limits.least_travel_rad, 1) + " deg are needed");
+    faults.push_back(name + " moves over " + number(angle.width() / kDegree, 1) + " deg only, at least " +
+                     number(limits.least_travel_rad / kDegree, 1) + " deg are needed");
     return;
   }
   const auto one_way = [&](double time_s, const char* direction) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/regressor.h"
@@ -11,7 +12,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastSpan_rad = 10 * kDegree;
 constexpr int kPerLink = 3;  // m L, A, mu
 using LinkParameters = std::array<double, kPerLink>;

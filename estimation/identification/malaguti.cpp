@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/observer.h"
@@ -8,7 +9,7 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kLeastSpan_rad = 10 * std::numbers::pi / 180;
+constexpr double kLeastArmSpan_rad = 10 * kDegree;
 constexpr double kSettled = 6;  // time constants until a filter has forgotten how it started
 constexpr int kRows = 2;        // bucket, stick
 constexpr int kInertial = 6;
@@ -92,10 +93,10 @@ std::vector<FilteredRow> filtered_rows(const RigidArm& arm, const Motion& motion
   return rows;
 }
 
-const std::vector<std::string> kNames{"phi_D1", "phi_D2", "phi_S1", "phi_S2", "phi_S3",
-                                      "phi_S4", "phi_f1", "phi_f2", "phi_f3", "phi_f4"};
-const std::vector<std::string> kUnits{"kg m^2", "kg m^2",   "kg m", "kg m",     "kg m",
-                                      "kg m",   "kg m/s^2", "kg/s", "kg m/s^2", "kg/s"};
+const std::vector<std::string> kDirectNames{"phi_D1", "phi_D2", "phi_S1", "phi_S2", "phi_S3",
+                                            "phi_S4", "phi_f1", "phi_f2", "phi_f3", "phi_f4"};
+const std::vector<std::string> kDirectUnits{"kg m^2", "kg m^2",   "kg m", "kg m",     "kg m",
+                                            "kg m",   "kg m/s^2", "kg/s", "kg m/s^2", "kg/s"};
 
 /// Two groups: each row of the balance has its own noise.
 LeastSquaresProblem stacked(const std::vector<FilteredRow>& rows) {
@@ -146,19 +147,19 @@ MalagutiResult identify_malaguti(const MachineDescription& machine, std::span<co
     const auto more = filtered_rows(RigidArm(machine), motions.back(), options.filter_Hz);
     rows.insert(rows.end(), more.begin(), more.end());
   }
-  summary.reasons = unfit(motions, kArm, options.least_s, kLeastSpan_rad);
+  summary.reasons = unfit(motions, kArm, options.least_s, kLeastArmSpan_rad);
   if (!summary.reasons.empty()) return result;
 
   const LeastSquaresSolution solution = solve_least_squares(stacked(rows));
   result.parameters = solution.parameters;
   summary.rank = solution.rank;
   summary.condition_number = solution.condition_number;
-  summary.indistinct = indistinct_combinations(solution, kNames);
+  summary.indistinct = indistinct_combinations(solution, kDirectNames);
   summary.covariance = solution.naive;
   for (int k = 0; k < kMalagutiCount; ++k) {
     const auto at = static_cast<std::size_t>(k);
     summary.parameters.push_back(
-        {kNames[at], kUnits[at], solution.parameters[k], std::sqrt(summary.covariance(k, k)), false});
+        {kDirectNames[at], kDirectUnits[at], solution.parameters[k], std::sqrt(summary.covariance(k, k)), false});
   }
   summary.usable = summary.rank == summary.columns;
   if (!summary.usable) summary.reasons.push_back("the motion does not separate all parameters");

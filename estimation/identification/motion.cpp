@@ -127,8 +127,8 @@ Motion offline_motion(const MachineDescription& machine, const Recording& record
 
 namespace {
 
-constexpr double kShift_s = 0.05;  // between the shifts tried: within less the error hardly grows
-constexpr double kStep_s = 0.02;   // coarse is enough and quick
+constexpr double kShift_s = 0.05;       // between the shifts tried: within less the error hardly grows
+constexpr double kReviewStep_s = 0.02;  // coarse is enough and quick
 constexpr double kCutoff_Hz = 2;
 constexpr double kShortest_s = 20;  // less motion fits any shift
 
@@ -181,7 +181,7 @@ std::optional<double> pressure_lag_s(const MachineDescription& machine, const st
     if (const auto known = left.find(shift); known != left.end()) return known->second;
     std::vector<Recording> tried;
     for (const Recording& recording : recordings) {
-      const auto every = static_cast<std::size_t>(std::max(1.0, std::floor(kStep_s / recording.step_s)));
+      const auto every = static_cast<std::size_t>(std::max(1.0, std::floor(kReviewStep_s / recording.step_s)));
       tried.push_back(decimated(without_pressure_lag(recording, kShift_s * shift), every));
     }
     const auto found = unexplained(machine, tried);

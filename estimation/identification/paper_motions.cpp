@@ -12,11 +12,11 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
-constexpr double kShare = 0.8;         // of pump flow, joint rates and tip speed
-constexpr double kSlow_mps = 0.03;     // K's "slow motion"
-constexpr double kRamp_s = 0.5;        // to full speed in a slow sweep
-constexpr double kEndMargin_m = 0.02;  // rods stay away from their end stops
+constexpr double kPaperStep_s = 0.005;
+constexpr double kMotionShare = 0.8;      // of pump flow, joint rates and tip speed
+constexpr double kSlowMotion_mps = 0.03;  // K's "slow motion"
+constexpr double kRamp_s = 0.5;           // to full speed in a slow sweep
+constexpr double kEndMargin_m = 0.02;     // rods stay away from their end stops
 
 /// How far along a move, [0, 1] over time [0, 1].
 double minimum_jerk(double s) {
@@ -27,10 +27,11 @@ double minimum_jerk(double s) {
 class RodPath {
  public:
   RodPath(const MachineDescription& machine, const JointVector& start_rad)
-      : machine_(machine), kinematics_(machine), at_rad_(start_rad), path_{kStep_s, {start_rad}} {}
+      : machine_(machine), kinematics_(machine), at_rad_(start_rad), path_{kPaperStep_s, {start_rad}} {}
 
   void hold(double duration_s) {
-    path_.joint_rad.insert(path_.joint_rad.end(), static_cast<std::size_t>(std::lround(duration_s / kStep_s)), at_rad_);
+    path_.joint_rad.insert(path_.joint_rad.end(), static_cast<std::size_t>(std::lround(duration_s / kPaperStep_s)),
+                           at_rad_);
   }
   /// @param from, to part of the move, [0, 1], in which each joint moves. At least least_s, longer where limits ask so.
   void move(const JointVector& to_rad, double least_s, const JointVector& from = JointVector::Zero(),
@@ -74,7 +75,7 @@ class RodPath {
     double stretch = 1;
     for (;;) {
       std::vector<JointVector> moved = at_speed(to_rad, stretch * duration_s, progress);
-      const double excess = worst_share(moved) / kShare;
+      const double excess = worst_share(moved) / kMotionShare;
       if (excess <= 1) return moved;
       stretch *= 1.001 * excess;
     }
@@ -82,7 +83,7 @@ class RodPath {
   template <typename P>
   [[nodiscard]] std::vector<JointVector> at_speed(const JointVector& to_rad, double duration_s,
                                                   const P& progress) const {
-    const auto count = static_cast<std::size_t>(std::ceil(duration_s / kStep_s));
+    const auto count = static_cast<std::size_t>(std::ceil(duration_s / kPaperStep_s));
     std::vector<JointVector> moved(count);
     for (int joint = 0; joint < kJoints; ++joint) {
       const double first_m = length(joint, at_rad_[joint]), last_m = length(joint, to_rad[joint]);
@@ -101,13 +102,13 @@ class RodPath {
       double flow = 0;
       for (int joint = 0; joint < kJoints; ++joint) {
         const auto k = static_cast<std::size_t>(joint);
-        const double rate = std::abs(now[joint] - before[joint]) / kStep_s;
-        const double speed = std::abs(length(joint, now[joint]) - length(joint, before[joint])) / kStep_s;
+        const double rate = std::abs(now[joint] - before[joint]) / kPaperStep_s;
+        const double speed = std::abs(length(joint, now[joint]) - length(joint, before[joint])) / kPaperStep_s;
         flow += speed * machine_.cylinders[k].head_area_m2();
         if (machine_.links[k].max_rate_radps > 0) worst = std::max(worst, rate / machine_.links[k].max_rate_radps);
       }
       if (machine_.hydraulics.pump_flow_m3ps > 0) worst = std::max(worst, flow / machine_.hydraulics.pump_flow_m3ps);
-      const double tip_mps = (kinematics_.tip(now) - kinematics_.tip(before)).norm() / kStep_s;
+      const double tip_mps = (kinematics_.tip(now) - kinematics_.tip(before)).norm() / kPaperStep_s;
       if (machine_.limits.tip_speed_mps > 0) worst = std::max(worst, tip_mps / machine_.limits.tip_speed_mps);
       before = now;
     }
@@ -176,7 +177,7 @@ JointPath kim_slow_motion(const MachineDescription& machine) {
   for (const int joint : {kBucket, kArm, kBoom}) {
     const double middle = (reach.low[joint] + reach.high[joint]) / 2;
     for (const double to : {reach.high[joint], reach.low[joint], middle}) {
-      path.sweep(joint, to, kSlow_mps);
+      path.sweep(joint, to, kSlowMotion_mps);
       path.hold(kPause_s);
     }
   }

@@ -155,7 +155,7 @@ namespace {
 
 constexpr double kMargin_rad = 0.03;   ///< Beyond the soft margin: what following overshoots.
 constexpr double kWallMargin_m = 0.1;  ///< Likewise; near a wall the gate slows down.
-constexpr double kShare = 0.95;        ///< Of every limit of speed.
+constexpr double kLimitShare = 0.95;   ///< Of every limit of speed.
 constexpr double kGentle_mps2 = 3;     ///< Tip acceleration: tracks stay on the ground, modes stay quiet.
 
 constexpr int kGrid = 8;
@@ -179,13 +179,13 @@ bool clear_of_walls(const LimitsDescription& limits, const Kinematics& kinematic
 }  // namespace
 
 PathRoom::PathRoom(const MachineDescription& machine)
-    : flow_m3ps(kShare * kPathPumpShare * machine.hydraulics.pump_flow_m3ps),
-      tip_speed_mps(kShare * machine.limits.tip_speed_mps),
+    : flow_m3ps(kLimitShare * kPathPumpShare * machine.hydraulics.pump_flow_m3ps),
+      tip_speed_mps(kLimitShare * machine.limits.tip_speed_mps),
       tip_mps2(kGentle_mps2) {
   const Kinematics kinematics(machine);
   const double margin = machine.limits.joint_soft_margin_rad + kMargin_rad;
   for (int joint = 0; joint < kJoints; ++joint) {
-    rate_radps[joint] = kShare * machine.links[static_cast<std::size_t>(joint)].max_rate_radps;
+    rate_radps[joint] = kLimitShare * machine.links[static_cast<std::size_t>(joint)].max_rate_radps;
   }
   for (int twentieths = 20; twentieths >= 7; --twentieths) {
     for (const JointVector& place : kPlaces) {
@@ -213,12 +213,12 @@ namespace {
 constexpr int kFrictionColumns = 3;  ///< Coulomb extending, Coulomb retracting, viscous.
 constexpr int kColumns = kBaseParameters + kJoints * kFrictionColumns;
 constexpr double kSlip_mps = 1e-3;  ///< Friction turns round over this speed.
-using Rows = Eigen::Matrix<double, kJoints, kColumns>;
+using TorqueRows = Eigen::Matrix<double, kJoints, kColumns>;
 
 /// Torque rows to rows of cylinder force.
-Rows rows_at(const Kinematics& kinematics, const RigidArm& arm, const JointVector& angle, const JointVector& rate,
-             const JointVector& acceleration) {
-  Rows rows = Rows::Zero();
+TorqueRows rows_at(const Kinematics& kinematics, const RigidArm& arm, const JointVector& angle, const JointVector& rate,
+                   const JointVector& acceleration) {
+  TorqueRows rows = TorqueRows::Zero();
   const Regressor absolute_rows = arm.inverse_dynamics(Pose(angle, 0), absolute(rate), absolute(acceleration));
   for (int column = 0; column < kBaseParameters; ++column) {
     rows.col(column) = joint_torque(absolute_rows.col(column));
@@ -247,7 +247,7 @@ double PathCondition::operator()(const JointPath& path, std::size_t every) const
   const double step_s = path.step_s;
   for (std::size_t i = std::max<std::size_t>(1, every / 2); i + 1 < path.joint_rad.size(); i += every) {
     const JointVector &before = path.joint_rad[i - 1], &at = path.joint_rad[i], &after = path.joint_rad[i + 1];
-    const Rows rows =
+    const TorqueRows rows =
         rows_at(kinematics_, arm_, at, (after - before) / (2 * step_s), (after - 2 * at + before) / (step_s * step_s));
     normal.noalias() += rows.transpose() * rows;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "machine/description.h"
@@ -11,7 +12,7 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kSamePose_rad = 0.5 * std::numbers::pi / 180;
+constexpr double kStill_rad = 0.5 * kDegree;
 constexpr double kLeastStill_m = 2e-4;
 
 /// Long enough to average a pressure ripple, short enough to find short rests.
@@ -129,7 +130,7 @@ std::vector<RestingPose> resting_poses(const MachineDescription& machine, const 
     for (const Stretch& rest : rests(motion, stretch, still_m(machine))) {
       if (static_cast<double>(rest.size()) * motion.step_s < options.rest_s) continue;
       const RestingPose pose = mean_pose(motion, {rest.first + rest.size() / 2, rest.end});
-      const bool moved = (pose.joint_rad - last_rad).cwiseAbs().maxCoeff() > kSamePose_rad;
+      const bool moved = (pose.joint_rad - last_rad).cwiseAbs().maxCoeff() > kStill_rad;
       last_rad = pose.joint_rad;
       if (!moved) continue;
       if (near_stop(machine, motion.cylinder_m.col(rest.end - 1), options.stop_margin_m))

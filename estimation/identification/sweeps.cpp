@@ -13,12 +13,12 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
-constexpr double kRest_s = 1.0;      ///< At both ends.
-constexpr double kRound_s = 0.4;     ///< Each of two boxes that round off the reversals.
-constexpr double kShorter = 0.12;    ///< A stroke ends up to this share of the range before the range does.
-constexpr double kRateShare = 0.35;  ///< Of a joint's rate limit: where a lever is short the joint would whip.
-constexpr int kCandidates = 24;
+constexpr double kSweepStep_s = 0.005;
+constexpr double kSweepRest_s = 1.0;  ///< At both ends.
+constexpr double kRound_s = 0.4;      ///< Each of two boxes that round off the reversals.
+constexpr double kShorter = 0.12;     ///< A stroke ends up to this share of the range before the range does.
+constexpr double kRateShare = 0.35;   ///< Of a joint's rate limit: where a lever is short the joint would whip.
+constexpr int kSweepCandidates = 24;
 constexpr std::size_t kEvery = 40;  ///< Samples of 0.2 s tell the condition.
 
 /// Largest cylinder speed that the joint's rate allows, by length.
@@ -71,8 +71,8 @@ std::vector<double> box(const std::vector<double>& values, std::size_t half) {
 std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const SweepOptions& options,
                             PathRandom& random) {
   const double range = limit.highest_m() - limit.lowest_m();
-  const auto samples = static_cast<std::size_t>(std::lround(duration_s / kStep_s));
-  const auto rest = static_cast<std::size_t>(std::lround((kRest_s + kRound_s) / kStep_s));
+  const auto samples = static_cast<std::size_t>(std::lround(duration_s / kSweepStep_s));
+  const auto rest = static_cast<std::size_t>(std::lround((kSweepRest_s + kRound_s) / kSweepStep_s));
   double length = uniform(random, limit.lowest_m(), limit.highest_m());
   bool extends = uniform(random, 0, 1) < 0.5;
   double speed = 0, target = length;
@@ -87,10 +87,10 @@ std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const Sw
       target = extends ? limit.highest_m() - before : limit.lowest_m() + before;
       speed = uniform(random, options.slowest_mps, options.fastest_mps);
     }
-    const double step = std::min(speed, limit.at(length)) * kStep_s;
+    const double step = std::min(speed, limit.at(length)) * kSweepStep_s;
     length = std::clamp(length + (extends ? step : -step), limit.lowest_m(), limit.highest_m());
   }
-  const auto half = static_cast<std::size_t>(std::lround(kRound_s / kStep_s / 2));
+  const auto half = static_cast<std::size_t>(std::lround(kRound_s / kSweepStep_s / 2));
   return box(box(result, half), half);
 }
 
@@ -107,10 +107,10 @@ JointPath slow_sweeps(const MachineDescription& machine, double duration_s, cons
   const PathCondition condition(machine, false);
   PathRandom random(options.seed);
   std::optional<Candidate> best;
-  for (int tried = 0; tried < kCandidates; ++tried) {
+  for (int tried = 0; tried < kSweepCandidates; ++tried) {
     Candidate candidate;
-    candidate.path.step_s = kStep_s;
-    candidate.path.joint_rad.resize(static_cast<std::size_t>(std::lround(duration_s / kStep_s)));
+    candidate.path.step_s = kSweepStep_s;
+    candidate.path.joint_rad.resize(static_cast<std::size_t>(std::lround(duration_s / kSweepStep_s)));
     for (int joint = 0; joint < kJoints; ++joint) {
       const std::vector<double> lengths = strokes(SpeedLimit(kinematics, room, joint), duration_s, options, random);
       for (std::size_t i = 0; i < lengths.size(); ++i) {
@@ -164,17 +164,18 @@ void append_move(JointPath& path, const JointVector& to, double ramp, std::size_
 std::size_t move_samples(const MachineDescription& machine, const PathRoom& room, const JointVector& from,
                          const JointVector& to, double ramp, double fastest_mps) {
   constexpr std::size_t kTrial = 200;
-  JointPath trial{kStep_s, {from}};
+  JointPath trial{kSweepStep_s, {from}};
   append_move(trial, to, ramp, kTrial);
   const PathExtremes extremes = path_extremes(machine, trial, 2);
   const double stretch = std::max(room.speed_use(extremes, fastest_mps), std::sqrt(extremes.tip_mps2 / room.tip_mps2));
-  return std::max(static_cast<std::size_t>(kGentle_s / kStep_s), static_cast<std::size_t>(std::ceil(kTrial * stretch)));
+  return std::max(static_cast<std::size_t>(kGentle_s / kSweepStep_s),
+                  static_cast<std::size_t>(std::ceil(kTrial * stretch)));
 }
 
 JointPath cycles(const MachineDescription& machine, const PathRoom& room, PathRandom& random, MotionSpeed speed,
                  double duration_s) {
-  const auto samples = static_cast<std::size_t>(std::lround(duration_s / kStep_s));
-  const auto stop = static_cast<std::size_t>(kStop_s / kStep_s);
+  const auto samples = static_cast<std::size_t>(std::lround(duration_s / kSweepStep_s));
+  const auto stop = static_cast<std::size_t>(kStop_s / kSweepStep_s);
   const auto point = [&](std::size_t i) {
     JointVector share = kCycle[i % kCycle.size()];
     for (int joint = 0; joint < kJoints; ++joint) {
@@ -182,7 +183,7 @@ JointPath cycles(const MachineDescription& machine, const PathRoom& room, PathRa
     }
     return JointVector(room.low_rad + share.cwiseProduct(room.high_rad - room.low_rad));
   };
-  JointPath path{kStep_s, {point(0)}};
+  JointPath path{kSweepStep_s, {point(0)}};
   for (std::size_t i = 1; path.joint_rad.size() < samples; ++i) {
     path.joint_rad.insert(path.joint_rad.end(), stop, path.joint_rad.back());
     const double ramp = speed == MotionSpeed::kSlow ? 0.15 : 0.5;

@@ -34,8 +34,8 @@ TEST(Reason, SaysInWordsWhatANodeHasBecome) {
   EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 4, 5}).find("(it is stopped)"), std::string::npos);
   EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 127, 5}).find("(it is pre-operational)"), std::string::npos);
   EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 3, 15}).find("(its valve's status is 0x0003)"), std::string::npos);
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  for (const float foreign : {kNaN, -1.F, 1e20F, std::numeric_limits<float>::infinity()}) {
+  constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+  for (const float foreign : {kNoNumber, -1.F, 1e20F, std::numeric_limits<float>::infinity()}) {
     const std::string none = "node 0x10: node is no longer operational: check it, then start again";
     EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, foreign, 5}), none);
     EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, 4, foreign}), none);

@@ -9,12 +9,6 @@
 namespace knuckle::video {
 namespace {
 
-PictureKey key_of(std::uint8_t seed) {
-  PictureKey key;
-  key.fill(seed);
-  return key;
-}
-
 class SealedStreams : public testing::Test {
  protected:
   void SetUp() override { start_gstreamer(); }

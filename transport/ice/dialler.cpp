@@ -150,9 +150,9 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kTendEvery = 20ms;
-constexpr auto kSettle = 200ms;         // changes of the network come in bursts
-constexpr auto kCloseWithin = 300ms;    // what a relay has allocated is released
-constexpr auto kServersKnown = 3000ms;  // looking their names up takes no longer, or is in vain for now
+constexpr auto kNetworkSettles = 200ms;  // changes of the network come in bursts
+constexpr auto kCloseWithin = 300ms;     // what a relay has allocated is released
+constexpr auto kServersKnown = 3000ms;   // looking their names up takes no longer, or is in vain for now
 constexpr auto kLookForExpired = 1000ms;
 constexpr std::size_t kMostEvents = 256;
 
@@ -183,7 +183,7 @@ class Dialler::Thread final : RendezvousClient::Listener {
   Thread(Dialler& dialler, GMainContext* context)
       : dialler_(dialler),
         context_(context),
-        network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kSettle); }) {
+        network_(context, [this] { change_at_ = std::min(change_at_, Clock::now() + kNetworkSettles); }) {
     if (const auto& server = dialler.setup_.servers.stun) stun_.emplace(*server);
     if (const auto& server = dialler.setup_.servers.turn) turn_.emplace(*server);
     Listener& self = *this;

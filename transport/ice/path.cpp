@@ -16,7 +16,7 @@ constexpr auto kOutdatedLasts = 1000ms;
 constexpr auto kRepeatOffer = 1000ms;  // without an answer
 constexpr auto kRelayMissed = 3000ms;  // without an address of it
 constexpr auto kGather = 50ms;         // candidates are told together
-constexpr auto kSettle = 300ms;        // better pairs follow the first within it
+constexpr auto kPairsSettle = 300ms;   // better pairs follow the first within it
 constexpr auto kLinger = 1000ms;
 constexpr auto kFirstBackOff = 500ms, kLongestBackOff = 4000ms;
 constexpr auto kFirstImprove = 10'000ms, kLongestImprove = 60'000ms;
@@ -257,7 +257,7 @@ bool Path::attempt_works() const {
 void Path::judge_attempt(Clock::time_point now) {
   if (attempt_works()) {
     const bool must = !current_ || lost_ || !operates() || current_->session != sessions_;
-    const bool settled = now - attempt_->begun > 2 * kSettle;
+    const bool settled = now - attempt_->begun > 2 * kPairsSettle;
     const auto kind_now = current_ ? current_->agent->pair() : std::nullopt;
     const auto kind_new = attempt_->agent->pair();
     const bool worse = kind_now && kind_new && kind_new->kind > kind_now->kind;
@@ -326,7 +326,7 @@ void Path::report_pair(Clock::time_point now) {
     seen_ = pair;
     seen_at_ = now;
   }
-  if (now - seen_at_ < kSettle || reported_ == pair || round_trip_.count() == 0) return;
+  if (now - seen_at_ < kPairsSettle || reported_ == pair || round_trip_.count() == 0) return;
   reported_ = pair;
   report(PathEvent::Kind::kInUse, now);
 }

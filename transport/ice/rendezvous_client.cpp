@@ -17,8 +17,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kFirstBackOff = 250ms, kLongestBackOff = 8000ms;
-constexpr auto kPingEvery = 5000ms, kAnswer = 4000ms, kAnswerInDoubt = 1000ms;
+constexpr auto kFirstPause = 250ms, kLongestPause = 8000ms;
+constexpr auto kPingEvery = 5000ms, kAnswerTime = 4000ms, kAnswerInDoubt = 1000ms;
 constexpr guint kDialTimeout_s = 5;
 constexpr std::size_t kMostUnsent = 1 << 16;
 constexpr int kMostLinesPerSecond = 100;  // a rendezvous that sends more is left, and dialled again later
@@ -58,7 +58,7 @@ struct RendezvousClient::Dialling {
 };
 
 RendezvousClient::RendezvousClient(GMainContext* context, std::string address, Listener& listener)
-    : context_(context), address_(std::move(address)), listener_(listener), back_off_(kFirstBackOff) {}
+    : context_(context), address_(std::move(address)), listener_(listener), back_off_(kFirstPause) {}
 
 RendezvousClient::~RendezvousClient() {
   if (dialling_) {
@@ -85,7 +85,7 @@ void RendezvousClient::connected(Descriptor socket) {
   out_.clear();
   problem_.clear();
   window_at_ = pinged_at_ = Clock::now();
-  answer_by_ = pinged_at_ + kAnswer;  // to the joining
+  answer_by_ = pinged_at_ + kAnswerTime;  // to the joining
   lines_ = 0;
   readable_ = GlibSource::readable(context_, socket_.get(), [this] { read(); });
   for (const std::string& room : rooms_) write("join " + room);
@@ -108,7 +108,7 @@ void RendezvousClient::failed(const std::string& why) {
   hang_up();
   problem_ = "rendezvous " + address_ + ": " + why;
   dial_at_ = Clock::now() + back_off_;
-  back_off_ = std::min(2 * back_off_, kLongestBackOff);
+  back_off_ = std::min(2 * back_off_, kLongestPause);
 }
 
 void RendezvousClient::tend(Clock::time_point now) {
@@ -121,12 +121,12 @@ void RendezvousClient::tend(Clock::time_point now) {
   if (answer_by_ && now > *answer_by_) return failed("does not answer");
   if (now - pinged_at_ < kPingEvery) return;
   pinged_at_ = now;
-  if (!answer_by_) answer_by_ = now + kAnswer;
+  if (!answer_by_) answer_by_ = now + kAnswerTime;
   write("ping");
 }
 
 void RendezvousClient::doubt(Clock::time_point now) {
-  back_off_ = kFirstBackOff;
+  back_off_ = kFirstPause;
   dial_at_ = std::min(dial_at_, now);
   if (!socket_ || (answer_by_ && *answer_by_ <= now + kAnswerInDoubt)) return;
   pinged_at_ = now;
@@ -160,7 +160,7 @@ void RendezvousClient::obey(std::string_view line) {
   if (!notice) return failed("is no rendezvous of Knuckle");
   answer_by_.reset();
   if (notice->verb == "refused") return failed("has refused this computer: " + std::string(notice->rest));
-  back_off_ = kFirstBackOff;
+  back_off_ = kFirstPause;
   const std::string room(notice->room);
   if (std::find(rooms_.begin(), rooms_.end(), room) == rooms_.end()) return;
   if (notice->verb == "message") {

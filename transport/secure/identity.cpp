@@ -19,6 +19,7 @@
 #include "core/descriptor.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "transport/secure/dtls_wire.h"
 
 namespace knuckle::secure {
 namespace {
@@ -29,10 +30,6 @@ struct BioDeleter {
 using Memory = std::unique_ptr<BIO, BioDeleter>;
 
 /// OpenSSL fails here only where memory or its own installation does.
-void must(bool ok, const char* what) {
-  if (!ok) throw std::runtime_error(std::string("OpenSSL: ") + what + " failed");
-}
-
 std::string base32(const std::uint8_t* bytes, std::size_t groups) {
   static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";  // RFC 4648
   std::string text;

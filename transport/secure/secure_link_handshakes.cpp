@@ -25,7 +25,7 @@ constexpr auto kNextAddress = 250ms;                                 // of a nam
 constexpr auto kTimeForCertificate = 250ms, kTimeForProof = 1000ms;  // of a handshake, where others want its place
 constexpr auto kLookAtPeers = 1000ms;
 constexpr auto kNewCookies = 60s;
-constexpr int kRepeats = 4;  // of what nobody confirms
+constexpr int kProposals = 4;  // of what nobody confirms
 constexpr auto kSayPlain = 500ms;
 constexpr int kMostRefusals = 64;
 
@@ -340,7 +340,7 @@ void SecureLink::tend(Clock::time_point now) {
     advance(one, one.session->tend(out), now);
   }
   std::erase_if(handshakes_,
-                [](const Handshake& one) { return one.done && (one.answers == 0 || one.answers >= kRepeats); });
+                [](const Handshake& one) { return one.done && (one.answers == 0 || one.answers >= kProposals); });
 }
 
 void SecureLink::fail(const Handshake& handshake, Refusal refusal) {

@@ -64,7 +64,7 @@ void VideoView::draw(const Viewport& viewport, bool live) const {
 
 namespace {
 
-constexpr const char* kFragmentSource = R"(#version 330 core
+constexpr const char* kLayerSource = R"(#version 330 core
 in vec2 at;
 uniform sampler2D layer;
 out vec4 pixel;
@@ -73,7 +73,7 @@ void main() { pixel = texture(layer, vec2(at.x, 1.0 - at.y)); }
 
 }  // namespace
 
-Layer::Layer() : program_(kFourCorners, kFragmentSource) {
+Layer::Layer() : program_(kFourCorners, kLayerSource) {
   glGenVertexArrays(1, &array_);
   glGenFramebuffers(1, &frame_);
   glGenTextures(1, &colour_);

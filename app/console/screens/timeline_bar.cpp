@@ -169,7 +169,7 @@ std::string began_text(const recording::Head& head) {
   return utc_text(head.started_unix_ns / 1'000'000'000, "%Y-%m-%d %H:%M:%S UTC");
 }
 
-void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
+void played_hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
   const widgets::Theme& t = ui.theme;
   const OperatorSide& hand = data.view.hand;
   const bool own = data.player->played().head.has_operator;
@@ -261,7 +261,7 @@ void keys_card(const widgets::Ui& ui, const widgets::Area& area) {
 void draw_player_column(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area) {
   const widgets::Theme& t = ui.theme;
   const float gap = t.px(10);
-  hand_card(ui, data, area.cut_top(t.px(146), gap));
+  played_hand_card(ui, data, area.cut_top(t.px(146), gap));
   const float notes = 21.F * static_cast<float>(std::min<std::size_t>(data.player->played().notes.size(), 2));
   recording_card(ui, data, area.cut_top(t.px(144 + notes), gap));
   if (data.player->beside())
