@@ -8,7 +8,7 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kBudget = 0.75;  // of a step of the peer; takes 0.44
+constexpr double kEstimationBudget = 0.75;  // of a step of the peer; takes 0.44
 
 std::vector<JointState> moving_states() {
   SyntheticMachine machine(test_machine(), real_sensors());
@@ -28,7 +28,7 @@ void BM_ForceAndPayload(benchmark::State& bench) {
   std::size_t n = 0;
   const auto step = [&] { payload.step(states[n], estimator.step(states[n])); };
   test::step_within(
-      bench, kBudget, [&] { n = (n + 1) % states.size(); }, step);
+      bench, kEstimationBudget, [&] { n = (n + 1) % states.size(); }, step);
 }
 BENCHMARK(BM_ForceAndPayload)->UseManualTime()->Iterations(test::kBudgetSteps);
 

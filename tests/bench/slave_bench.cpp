@@ -5,7 +5,7 @@
 namespace knuckle {
 namespace {
 
-constexpr double kBudget = 1.5;  // of a step of the peer; takes 0.9
+constexpr double kSlaveBudget = 1.5;  // of a step of the peer; takes 0.9
 
 void BM_SlaveStep(benchmark::State& bench) {
   test::BenchMachine machine;
@@ -15,7 +15,7 @@ void BM_SlaveStep(benchmark::State& bench) {
   const auto five_milliseconds = [&] {
     for (int i = 0; i < 5; ++i) machine.tick();
   };
-  test::step_within(bench, kBudget, five_milliseconds, [&] { machine.loop.step(machine.now); });
+  test::step_within(bench, kSlaveBudget, five_milliseconds, [&] { machine.loop.step(machine.now); });
   bench.counters["engaged"] = machine.loop.mode() == Mode::kEngaged;
 }
 BENCHMARK(BM_SlaveStep)->UseManualTime()->Iterations(test::kBudgetSteps);

@@ -29,7 +29,7 @@ using test::ProgramRun;
 using test::recorded_session;
 using test::TemporaryFolder;
 
-ProgramRun run_export(std::vector<std::string> arguments) {
+ProgramRun export_recording(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "export");
   return test::run_program(test::program("knuckle"), std::move(arguments));
 }
@@ -47,7 +47,7 @@ std::vector<std::vector<std::string>> table(const std::string& text, char betwee
 
 std::vector<std::vector<std::string>> exported_table(const std::string& side, std::vector<std::string> more = {}) {
   more.insert(more.begin(), {recorded_session().recording, "--csv", "-", "--side", side});
-  const ProgramRun run = run_export(more);
+  const ProgramRun run = export_recording(more);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   return table(run.out);
 }
@@ -142,7 +142,7 @@ TEST(RecordingExport, ColumnsAreCalledAsInTheOtherTables) {
 TEST(RecordingExport, TableOfTheMachineIsARecordingOfItsSensors) {
   const TemporaryFolder folder;
   const std::string csv = folder.file("machine.csv");
-  ASSERT_EQ(run_export({recorded_session().recording, "--csv", csv, "--side", "machine"}).exit_code, 0);
+  ASSERT_EQ(export_recording({recorded_session().recording, "--csv", csv, "--side", "machine"}).exit_code, 0);
   const MachineDescription machine = calibrated(load_machine(test::machine_file("solar015")));
   EXPECT_EQ(recordings::read_recording(csv, "", machine).recording.step_s, 0.005);
 }
@@ -174,7 +174,8 @@ TEST(RecordingExport, TakesOnlyStepsBetweenTheTimes) {
   EXPECT_EQ(rows.back()[0], "0.75");
   const auto all = exported_table("machine");
   EXPECT_EQ(rows[1], all[100]);
-  const ProgramRun log = run_export({recorded_session().recording, "--candump", "-", "--from", "0.5", "--to", "0.75"});
+  const ProgramRun log =
+      export_recording({recorded_session().recording, "--candump", "-", "--from", "0.5", "--to", "0.75"});
   std::istringstream lines(log.out);
   const auto frames = test::read_candump(lines);
   ASSERT_FALSE(frames.empty());
@@ -186,7 +187,7 @@ TEST(RecordingExport, TakesOnlyStepsBetweenTheTimes) {
 // and gave away, step by step. So what nodes sent is there in the order of the bus, up to the last step; what the
 // controller sent is in the order in which it gave it away, while the bus lets the most urgent one pass first.
 TEST(RecordingExport, CandumpHasTheFramesThatWereOnTheBus) {
-  const ProgramRun run = run_export({recorded_session().recording, "--candump", "-"});
+  const ProgramRun run = export_recording({recorded_session().recording, "--candump", "-"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::istringstream exported_lines(run.out);
   std::ifstream bus_lines(recorded_session().candump);
@@ -226,11 +227,11 @@ TEST(RecordingExport, ModelAndBusAreThoseOfTheRecordedMachine) {
     return text;
   };
   for (const char* option : {"--urdf", "--dbc"}) {
-    const ProgramRun run = run_export({recorded_session().recording, option, "-"});
+    const ProgramRun run = export_recording({recorded_session().recording, option, "-"});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_NE(run.out.find("session.mcap: machine.toml"), std::string::npos);
     EXPECT_EQ(without_source(run.out, "session.mcap: machine.toml"),
-              without_source(run_export({"--machine", "solar015", option, "-"}).out, "solar015.toml"));
+              without_source(export_recording({"--machine", "solar015", option, "-"}).out, "solar015.toml"));
   }
 }
 
@@ -264,7 +265,7 @@ class Hdf5Export : public ::testing::Test {
  protected:
   void SetUp() override {
     const ProgramRun run =
-        run_export({recorded_session().recording, "--hdf5", hdf5_, "--csv", csv_, "--side", "machine"});
+        export_recording({recorded_session().recording, "--hdf5", hdf5_, "--csv", csv_, "--side", "machine"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
   void compare(const std::vector<std::vector<std::string>>& lines) {
@@ -325,7 +326,7 @@ TEST_F(Hdf5Export, OctaveReadsEveryNumberAsRecorded) {
 }
 
 void expect_refused(const std::vector<std::string>& arguments, const std::string& line) {
-  const ProgramRun run = run_export(arguments);
+  const ProgramRun run = export_recording(arguments);
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.out, "");
   EXPECT_EQ(run.err, "knuckle: " + line + "\n");

@@ -20,7 +20,7 @@ using estimation::survey_poses;
 constexpr double kSigma_m = 1e-3;
 constexpr std::size_t kPoses = 30;
 
-MachineDescription nominal() {
+MachineDescription nominal_machine() {
   return load_machine(find_config("machine", "solar015"));
 }
 
@@ -67,7 +67,7 @@ TrueErrors true_errors(const MachineDescription& seen, const sim::MachineTruth& 
   return errors;
 }
 
-MachineDescription seen_after(const GeometryResult& result, MachineDescription machine = nominal()) {
+MachineDescription seen_after(const GeometryResult& result, MachineDescription machine = nominal_machine()) {
   machine.geometry_calibration = result.geometry;
   return calibrated(machine);
 }
@@ -79,7 +79,7 @@ double quantile(std::vector<double> values, double part) {
 
 // Levers as good as those of a machine whose pins are known to 0.5 mm: the force targets ask for that.
 TEST(Geometry, SurveyMakesLeversAsIfPinsWereKnownToHalfAMillimetre) {
-  const MachineDescription machine = nominal();
+  const MachineDescription machine = nominal_machine();
   const auto poses = survey_poses(machine, kPoses);
   std::vector<double> share[kJoints], tip_mm;
   double inside = 0, told = 0;
@@ -132,7 +132,7 @@ TEST(DeepGeometry, TwoHundredMachinesOfEachDrawingAreAsIfPinsWereKnownToHalfAMil
 }
 
 TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
-  const MachineDescription machine = nominal();
+  const MachineDescription machine = nominal_machine();
   const sim::MachineTruth truth = sim::sample_truth(machine, 3);
   const GeometryResult result =
       calibrate_geometry(machine, sampled_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 3));
@@ -147,7 +147,7 @@ TEST(Geometry, WhatASurveyCannotTellApartStaysAsDrawnAndIsNamed) {
 }
 
 TEST(Geometry, TipAloneIsEnough) {
-  const MachineDescription machine = nominal();
+  const MachineDescription machine = nominal_machine();
   const sim::MachineTruth truth = sim::sample_truth(machine, 5);
   Survey survey = sampled_survey(truth, machine, survey_poses(machine, kPoses), kSigma_m, 5);
   for (auto& pose : survey.poses) pose.arm_pin_m = pose.bucket_pin_m = PlanarVector::Constant(std::nan(""));
@@ -158,7 +158,7 @@ TEST(Geometry, TipAloneIsEnough) {
 }
 
 TEST(Geometry, PosesKeepOffSoftMarginsAndVirtualWalls) {
-  const MachineDescription machine = nominal();
+  const MachineDescription machine = nominal_machine();
   const Kinematics kinematics(machine);
   const auto poses = survey_poses(machine, 40);
   ASSERT_EQ(poses.size(), 40u);

@@ -91,7 +91,7 @@ std::string refusal(const std::string& calibration_text) {
   return "accepted";
 }
 
-std::string changed(const std::string& pattern, const std::string& to) {
+std::string edited(const std::string& pattern, const std::string& to) {
   const std::string text = calibration();
   EXPECT_TRUE(std::regex_search(text, std::regex(pattern))) << pattern;
   return std::regex_replace(text, std::regex(pattern), to, std::regex_constants::format_first_only);
@@ -204,7 +204,7 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
   };
   for (const auto& [pattern, to, named] : cases) {
-    const std::string line = refusal(changed(pattern, to));
+    const std::string line = refusal(edited(pattern, to));
     const std::size_t end = named.find("':");  // of the key, the bound behind it
     EXPECT_NE(line.find(named.substr(0, end)), std::string::npos) << named << ": " << line;
     const std::string bound = end == std::string::npos ? "" : named.substr(end + 2);
@@ -214,7 +214,7 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
 }
 
 TEST(MachineCalibration, RefusesACovarianceThatIsNotPositiveSemidefinite) {
-  std::string text = changed("0, 2, 1, 0", "0, 2, 3, 0");  // correlation 3 / sqrt(2 * 3)
+  std::string text = edited("0, 2, 1, 0", "0, 2, 3, 0");  // correlation 3 / sqrt(2 * 3)
   const std::size_t at = text.find("0, 1, 3, 0");
   ASSERT_NE(at, std::string::npos);
   EXPECT_NE(refusal(text.replace(at, 10, "0, 3, 3, 0")).find("must be positive semidefinite"), std::string::npos);

@@ -20,7 +20,7 @@ const std::string kFront =
 MachineDescription with(const std::string& cameras) {
   return parse_machine(test::content(test::source_dir() + "/config/machines/solar015.toml") + cameras, "machine.toml");
 }
-std::string refusal(const std::string& cameras) {
+std::string camera_refusal(const std::string& cameras) {
   try {
     (void)with(cameras);
   } catch (const InputError& error) {
@@ -28,7 +28,7 @@ std::string refusal(const std::string& cameras) {
   }
   return "accepted";
 }
-std::string changed(const std::string& from, const std::string& to) {
+std::string front_with(const std::string& from, const std::string& to) {
   std::string text = kFront;
   return text.replace(text.find(from), from.size(), to);
 }
@@ -53,18 +53,18 @@ TEST(MachineCamera, IsOptional) {
 
 TEST(MachineCamera, IsRefusedWithKeyValueAndBound) {
   const std::pair<std::string, std::string> cases[] = {
-      {changed("\"front\"", "\"mast\""), "key 'camera[1].name' = 'mast': is taken by another camera"},
-      {changed("\"front\"", "\"front view\""), "key 'camera[1].name' = 'front view': must be made of letters"},
-      {changed("= 90", "= 181"), "key 'camera[1].pan_deg' = 181: must be within [-180, 180]"},
-      {changed("-30", "-90"), "key 'camera[1].tilt_deg' = -90: must be within [-89, 89]"},
-      {changed("= 60", "= 4"), "key 'camera[1].field_of_view_deg' = 4: must be within [5, 150]"},
-      {changed("1.0,", "31,"), "key 'camera[1].position_m"},
-      {changed("1.0, ", ""), "key 'camera[1].position_m"},
-      {changed("tilt_deg = -30\n", ""), "key 'camera[1].tilt_deg' is missing"},
+      {front_with("\"front\"", "\"mast\""), "key 'camera[1].name' = 'mast': is taken by another camera"},
+      {front_with("\"front\"", "\"front view\""), "key 'camera[1].name' = 'front view': must be made of letters"},
+      {front_with("= 90", "= 181"), "key 'camera[1].pan_deg' = 181: must be within [-180, 180]"},
+      {front_with("-30", "-90"), "key 'camera[1].tilt_deg' = -90: must be within [-89, 89]"},
+      {front_with("= 60", "= 4"), "key 'camera[1].field_of_view_deg' = 4: must be within [5, 150]"},
+      {front_with("1.0,", "31,"), "key 'camera[1].position_m"},
+      {front_with("1.0, ", ""), "key 'camera[1].position_m"},
+      {front_with("tilt_deg = -30\n", ""), "key 'camera[1].tilt_deg' is missing"},
       {kFront + "roll_deg = 1\n", "key 'camera[1].roll_deg' = 1: unknown key"},
   };
   for (const auto& [cameras, words] : cases)
-    EXPECT_NE(refusal(cameras).find(words), std::string::npos) << refusal(cameras);
+    EXPECT_NE(camera_refusal(cameras).find(words), std::string::npos) << camera_refusal(cameras);
 }
 
 }  // namespace

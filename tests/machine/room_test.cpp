@@ -9,17 +9,17 @@
 namespace knuckle {
 namespace {
 
-MachineDescription shipped(const std::string& name) {
+MachineDescription machine_named(const std::string& name) {
   return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
 }
 
 TEST(Room, ShippedMachinesHaveWallsOutsideTheirWorkingRange) {
-  for (const char* name : {"solar015", "compact080"}) EXPECT_TRUE(limit_notes(shipped(name)).empty()) << name;
+  for (const char* name : {"solar015", "compact080"}) EXPECT_TRUE(limit_notes(machine_named(name)).empty()) << name;
 }
 
 TEST(Room, AnotherMachinesReachIsToldWithWhatItCutsOff) {
-  MachineDescription machine = shipped("compact080");
-  machine.limits.reach_m = shipped("solar015").limits.reach_m;
+  MachineDescription machine = machine_named("compact080");
+  machine.limits.reach_m = machine_named("solar015").limits.reach_m;
   const auto notes = limit_notes(machine);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].rfind("limits.reach_m = 3.3 of machine 'compact080' cuts off ", 0), 0U) << notes[0];
@@ -30,7 +30,7 @@ TEST(Room, AnotherMachinesReachIsToldWithWhatItCutsOff) {
 }
 
 TEST(Room, TheStretchedArmIsAmongThePosesLookedAt) {
-  MachineDescription machine = shipped("solar015");
+  MachineDescription machine = machine_named("solar015");
   double furthest_m = 0;
   for (const WallRoom& room : wall_rooms(machine))
     if (room.key == std::string("reach_m")) furthest_m = room.reached_m;

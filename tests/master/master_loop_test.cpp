@@ -410,7 +410,7 @@ TEST(MasterLoop, HearsAMachinesSideThatStartedAnewAfterASecondOfSilence) {
 }
 
 /// A network that brings more than anybody can read.
-struct Flood final : Link {
+struct LinkFlood final : Link {
   bool send(std::span<const std::uint8_t>) noexcept override { return true; }
   bool receive(Datagram& datagram) noexcept override {
     datagram = brought;
@@ -423,7 +423,7 @@ struct Flood final : Link {
 TEST(MasterLoop, EndsItsStepHoweverMuchTheNetworkBrings) {
   for (const Datagram& brought : {encode(SlaveMessage{}), encode(MachineStatus{}), Datagram{}}) {
     HidPair cable;
-    Flood flood;
+    LinkFlood flood;
     flood.brought = brought;
     MasterLoop loop(test::desk_device(), test::desk_machine(), cable.host(), flood, {5, 1h}, ControlLaw::kEchoSpring);
     const test::NoAllocScope scope;

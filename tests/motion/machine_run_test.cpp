@@ -16,7 +16,7 @@
 namespace knuckle::motion {
 namespace {
 
-const JointVector kStart(0.3, -1.5, -0.9);
+const JointVector kStarts_rad(0.3, -1.5, -0.9);
 
 const MachineDescription& machine() {
   static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
@@ -29,13 +29,13 @@ estimation::JointPath wave(double duration_s) {
   for (int i = 0; i < static_cast<int>(duration_s / path.step_s); ++i) {
     const double t = i * path.step_s, fade = std::min(1.0, std::min(t, duration_s - t) / 2);
     path.joint_rad.push_back(
-        kStart + fade * JointVector(0.2 * std::sin(0.6 * t), 0.3 * std::sin(0.8 * t), 0.4 * std::sin(1.1 * t)));
+        kStarts_rad + fade * JointVector(0.2 * std::sin(0.6 * t), 0.3 * std::sin(0.8 * t), 0.4 * std::sin(1.1 * t)));
   }
   return path;
 }
 
 MachineRecording recorded(std::uint64_t seed) {
-  MachineRun run(machine(), sim::sample_truth(machine(), seed), {}, kStart, seed);
+  MachineRun run(machine(), sim::sample_truth(machine(), seed), {}, kStarts_rad, seed);
   return run.follow(wave(8));
 }
 
@@ -47,7 +47,7 @@ TEST(MachineRun, FollowsThePathWithinAFewDegrees) {
   JointVector worst = JointVector::Zero(), span = JointVector::Zero();
   for (std::size_t i = 0; i < made.truth.size(); ++i) {
     worst = worst.cwiseMax((made.truth[i].joint_rad - path.joint_rad[i / 2]).cwiseAbs());
-    span = span.cwiseMax((made.truth[i].joint_rad - kStart).cwiseAbs());
+    span = span.cwiseMax((made.truth[i].joint_rad - kStarts_rad).cwiseAbs());
   }
   EXPECT_LT(worst.maxCoeff(), 3 * std::numbers::pi / 180) << worst.transpose();
   EXPECT_GT(span.minCoeff(), 0.15);
@@ -88,7 +88,7 @@ TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {
   known.sensors.encoder_offset_m = truth.encoder_offset_m;
   const Kinematics kinematics(machine());
   for (const MachineDescription& seen : {machine(), known}) {
-    MachineRun run(seen, truth, {}, kStart, 4);
+    MachineRun run(seen, truth, {}, kStarts_rad, 4);
     const MachineRecording made = run.follow(wave(4));
     double worst = 0;
     for (std::size_t i = 0; i < made.truth.size(); ++i) {
@@ -115,7 +115,7 @@ TEST(MachineRun, IsAFunctionOfItsSeed) {
 }
 
 TEST(MachineRun, StopsAtEachPoseAtRest) {
-  MachineRun run(machine(), sim::sample_truth(machine(), 5), {}, kStart, 5);
+  MachineRun run(machine(), sim::sample_truth(machine(), 5), {}, kStarts_rad, 5);
   const std::vector<JointVector> poses{{0.5, -1.2, -1.2}, {0.2, -1.8, -0.6}};
   const MachineRecording made = run.stops(poses, 0.5);
   ASSERT_EQ(made.recording.samples.size(), 100u + 1 + 100);
@@ -131,7 +131,7 @@ TEST(MachineRun, StopsAtEachPoseAtRest) {
 
 TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
   const sim::MachineTruth truth = sim::nominal_truth(machine());
-  MachineRun run(machine(), truth, {}, kStart, 6);
+  MachineRun run(machine(), truth, {}, kStarts_rad, 6);
   const Kinematics kinematics(machine());
   for (const double sigma_m : {0.0, 0.01}) {
     const estimation::Survey survey = run.survey({{0.5, -1.2, -1.2}}, sigma_m);
@@ -149,8 +149,8 @@ TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
 }
 
 TEST(MachineRun, TestRigPullsAndLetsGo) {
-  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStart, 7);
-  estimation::JointPath hold{0.01, std::vector<JointVector>(200, kStart)};
+  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 7);
+  estimation::JointPath hold{0.01, std::vector<JointVector>(200, kStarts_rad)};
   std::vector<PlanarVector> pull(200, PlanarVector(0, -800));
   for (std::size_t i = 0; i < 100; ++i) pull[i] *= static_cast<double>(i) / 100;
   const MachineRecording made = run.follow(hold, pull);
@@ -164,7 +164,7 @@ TEST(MachineRun, TestRigPullsAndLetsGo) {
 }
 
 TEST(MachineRun, WeightHangsUntilItIsTakenOff) {
-  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStart, 8);
+  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 8);
   const double before = run.rest(0.1).recording.samples.back().pressure_Pa[0];
   run.hang(100);
   const MachineRecording hung = run.rest(0.1);
@@ -176,7 +176,7 @@ TEST(MachineRun, WeightHangsUntilItIsTakenOff) {
 
 std::string refusal(const MachineDescription& seen, const sim::MachineTruth& truth) {
   try {
-    MachineRun run(seen, truth, {}, kStart, 1);
+    MachineRun run(seen, truth, {}, kStarts_rad, 1);
     (void)run.follow(wave(6));
   } catch (const std::runtime_error& error) {
     return error.what();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kCamera = "mast=videotestsrc is-live=true ! video/x-raw,width=320,height=180,framerate=30/1";
 
-std::string refusal(const CameraOptions& options, int insecure = 0, const std::string& listen = "") {
+std::string camera_refusal(const CameraOptions& options, int insecure = 0, const std::string& listen = "") {
   try {
     (void)check_cameras(options, insecure, listen);
   } catch (const InputError& error) {
@@ -45,9 +45,9 @@ TEST(SlaveCameraOptions, GiveEachCameraAPortOfItsOwn) {
 }
 
 TEST(SlaveCameraOptions, SendNothingInTheClearIntoANetworkUnlessThatWasSaidTwice) {
-  EXPECT_TRUE(says(refusal({{kCamera}, "192.0.2.1:5700"}, 1), "not encrypted"));
-  EXPECT_EQ(refusal({{kCamera}, "192.0.2.1:5700"}, 2), "accepted");
-  EXPECT_EQ(refusal({{kCamera}, "[::1]:5700"}, 1), "accepted");
+  EXPECT_TRUE(says(camera_refusal({{kCamera}, "192.0.2.1:5700"}, 1), "not encrypted"));
+  EXPECT_EQ(camera_refusal({{kCamera}, "192.0.2.1:5700"}, 2), "accepted");
+  EXPECT_EQ(camera_refusal({{kCamera}, "[::1]:5700"}, 1), "accepted");
 }
 
 TEST(SlaveCameraOptions, SealPicturesWhereverTheyGoUnlessTheLinkIsPlain) {
@@ -62,22 +62,23 @@ TEST(SlaveCameraOptions, TakeACameraOfTheSimulatedMachineThatItsFileKnows) {
   const CameraOptions mast{{"mast=simulated"}, "127.0.0.1:5700", 3000},
       rear{{"rear=simulated"}, "127.0.0.1:5700", 3000};
   EXPECT_TRUE(says(check_cameras(mast, 1, "", &machine).at(0).camera.source, "appsrc"));
-  EXPECT_TRUE(says(refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
+  EXPECT_TRUE(says(camera_refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
   EXPECT_THROW((void)check_cameras(rear, 1, "", &machine), InputError);
 }
 
 TEST(SlaveCameraOptions, AreRefusedInOneLine) {
-  EXPECT_TRUE(says(refusal({{kCamera}, ""}), "--camera: needs --video-to"));
-  EXPECT_TRUE(says(refusal({{}, "127.0.0.1:5700"}), "--video-to 127.0.0.1:5700: needs --camera"));
-  EXPECT_TRUE(says(refusal({{kCamera}, "127.0.0.1"}), "--video-to"));
-  EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
-  EXPECT_TRUE(says(refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
-  EXPECT_TRUE(says(refusal({{kCamera}, "127.0.0.1:5700", 100}), "--video-kbps 100: must be from 200 to 50000 kbit/s"));
-  EXPECT_TRUE(says(refusal({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"),
+  EXPECT_TRUE(says(camera_refusal({{kCamera}, ""}), "--camera: needs --video-to"));
+  EXPECT_TRUE(says(camera_refusal({{}, "127.0.0.1:5700"}), "--video-to 127.0.0.1:5700: needs --camera"));
+  EXPECT_TRUE(says(camera_refusal({{kCamera}, "127.0.0.1"}), "--video-to"));
+  EXPECT_TRUE(says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
+  EXPECT_TRUE(says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
+  EXPECT_TRUE(
+      says(camera_refusal({{kCamera}, "127.0.0.1:5700", 100}), "--video-kbps 100: must be from 200 to 50000 kbit/s"));
+  EXPECT_TRUE(says(camera_refusal({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"),
                    "a camera's pictures would go to port 5701, which is --listen's"));
-  EXPECT_EQ(refusal({{kCamera}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"), "accepted");
-  EXPECT_TRUE(says(refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
-  EXPECT_TRUE(says(refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
+  EXPECT_EQ(camera_refusal({{kCamera}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"), "accepted");
+  EXPECT_TRUE(says(camera_refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
+  EXPECT_TRUE(says(camera_refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
 }
 
 TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {

@@ -117,16 +117,16 @@ TEST(Topics, StampsOfCamerasAreReadAsTheyWereWritten) {
 }
 
 TEST(Topics, PicturesOfCamerasAreReadAsTheyWereWritten) {
-  constexpr std::int64_t kUnix_ns = 1'700'000'000'250'000'000;
+  constexpr std::int64_t kBegan_unix_ns = 1'700'000'000'250'000'000;
   const CameraPicture picture{Time(1500ms), "mast", {0xff, 0xd8, 0, 7, 0xff, 0xd9}};
-  const std::vector<std::uint8_t> message = recorded(picture, Topic::kCameraPictures, kUnix_ns);
+  const std::vector<std::uint8_t> message = recorded(picture, Topic::kCameraPictures, kBegan_unix_ns);
   const test::Ros2Schema schema(foxglove_schema(kPictureSchemaName));
   const test::Ros2Message again(schema, message);
   EXPECT_EQ(again.text("frame_id"), "mast");
   EXPECT_EQ(again.text("format"), "jpeg");
   EXPECT_EQ(again.number("timestamp.sec"), 1'700'000'001);
   EXPECT_EQ(again.number("timestamp.nanosec"), 750'000'000);
-  const auto decoded = decode_camera_picture(message, kUnix_ns);
+  const auto decoded = decode_camera_picture(message, kBegan_unix_ns);
   ASSERT_TRUE(decoded);
   EXPECT_EQ(decoded->at, picture.at);
   EXPECT_EQ(decoded->camera, picture.camera);

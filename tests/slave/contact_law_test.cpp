@@ -17,11 +17,11 @@ const MachineDescription& machine() {
   static const MachineDescription loaded = load_machine(find_config("machine", "solar015"));
   return loaded;
 }
-const JointVector kPose(0.6, -1.6, -1.0);
+const JointVector kPressing(0.6, -1.6, -1.0);
 
 /// The arm at rest with a force somewhere on the bucket, estimated without error.
 struct Bench {
-  explicit Bench(const JointVector& pose = kPose) {
+  explicit Bench(const JointVector& pose = kPressing) {
     state.angle_rad = pose;
     for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, pose[i])->lever_m;
   }
@@ -247,7 +247,7 @@ TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
   force.measurement_variance_Nm2 = JointVector(100, 100, std::pow(1e5 * bench.state.lever_m[kBucket], 2));
   EXPECT_LT(bench.law.touch(bench.state, force).force_N.norm(), 0.05 * believed_N.norm());
   // Free motion and standing friction of all joints take nothing from a force.
-  force.fast_torque_Nm = bench.kinematics.tip_jacobian(kPose).transpose() * PlanarVector(-1500, 400);
+  force.fast_torque_Nm = bench.kinematics.tip_jacobian(kPressing).transpose() * PlanarVector(-1500, 400);
   force.measurement_variance_Nm2 = (300 * bench.state.lever_m).cwiseAbs2();
   const PlanarVector pressed_N = bench.law.touch(bench.state, force).force_N;
   EXPECT_NEAR((pressed_N - PlanarVector(-1500, 400)).norm(), 0, 0.1 * pressed_N.norm());
@@ -256,7 +256,7 @@ TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
 // Of a bucket that is curled in, with a lever of 16 mm, the lever is what is uncertain, and its torque no surer than
 // through 5 cm.
 TEST(ContactLaw, AJointWithAShortLeverCountsAsMuchAsOthersForWhatFrictionLeaves) {
-  const Bench curled({kPose[kBoom], kPose[kArm], machine().links[kBucket].min_rad});
+  const Bench curled({kPressing[kBoom], kPressing[kArm], machine().links[kBucket].min_rad});
   ASSERT_LT(std::abs(curled.state.lever_m[kBucket]), 0.4 * kLeastSureLever_m);
   estimation::ForceEstimate force;
   force.fast_torque_Nm = curled.kinematics.tip_jacobian(curled.state.angle_rad).transpose() * PlanarVector(-1500, 400);

@@ -10,12 +10,12 @@ namespace {
 
 using test::BenchMachine;
 
-bool starts(BenchMachine& m) {
+bool sets_up(BenchMachine& m) {
   for (const Time end = m.now + 4s; m.now < end && !m.loop.client().operational();) m.tick();
   return m.loop.client().operational();
 }
 
-Reason fails(BenchMachine& m, Duration patience = 4s) {
+Reason setup_fails(BenchMachine& m, Duration patience = 4s) {
   for (const Time end = m.now + patience; m.now < end && !m.loop.client().fault();) m.tick();
   return m.loop.client().fault();
 }
@@ -88,7 +88,7 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
   BenchMachine m(d);
   ASSERT_TRUE(m.nodes.inject(0x31, sim::NodeFault::kSilent));
   const Time start = m.now;
-  EXPECT_EQ(fails(m).code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(setup_fails(m).code, ReasonCode::kNodeSetup);
   EXPECT_LT(m.now - start, 500ms);
   EXPECT_EQ(text(m.loop.client().setup_failure()),
             "node 0x31: reading 0x1000:00 was not answered: check its power, cable and node id");
@@ -103,14 +103,14 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
 TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
   BenchMachine other_device;
   other_device.nodes.set_product(0x10, 0x77);
-  EXPECT_EQ(fails(other_device).code, ReasonCode::kNodeIdentity);
+  EXPECT_EQ(setup_fails(other_device).code, ReasonCode::kNodeIdentity);
   EXPECT_EQ(text(other_device.loop.client().setup_failure()),
             "node 0x10: reading 0x1018:02 gave 0x77, the machine file says 0x10");
 
   MachineDescription d = test::test_machine();
   d.bus.tilt.tpdo = 0x601;  // not a PDO's: the node refuses it
   BenchMachine refused(d);
-  EXPECT_EQ(fails(refused).code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(setup_fails(refused).code, ReasonCode::kNodeSetup);
   EXPECT_EQ(text(refused.loop.client().setup_failure()),
             "node 0x38: writing 0x1800:01 was refused: value out of range (SDO abort 0x06090030)");
   EXPECT_EQ(text(SetupFailure{}), "");
@@ -167,7 +167,7 @@ TEST(NodeSetup, ARequestThatIsAnsweredOnceMoreIsNoticedAndOneThatSomebodyElseMad
 
 TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
   BenchMachine m;
-  ASSERT_TRUE(starts(m));
+  ASSERT_TRUE(sets_up(m));
   ASSERT_TRUE(m.nodes.send_emcy(0x25, 0x5030));
   m.run(10ms);
   const EmergencyLog& log = m.loop.client().emergencies();
@@ -187,7 +187,7 @@ TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
 
 TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
   BenchMachine m;
-  ASSERT_TRUE(starts(m));
+  ASSERT_TRUE(sets_up(m));
   SdoDialogue preset(0x30, preset_script(m.description, 0.9), 250ms);
   // The loop empties the port: the answers are read off the wire.
   std::size_t seen = m.wire.size();

@@ -11,7 +11,7 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr double kStep_s = 0.005;
+constexpr double kCheckStep_s = 0.005;
 constexpr double kTank_Pa = 2e5, kBulk_Pa = 0.9e9, kHose_m3 = 0.15e-3;
 constexpr double kExtendBand = 0.08, kRetractBand = 0.16;
 constexpr double kForever = 3;  // seconds in which a rule that is to be quiet is given its chance
@@ -32,7 +32,7 @@ class PlausibilityBorders : public ::testing::Test {
  protected:
   PlausibilityBorders() { fresh(); }
   void fresh() {
-    plausibility = Plausibility(machine, kStep_s);
+    plausibility = Plausibility(machine, kCheckStep_s);
     for (int i = 0; i < kJoints; ++i) {
       const CylinderDescription& c = machine.cylinders[static_cast<std::size_t>(i)];
       m.cylinder_m[i] = 0.4 * c.min_length_m + 0.6 * c.max_length_m;
@@ -48,7 +48,7 @@ class PlausibilityBorders : public ::testing::Test {
   }
   /// Steps until something is found; 0: nothing within so long.
   int found_after(double patience_s = kForever, const std::function<void()>& before_each = {}) {
-    for (int n = 1; n * kStep_s <= patience_s; ++n) {
+    for (int n = 1; n * kCheckStep_s <= patience_s; ++n) {
       if (before_each) before_each();
       found = step();
       if (found) return n;
@@ -74,7 +74,7 @@ class PlausibilityBorders : public ::testing::Test {
     const double opening = (stroke - band(extends)) / (1 - band(extends));
     const double drop_Pa = std::max(0.0, returning_Pa(joint, extends) - kTank_Pa - 2e5);
     const double flow = 0.7 * opening * cylinder(joint).valve.nominal_flow_m3ps * std::sqrt(drop_Pa / 15e5);
-    return flow / returning_area_m2(joint, extends) * kStep_s;
+    return flow / returning_area_m2(joint, extends) * kCheckStep_s;
   }
   void open(int joint, bool extends, double stroke) { spool[joint] = extends ? stroke : -stroke; }
   void expect_encoder(int joint, double value, double limit) const {
@@ -94,7 +94,7 @@ class PlausibilityBorders : public ::testing::Test {
   }
 
   MachineDescription machine = uneven_machine();
-  Plausibility plausibility{machine, kStep_s};
+  Plausibility plausibility{machine, kCheckStep_s};
   estimation::Measurement m;
   std::array<double, 6> pressure_Pa{};
   JointVector spool = JointVector::Zero();
@@ -237,7 +237,7 @@ TEST_F(PlausibilityBorders, AnAxisThatIsNotDrivenAsAStalledOneMustMoveWithinEigh
     driven_Pa(joint, extends) = 0.6 * 205e5 - 20;
     const int after = found_after();
     EXPECT_NEAR(after, 1 + 161, 1);  // sums of 5 ms round
-    expect_encoder(joint, (after - 1) * kStep_s, 0.8);
+    expect_encoder(joint, (after - 1) * kCheckStep_s, 0.8);
     fresh();
     returning_Pa(joint, extends) = kTank_Pa;
     open(joint, extends, 0.5);
@@ -272,7 +272,7 @@ TEST_F(PlausibilityBorders, NothingIsFoundAtTheBorderItself) {
     live = true;
     fresh();
     open(joint, extends, band(extends) - 0.03);
-    EXPECT_EQ(found_after(kForever, [&] { m.cylinder_m[joint] += 0.05 * kStep_s; }), 0) << "is not closed yet";
+    EXPECT_EQ(found_after(kForever, [&] { m.cylinder_m[joint] += 0.05 * kCheckStep_s; }), 0) << "is not closed yet";
   });
 }
 
@@ -303,16 +303,16 @@ TEST_F(PlausibilityBorders, TimeAtTheBorderItselfIsNotOver) {
 
 TEST_F(PlausibilityBorders, TravelBehindAClosedValveIsSummedAfterItHasSettledAndForgottenInASecond) {
   each_way([this](int joint, bool extends) {
-    const double each_m = (extends ? 1 : -1) * 0.1 * kStep_s;
+    const double each_m = (extends ? 1 : -1) * 0.1 * kCheckStep_s;
     open(joint, extends, band(extends) - 0.0301);
     const auto moves = [&] { m.cylinder_m[joint] += each_m; };
     // Closed for 0.15 s first; the very first step has nothing to compare with.
     int expected = 0;
     double travel_m = 0, closed_s = 0;
     for (int n = 1; expected == 0; ++n) {
-      closed_s += kStep_s;
+      closed_s += kCheckStep_s;
       if (closed_s < 0.15) continue;
-      travel_m += std::abs(each_m) - travel_m * kStep_s / 1.0;
+      travel_m += std::abs(each_m) - travel_m * kCheckStep_s / 1.0;
       if (travel_m > 0.015) expected = n;
     }
     EXPECT_EQ(found_after(kForever, moves), expected);
@@ -373,7 +373,7 @@ TEST_F(PlausibilityBorders, ALengthAtTheBorderItselfIsWell) {
 
 TEST_F(PlausibilityBorders, AValveIsClosedThreePercentInsideTheDirectionsOwnDeadBand) {
   each_way([this](int joint, bool extends) {
-    const auto moves = [&] { m.cylinder_m[joint] += (extends ? 1 : -1) * 0.05 * kStep_s; };
+    const auto moves = [&] { m.cylinder_m[joint] += (extends ? 1 : -1) * 0.05 * kCheckStep_s; };
     open(joint, extends, band(extends) - 0.0299);
     EXPECT_EQ(found_after(kForever, moves), 0);
     fresh();
@@ -384,7 +384,7 @@ TEST_F(PlausibilityBorders, AValveIsClosedThreePercentInsideTheDirectionsOwnDead
 
 TEST_F(PlausibilityBorders, AClosedCylinderMayBePushedThroughEitherRelief) {
   each_way([this](int joint, bool head) {
-    const auto moves = [&] { m.cylinder_m[joint] += 0.05 * kStep_s; };
+    const auto moves = [&] { m.cylinder_m[joint] += 0.05 * kCheckStep_s; };
     double& pushed_Pa = pressure_Pa[static_cast<std::size_t>(2 * joint + (head ? 0 : 1))];
     pushed_Pa = 0.9 * 230e5 + 20;
     EXPECT_EQ(found_after(1, moves), 0);
@@ -466,7 +466,7 @@ TEST_F(PlausibilityBorders, TheFirstOfSeveralIsTold) {
   open(kBucket, true, 0.5);
   returning_Pa(kArm, true) = returning_Pa(kBucket, true);
   machine.cylinders[kBucket] = machine.cylinders[kArm];
-  plausibility = Plausibility(machine, kStep_s);
+  plausibility = Plausibility(machine, kCheckStep_s);
   m.cylinder_m[kBucket] = m.cylinder_m[kArm];
   EXPECT_NE(found_after(), 0);
   EXPECT_EQ(found.subject, 0x31);
@@ -484,10 +484,10 @@ TEST_F(PlausibilityBorders, ResetForgetsEverything) {
   const auto neighbours = [this] {
     for (std::size_t i = 1; i < 6; ++i) pressure_Pa[i] += steps % 2 == 0 ? 10e5 : -10e5;
   };
-  ASSERT_EQ(found_after(18 * kStep_s, neighbours), 0);
+  ASSERT_EQ(found_after(18 * kCheckStep_s, neighbours), 0);
   plausibility.reset();
   m.cylinder_m += JointVector::Constant(0.03);
-  EXPECT_EQ(found_after(20 * kStep_s, neighbours), 0);
+  EXPECT_EQ(found_after(20 * kCheckStep_s, neighbours), 0);
   live = true;
 }
 

@@ -43,7 +43,7 @@ TEST_F(GateReasons, AgesAreInMilliseconds) {
 }
 
 TEST_F(GateReasons, JointLimitsAreInDegrees) {
-  constexpr double kDeg = 180 / std::numbers::pi;
+  constexpr double kDegrees = 180 / std::numbers::pi;
   for (int joint = 0; joint < kJoints; ++joint) {
     for (const bool upper : {false, true}) {
       const double bound = upper ? limits.max_rad[joint] : limits.min_rad[joint];
@@ -51,8 +51,8 @@ TEST_F(GateReasons, JointLimitsAreInDegrees) {
       angle[joint] = bound - (upper ? 0.001 : -0.001);
       place(angle);
       const double outward = (state.lever_m[joint] > 0) == upper ? 0.3 : -0.3;
-      expect_reason(gate(only(joint, outward)).limiting, ReasonCode::kJointLimit, joint, angle[joint] * kDeg,
-                    bound * kDeg);
+      expect_reason(gate(only(joint, outward)).limiting, ReasonCode::kJointLimit, joint, angle[joint] * kDegrees,
+                    bound * kDegrees);
     }
   }
 }

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <random>
 
+#include "core/units.h"
 #include "tests/slave/test_machine.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 const JointVector kMin(-0.474, -2.585, -2.5), kMax(1.092, -0.510, 0.784);
 const JointVector kMiddle = (kMin + kMax) / 2;
 
@@ -65,8 +65,8 @@ TEST(SetPointCheck, PositionBelongsIntoTheWorkingRangeWithADegreeToSpare) {
         EXPECT_EQ(reason.code, over > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone) << joint << " " << over;
         if (!reason) continue;
         EXPECT_EQ(reason.subject, joint);
-        EXPECT_NEAR(reason.value, at / kDeg, 1e-3);
-        EXPECT_NEAR(reason.limit, (upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175) / kDeg, 1e-3);
+        EXPECT_NEAR(reason.value, at / kDegree, 1e-3);
+        EXPECT_NEAR(reason.limit, (upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175) / kDegree, 1e-3);
       }
     }
   }
@@ -126,8 +126,8 @@ TEST(SetPointCheck, JumpIsOneWhereTheSpeedDoesNotExplainIt) {
       EXPECT_EQ(reason.code, std::abs(step) > 0.0873 + kHidden ? ReasonCode::kSetpointJump : ReasonCode::kNone) << step;
       if (!reason) continue;
       EXPECT_EQ(reason.subject, joint);
-      EXPECT_NEAR(reason.value, (std::abs(step) - kHidden) / kDeg, 1e-3);
-      EXPECT_FLOAT_EQ(reason.limit, static_cast<float>(0.0873 / kDeg));
+      EXPECT_NEAR(reason.value, (std::abs(step) - kHidden) / kDegree, 1e-3);
+      EXPECT_FLOAT_EQ(reason.limit, static_cast<float>(0.0873 / kDegree));
     }
   }
 }

@@ -10,7 +10,7 @@
 namespace knuckle {
 namespace {
 
-CanFrame frame(std::uint32_t id, std::uint8_t size = 8, std::uint8_t first = 0) {
+CanFrame small_frame(std::uint32_t id, std::uint8_t size = 8, std::uint8_t first = 0) {
   CanFrame result;
   result.id = id;
   result.size = size;
@@ -21,7 +21,7 @@ CanFrame frame(std::uint32_t id, std::uint8_t size = 8, std::uint8_t first = 0) 
 struct Recorder {
   struct Entry {
     Time at{};
-    CanFrame frame;
+    CanFrame small_frame;
   };
   std::vector<Entry> entries;
   CanTap tap() {
@@ -42,25 +42,25 @@ using Ids = std::vector<std::uint32_t>;
 
 TEST(VirtualCanBus, LowestIdentifierWinsAndEqualOnesKeepTheirOrder) {
   VirtualCanBus bus(4, 500000);
-  bus.port(0).send(frame(0x700));
-  bus.port(1).send(frame(0x200, 1, 1));
-  bus.port(2).send(frame(0x080, 0));
-  bus.port(1).send(frame(0x200, 1, 2));
-  bus.port(1).send(frame(0x180));
+  bus.port(0).send(small_frame(0x700));
+  bus.port(1).send(small_frame(0x200, 1, 1));
+  bus.port(2).send(small_frame(0x080, 0));
+  bus.port(1).send(small_frame(0x200, 1, 2));
+  bus.port(1).send(small_frame(0x180));
   Recorder recorder;
   bus.set_tap(recorder.tap());
   bus.advance(Time(10ms));
   EXPECT_EQ(received(bus.port(3)), (Ids{0x080, 0x180, 0x200, 0x200, 0x700}));
   EXPECT_EQ(received(bus.port(1)), (Ids{0x080, 0x700})) << "own frames are not heard";
-  EXPECT_EQ(recorder.entries[2].frame.data[0], 1);
-  EXPECT_EQ(recorder.entries[3].frame.data[0], 2);
+  EXPECT_EQ(recorder.entries[2].small_frame.data[0], 1);
+  EXPECT_EQ(recorder.entries[3].small_frame.data[0], 2);
 }
 
 TEST(VirtualCanBus, AFrameOnTheWireIsNotInterrupted) {
   VirtualCanBus bus(2, 500000);
-  bus.port(0).send(frame(0x700));
+  bus.port(0).send(small_frame(0x700));
   bus.advance(Time(100us));
-  bus.port(0).send(frame(0x001));
+  bus.port(0).send(small_frame(0x001));
   bus.advance(Time(10ms));
   EXPECT_EQ(received(bus.port(1)), (Ids{0x700, 0x001}));
 }
@@ -73,8 +73,8 @@ TEST(VirtualCanBus, FramesTakeTheirWorstCaseStuffedLength) {
   Recorder recorder;
   bus.set_tap(recorder.tap());
   bus.advance(Time(1ms));
-  bus.port(0).send(frame(0x100, 8));
-  bus.port(0).send(frame(0x080, 0));
+  bus.port(0).send(small_frame(0x100, 8));
+  bus.port(0).send(small_frame(0x080, 0));
   bus.advance(Time(1ms + 109us));
   EXPECT_TRUE(recorder.entries.empty());
   bus.advance(Time(2ms));
@@ -89,19 +89,19 @@ TEST(VirtualCanBus, ABusThatWasIdleStartsWhenTheFrameIsSent) {
   Recorder recorder;
   bus.set_tap(recorder.tap());
   bus.advance(Time(5s));
-  bus.port(0).send(frame(0x080, 0));
+  bus.port(0).send(small_frame(0x080, 0));
   bus.advance(Time(6s));
   EXPECT_EQ(recorder.entries.at(0).at, Time(5s + 55us));
 }
 
 TEST(VirtualCanBus, FullQueuesDropAndCount) {
   VirtualCanBus bus(2, 500000);
-  for (std::size_t i = 0; i < VirtualCanBus::kSendSlots; ++i) EXPECT_TRUE(bus.port(0).send(frame(0x100)));
-  EXPECT_FALSE(bus.port(0).send(frame(0x100)));
+  for (std::size_t i = 0; i < VirtualCanBus::kSendSlots; ++i) EXPECT_TRUE(bus.port(0).send(small_frame(0x100)));
+  EXPECT_FALSE(bus.port(0).send(small_frame(0x100)));
   EXPECT_EQ(bus.dropped(0), 1U);
   for (int burst = 0; burst < 5; ++burst) {
     bus.advance(Time(1s * (burst + 1)));
-    for (std::size_t i = 0; i < VirtualCanBus::kSendSlots; ++i) bus.port(0).send(frame(0x100));
+    for (std::size_t i = 0; i < VirtualCanBus::kSendSlots; ++i) bus.port(0).send(small_frame(0x100));
   }
   EXPECT_EQ(received(bus.port(1)).size(), VirtualCanBus::kReceiveSlots);
   EXPECT_EQ(bus.dropped(1), 5 * VirtualCanBus::kSendSlots - VirtualCanBus::kReceiveSlots);
@@ -109,15 +109,15 @@ TEST(VirtualCanBus, FullQueuesDropAndCount) {
 
 TEST(VirtualCanBus, ASilentPortIsNotHeardButHears) {
   VirtualCanBus bus(2, 500000);
-  bus.port(0).send(frame(0x100));
+  bus.port(0).send(small_frame(0x100));
   bus.silence(0, true);
-  EXPECT_TRUE(bus.port(0).send(frame(0x101)));
-  bus.port(1).send(frame(0x102));
+  EXPECT_TRUE(bus.port(0).send(small_frame(0x101)));
+  bus.port(1).send(small_frame(0x102));
   bus.advance(Time(10ms));
   EXPECT_TRUE(received(bus.port(1)).empty());
   EXPECT_EQ(received(bus.port(0)), Ids{0x102});
   bus.silence(0, false);
-  bus.port(0).send(frame(0x103));
+  bus.port(0).send(small_frame(0x103));
   bus.advance(Time(20ms));
   EXPECT_EQ(received(bus.port(1)), Ids{0x103});
 }
@@ -126,7 +126,7 @@ TEST(VirtualCanBus, ACutBusKeepsFramesWaitingAndShowsErrorPassive) {
   VirtualCanBus bus(2, 500000);
   bus.cut(true);
   EXPECT_EQ(bus.port(0).state(), CanState::kPassive);
-  EXPECT_TRUE(bus.port(0).send(frame(0x100)));
+  EXPECT_TRUE(bus.port(0).send(small_frame(0x100)));
   bus.advance(Time(1s));
   EXPECT_TRUE(received(bus.port(1)).empty());
   bus.cut(false);
@@ -138,8 +138,8 @@ TEST(VirtualCanBus, ACutBusKeepsFramesWaitingAndShowsErrorPassive) {
 TEST(VirtualCanBus, APortWhoseCableIsCutIsAloneAndItsFramesWait) {
   VirtualCanBus bus(3, 500000);
   bus.disconnect(0, true);
-  EXPECT_TRUE(bus.port(0).send(frame(0x100)));
-  bus.port(1).send(frame(0x200));
+  EXPECT_TRUE(bus.port(0).send(small_frame(0x100)));
+  bus.port(1).send(small_frame(0x200));
   bus.advance(Time(1s));
   EXPECT_EQ(received(bus.port(2)), Ids{0x200}) << "the others go on";
   EXPECT_TRUE(received(bus.port(0)).empty());
@@ -156,8 +156,8 @@ TEST(VirtualCanBus, ADisturbedControllerSaysSoAndItsFramesStillPass) {
   bus.disturb(0, true);
   EXPECT_EQ(bus.port(0).state(), CanState::kPassive);
   EXPECT_EQ(bus.port(1).state(), CanState::kActive);
-  bus.port(0).send(frame(0x100));
-  bus.port(1).send(frame(0x101));
+  bus.port(0).send(small_frame(0x100));
+  bus.port(1).send(small_frame(0x101));
   bus.advance(Time(1s));
   EXPECT_EQ(received(bus.port(0)), Ids{0x101});
   EXPECT_EQ(received(bus.port(1)), Ids{0x100});
@@ -167,11 +167,11 @@ TEST(VirtualCanBus, ADisturbedControllerSaysSoAndItsFramesStillPass) {
 
 TEST(VirtualCanBus, AControllerThatIsBusOffHearsOnceItHasRecoveredAndSendsOnceThatIsAcknowledged) {
   VirtualCanBus bus(3, 500000);
-  bus.port(0).send(frame(0x100));
+  bus.port(0).send(small_frame(0x100));
   bus.bus_off(0);
   EXPECT_EQ(bus.port(0).state(), CanState::kBusOff);
-  EXPECT_FALSE(bus.port(0).send(frame(0x101)));
-  bus.port(1).send(frame(0x102));
+  EXPECT_FALSE(bus.port(0).send(small_frame(0x101)));
+  bus.port(1).send(small_frame(0x102));
   bus.advance(Time(1s));
   EXPECT_TRUE(received(bus.port(0)).empty());
   EXPECT_EQ(received(bus.port(2)), Ids{0x102});
@@ -179,30 +179,30 @@ TEST(VirtualCanBus, AControllerThatIsBusOffHearsOnceItHasRecoveredAndSendsOnceTh
   EXPECT_EQ(bus.port(0).state(), CanState::kBusOff) << "it still is";
   bus.recover(0);
   EXPECT_EQ(bus.port(0).state(), CanState::kBusOff);
-  EXPECT_FALSE(bus.port(0).send(frame(0x103)));
-  bus.port(1).send(frame(0x104));
+  EXPECT_FALSE(bus.port(0).send(small_frame(0x103)));
+  bus.port(1).send(small_frame(0x104));
   bus.advance(Time(2s));
   EXPECT_EQ(received(bus.port(0)), Ids{0x104});
   received(bus.port(2));
   bus.port(0).acknowledge();
   EXPECT_EQ(bus.port(0).state(), CanState::kActive);
-  EXPECT_TRUE(bus.port(0).send(frame(0x105)));
+  EXPECT_TRUE(bus.port(0).send(small_frame(0x105)));
   bus.advance(Time(3s));
   EXPECT_EQ(received(bus.port(2)), Ids{0x105});
 }
 
 TEST(VirtualCanBus, AnInterfaceThatIsDownLosesItsQueuesAndNeitherSendsNorHears) {
   VirtualCanBus bus(2, 500000);
-  bus.port(0).send(frame(0x100));
+  bus.port(0).send(small_frame(0x100));
   bus.take_down(0, true);
   EXPECT_EQ(bus.port(0).state(), CanState::kDown);
-  EXPECT_FALSE(bus.port(0).send(frame(0x101)));
-  bus.port(1).send(frame(0x102));
+  EXPECT_FALSE(bus.port(0).send(small_frame(0x101)));
+  bus.port(1).send(small_frame(0x102));
   bus.advance(Time(1s));
   bus.take_down(0, false);
   EXPECT_TRUE(received(bus.port(0)).empty());
   EXPECT_EQ(bus.port(0).state(), CanState::kActive);
-  EXPECT_TRUE(bus.port(0).send(frame(0x103)));
+  EXPECT_TRUE(bus.port(0).send(small_frame(0x103)));
   bus.advance(Time(2s));
   EXPECT_EQ(received(bus.port(1)), Ids{0x103});
 }
@@ -212,7 +212,7 @@ TEST(VirtualCanBus, MovesFramesWithoutAllocating) {
   CanFrame f;
   const test::NoAllocScope scope;
   for (int i = 1; i <= 100; ++i) {
-    for (std::uint32_t n = 0; n < 15; ++n) bus.port(n % 2).send(frame(0x180 + n));
+    for (std::uint32_t n = 0; n < 15; ++n) bus.port(n % 2).send(small_frame(0x180 + n));
     bus.advance(Time(i * 5ms));
     while (bus.port(0).receive(f) || bus.port(1).receive(f)) {
     }
