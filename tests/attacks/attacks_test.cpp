@@ -5,7 +5,6 @@
 
 #include <deque>
 #include <random>
-#include <regex>
 
 #include "tests/attacks/attack_rig.h"
 #include "transport/secure/dtls_session.h"

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <regex>
 
 #include "app/check/file_check.h"
 #include "core/error.h"
+#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -40,12 +40,12 @@ struct DrawnWords {
   }
 };
 std::vector<DrawnWords> drawn_words(const std::string& svg, const std::string& css_class) {
-  const std::regex text("<text class=\"" + css_class +
-                        "\" x=\"([-.0-9]+)\" y=\"([-.0-9]+)\" font-size=\"([.0-9]+)\"[^>]*>([^<]*)<");
+  const std::string text =
+      "<text class=\"" + css_class + "\" x=\"([-.0-9]+)\" y=\"([-.0-9]+)\" font-size=\"([.0-9]+)\"[^>]*>([^<]*)<";
   std::vector<DrawnWords> all;
-  for (std::sregex_iterator at(svg.begin(), svg.end(), text), end; at != end; ++at) {
-    const double x = std::stod((*at)[1]), y = std::stod((*at)[2]), height = std::stod((*at)[3]);
-    const std::string words = (*at)[4];
+  for (const auto& drawn : test::matches(svg, text)) {
+    const double x = std::stod(drawn[1]), y = std::stod(drawn[2]), height = std::stod(drawn[3]);
+    const std::string& words = drawn[4];
     const double width = 0.5 * height * static_cast<double>(words.size());
     const double left = css_class == "letter" ? x - width / 2 : x;  // letters stand on their middle
     all.push_back({words, left, left + width, y - 0.7 * height, y});

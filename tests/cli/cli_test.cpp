@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "core/text.h"
 #include "tests/support/candump.h"
+#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/stalled_pipe.h"
@@ -47,11 +47,8 @@ class Program : public testing::Test {
   }
   /// A copy of a configuration file with the first match of a pattern exchanged.
   [[nodiscard]] std::string changed(const std::string& file, const std::string& pattern, const std::string& to) const {
-    const std::string text = text_of(kConfig / file);
-    const std::regex from(pattern);
-    EXPECT_TRUE(std::regex_search(text, from)) << file << " has no " << pattern;
     const std::string copy = path(fs::path(file).filename().string());
-    std::ofstream(copy) << std::regex_replace(text, from, to, std::regex_constants::format_first_only);
+    std::ofstream(copy) << with_match_replaced(text_of(kConfig / file), pattern, to);
     return copy;
   }
 

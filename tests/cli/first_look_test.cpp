@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 
 #include "app/cli/command.h"
+#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -15,9 +15,8 @@ namespace {
 
 /// What the expression's first group matches first, in a file of the project.
 std::string first_in(const std::string& file, const std::string& expression) {
-  const std::string text = test::content(test::source_dir() + "/" + file);
-  std::smatch match;
-  return std::regex_search(text, match, std::regex(expression)) ? match[1].str() : "";
+  const auto found = test::matches(test::content(test::source_dir() + "/" + file), expression);
+  return found.empty() ? "" : found[0][1];
 }
 
 TEST(FirstLook, ProgramChangelogAndPackageHaveOneVersion) {

@@ -2,7 +2,6 @@
 // tip within a hundredth of what it is.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <numbers>
 #include <random>
 

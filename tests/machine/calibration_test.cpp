@@ -5,12 +5,12 @@
 #include <fstream>
 #include <iterator>
 #include <numeric>
-#include <regex>
 #include <sstream>
 
 #include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 
 namespace knuckle {
@@ -92,9 +92,7 @@ std::string refusal(const std::string& calibration_text) {
 }
 
 std::string edited(const std::string& pattern, const std::string& to) {
-  const std::string text = calibration();
-  EXPECT_TRUE(std::regex_search(text, std::regex(pattern))) << pattern;
-  return std::regex_replace(text, std::regex(pattern), to, std::regex_constants::format_first_only);
+  return test::with_match_replaced(calibration(), pattern, to);
 }
 
 TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <regex>
 #include <set>
 
 #include "machine/load.h"
@@ -11,6 +10,7 @@
 #include "recording/mcap/reader.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"
+#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -45,14 +45,14 @@ TEST(Topics, EachIsCdrWithASchemaThatDefinesAllThatIsInIt) {
 
 /// Foxglove reads no message of a schema with another name in it.
 TEST(Topics, FieldsHaveNamesThatRos2Allows) {
-  const std::regex allowed("[a-z](_?[a-z0-9]+)*");
   const mcap::Topics all = topics();
   for (const auto& [id, own] : all.schemas) {
     const test::Ros2Schema schema(own.data);
     for (const auto& [message, fields] : schema.messages()) {
       std::set<std::string> names;
       for (const auto& field : fields) {
-        EXPECT_TRUE(std::regex_match(field.name, allowed)) << own.name << ": " << message << ": " << field.name;
+        EXPECT_TRUE(test::has_match(field.name, "^[a-z](_?[a-z0-9]+)*$"))
+            << own.name << ": " << message << ": " << field.name;
         EXPECT_TRUE(names.insert(field.name).second) << own.name << ": " << message << ": " << field.name << " twice";
       }
     }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -15,6 +14,7 @@
 #include "app/report/report_plots.h"
 #include "app/report/result_text.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/patterns.h"
 
 namespace knuckle::report {
 namespace {
@@ -161,9 +161,9 @@ TEST(Report, HasTheVerdictFirstThenWhatFailedWithItsMomentInThePlots) {
     ASSERT_NE(found, std::string::npos) << part;
     at = found;
   }
-  std::smatch link;
-  ASSERT_TRUE(std::regex_search(text, link, std::regex("<a href=\"#([a-z-]+)\">20.0 s, release</a>")));
-  EXPECT_TRUE(has(text, "<section id=\"" + link[1].str() + "\">"));
+  const auto link = test::matches(text, "<a href=\"#([a-z-]+)\">20.0 s, release</a>");
+  ASSERT_FALSE(link.empty());
+  EXPECT_TRUE(has(text, "<section id=\"" + link[0][1] + "\">"));
 }
 
 TEST(Report, NamesPhasesAndEventsInWordsAndHasNoEmptyTile) {
@@ -196,7 +196,7 @@ TEST(Report, SaysCriteriaInWordsAndNamesThem) {
   const std::string text = page(session::synthetic_session());
   EXPECT_TRUE(has(text, "error of the tip in free motion, RMS"));
   EXPECT_TRUE(has(text, "tip_rms_m"));
-  EXPECT_FALSE(std::regex_search(text, std::regex(R"(>[<≤≥ ]*-?[0-9.]+e[+-]?[0-9]+ )"))) << "a power of ten";
+  EXPECT_FALSE(test::has_match(text, R"(>[<≤≥ ]*-?[0-9.]+e[+-]?[0-9]+ )")) << "a power of ten";
 }
 
 TEST(Report, ListsLatenciesInWords) {
@@ -237,10 +237,9 @@ TEST(ReportPlots, EachPanelHasItsOwnKeyAndALabelInsideThePicture) {
 TEST(ReportPlots, ColourTheSidesOfACylinderAlikeInEveryPanel) {
   const auto figures = report_plots(session::synthetic_session());
   const std::string script = figure(figures, "Cylinder pressures").figure.script;
-  const std::regex curve(R"(lc rgb '(#[0-9A-F]+)' [^']*title '([AB]), )");
   std::map<std::string, std::set<std::string>> colours;
-  for (std::sregex_iterator it(script.begin(), script.end(), curve), end; it != end; ++it)
-    colours[(*it)[2]].insert((*it)[1]);
+  for (const auto& curve : test::matches(script, R"(lc rgb '(#[0-9A-F]+)' [^']*title '([AB]), )"))
+    colours[curve[2]].insert(curve[1]);
   ASSERT_EQ(colours.size(), 2u);
   for (const auto& [side, used] : colours) EXPECT_EQ(used.size(), 1u) << side;
   EXPECT_NE(colours["A"], colours["B"]);
