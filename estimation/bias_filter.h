@@ -20,8 +20,8 @@ namespace knuckle::estimation {
 
 // How far machines of this kind yield behind their encoders: no drawing says it.
 
-/// [rad/(N m)] Angle that each link stays behind its encoder per torque of its cylinder: one standard deviation.
-/// Bending of boom, arm and bucket, and for the boom the ground under the tracks; larger machines yield less.
+/// [rad/(N m)] Standard deviation of the angle by which each link is behind its encoder, per torque of its cylinder:
+/// boom, arm and bucket bend, and the ground under the tracks yields to the boom. Larger machines yield less.
 /// Sizes: sim/README.md, serviced machines.
 [[nodiscard]] JointVector usual_compliance_radpNm(const MachineDescription& machine);
 
@@ -126,11 +126,11 @@ struct BiasSample {
 
 class BiasFilter {
  public:
-  /// Updates are made this often, and kept back this long: a contact seen meanwhile throws them away, so that what led
-  /// up to it is not learned either.
+  /// An update is queued this often, and learned after kDelayedUpdates more. A contact meanwhile discards the queue, so
+  /// that the second before it is not learned.
   static constexpr double kUpdateEvery_s = 0.05;
   static constexpr int kDelayedUpdates = 20;
-  static constexpr double kRepeats = 20;  ///< Updates of one second tell about the same, so each counts for so little.
+  static constexpr double kRepeats = 20;  ///< Updates of one second are not independent: each counts a twentieth.
   static constexpr double kNisMemory_s = 30;
 
   explicit BiasFilter(const MachineDescription& machine);

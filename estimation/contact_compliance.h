@@ -1,5 +1,5 @@
-// Is the contact compliant? Soil and loads move along with the tip under a force that stays; the force
-// of a wall grows with the way into it.
+// Is the contact compliant? Soil and loads move along with the bucket at a constant force; the force of a wall grows
+// with the way into it.
 #pragma once
 
 #include <array>
@@ -33,11 +33,11 @@ class ForceLag {
   std::array<FohFilter<T>, 3> poles_;
 };
 
-/// Over the last half second of a contact, with x the way of the tip against the force and F its size, both equally
-/// late: stiffness k = cov(F, x) / var(x), at least 0. The share is
-///   var(x) / (var(x) + x0^2) / (1 + (k / k0)^2):
-/// none while the tip stands (nothing is known, and a wall must not be taken for soil), one where it moves on by much
-/// more than x0 and the force does not grow.
+/// Share of what is pressed against that moves along,
+///   y = var(x) / (var(x) + x0^2) / (1 + (k / k0)^2),  k = cov(F, x) / var(x) >= 0,
+/// over the last kMemory_s of a contact: x the way of the touched point against the force, F the force's size, both
+/// equally late. 0 while the point stands (a wall must not be taken for soil), 1 where it moves on by much more than x0
+/// and the force does not grow.
 class ContactCompliance {
  public:
   static constexpr double kTouch_N = 150;   ///< Less is no contact.
@@ -47,7 +47,7 @@ class ContactCompliance {
 
   explicit ContactCompliance(double step_s) noexcept : step_s_(step_s), tip_(step_s) {}
 
-  /// @param tip_m measured; @param force_N reported force of the world on it. Frame M.
+  /// @param tip_m measured way of the touched point; @param force_N reported force of the world on it. Frame M.
   /// @return share of what the tip presses against that moves along with it, [0, 1]
   double step(const PlanarVector& tip_m, const PlanarVector& force_N) noexcept;
   /// The next step starts at rest, in free air.

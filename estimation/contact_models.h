@@ -1,10 +1,11 @@
-// Three answers to "what acts on the bucket?" beside the default (bucket_force.h), from the same external joint torques
+// Three answers to "what acts on the bucket?" beside the default (tip_force.h), from the same external joint torques
 // and their covariance. Pure functions of one pose; what cannot be known from that pose is refused with the reason.
 //   tip_wrench                Fx, Fz and a torque about the tip from three joints (Kim et al.: matrix inversion)
 //   tip_force_of_two          Fx, Fz at a given point of the bucket from arm and bucket joint alone, and
 //   force_and_position        size and place along the bucket of a force of known direction, likewise (both Malaguti
 //                             and Zaghi: "force/force-direction", "force/force-position")
-// A load on the boom leaves the last two alone, and they need no sensor of the boom's cylinder.
+// The last two do not use the boom's torque: they need no sensor of its cylinder, and a load on the boom does not
+// change them.
 #pragma once
 
 #include <Eigen/Dense>

@@ -144,7 +144,7 @@ enum ConfidenceReason : std::uint8_t {
   kReliefOpen = 1 << 2,     ///< a relief valve limits what can be known
   kFastMotion = 1 << 3,
   kBiasNotLearned = 1 << 4,  ///< no free-motion adaptation yet
-  kResidual = 1 << 5,        ///< three joints do not agree on one tip force: contact elsewhere or a sensor fault
+  kResidual = 1 << 5,        ///< no one force on the bucket explains all three torques: or a sensor is wrong
   kBadInput = 1 << 6,        ///< a non-finite value came in: the last estimate is repeated
   kEndStop = 1 << 7,         ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
 };
@@ -166,7 +166,7 @@ struct ForceEstimate {
   double confidence = 0;  ///< [0, 1]
   std::uint8_t confidence_reasons = 0;
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
-  bool contact = false;       ///< CUSUM contact event is on.
+  bool contact = false;       ///< CUSUM alarm or significant force, now or up to 0.3 s ago.
   bool significant = false;   ///< The force is larger than all that is uncertain about it.
 
   JointVector carried_Nm = JointVector::Zero();  ///< Of the load being carried; already taken out of all the others.
@@ -189,21 +189,19 @@ class ForceEstimator {
   /// @throws InputError as Kinematics does.
   ForceEstimator(const MachineDescription& machine, double step_s);
 
-  /// One step of the slave loop. Angles, levers, cylinder forces, pressures and pitch of `state` are used; rates are
-  /// the estimator's own, so that both channels know their lag. A non-finite state repeats the last estimate at
-  /// confidence 0. The first call starts at rest.
+  /// One step of the slave loop. Of `state` all but the rates is used: each channel makes its own rates, with its own
+  /// lag. A non-finite state repeats the last estimate at confidence 0. The first call starts at rest.
   const ForceEstimate& step(const JointState& state) noexcept;
 
   /// The sensors were away for a while: the next step starts at rest where the machine is then. What was learned of it
   /// stays, but for the updates not yet learned.
   void restart_motion() noexcept { started_ = false; }
 
-  /// Somebody who can see the machine says that nothing touches it: until false is said again, the size of the force is
-  /// no longer taken as a sign of contact, so that the bias filter learns it away (a sudden one still is).
+  /// true: a person confirms that nothing touches the machine. Until false, a large force is no sign of contact, so the
+  /// bias filter learns it away; a sudden force still is one.
   void expect_free_motion(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
 
-  /// Something hangs on the bucket, or may: until false is said again the bias filter learns nothing, lest it learn the
-  /// load.
+  /// true: the bucket may be loaded. Until false, the bias filter learns nothing, or it would learn the load.
   void hold_bias(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
 
   /// What the bucket is known to hold: its weight is no force of contact any more. Must change smoothly.

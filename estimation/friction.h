@@ -12,10 +12,10 @@
 
 namespace knuckle::estimation {
 
-/// F_f opposes the rod: the joint feels lever * (cylinder force - F_f). Positive while extending.
+/// F_f, positive while extending, opposes the rod: the joint's torque is lever * (F - F_f), F the cylinder force.
 ///   F_f = F_o + s (F_c + F_b exp(-(v/v_s)^2) + k |F| + a (p_A + p_B)) + F_v v
-/// with F_c the mean of both directions and F_o half their difference: at s = +-1 that is each direction's own. What
-/// makes the directions differ is mostly the pressure transmitters' offset, which is there at s = 0, too.
+/// F_c is the mean Coulomb friction of both directions, F_o half their difference, so s = +-1 gives each direction's
+/// own. F_o acts at s = 0, too, because it is mostly the offset of the pressure transmitters.
 struct CylinderFriction {
   double offset_N = 0;          ///< F_o
   double coulomb_N = 0;         ///< F_c
@@ -48,7 +48,7 @@ struct CylinderFriction {
            dahl * (coulomb_N + breakaway_N * std::exp(-slip * slip) + loaded_N(cylinder_N, pressure_sum_Pa)) +
            viscous_Ns_per_m * extension_mps;
   }
-  /// What holds a rod at rest, at most: F_s.
+  /// F_s [N]: the most friction that holds a rod at rest.
   [[nodiscard]] double static_N(double cylinder_N = 0, double pressure_sum_Pa = 0) const noexcept {
     return coulomb_N + breakaway_N + loaded_N(cylinder_N, pressure_sum_Pa);
   }
@@ -70,8 +70,9 @@ class DahlState {
     value_ = target + (value_ - target) * std::exp(-std::abs(extension_mps) * step_s / kTurnDistance_m);
     return value_;
   }
-  /// After step(), where encoders see no motion: valve shut, the links still ring on the oil by less than an encoder
-  /// step, which shakes the bristles loose. Measured on simulated machines: anything from 0.3 to 0.6 s does as well.
+  /// After step(): s decays while the encoders see no motion. Behind a shut valve the links still swing on the oil by
+  /// less than an encoder step, which releases the bristles. Any kSettling_s from 0.3 to 0.6 s does as well
+  /// (simulated).
   double settle(double extension_mps, double step_s) noexcept {
     if (std::abs(extension_mps) < kStanding_mps) value_ *= std::exp(-step_s / kSettling_s);
     return value_;

@@ -18,8 +18,8 @@ namespace knuckle::recording {
 
 /// "2026-11-25T13-05-40Z_slave_part001.mcap"; the time is that of session time 0.
 [[nodiscard]] std::string part_name(const Head& head, int part);
-/// "2026-11-25T13-07-12.250Z_slave_fault_link_lost.mcap"; the time is that of the event. On virtual time:
-/// "12.250s_simulate_fault_link_lost.mcap".
+/// "2026-11-25T13-07-12.250Z_slave_link_lost.mcap"; the time is that of the event. On virtual time:
+/// "12.250s_simulate_link_lost.mcap".
 [[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
 
 /// With everything above it; true where it is there afterwards. Else errno says why.

@@ -26,9 +26,8 @@ class FlightRecorder {
 
   /// Chunks as they are finished; takes it. @return one that is no longer needed, to be used again.
   [[nodiscard]] mcap::Chunk take(mcap::Chunk chunk);
-  /// Something stopped the machine. One that comes while a file is open belongs to it, and the file then goes on for as
-  /// long behind it. @param why for the name of the file. @return false: no file of it, as the last hour has had its
-  /// kMostPerHour.
+  /// The machine was stopped: begins a file, or, where one is open, extends it to kAfter behind this stop.
+  /// @param why for the name of the file. @return false: no file, since there were kMostPerHour in the last hour.
   [[nodiscard]] bool trigger(Time at, const std::string& why);
   /// The session ends: an open file is finished.
   void close();

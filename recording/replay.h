@@ -1,5 +1,4 @@
-// Runs the recorded loops again on what they read, and holds what they do, know and write against the recording, bit by
-// bit.
+// Runs the loops again on the inputs of a recording, and compares their states and outputs with it, bit by bit.
 #pragma once
 
 #include <array>

@@ -11,19 +11,19 @@
 namespace knuckle::slave {
 
 struct AssistLimits {
-  /// The tip's speed in free air is the force limit over this. What a tip at speed v presses before the valves have
-  /// closed, F = v sqrt(k m) + k v T, with some 150 kg, stiff ground in series with the oil, and T = 0.12 s of filters,
+  /// Tip speed in free air: the force limit divided by this. It is F / v of an impact at speed v before the valves have
+  /// closed, F = v sqrt(k m) + k v T: m some 150 kg, k stiff ground in series with the oil, T = 0.12 s of filters,
   /// valve delay and spool.
   double free_Ns_per_m = 6e4;
-  double lead_s = 0.15;        ///< A rising force is taken as it will be when filters, valves and spools have closed.
-  double lead_Hz = 8;          ///< Low-pass of its rise.
-  double contact_share = 0.2;  ///< Of the limit: from here on the force has a direction.
+  double lead_s = 0.15;        ///< A rising force is extrapolated by this: filters, valves and spools.
+  double lead_Hz = 8;          ///< Low-pass of its rate of rise.
+  double contact_share = 0.2;  ///< Of the limit: below, the force's direction is not used.
   bool slows_in_air = true;    ///< Also where nothing is touched, and where the way out is not known.
   ReasonCode reason = ReasonCode::kAssistForce;
 };
 inline constexpr AssistLimits kAssistLimits{};
-/// Of the machine file's ceiling, which holds whether an operator asks for help or not: free motion is free.
-/// It looks less far ahead: forces that a sick sensor feigns must not hold the machine still before it is found out.
+/// For the machine file's ceiling, which is always on. It does not slow free motion, and extrapolates less: the false
+/// force of a failing sensor must not hold the machine still before the sensor's fault is found.
 inline constexpr AssistLimits kCeilingLimits{.lead_s = 0.1, .slows_in_air = false, .reason = ReasonCode::kForceCeiling};
 
 struct LimitedApproach {
@@ -31,18 +31,18 @@ struct LimitedApproach {
   Reason limiting;  ///< AssistLimits::reason [N], or kAssistForceUnknown; kNone where nothing was changed.
 };
 
-/// Tip force of the estimator's fast channel, whatever its confidence: distrust must not lift a limit. Frame M, of the
-/// world on the tip; not finite where the estimate is not.
+/// Force of the world on the tip (fast channel, frame M), at any confidence: low confidence must not lift a limit. Not
+/// finite where the estimate is not.
 [[nodiscard]] PlanarVector raw_tip_force(const PlanarJacobian& jacobian,
                                          const estimation::ForceEstimate& force) noexcept;
 
-/// Force of the world on the tip, frame M: as it is, and as it will be if it goes on rising (never less).
+/// Force of the world on the tip, frame M: now, and extrapolated while it rises (never smaller than now).
 struct TipContact {
   PlanarVector now_N = PlanarVector::Zero(), ahead_N = PlanarVector::Zero();
   double direction_trust = 0;
 };
 
-/// Looks ahead as far as valves need to close. What is not finite comes out as it is and is forgotten.
+/// Extrapolates a rising force by AssistLimits::lead_s. A force that is not finite is passed on and not remembered.
 class RisingForce {
  public:
   explicit RisingForce(double step_s, const AssistLimits& limits = kAssistLimits) noexcept;
@@ -64,9 +64,9 @@ class RisingForce {
 /// Slows what would press the tip harder than limit_N into what it touches. With n pointing into the contact
 /// (against the force) and J the tip's Jacobian, joint i adds n' J_i rate_i to the speed into it: the joints that add
 /// are scaled by one factor so that the sum stays within what the force leaves, v_free (1 - F / limit). Joints that
-/// lead away keep their rate: no rate changes its sign, grows, or comes from nothing. In free air, where nobody knows
-/// what comes next, all joints are scaled to v_free; so they are on the way out, as far as the force's direction is not
-/// trusted. A force that is not finite holds all joints still.
+/// lead away keep their rate: no rate changes its sign, grows, or comes from nothing. In free air, where the direction
+/// of the next contact is unknown, all joints are scaled to v_free; likewise on the way out of a contact, as far as the
+/// force's direction is not trusted. A force that is not finite holds all joints still.
 /// @param limit_N 0: off, nothing is changed.
 [[nodiscard]] LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobian& jacobian,
                                              const TipContact& contact, double limit_N,

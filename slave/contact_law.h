@@ -1,6 +1,6 @@
-// What the machine does where it touches something: it complies with the force at the point that is touched, presses no
-// further than the hand is made to feel, and moves no faster than its own oil lets it stay steady. Equations:
-// docs/theory.md.
+// What the machine does in contact: the touched point complies with the force, presses no further than the hand is made
+// to feel, and moves no faster than the stiffness of the oil lets the loop stay stable. Equations and symbols (F1, Ks,
+// L_i): docs/theory.md, "The machine's law".
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +17,10 @@ namespace knuckle::slave {
 /// One force of the world on the bucket, of the estimator's fast channel, and where it acts.
 struct Touch {
   PlanarVector force_N = PlanarVector::Zero();  ///< Frame M.
-  PlanarVector normal = PlanarVector::Zero();   ///< Its direction; zero without a force.
+  PlanarVector normal = PlanarVector::Zero();   ///< Direction of force_N; zero without a force.
   PlanarJacobian tip_jacobian = PlanarJacobian::Zero();
-  /// Of the point nearest to the tip on the force's line of action: along that line all points of the bucket move
-  /// alike.
+  /// Of the touched point: the point nearest to the tip on the force's line of action. (All points of that line have
+  /// the same speed along it.)
   PlanarJacobian jacobian = PlanarJacobian::Zero();
   double confidence = 0;
 };
@@ -35,35 +35,36 @@ class ContactLaw {
   /// force gets stiff instead of wild.
   [[nodiscard]] Eigen::Matrix<double, kJoints, 2> to_joints(const PlanarJacobian& jacobian) const noexcept;
 
-  /// Joint displacements that make the touched point comply with the force like a spring of stiffness Ks, in every
-  /// direction; as far as the force is trusted, and never without bound.
+  /// Joint displacements by which the touched point gives way by force / Ks, in the direction of the force. The force
+  /// counts times its trust, and up to 10 F1.
   [[nodiscard]] JointVector compliance_rad(const Touch& touch) const noexcept;
 
-  /// How sure it is that the force is one that holds the set-point back, [0, 1]. @param most_N as below.
+  /// [0, 1]: 0 up to the force from which on the set-point is limited, 1 from twice that force on.
+  /// @param most_N as for limited_lead_rad().
   [[nodiscard]] double contact_probability(const Touch& touch, double most_N) const noexcept;
 
-  /// How far the set-point leads, along the force no further than Ks makes (rendered force + F1) of it.
-  /// @param lead_rad set-point minus joints. @param rendered_N MasterMessage::rendered_N. @param most_N what may be
-  /// pressed in any case: beyond it the touched point draws back. @param contact_probability see above. @param
-  /// contact_compliance [0, 1]: what moves along is pressed as far as the hand goes, up to most_N.
+  /// The set-point limit: against the force, the touched point's lead is at most (rendered force + F1) / Ks.
+  /// @param lead_rad set-point minus joint angles. @param rendered_N MasterMessage::rendered_N. @param most_N the most
+  /// that may be pressed: beyond it the touched point draws back. @param contact_probability how much of the limit
+  /// applies. @param contact_compliance [0, 1]: at 1 only most_N limits the lead.
   [[nodiscard]] JointVector limited_lead_rad(const JointVector& lead_rad, const Touch& touch,
                                              const PlanarVector& rendered_N, double most_N, double contact_probability,
                                              double contact_compliance) const noexcept;
 
-  /// With the touched point slower by less_mps (frame M), exactly where a regularised inverse would leave a rest.
+  /// Rates with which the touched point is slower by exactly less_mps (frame M): the inverse is not regularised.
   [[nodiscard]] JointVector slowed_radps(const JointVector& rate_radps, const Touch& touch,
                                          const PlanarVector& less_mps) const noexcept;
 
-  /// The loop "rate -> oil -> force -> compliance" crosses over at Kp K / Ks, K the stiffness of the arm's oil at the
-  /// touched point: up to 50 times Ks near the wrist. In the directions in which that is faster than valves and filters
-  /// allow, the point's speed is made smaller by as much.
+  /// Slows the touched point in the directions in which the loop "rate -> oil -> force -> compliance" would cross over
+  /// above contact_crossover_radps. It crosses over at Kp K / Ks, K the stiffness of the arm's oil at the touched
+  /// point: up to 50 Ks at the back of the bucket.
   [[nodiscard]] JointVector steadied_radps(const JointVector& rate_radps, const Touch& touch,
                                            const estimation::JointState& state) const noexcept;
 
  private:
   [[nodiscard]] PlanarVector force_of(const PlanarJacobian& jacobian, const estimation::JointState& state,
                                       const estimation::ForceEstimate& force) const noexcept;
-  /// Lead that presses no more than allowed_N makes of Ks.
+  /// Lead whose part against the force is at most allowed_N / Ks.
   [[nodiscard]] JointVector shortened_rad(const JointVector& lead_rad, const Touch& touch,
                                           double allowed_N) const noexcept;
 

@@ -19,7 +19,7 @@ namespace knuckle::slave {
 struct JointCommand {
   JointVector position_rad = JointVector::Zero();
   JointVector velocity_radps = JointVector::Zero();
-  bool active = false;  ///< false: valves neutral, filters are let go; what was learned of the dead bands stays.
+  bool active = false;  ///< false: valves neutral, filters start anew; the learned dead bands stay.
   PlanarVector rendered_N = PlanarVector::Zero();  ///< MasterMessage::rendered_N
   double force_limit_N = 0;                        ///< Of the assist; 0: off.
 };
@@ -46,8 +46,9 @@ class JointControl {
   JointVector wanted_rates(const estimation::JointState& state, const Touch& touch,
                            const estimation::ForceEstimate& force, const JointCommand& command,
                            Output& output) noexcept;
-  /// Of the set-point's speed: all but `fade`, and in full what leads out of the contact faster than towards_radps, the
-  /// rates that position and force ask for, press into it. `held` of what leads out is left away.
+  /// The set-point's speed, times (1 - fade); of the part that leads out of the contact also the rest, as far as it is
+  /// faster than towards_radps (rates of position error and compliance) press in. `held`: share of the speed out of the
+  /// contact that is left away.
   [[nodiscard]] JointVector fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                         const JointVector& towards_radps) const noexcept;
   /// Speed limit of the joint, falling to zero towards the ends of its range.
@@ -59,7 +60,7 @@ class JointControl {
   /// Ceiling and assist: slow what would press too hard.
   void limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                    Output& output) noexcept;
-  /// Rod speed at full opening under the load as load_ has it.
+  /// Rod speed at full opening under the low-passed pressures load_.
   double full_opening_mps(int joint, bool extend) const noexcept;
   void update_supply(const JointVector& cylinder_mps) noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
@@ -76,15 +77,15 @@ class JointControl {
   [[nodiscard]] static Load load_of(const estimation::JointState& state) noexcept {
     return Eigen::Map<const Load>(state.pressure_Pa.data());
   }
-  LowPass<Load> load_;  ///< Pressures that the valves' gain is compensated for, as in JointState.
+  LowPass<Load> load_;  ///< Pressures for the valve gain, in the order of JointState::pressure_Pa.
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;
   estimation::ForceLag<JointVector> ahead_;
   RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::ContactCompliance contact_compliance_;
   PlanarVector touched_m_ =
-      PlanarVector::Zero();         ///< Way of whatever point is touched: the touch wanders along the bucket.
-  double contact_probability_ = 0;  ///< How sure a contact is, or was lately.
+      PlanarVector::Zero();         ///< Integrated speed of the touched point: no place, since that point changes.
+  double contact_probability_ = 0;  ///< Largest contact_probability(), falling over some seconds.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

@@ -1,7 +1,7 @@
-// The last thing before the wire: every valve command passes here, whoever made it, and nothing else makes one that is
-// not neutral. Two entries with the checks they have in common: safety_gate() for a machine that is led, jog_gate() for
-// first motions, before joint angles are known; an orderly stop has neutral commands only. Pure functions; they trust
-// neither the controller nor the mode machine nor a plan to have looked at ages, ranges or limits.
+// The last check before the wire: every valve command that is not neutral comes out of one of two functions,
+// safety_gate() for a machine that is led, jog_gate() for first motions, before joint angles are known. (An orderly
+// stop sends neutral commands only.) Pure functions; they check ages, ranges and limits themselves, whatever
+// controller, mode machine or plan have checked before.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct GateTable {
   double command = 1.0;            ///< [of stroke] A valve has no more.
   double away_1ps = 5.0;           ///< [of stroke/s] Opening further: full in 0.2 s. Closing is never limited:
                                    ///< stopping must not wait.
-  Duration longest_step = 20ms;    ///< Rate credit of one step at most: a late loop gets no bigger jump.
+  Duration longest_step = 20ms;    ///< away_1ps counts for at most this: a late loop gets no bigger jump.
   Duration setpoint_age = 200ms;   ///< Neutral by then (loss of link).
   double range_stop_s = 0.10;      ///< Outward joint speed may be what is left of the range over this: valve delay
                                    ///< plus spool closing time.
@@ -113,10 +113,10 @@ struct GateResult {
 [[nodiscard]] GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,
                                      const GateMemory& memory, const GateLimits& limits, Time now) noexcept;
 
-/// @param wanted zero for all joints but one. Neutral passes while no pilot pressure is asked for; else, as anything,
-/// only while sensors, pressures and cylinders are as planned. Otherwise the result is neutral with one of the faults
-/// kCommandInvalid, kEmergencyStop, kLoopOverrun, kJogTooLong, kSensorInvalid, kSensorStale, kJogOtherMoves,
-/// kPressureLimit.
+/// Passes `wanted` while sensors, pressures and cylinders are within their limits. Otherwise the result is neutral with
+/// one of the faults kCommandInvalid, kEmergencyStop, kLoopOverrun, kJogTooLong, kSensorInvalid, kSensorStale,
+/// kJogOtherMoves, kPressureLimit. Neutral without a request for pilot pressure always passes.
+/// @param wanted zero for all joints but one.
 [[nodiscard]] GateResult jog_gate(const JointVector& wanted, const JogState& state, const GateMemory& memory,
                                   const GateLimits& limits, Time now) noexcept;
 

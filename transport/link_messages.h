@@ -115,11 +115,11 @@ struct SlaveMessage {
   JointVector ahead_rad = JointVector::Zero();
   PlanarVector tip_force_N =
       PlanarVector::Zero();  ///< Force of the world on the bucket tip, frame M (x forward, z up), without the load.
-  PlanarVector load_N = PlanarVector::Zero();  ///< What the load adds to it: its weight, as far as it is carried.
+  PlanarVector load_N = PlanarVector::Zero();  ///< Weight of the carried load, which tip_force_N leaves out.
   std::array<double, 3> covariance_N2{};       ///< xx, xz, zz of tip_force_N.
   double confidence = 0;                       ///< [0, 1]
   double contact_compliance = 0;               ///< [0, 1]: what the tip presses against moves along with it.
-  bool contact = false;                        ///< Contact event is on.
+  bool contact = false;                        ///< ForceEstimate::contact.
   std::uint16_t limits = 0;                    ///< LimitFlag bits being hit.
   std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;

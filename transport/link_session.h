@@ -30,8 +30,8 @@ enum class LinkEnd : std::uint8_t { kOperator = 1, kMachine = 2 };
 /// The same for the same seed.
 [[nodiscard]] LinkStart start_from(std::uint64_t seed, LinkEnd end) noexcept;
 
-/// How far a duration is above the least of late: of the last one to two intervals, so that whatever two clocks do to
-/// each other is forgotten after two.
+/// How far a duration is above the least one of the last one to two intervals. So a step of a clock is forgotten after
+/// two intervals.
 class AboveLeast {
  public:
   /// Delays that grow by less than the loss policy's limit within two of it count as the path's, not as the message's.
@@ -64,9 +64,9 @@ class LinkSession {
   /// followed so far can have; while that one is heard, no other begins.
   Verdict take(LinkStamp& stamp, Time arrived) noexcept;
 
-  /// By how much the newest news was later than the quickest of late. The clocks of both sides need not agree: it is
-  /// the least that offset between stamp and arrival and the round trip both account for, so that neither a step of
-  /// the far clock nor a delay on the way there counts.
+  /// By how much the newest message was later than the quickest recent one. The clocks of both sides need not agree: it
+  /// is the smaller of two increases, that of arrival minus stamp and that of the round trip. So neither a step of the
+  /// far clock nor a delay on the way there counts.
   [[nodiscard]] Duration late() const noexcept { return late_; }
 
   /// Of a message that leaves now.
