@@ -135,14 +135,21 @@ TEST_F(SweepProgram, RowsThatContradictEachOtherAreRefused) {
   expect_refused(battery(1, {"--merge", rows, other}), "differs from a row of the same cell");
 }
 
-TEST_F(SweepProgram, WorkRunsStockScenarios) {
-  const ProgramRun run = run_program(
-      test::program("knuckle-studies"),
-      {"sweep", "--battery", "work", "--sessions", "2", "--jobs", "1", "--json", folder_.file("work.json")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = nlohmann::json::parse(content(folder_.file("work.json")));
+TEST_F(SweepProgram, WorkRunsStockScenariosAndEachIsTheSameInAShard) {
+  const auto work = [&](Arguments more) {
+    Arguments all{"sweep", "--battery", "work", "--sessions", "2", "--jobs", "1"};
+    all.insert(all.end(), more.begin(), more.end());
+    const ProgramRun run = run_program(test::program("knuckle-studies"), all);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  };
+  work({"--json", folder_.file("work.json")});
+  const auto json = nlohmann::ordered_json::parse(content(folder_.file("work.json")));
   ASSERT_EQ(json["rows"].size(), 2U);
   for (const auto& row : json["rows"]) EXPECT_FALSE(row["metrics"].empty()) << row;
+
+  work({"--shard", "2/2", "--rows", folder_.file("rows")});
+  const std::string rows = content(folder_.file("rows"));
+  EXPECT_EQ(rows.substr(rows.find('\n') + 1), json["rows"][1].dump() + '\n') << "behind the head, its only row";
 }
 
 /// One machine takes a quarter of a minute: the row of the second is the first one's under its seed.
