@@ -3,12 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "app/battery/settings.h"
 #include "app/session/options.h"
+#include "machine/description.h"
 
 namespace knuckle::battery {
 
@@ -24,17 +25,15 @@ class Drawer {
  public:
   /// @throws InputError where the machine or a scenario is not there.
   explicit Drawer(const Settings& settings);
-  ~Drawer();
-  Drawer(const Drawer&) = delete;
-  Drawer& operator=(const Drawer&) = delete;
 
   /// @param index below Settings::sessions.
   [[nodiscard]] Cell cell(std::uint64_t index) const;
-  [[nodiscard]] const Settings& settings() const noexcept;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  Settings settings_;
+  MachineDescription machine_;       ///< As drawn.
+  double force_scale_;               ///< Hand newtons per machine newton, of its device.
+  std::vector<double> most_felt_N_;  ///< That a person is asked to hold, by scenario.
 };
 
 // A session of a battery again, from the battery's result.

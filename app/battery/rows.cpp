@@ -20,8 +20,6 @@
 #include "machine/load.h"
 
 namespace knuckle::battery {
-namespace {}  // namespace
-
 Row run_cell(const Cell& cell) {
   Row row{{"cell", cell.index}, {"drawn", cell.drawn}, {"effects", cell.effects}};
   try {

@@ -95,6 +95,10 @@ bool meets(const Row& row, std::initializer_list<const char*> criteria) {
 
 }  // namespace
 
+std::string Figure::text() const {
+  return value ? report::number_text(*value) : "none";
+}
+
 const Figure& Group::figure(const std::string& name) const {
   const auto found = std::find_if(figures.begin(), figures.end(), [&](const Figure& f) { return f.name == name; });
   if (found == figures.end()) throw std::out_of_range("no figure " + name);
@@ -145,7 +149,7 @@ using report::escaped;
 /// Sessions by two columns, for a map.
 struct Map {
   std::vector<std::string> across, up;  ///< Labels.
-  std::map<std::pair<std::size_t, std::size_t>, std::vector<const Row*>> cells;
+  std::map<std::pair<std::size_t, std::size_t>, Members> cells;
 };
 
 constexpr double kFirstDecade = 4, kHalves = 0.5;  // of stiffness: 1e4 N/m on, by half decades
@@ -182,13 +186,7 @@ Map map_of(const Rows& rows, const std::string& up) {
   return map;
 }
 
-double share_in(const std::vector<const Row*>& rows, bool (*is)(const Row&)) {
-  double count = 0;
-  for (const Row* row : rows) count += is(*row) ? 1 : 0;
-  return rows.empty() ? std::numeric_limits<double>::quiet_NaN() : count / static_cast<double>(rows.size());
-}
-
-double median_in(const std::vector<const Row*>& rows, const char* metric) {
+double median_in(const Members& rows, const char* metric) {
   std::vector<double> values;
   for (const Row* row : rows) {
     if (const auto value = metric_of(*row, metric)) values.push_back(*value);
@@ -198,7 +196,7 @@ double median_in(const std::vector<const Row*>& rows, const char* metric) {
 
 /// A figure of coloured cells with their values; grey where there is none.
 report::Figure heat_map(const Map& map, const std::string& up_label, double worst, double best,
-                        const std::function<double(const std::vector<const Row*>&)>& value) {
+                        const std::function<double(const Members&)>& value) {
   std::ostringstream script;
   script << report::plot_style() << "unset grid\nset style fill solid\n"
          << fmt::format("set palette defined (0 '#D55E00', 0.5 '#F0E442', 1 '#009E73')\nset cbrange [{}:{}]\n",
@@ -224,10 +222,6 @@ report::Figure heat_map(const Map& map, const std::string& up_label, double wors
   return {700, 120 + 40 * static_cast<int>(map.up.size()), script.str()};
 }
 
-std::string shown(const std::optional<double>& value) {
-  return value ? report::number_text(*value) : "none";
-}
-
 void write_table(std::ostream& out, const std::vector<Group>& groups) {
   out << "<section><h2>Table</h2><table><thead><tr><th>by</th><th></th><th>sessions</th><th>refused</th>";
   for (const Figure& figure : groups.front().figures) out << "<th>" << escaped(figure.name) << "</th>";
@@ -235,7 +229,7 @@ void write_table(std::ostream& out, const std::vector<Group>& groups) {
   for (const Group& group : groups) {
     out << "<tr><td>" << escaped(group.by) << "</td><td>" << escaped(group.value) << "</td><td>" << group.drawn
         << "</td><td>" << group.refused << "</td>";
-    for (const Figure& figure : group.figures) out << "<td>" << shown(figure.value) << "</td>";
+    for (const Figure& figure : group.figures) out << "<td>" << figure.text() << "</td>";
     out << "</tr>\n";
   }
   out << "</tbody></table></section>\n";
@@ -243,8 +237,8 @@ void write_table(std::ostream& out, const std::vector<Group>& groups) {
 
 std::vector<report::PageFigure> maps_of(const Rows& rows) {
   const Map by_stiffness = map_of(rows, "stiffness_N_per_m"), by_limb = map_of(rows, "limb");
-  const auto stable_share = [](const auto& cell) { return share_in(cell, stable); };
-  const auto told_share = [](const auto& cell) { return share_in(cell, nothing_unfelt); };
+  const auto stable_share = [](const Members& cell) { return *share_of("", cell, stable).value; };
+  const auto told_share = [](const Members& cell) { return *share_of("", cell, nothing_unfelt).value; };
   return {
       {"Stable: delay and stiffness", "Share of sessions whose press was stable; the boundary is the Z-width.",
        heat_map(by_stiffness, "stiffness of the wall, MN/m", 0, 1, stable_share)},

@@ -15,6 +15,7 @@ struct Figure {
   std::string name;             ///< "stable", "hold_error_N p95", ...
   std::optional<double> value;  ///< Nothing where no session of the group has it: shown as such.
   std::uint64_t of = 0;         ///< How many sessions it is over.
+  [[nodiscard]] std::string text() const;
 };
 
 struct Group {

@@ -13,7 +13,6 @@
 #include "app/cli/output_file.h"
 #include "app/recordings/csv_row.h"
 #include "app/report/plots.h"
-#include "app/report/result_text.h"
 #include "app/session/options.h"
 #include "app/session/truth_file.h"
 #include "app/studies/shared_battery.h"
@@ -98,10 +97,6 @@ void write_csv(std::ostream& out, const Rows& rows) {
   for (const auto& [index, row] : rows) line(row, like, false);
 }
 
-std::string shown(const battery::Figure& figure) {
-  return figure.value ? report::number_text(*figure.value) : "none";
-}
-
 /// Of sessions; quantiles are named after their metric.
 bool is_share(const battery::Figure& figure) {
   return figure.name.find('_') == std::string::npos;
@@ -113,7 +108,7 @@ void print(std::ostream& out, const Settings& settings, const Rows& rows, const 
                      settings.person, settings.seed);
   const battery::Group& all = groups.front();
   out << fmt::format("\nall: {} sessions, {} refused\n", all.drawn, all.refused);
-  for (const battery::Figure& f : all.figures) out << fmt::format("  {:28} {:>9}  of {}\n", f.name, shown(f), f.of);
+  for (const battery::Figure& f : all.figures) out << fmt::format("  {:28} {:>9}  of {}\n", f.name, f.text(), f.of);
   // The parts by their shares only: quantiles of a few sessions say little, and are in --json.
   const std::string* by = nullptr;
   for (std::size_t i = 1; i < groups.size(); ++i) {
@@ -128,7 +123,7 @@ void print(std::ostream& out, const Settings& settings, const Rows& rows, const 
     by = &group.by;
     out << fmt::format("  {:26} {:>8}", group.value, group.drawn);
     for (const battery::Figure& f : group.figures) {
-      if (is_share(f)) out << fmt::format("  {:>{}}", shown(f), f.name.size());
+      if (is_share(f)) out << fmt::format("  {:>{}}", f.text(), f.name.size());
     }
     out << '\n';
   }
