@@ -29,11 +29,9 @@ struct BaselineRuns {
 /// Drives the machine as the paper of `method` did: "static" 170 poses and 40 others to verify with, "malaguti" 40 s of
 /// digging in the air and another 40 s to verify with, "kim" each joint slowly in turn and two verification runs.
 /// @param machine as the controller of `run` sees it; @param seed of poses and digging.
-/// @throws InputError for another method; std::runtime_error as MachineRun does.
+/// @throws std::runtime_error as MachineRun does.
 [[nodiscard]] BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine,
                                         motion::MachineRun& run, std::uint64_t seed);
-
-[[nodiscard]] std::vector<estimation::Recording> recordings(const std::vector<motion::MachineRecording>& runs);
 
 /// What the base parameters should be: projection of the torques that really moved the links on the regressor, along
 /// these runs. The cylinders' masses, which have no place of their own in it, are spread as they showed.
@@ -97,7 +95,7 @@ struct BaselineData {
 /// "kim": table 1, figures 4 to 8 of K.
 /// Figures 3 and 4 are of the first verification, figure 8 of the last, or of the identification where there is none.
 /// @param machine as calibrated().
-/// @throws InputError for another method, or where gnuplot is missing.
+/// @throws InputError where gnuplot is missing.
 void write_baseline_report(const std::string& method, const MachineDescription& machine, const BaselineData& data,
                            std::ostream& out);
 

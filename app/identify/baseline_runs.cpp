@@ -1,7 +1,6 @@
 // The papers' methods on motion of ours, and the figures of their pages.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -10,7 +9,6 @@
 #include "app/identify/commission.h"
 #include "app/identify/identify_output.h"
 #include "app/report/plots.h"
-#include "core/error.h"
 #include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
@@ -28,7 +26,6 @@ using estimation::kMomentZ;
 using estimation::MalagutiOptions;
 using estimation::Recording;
 
-constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr int kPoses = 170;  // some are lost near end stops or do not come to rest
 constexpr int kVerifyingPoses = 40;
 constexpr double kRest_s = 0.8;
@@ -72,20 +69,12 @@ BaselineRuns run_baseline(const std::string& method, const MachineDescription& m
   } else if (method == "malaguti") {
     runs.identification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed)));
     runs.verification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed + 1000)));
-  } else if (method == "kim") {
+  } else {
     runs.identification.push_back(run.follow(estimation::kim_slow_motion(machine)));
     runs.verification.push_back(run.follow(estimation::kim_verification_1(machine)));
     runs.verification.push_back(run.follow(estimation::kim_verification_2(machine)));
-  } else {
-    throw InputError("--method " + method + ": not one of static, malaguti, kim");
   }
   return runs;
-}
-
-std::vector<Recording> recordings(const std::vector<motion::MachineRecording>& runs) {
-  std::vector<Recording> plain;
-  for (const motion::MachineRecording& run : runs) plain.push_back(run.recording);
-  return plain;
 }
 
 BaseParameters projected_parameters(const sim::MachineTruth& truth, std::span<const motion::MachineRecording> runs) {
@@ -118,6 +107,7 @@ std::map<std::string, double> baseline_truth(const std::string& method, const Ma
       projected_parameters(truth, runs.verification.empty() ? runs.identification : runs.verification);
   std::map<std::string, double> values;
   if (method == "kim") {
+    constexpr double kDegPerRad = 180 / std::numbers::pi;
     const double m3 = machine.links[kBucket].mass_kg, m2 = machine.links[kArm].mass_kg;
     const JointVector later(machine.links[kBoom].length_m * (m2 + m3), machine.links[kArm].length_m * m3, 0);
     for (int i = 0; i < kJoints; ++i) {
@@ -168,23 +158,6 @@ std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::u
 
 namespace {
 
-report::PageFigure finished(const std::string& title, const std::string& caption, int panels,
-                            const report::PanelPlot& plot, double first_s, double last_s) {
-  return {title, caption, {900, report::panel_figure_height(panels), plot.finish(first_s, last_s)}};
-}
-
-std::vector<double> joint_angles_deg(const MachineDescription& machine, const estimation::Recording& recording,
-                                     int joint) {
-  const Kinematics kinematics(machine);
-  std::vector<double> angle;
-  for (std::size_t i = 0; i < recording.samples.size(); ++i) {
-    const double length_m = recording.samples[i].cylinder_m[joint] - machine.sensors.encoder_offset_m[joint];
-    const auto found = recording.usable[i] != 0 ? kinematics.joint_at(joint, length_m) : std::nullopt;
-    angle.push_back(found ? *found * kDegPerRad : kUnknown);
-  }
-  return angle;
-}
-
 /// From shortly before the joint leaves where it was to shortly after it comes to where it stays.
 std::pair<double, double> moving(const std::vector<double>& angle_deg, double step_s) {
   constexpr double kMoved_deg = 1, kAround_s = 2;
@@ -211,41 +184,27 @@ double round_step(const std::vector<double>& values) {
 report::PageFigure torque_figure(const std::string& title, const std::string& caption,
                                  const estimation::TorqueComparison& torque, const std::vector<int>& joints) {
   const std::vector<double> t = times(torque.usable.size(), torque.step_s);
-  report::PanelPlot plot(static_cast<int>(joints.size()));
+  report::PanelPlot plot;
   for (const int joint : joints) {
-    std::vector<double> measured, estimated;
-    for (std::size_t i = 0; i < t.size(); ++i) {
-      const bool known = torque.usable[i] != 0;
-      measured.push_back(known ? torque.measured_Nm[i][joint] : kUnknown);
-      estimated.push_back(known ? torque.modelled_Nm[i][joint] : kUnknown);
-    }
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(joint)]) + ", N m");
-    plot.line(t, measured, "measured", report::kBlue, "lw 1.2");
-    plot.line(t, estimated, "estimated", report::kVermilion, "dt 2 lw 1.6");
+    plot.line(t, torque_series(torque, torque.measured_Nm, joint), "measured", report::kBlue, "lw 1.2");
+    plot.line(t, torque_series(torque, torque.modelled_Nm, joint), "estimated", report::kVermilion, "dt 2 lw 1.6");
   }
-  return finished(title, caption, static_cast<int>(joints.size()), plot, 0, t.empty() ? 1 : t.back());
+  return {title, caption, plot.figure(t)};
 }
 
 report::PageFigure pressure_figure(const std::string& title, const MachineDescription& machine,
                                    const estimation::Recording& recording, int joint) {
-  constexpr double kBarPerPa = 1e-5;
-  const auto k = static_cast<std::size_t>(joint);
-  const std::vector<double> t = times(recording.samples.size(), recording.step_s);
-  const std::vector<double> angle = joint_angles_deg(machine, recording, joint);
-  std::vector<double> head, rod;
-  for (std::size_t i = 0; i < t.size(); ++i) {
-    head.push_back(recording.usable[i] != 0 ? recording.samples[i].pressure_Pa[2 * k] * kBarPerPa : kUnknown);
-    rod.push_back(recording.usable[i] != 0 ? recording.samples[i].pressure_Pa[2 * k + 1] * kBarPerPa : kUnknown);
-  }
-  report::PanelPlot plot(2);
-  plot.panel(std::string(kJointNames[k]) + ", deg");
-  plot.line(t, angle, "", report::kBlue);
+  const JointSeries series = joint_series(machine, recording, joint);
+  report::PanelPlot plot;
+  plot.panel(std::string(kJointNames[static_cast<std::size_t>(joint)]) + ", deg");
+  plot.line(series.t_s, series.angle_deg, "", report::kBlue);
   plot.panel("pressure, bar");
-  plot.line(t, head, "A, head side", report::kVermilion, "lw 1.2");
-  plot.line(t, rod, "B, rod side", report::kGreen, "lw 1.2");
-  const auto [first_s, last_s] = moving(angle, recording.step_s);
-  return finished(title, "Joint angle, and the pressures at both ports of its cylinder, while it moves.", 2, plot,
-                  first_s, last_s);
+  plot.line(series.t_s, series.head_bar, "A, head side", report::kVermilion, "lw 1.2");
+  plot.line(series.t_s, series.rod_bar, "B, rod side", report::kGreen, "lw 1.2");
+  const auto [first_s, last_s] = moving(series.angle_deg, recording.step_s);
+  return {title, "Joint angle, and the pressures at both ports of its cylinder, while it moves.",
+          plot.figure(first_s, last_s)};
 }
 
 report::PageFigure wrench_figure(const std::string& title, const std::string& caption, double step_s,
@@ -255,13 +214,13 @@ report::PageFigure wrench_figure(const std::string& title, const std::string& ca
   for (const Eigen::Vector3d& w : wrench) {
     for (std::size_t k = 0; k < series.size(); ++k) series[k].push_back(w[static_cast<Eigen::Index>(k)]);
   }
-  report::PanelPlot plot(2);
+  report::PanelPlot plot;
   plot.panel("force, N");
   plot.line(t, series[0], "horizontal", report::kBlue, "lw 1.2");
   plot.line(t, series[1], "vertical", report::kVermilion, "lw 1.2");
   plot.panel("torque, N m");
   plot.line(t, series[2], "", report::kGreen, "lw 1.2");
-  return finished(title, caption, 2, plot, 0, t.empty() ? 1 : t.back());
+  return {title, caption, plot.figure(t)};
 }
 
 report::PageFigure pose_figure(const std::string& title, const std::string& caption,

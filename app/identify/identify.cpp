@@ -192,7 +192,7 @@ int identify_command(const IdentifyOptions& options) {
   if (!options.out.empty()) out.emplace("--out", options.out);
   if (!options.json.empty()) json.emplace("--json", options.json);
   if (!options.report.empty()) {
-    check_identify_report_tools();
+    report::check_gnuplot();
     report.emplace("--report", options.report);
   }
   IdentifyData data;

@@ -23,12 +23,6 @@ using cli::Json;
 constexpr int kSchema = 1;
 constexpr std::size_t kFindingsShown = 12;
 
-double total_s(const std::vector<estimation::Recording>& recordings) {
-  double sum = 0;
-  for (const estimation::Recording& r : recordings) sum += r.duration_s();
-  return sum;
-}
-
 Json finite_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json();
 }
@@ -122,6 +116,35 @@ std::vector<double> times(std::size_t count, double step_s) {
   std::vector<double> t;
   for (std::size_t i = 0; i < count; ++i) t.push_back(step_s * static_cast<double>(i));
   return t;
+}
+
+std::vector<double> torque_series(const estimation::TorqueComparison& comparison,
+                                  const std::vector<JointVector>& values, int joint, double unit_Nm) {
+  std::vector<double> series;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    series.push_back(comparison.usable[i] != 0 ? values[i][joint] / unit_Nm : kUnknown);
+  return series;
+}
+
+JointSeries joint_series(const MachineDescription& machine, const estimation::Recording& recording, int joint) {
+  const Kinematics kinematics(machine);
+  const auto k = static_cast<std::size_t>(joint);
+  JointSeries series{times(recording.samples.size(), recording.step_s), {}, {}, {}};
+  for (std::size_t i = 0; i < recording.samples.size(); ++i) {
+    const estimation::Measurement& m = recording.samples[i];
+    const bool usable = recording.usable[i] != 0;
+    const auto angle = kinematics.joint_at(joint, m.cylinder_m[joint] - machine.sensors.encoder_offset_m[joint]);
+    series.angle_deg.push_back(usable && angle ? *angle / kDegree : kUnknown);
+    series.head_bar.push_back(usable ? m.pressure_Pa[2 * k] / kBar : kUnknown);
+    series.rod_bar.push_back(usable ? m.pressure_Pa[2 * k + 1] / kBar : kUnknown);
+  }
+  return series;
+}
+
+double total_s(const std::vector<estimation::Recording>& recordings) {
+  double sum = 0;
+  for (const estimation::Recording& r : recordings) sum += r.duration_s();
+  return sum;
 }
 
 std::string verdict(const Identified& result) {
@@ -228,22 +251,16 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
 
 namespace {
 
-/// One joint of a comparison, gaps where it is not usable.
-std::vector<double> column_kNm(const estimation::TorqueComparison& c, const std::vector<JointVector>& values,
-                               int joint) {
-  std::vector<double> y;
-  for (std::size_t i = 0; i < values.size(); ++i) y.push_back(c.usable[i] != 0 ? 1e-3 * values[i][joint] : kUnknown);
-  return y;
-}
-
 report::PageFigure torque_figure(const std::string& source, const estimation::TorqueComparison& c) {
-  report::PanelPlot plot(2 * kJoints);
+  constexpr double kKilo = 1e3;
+  report::PanelPlot plot;
   const std::vector<double> t = times(c.measured_Nm.size(), c.step_s);
   for (int j = 0; j < kJoints; ++j) {
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
-    const std::vector<double> measured = column_kNm(c, c.measured_Nm, j), modelled = column_kNm(c, c.modelled_Nm, j);
+    const std::vector<double> measured = torque_series(c, c.measured_Nm, j, kKilo),
+                              modelled = torque_series(c, c.modelled_Nm, j, kKilo);
     std::vector<double> residual;
-    for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(1e3 * (measured[i] - modelled[i]));
+    for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(kKilo * (measured[i] - modelled[i]));
     plot.panel(name + " torque, kN m");
     plot.line(t, measured, "measured", report::kGrey);
     plot.line(t, modelled, "modelled", report::kBlue);
@@ -252,7 +269,7 @@ report::PageFigure torque_figure(const std::string& source, const estimation::To
   }
   return {"Torque: " + report::escaped(source),
           "Held-out motion: joint torque from cylinder pressures, torque of the identified model, and the difference.",
-          {900, report::panel_figure_height(2 * kJoints), plot.finish(0, t.empty() ? 1 : t.back())}};
+          plot.figure(t)};
 }
 
 /// F_f at a steady speed: Dahl state settled, no load.
@@ -299,29 +316,19 @@ std::string friction_block(const MachineDescription& machine, int joint) {
 }
 
 report::PageFigure data_figure(const MachineDescription& machine, const estimation::Recording& recording) {
-  const Kinematics kinematics(machine);
-  report::PanelPlot plot(2 * kJoints);
-  const std::vector<double> t = times(recording.samples.size(), recording.step_s);
+  report::PanelPlot plot;
   for (int j = 0; j < kJoints; ++j) {
-    const auto k = static_cast<std::size_t>(j);
-    std::vector<double> angle, head, rod;
-    for (std::size_t i = 0; i < t.size(); ++i) {
-      const estimation::Measurement& m = recording.samples[i];
-      const bool usable = recording.usable[i] != 0;
-      const auto theta = kinematics.joint_at(j, m.cylinder_m[j] - machine.sensors.encoder_offset_m[j]);
-      angle.push_back(usable && theta ? *theta * 180 / std::numbers::pi : kUnknown);
-      head.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k] : kUnknown);
-      rod.push_back(usable ? 1e-5 * m.pressure_Pa[2 * k + 1] : kUnknown);
-    }
-    plot.panel(std::string(kJointNames[k]) + ", deg");
-    plot.line(t, angle, "", report::kBlue);
-    plot.panel(std::string(kJointNames[k]) + ", bar");
-    plot.line(t, head, "A, head side", report::kVermilion, "lw 1");
-    plot.line(t, rod, "B, rod side", report::kGreen, "lw 1");
+    const std::string name = kJointNames[static_cast<std::size_t>(j)];
+    const JointSeries series = joint_series(machine, recording, j);
+    plot.panel(name + ", deg");
+    plot.line(series.t_s, series.angle_deg, "", report::kBlue);
+    plot.panel(name + ", bar");
+    plot.line(series.t_s, series.head_bar, "A, head side", report::kVermilion, "lw 1");
+    plot.line(series.t_s, series.rod_bar, "B, rod side", report::kGreen, "lw 1");
   }
   return {"Data: " + report::escaped(recording.source),
           "Data used for identification: joint angles from the encoders, cylinder pressures. Gaps were not used.",
-          {900, report::panel_figure_height(2 * kJoints), plot.finish(0, t.empty() ? 1 : t.back())}};
+          plot.figure(times(recording.samples.size(), recording.step_s))};
 }
 
 }  // namespace

@@ -33,13 +33,22 @@ void write_identify_json(const IdentifyData& data, const Identified& result, std
 // One self-contained HTML page about an identification: verdict, measured against estimated torque, residuals,
 // parameters against the drawing, friction, geometry, held-out errors, what was found in the data.
 
-/// @throws InputError where gnuplot is missing.
-void check_identify_report_tools();
-
 /// @throws InputError where gnuplot fails.
 void write_identify_report(const IdentifyData& data, const Identified& result, std::ostream& out);
 
+// Recordings and comparisons as series to be plotted, kUnknown where a sample is not usable.
+
 /// Of each of `count` rows, from 0 on.
 [[nodiscard]] std::vector<double> times(std::size_t count, double step_s);
+/// @param values of the comparison, in units of `unit_Nm`.
+[[nodiscard]] std::vector<double> torque_series(const estimation::TorqueComparison& comparison,
+                                                const std::vector<JointVector>& values, int joint, double unit_Nm = 1);
+/// Angle of a joint and the pressures of its cylinder.
+struct JointSeries {
+  std::vector<double> t_s, angle_deg, head_bar, rod_bar;
+};
+[[nodiscard]] JointSeries joint_series(const MachineDescription& machine, const estimation::Recording& recording,
+                                       int joint);
+[[nodiscard]] double total_s(const std::vector<estimation::Recording>& recordings);
 
 }  // namespace knuckle::identify

@@ -38,19 +38,13 @@ void fact(std::ostream& out, const std::string& what, const std::string& value) 
   out << "<div><dt>" << what << "</dt><dd>" << report::escaped(value) << "</dd></div>\n";
 }
 
-double seconds(const std::vector<estimation::Recording>& recordings) {
-  double sum = 0;
-  for (const estimation::Recording& r : recordings) sum += r.duration_s();
-  return sum;
-}
-
 void write_header(std::ostream& out, const IdentifyData& data, const Identified& result) {
   out << "<h1>Identification of " << report::escaped(data.machine.name) << "</h1><p class=\"soft\">Method "
       << report::escaped(result.method) << "; " << report::escaped(data.source) << "</p>\n<span class=\"verdict"
       << (result.summary.usable ? "" : " bad") << "\">" << (result.summary.usable ? "Usable" : "Not usable")
       << "</span>\n<dl class=\"facts\">";
-  fact(out, "identified from", digits(seconds(data.training), 3) + " s");
-  fact(out, "held out", digits(seconds(data.hold_out), 3) + " s");
+  fact(out, "identified from", digits(total_s(data.training), 3) + " s");
+  fact(out, "held out", digits(total_s(data.hold_out), 3) + " s");
   if (result.summary.columns > 0) {
     fact(out, "rank", std::to_string(result.summary.rank) + " of " + std::to_string(result.summary.columns));
     fact(out, "condition number", digits(result.summary.condition_number, 3));
@@ -169,10 +163,6 @@ void write_provenance_line(std::ostream& out, const CalibrationProvenance& from)
 }
 
 }  // namespace
-
-void check_identify_report_tools() {
-  report::check_gnuplot();
-}
 
 void write_identify_report(const IdentifyData& data, const Identified& result, std::ostream& out) {
   report::write_page_head(out, "Knuckle: identification of " + data.machine.name, kCss);

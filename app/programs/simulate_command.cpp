@@ -163,7 +163,7 @@ struct Outputs {
     open(csv, "--csv", o.csv);
     open(report, "--report", o.report);
     open(json, "--json", o.json);
-    if (report) report::check_report_tools();
+    if (report) report::check_gnuplot();
   }
   std::optional<cli::OutputFile> candump, csv, report, json;
 

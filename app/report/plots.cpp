@@ -125,7 +125,7 @@ namespace {
 
 constexpr std::size_t kBins = 700;  // about one per pixel
 constexpr double kLeft = 0.085, kRight = 0.985;
-constexpr double kAxisPx = 54, kTopPx = 10, kGapPx = 34;
+constexpr double kPanelPx = 150, kAxisPx = 54, kTopPx = 10, kGapPx = 34;
 
 /// Calls f(begin, end) for about kBins equal stretches of rows.
 void for_each_bin(std::size_t rows, const std::function<void(std::size_t, std::size_t)>& f) {
@@ -168,10 +168,6 @@ std::string plot_mark(double t_s, const std::string& label) {
     s << "set label " << plot_quoted(label) << " at " << t_s << ", graph 0.93 left offset 0.4,0 front tc rgb '"
       << kVermilion << "'\n";
   return s.str();
-}
-
-PanelPlot::PanelPlot(int panels) : panels_(panels) {
-  data_.precision(6);
 }
 
 void PanelPlot::panel(const std::string& y_label) {
@@ -225,13 +221,14 @@ void PanelPlot::mark(double t_s, const std::string& label) {
   marks_ << plot_mark(t_s, label);
 }
 
-std::string PanelPlot::finish(double first_s, double last_s) const {
+Figure PanelPlot::figure(double first_s, double last_s) const {
   std::ostringstream script;
   script << data_.str() << plot_style() << "set multiplot\nset lmargin at screen " << kLeft
          << "\nset rmargin at screen " << kRight << "\nset xrange [" << first_s << ':'
          << std::max(last_s, first_s + 1e-3) << "]\n"
          << marks_.str();
-  const double height_px = panel_figure_height(panels_);
+  const double panels = static_cast<double>(drawn_.size());
+  const int height_px = static_cast<int>(kTopPx + kGapPx / 1.5 + panels * kPanelPx + (panels - 1) * kGapPx + kAxisPx);
   double top_px = kTopPx + kGapPx / 1.5;
   // Each panel has its own key, above it; a label beside the axis would leave the picture where numbers are long.
   script << "set key at graph 1, graph 1.02 right bottom\n";
@@ -245,38 +242,7 @@ std::string PanelPlot::finish(double first_s, double last_s) const {
     top_px += kPanelPx + kGapPx;
   }
   script << "unset multiplot\n";
-  return script.str();
-}
-
-int panel_figure_height(int panels) {
-  return static_cast<int>(kTopPx + kGapPx / 1.5 + panels * kPanelPx + (panels - 1) * kGapPx + kAxisPx);
-}
-
-PlotScript::PlotScript(const session::SessionRecord& record, int panels, const std::vector<PlotMark>& marks)
-    : record_(record), plot_(panels) {
-  t_s_.reserve(record.samples.size());
-  for (const session::Sample& sample : record.samples) t_s_.push_back(sample.t_s);
-  for (const session::EventRecord& event : record.events) plot_.mark(event.t_s);
-  for (const PlotMark& mark : marks) plot_.mark(mark.t_s, mark.label);
-}
-
-std::vector<double> PlotScript::values(const Signal& signal) const {
-  std::vector<double> y;
-  y.reserve(record_.samples.size());
-  for (const session::Sample& sample : record_.samples) y.push_back(signal(sample));
-  return y;
-}
-
-void PlotScript::line(const Signal& signal, const std::string& title, const char* colour, const std::string& style) {
-  plot_.line(t_s_, values(signal), title, colour, style);
-}
-
-void PlotScript::band(const Signal& low, const Signal& high, const std::string& title, const char* colour) {
-  plot_.band(t_s_, values(low), values(high), title, colour);
-}
-
-std::string PlotScript::finish() {
-  return plot_.finish(t_s_.empty() ? 0 : t_s_.front(), t_s_.empty() ? 1 : t_s_.back());
+  return {900, height_px, script.str()};
 }
 
 }  // namespace knuckle::report

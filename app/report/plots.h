@@ -1,13 +1,10 @@
 // Runs gnuplot as a child process: script in, SVG out, nothing left behind.
 #pragma once
 
-#include <functional>
 #include <span>
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include "app/session/session_record.h"
 
 namespace knuckle::report {
 
@@ -40,9 +37,6 @@ inline constexpr const char* kGrey = "#8A8A8A";
 
 class PanelPlot {
  public:
-  /// @param panels to come; they share the figure's height.
-  explicit PanelPlot(int panels);
-
   /// Starts the next panel, from the top.
   void panel(const std::string& y_label);
   /// One y per time; where y is NaN the curve has a gap. Curves are thinned to what the eye can see, keeping every
@@ -54,8 +48,11 @@ class PanelPlot {
             const std::string& title, const char* colour);
   /// A dotted upright line through all panels; with a label, which is at its head, a dashed one.
   void mark(double t_s, const std::string& label = "");
-  /// Draws the panels collected so far over this stretch of time.
-  [[nodiscard]] std::string finish(double first_s, double last_s) const;
+  /// The panels over this stretch of time, one below the other.
+  [[nodiscard]] Figure figure(double first_s, double last_s) const;
+  [[nodiscard]] Figure figure(std::span<const double> t_s) const {
+    return figure(t_s.empty() ? 0 : t_s.front(), t_s.empty() ? 1 : t_s.back());
+  }
 
  private:
   struct Panel {
@@ -63,15 +60,10 @@ class PanelPlot {
   };
   void add_curve(const std::string& curve);
 
-  int panels_;
   int blocks_ = 0;
   std::ostringstream data_, marks_;
   std::vector<Panel> drawn_;
 };
-
-inline constexpr double kPanelPx = 150;
-/// Height of a figure with so many panels.
-[[nodiscard]] int panel_figure_height(int panels);
 
 /// Settings shared by every plot: borders, tics, grid, key.
 [[nodiscard]] std::string plot_style();
@@ -79,35 +71,5 @@ inline constexpr double kPanelPx = 150;
 [[nodiscard]] std::string plot_mark(double t_s, const std::string& label);
 /// Text that is safe between gnuplot's single quotes.
 [[nodiscard]] std::string plot_quoted(const std::string& text);
-
-// Panel plots of a session record: a curve is a signal evaluated at each sample.
-
-using Signal = std::function<double(const session::Sample&)>;
-
-/// A moment that the page names.
-struct PlotMark {
-  double t_s = 0;
-  std::string label;
-};
-
-class PlotScript {
- public:
-  PlotScript(const session::SessionRecord& record, int panels, const std::vector<PlotMark>& marks = {});
-
-  /// Starts the next panel, from the top.
-  void panel(const std::string& y_label) { plot_.panel(y_label); }
-  /// @param style gnuplot line options after the colour, such as "dt 2 lw 1".
-  void line(const Signal& signal, const std::string& title, const char* colour, const std::string& style = "lw 1.5");
-  void band(const Signal& low, const Signal& high, const std::string& title, const char* colour);
-  /// Draws the panels collected so far.
-  [[nodiscard]] std::string finish();
-
- private:
-  [[nodiscard]] std::vector<double> values(const Signal& signal) const;
-
-  const session::SessionRecord& record_;
-  std::vector<double> t_s_;
-  PanelPlot plot_;
-};
 
 }  // namespace knuckle::report

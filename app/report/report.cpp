@@ -214,10 +214,6 @@ void write_all_metrics(std::ostream& out, const session::Metrics& metrics) {
 
 }  // namespace
 
-void check_report_tools() {
-  check_gnuplot();
-}
-
 void write_report(const session::Judged& judged, const Origin& origin, std::ostream& out) {
   const session::SessionResult& session = judged.session;
   const Sorted by = sorted(judged);

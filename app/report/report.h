@@ -8,9 +8,6 @@
 
 namespace knuckle::report {
 
-/// @throws InputError where gnuplot is missing.
-void check_report_tools();
-
 /// Where a page comes from; both are given by the caller, so that the same session makes the same page.
 struct Origin {
   std::string command_line;  ///< As it can be typed again; empty: unknown.

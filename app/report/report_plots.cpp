@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "app/report/plots.h"
@@ -19,12 +20,39 @@ constexpr const char *kTimeline = "Session timeline", *kAngles = "Joint angles",
                      *kForces = "Contact force on the bucket tip", *kFelt = "Felt force",
                      *kEnergy = "Energy at hand and machine";
 
-PageFigure stacked(const std::string& title, const std::string& caption, int panels, PlotScript& script) {
-  return {title, caption, {900, panel_figure_height(panels), script.finish()}};
-}
+/// Panels of a session record: a curve is a signal evaluated at each sample.
+using Signal = std::function<double(const session::Sample&)>;
+class SessionPlot {
+ public:
+  SessionPlot(const session::SessionRecord& record, const Marks& marks)
+      : record_(record), t_s_(values([](const session::Sample& s) { return s.t_s; })) {
+    for (const session::EventRecord& event : record.events) plot_.mark(event.t_s);
+    for (const PlotMark& mark : marks) plot_.mark(mark.t_s, mark.label);
+  }
+
+  void panel(const std::string& y_label) { plot_.panel(y_label); }
+  void line(const Signal& signal, const std::string& title, const char* colour, const std::string& style = "lw 1.5") {
+    plot_.line(t_s_, values(signal), title, colour, style);
+  }
+  void band(const Signal& low, const Signal& high, const std::string& title, const char* colour) {
+    plot_.band(t_s_, values(low), values(high), title, colour);
+  }
+  [[nodiscard]] Figure figure() const { return plot_.figure(t_s_); }
+
+ private:
+  [[nodiscard]] std::vector<double> values(const Signal& signal) const {
+    std::vector<double> y;
+    for (const session::Sample& sample : record_.samples) y.push_back(signal(sample));
+    return y;
+  }
+
+  const session::SessionRecord& record_;
+  std::vector<double> t_s_;
+  PanelPlot plot_;
+};
 
 PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
-  PlotScript plot(record, 1, marks);
+  SessionPlot plot(record, marks);
   plot.panel("joint angle, deg");
   for (int j = 0; j < kJoints; ++j) {
     const auto at = static_cast<std::size_t>(j);
@@ -34,11 +62,11 @@ PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
   for (int j = 0; j < kJoints; ++j)
     plot.line([j](const session::Sample& s) { return s.machine.setpoint_rad[j] * kDegPerRad; },
               j == 0 ? "set-point" : "", kInk, "dt 2 lw 0.9");
-  return stacked(kAngles, "Measured angles, and the operator's set-point as received by the machine.", 1, plot);
+  return {kAngles, "Measured angles, and the operator's set-point as received by the machine.", plot.figure()};
 }
 
 PageFigure pressures(const session::SessionRecord& record, const Marks& marks) {
-  PlotScript plot(record, kJoints, marks);
+  SessionPlot plot(record, marks);
   for (std::size_t j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[j]) + ", bar");
     plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
@@ -46,26 +74,25 @@ PageFigure pressures(const session::SessionRecord& record, const Marks& marks) {
     plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGreen,
               "lw 1");
   }
-  return stacked("Cylinder pressures", "As measured by the pressure transmitters.", kJoints, plot);
+  return {"Cylinder pressures", "As measured by the pressure transmitters.", plot.figure()};
 }
 
 PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
-  PlotScript plot(record, kJoints, marks);
+  SessionPlot plot(record, marks);
   for (int j = 0; j < kJoints; ++j) {
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(j)]) + ", %");
     plot.line([j](const session::Sample& s) { return 100 * s.truth.spool[j]; }, "spool, true", kGrey, "lw 1");
     plot.line([j](const session::Sample& s) { return 100 * s.machine.valve_command[j]; }, "command", kBlue, "lw 1");
   }
-  return stacked(
-      "Valve commands",
-      "What the safety gate let pass, in per cent of the spool's stroke, and the simulator's spools. Positive "
-      "extends the cylinder.",
-      kJoints, plot);
+  return {"Valve commands",
+          "What the safety gate let pass, in per cent of the spool's stroke, and the simulator's spools. Positive "
+          "extends the cylinder.",
+          plot.figure()};
 }
 
 PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
   constexpr double kTwoSided95 = 1.96;
-  PlotScript plot(record, 2, marks);
+  SessionPlot plot(record, marks);
   for (const int axis : {0, 1}) {
     const std::size_t cov = axis == 0 ? 0 : 2;
     const auto edge = [axis, cov](double side) {
@@ -79,9 +106,8 @@ PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth.tip_force_N[axis]; }, "true", kVermilion);
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.machine.tip_force_N[axis]; }, "estimated", kBlue);
   }
-  return stacked(kForces,
-                 "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.", 2,
-                 plot);
+  return {kForces, "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.",
+          plot.figure()};
 }
 
 /// What there is to feel: the load's weight, too.
@@ -92,15 +118,14 @@ Signal truth_at_hand(const session::SessionRecord& record) {
 }
 
 PageFigure felt(const session::SessionRecord& record, const Marks& marks) {
-  PlotScript plot(record, 1, marks);
+  SessionPlot plot(record, marks);
   plot.panel("felt force, N");
   plot.line(truth_at_hand(record), "contact and load, true, scaled", kVermilion);
   plot.line([](const session::Sample& s) { return s.hand.felt_N.norm(); }, "felt by the hand", kBlue);
-  return stacked(
-      kFelt,
-      "Force on the operator's hand, compared with what there is to feel: true contact force and weight of the "
-      "load, times the force scale.",
-      1, plot);
+  return {kFelt,
+          "Force on the operator's hand, compared with what there is to feel: true contact force and weight of the "
+          "load, times the force scale.",
+          plot.figure()};
 }
 
 /// Largest value of a curve, at least 1e-9: an axis needs a length.
@@ -139,17 +164,16 @@ PageFigure felt_against_true(const session::SessionRecord& record) {
 }
 
 PageFigure energy(const session::SessionRecord& record, const Marks& marks) {
-  PlotScript plot(record, 2, marks);
+  SessionPlot plot(record, marks);
   plot.panel("hand, mJ");
   plot.line([](const session::Sample& s) { return 1e3 * s.hand.energy_J; }, "work of the device on the hand", kBlue);
   plot.panel("machine, kJ");
   plot.line([](const session::Sample& s) { return 1e-3 * s.truth.energy_to_machine_J; },
             "work of the valves on the machine", kOrange);
-  return stacked(
-      kEnergy,
-      "Cumulative work of the device on the hand and of the valves on the machine; where a curve falls, hand or "
-      "machine does the work.",
-      2, plot);
+  return {kEnergy,
+          "Cumulative work of the device on the hand and of the valves on the machine; where a curve falls, hand or "
+          "machine does the work.",
+          plot.figure()};
 }
 
 /// Rows of bars over time: what was on, and when.

@@ -6,10 +6,15 @@
 #include <vector>
 
 #include "app/report/html.h"
-#include "app/report/plots.h"
 #include "app/session/session_result.h"
 
 namespace knuckle::report {
+
+/// A moment that the page names.
+struct PlotMark {
+  double t_s = 0;
+  std::string label;
+};
 
 /// Curves are thinned to what the eye can see, keeping every peak.
 /// @param marks are drawn into every plot over time.

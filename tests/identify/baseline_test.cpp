@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "app/identify/baseline_report.h"
-#include "core/error.h"
 #include "estimation/identification/static_poses.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
@@ -31,6 +30,12 @@ const JointVector kStart(0.3, -1.5, -0.9);
 BaselineRuns driven(const std::string& method, const sim::MachineTruth& truth) {
   motion::MachineRun run(machine(), truth, {}, kStart, 1);
   return run_baseline(method, machine(), run, 1);
+}
+
+std::vector<estimation::Recording> recordings(const std::vector<motion::MachineRecording>& runs) {
+  std::vector<estimation::Recording> plain;
+  for (const motion::MachineRecording& run : runs) plain.push_back(run.recording);
+  return plain;
 }
 
 void expect_all(const std::string& text, const std::vector<std::string>& parts) {
@@ -115,8 +120,6 @@ TEST(Baselines, FewPosesAreReportedAsNotUsable) {
   none.verdict = estimation::identify_static(machine(), {}).summary;
   const std::string text = page("static", none);
   expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
-  EXPECT_THROW((void)page("mean", {}), InputError);
-  EXPECT_THROW((void)driven("mean", sim::nominal_truth(machine())), InputError);
 }
 
 TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
