@@ -1,7 +1,8 @@
 #include "estimation/identification/baseline.h"
 
+#include <fmt/format.h>
+
 #include <numbers>
-#include <sstream>
 
 namespace knuckle::estimation {
 namespace {
@@ -19,12 +20,6 @@ struct Span {
 std::vector<std::string> unfit(std::span<const Motion> motions, int first, double least_s, double least_span_rad) {
   constexpr double kDegPerRad = 180 / std::numbers::pi;
   std::vector<std::string> reasons;
-  const auto say = [&](auto&&... parts) {
-    std::ostringstream line;
-    line.precision(3);
-    (line << ... << parts);
-    reasons.push_back(line.str());
-  };
   Span angle, force;
   double usable_s = 0;
   for (const Motion& motion : motions) {
@@ -36,13 +31,16 @@ std::vector<std::string> unfit(std::span<const Motion> motions, int first, doubl
       }
     }
   }
-  if (usable_s < least_s) say(usable_s, " s of usable data; at least ", least_s, " s are needed");
+  if (usable_s < least_s)
+    reasons.push_back(fmt::format("{:.3g} s of usable data; at least {:.3g} s are needed", usable_s, least_s));
   for (int i = first; usable_s > 0 && i < kJoints; ++i) {
     const char* joint = kJointNames[static_cast<std::size_t>(i)];
     const double span_rad = angle.high[i] - angle.low[i];
     if (span_rad < least_span_rad)
-      say(joint, " moved over ", span_rad * kDegPerRad, " deg; at least ", least_span_rad * kDegPerRad, " are needed");
-    if (!(force.high[i] > force.low[i])) say(joint, " pressures never change: ", force.low[i], " N all the time");
+      reasons.push_back(fmt::format("{} moved over {:.3g} deg; at least {:.3g} are needed", joint,
+                                    span_rad * kDegPerRad, least_span_rad * kDegPerRad));
+    if (!(force.high[i] > force.low[i]))
+      reasons.push_back(fmt::format("{} pressures never change: {:.3g} N all the time", joint, force.low[i]));
   }
   return reasons;
 }

@@ -77,12 +77,6 @@ template <typename Solve>
 // G_2. They cannot come from the data: each shows only in sums with m_i L_i, six combinations in all. They are taken
 // from the machine file and labelled so.
 
-struct KimOptions {
-  double sampling_s = 0.015;  ///< As in the paper; faster recordings are thinned.
-  double window_s = 0.105;    ///< Of the quadratic that rates come from: 7 samples. The paper does not say how.
-  double least_s = 20;        ///< Less slow motion than this is refused.
-};
-
 struct KimModel {
   JointVector moment_kgm = JointVector::Zero();    ///< m_i L_i
   JointVector offset_rad = JointVector::Zero();    ///< A_i
@@ -97,8 +91,7 @@ struct KimResult {
 
 /// @return never throws for poor data: summary.usable is false and the reasons say why.
 /// @throws InputError as Kinematics does.
-[[nodiscard]] KimResult identify_kim(const MachineDescription& machine, std::span<const Recording> recordings,
-                                     const KimOptions& options = {});
+[[nodiscard]] KimResult identify_kim(const MachineDescription& machine, std::span<const Recording> recordings);
 
 /// Model torque is quasi-static: inertia shows as a difference.
 [[nodiscard]] TorqueComparison compare_torque(const KimResult& result, const MachineDescription& machine,

@@ -18,17 +18,12 @@ struct JointPath {
   [[nodiscard]] double duration_s() const noexcept { return step_s * static_cast<double>(joint_rad.size()); }
 };
 
-struct SweepOptions {
-  double slowest_mps = 0.02, fastest_mps = 0.04;  ///< Cylinder speed; one value a stroke.
-  std::uint64_t seed = 1;
-};
-
 /// Bidirectional sweeps for gravity and friction: every cylinder goes to and fro over its working range at a steady
-/// speed of its own, sampled anew for every stroke, so that the poses of the others differ at every pass. Slower where
-/// the joint's rate limit asks for it. Of several candidates the one with the smallest condition number is taken.
+/// speed of its own, 2 to 4 cm/s, sampled anew for every stroke, so that the poses of the others differ at every pass.
+/// Slower where the joint's rate limit asks for it. Of several candidates the one with the smallest condition number is
+/// taken.
 /// @throws InputError where the machine's walls or limits leave no room to move.
-[[nodiscard]] JointPath slow_sweeps(const MachineDescription& machine, double duration_s = 120,
-                                    const SweepOptions& options = {});
+[[nodiscard]] JointPath slow_sweeps(const MachineDescription& machine, double duration_s = 120);
 
 /// Joint-limited Fourier series (Swevers et al. 1997) for inertias and viscous friction: to 0.12 m/s at the cylinders
 /// where the pump's flow and the tip's speed allow it, content below 0.6 Hz (the oil's own modes are at 3-16 Hz).

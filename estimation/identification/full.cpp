@@ -1,12 +1,14 @@
 #include "estimation/identification/full.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
 #include "core/error.h"
+#include "estimation/identification/baseline.h"
 #include "estimation/identification/filtered_regressor.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/smoothing.h"
@@ -132,11 +134,11 @@ void judge_fit(const LeastSquaresProblem& problem, const LeastSquaresSolution& s
     }
     const double vaf = 1 - (errors / n) / (squares / n - sum * sum / (n * n));
     if (vaf >= kLeastVaf) continue;
-    std::ostringstream line;
-    line.precision(2);
-    line << "the model explains only " << std::max(0.0, 100 * vaf) << " % of the " << kJointNames[j]
-         << "'s torque, at least " << 100 * kLeastVaf << " % are needed: is a channel wrong in sign, side or unit?";
-    reasons.push_back(line.str());
+    reasons.push_back(
+        fmt::format("the model explains only {:.2g} % of the {}'s torque, at least {:.2g} % are needed: is a channel "
+                    "wrong in sign, "
+                    "side or unit?",
+                    std::max(0.0, 100 * vaf), kJointNames[j], 100 * kLeastVaf));
   }
 }
 
@@ -180,12 +182,13 @@ std::vector<IdentifiedParameter> calibration_names() {
   }
   for (const char* joint : kJointNames) {
     const std::string name = joint;
-    names.push_back({name + " F_c extend", "N", 0, 0, false});
-    names.push_back({name + " F_c retract", "N", 0, 0, false});
-    names.push_back({name + " F_v", "N s/m", 0, 0, false});
-    names.push_back({name + " F_b", "N", 0, 0, false});
-    names.push_back({name + " k", "1", 0, 0, false});
-    names.push_back({name + " a", "m^2", 0, 0, false});
+    for (const auto& [parameter, unit] : {std::pair{" F_c extend", "N"},
+                                          {" F_c retract", "N"},
+                                          {" F_v", "N s/m"},
+                                          {" F_b", "N"},
+                                          {" k", "1"},
+                                          {" a", "m^2"}})
+      names.push_back({name + parameter, unit, 0, 0, false});
   }
   return names;
 }
@@ -227,7 +230,7 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
     motions.push_back(offline_motion(machine, recording, options.motion));
     summary.duration_s += motions.back().duration_s();
   }
-  summary.reasons = excitation_faults(recordings, motions, options.limits);
+  summary.reasons = excitation_faults(recordings, motions);
 
   const std::optional<Solved> solved = solve(machine, motions, options);
   if (!solved) return result;
@@ -281,8 +284,7 @@ void widen(FullResult& result, const MachineDescription& machine, std::span<cons
   constexpr double kCoarse_s = 0.02;  // coarse is enough for differences, and quick
   FullInput input{machine, {}, options};
   for (const Recording& recording : recordings) {
-    const long every = std::lround(kCoarse_s / recording.step_s);
-    input.recordings.push_back(decimated(recording, static_cast<std::size_t>(std::max(1L, every))));
+    input.recordings.push_back(thinned(recording, kCoarse_s));
   }
   const std::optional<CalibrationVector> unmoved = free_parameters(input);
   std::string left_out;
@@ -348,17 +350,11 @@ TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const Machi
   const int half = smoothing_half_window(options.motion, motion.step_s);
   const Eigen::MatrixXd inertia =
       filtered(momentum, savitzky_golay(half, options.motion.order, 1, motion.step_s), motion.stretches);
-  TorqueComparison comparison;
-  comparison.step_s = motion.step_s;
-  const auto size = static_cast<std::size_t>(motion.size());
-  const JointVector unknown = JointVector::Constant(std::numeric_limits<double>::quiet_NaN());
-  comparison.measured_Nm.assign(size, unknown);
-  comparison.modelled_Nm.assign(size, unknown);
-  comparison.usable.assign(size, 0);
+  TorqueComparison comparison = empty_comparison(motion);
   for (const Stretch& stretch : shortened(motion.stretches, half)) {
     for (Eigen::Index n = stretch.first; n < stretch.end; ++n) {
       const auto i = static_cast<std::size_t>(n);
-      comparison.measured_Nm[i] = motion.lever_m.col(n).cwiseProduct(motion.cylinder_N.col(n));
+      comparison.measured_Nm[i] = cylinder_torque(motion, n);
       comparison.modelled_Nm[i] = inertia.col(n) + rest.col(n);
       comparison.usable[i] = 1;
     }

@@ -22,18 +22,9 @@ namespace knuckle::estimation {
 
 // Whether recordings can tell anything: the refusals of identification, each one line with its number.
 
-struct ExcitationLimits {
-  double least_duration_s = 20;    ///< Of usable data.
-  double least_travel_rad = 0.1;   ///< Of each joint, end to end.
-  double least_directed_s = 2;     ///< In each direction of each cylinder...
-  double moving_mps = 3e-3;        ///< ...faster than this.
-  double least_pressure_Pa = 1e5;  ///< A channel that never reaches it is not connected.
-};
-
 /// @return reasons why these recordings cannot be used, empty if none.
 [[nodiscard]] std::vector<std::string> excitation_faults(std::span<const Recording> recordings,
-                                                         std::span<const Motion> motions,
-                                                         const ExcitationLimits& limits = {});
+                                                         std::span<const Motion> motions);
 
 // Parameters that some arm of steel could have: the pseudo-inertia of each link, carrying the later links at its end,
 //   [[J, X, Z], [X, M, 0], [Z, 0, M]] >= 0   <=>   J M >= X^2 + Z^2,  M > 0,  M = sum of m_k for k >= i,
@@ -55,11 +46,10 @@ struct FullOptions {
   MotionOptions motion;        ///< Savitzky-Golay window and order; pressure lag to take off.
   RegressorOptions regressor;  ///< Pole, zero-phase triangle; Dahl state, Stribeck and load columns.
   bool friction = true;        ///< Friction columns at all.
-  bool weighted = true;    ///< Rows by 1 / (sigma max(kLeastSureLever_m, |lever|)), little near rest; else all alike.
-  double huber = 2.5;      ///< 0: not robust.
-  bool consistent = true;  ///< Nearest parameters that some arm could have, where the answer is outside.
-  double cluster_s = 4;    ///< Errors within so long are taken as one for the sandwich covariance.
-  ExcitationLimits limits;
+  bool weighted = true;      ///< Rows by 1 / (sigma max(kLeastSureLever_m, |lever|)), little near rest; else all alike.
+  double huber = 2.5;        ///< 0: not robust.
+  bool consistent = true;    ///< Nearest parameters that some arm could have, where the answer is outside.
+  double cluster_s = 4;      ///< Errors within so long are taken as one for the sandwich covariance.
   bool usual_errors = true;  ///< The summary's covariance with what usual_errors() change; 20 to 40 more fits.
   std::optional<CalibrationMatrix> model_error;  ///< Added to both covariances instead, where it is known.
 };

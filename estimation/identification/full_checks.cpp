@@ -1,6 +1,7 @@
 // What surrounds the fit of `full`: whether recordings can tell anything, what no residual shows, which arms there can
 // be.
 #include <ceres/ceres.h>
+#include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -22,6 +22,12 @@
 namespace knuckle::estimation {
 namespace {
 
+constexpr double kLeastUsable_s = 20;       // of data
+constexpr double kLeastTravel_rad = 0.1;    // of each joint, end to end
+constexpr double kLeastDirected_s = 2;      // in each direction of each cylinder ...
+constexpr double kClearlyMoves_mps = 3e-3;  // ... faster than this
+constexpr double kLeastConnected_Pa = 1e5;  // a channel that never reaches it is not connected
+
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) noexcept {
@@ -33,19 +39,14 @@ struct Range {
 };
 
 std::string number(double value, int digits) {
-  std::ostringstream text;
-  text.setf(std::ios::fixed);
-  text.precision(digits);
-  text << value;
-  return text.str();
+  return fmt::format("{:.{}f}", value, digits);
 }
 
 std::string channel(std::size_t k) {
   return std::string(kJointNames[k / 2]) + (k % 2 == 0 ? " head" : " rod") + " pressure";
 }
 
-void check_pressures(std::span<const Recording> recordings, const ExcitationLimits& limits,
-                     std::vector<std::string>& faults) {
+void check_pressures(std::span<const Recording> recordings, std::vector<std::string>& faults) {
   std::array<Range, 6> ranges{};
   for (const Recording& recording : recordings) {
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
@@ -53,9 +54,9 @@ void check_pressures(std::span<const Recording> recordings, const ExcitationLimi
         ranges[k].add(recording.samples[i].pressure_Pa[k]);
     }
   }
-  const auto dead = [&](const Range& r) { return r.high < limits.least_pressure_Pa; };
+  const auto dead = [](const Range& r) { return r.high < kLeastConnected_Pa; };
   if (std::all_of(ranges.begin(), ranges.end(), dead)) {
-    faults.push_back("all pressures are below " + number(limits.least_pressure_Pa / 1e5, 0) +
+    faults.push_back("all pressures are below " + number(kLeastConnected_Pa / 1e5, 0) +
                      " bar throughout: no transmitter is connected, or the unit is wrong");
     return;
   }
@@ -65,8 +66,7 @@ void check_pressures(std::span<const Recording> recordings, const ExcitationLimi
   }
 }
 
-void check_joint(int joint, std::span<const Motion> motions, const ExcitationLimits& limits,
-                 std::vector<std::string>& faults) {
+void check_joint(int joint, std::span<const Motion> motions, std::vector<std::string>& faults) {
   const std::string name = kJointNames[static_cast<std::size_t>(joint)];
   Range angle;
   double extending_s = 0, retracting_s = 0;
@@ -74,20 +74,20 @@ void check_joint(int joint, std::span<const Motion> motions, const ExcitationLim
     for (const Stretch& stretch : motion.stretches) {
       for (Eigen::Index n = stretch.first; n < stretch.end; ++n) {
         angle.add(motion.joint_rad(joint, n));
-        if (motion.cylinder_mps(joint, n) > limits.moving_mps) extending_s += motion.step_s;
-        if (motion.cylinder_mps(joint, n) < -limits.moving_mps) retracting_s += motion.step_s;
+        if (motion.cylinder_mps(joint, n) > kClearlyMoves_mps) extending_s += motion.step_s;
+        if (motion.cylinder_mps(joint, n) < -kClearlyMoves_mps) retracting_s += motion.step_s;
       }
     }
   }
-  if (angle.width() < limits.least_travel_rad) {
+  if (angle.width() < kLeastTravel_rad) {
     faults.push_back(name + " moves over " + number(angle.width() / kDegree, 1) + " deg only, at least " +
-                     number(limits.least_travel_rad / kDegree, 1) + " deg are needed");
+                     number(kLeastTravel_rad / kDegree, 1) + " deg are needed");
     return;
   }
   const auto one_way = [&](double time_s, const char* direction) {
-    if (time_s >= limits.least_directed_s) return;
+    if (time_s >= kLeastDirected_s) return;
     faults.push_back(name + " cylinder " + direction + " for " + number(time_s, 1) + " s only, at least " +
-                     number(limits.least_directed_s, 1) +
+                     number(kLeastDirected_s, 1) +
                      " s are needed: one direction alone does not separate friction from weight");
   };
   one_way(extending_s, "extends");
@@ -96,18 +96,17 @@ void check_joint(int joint, std::span<const Motion> motions, const ExcitationLim
 
 }  // namespace
 
-std::vector<std::string> excitation_faults(std::span<const Recording> recordings, std::span<const Motion> motions,
-                                           const ExcitationLimits& limits) {
+std::vector<std::string> excitation_faults(std::span<const Recording> recordings, std::span<const Motion> motions) {
   std::vector<std::string> faults;
   double duration_s = 0;
   for (const Motion& motion : motions) duration_s += motion.duration_s();
-  if (duration_s < limits.least_duration_s) {
-    faults.push_back(number(duration_s, 1) + " s of usable data, at least " + number(limits.least_duration_s, 1) +
+  if (duration_s < kLeastUsable_s) {
+    faults.push_back(number(duration_s, 1) + " s of usable data, at least " + number(kLeastUsable_s, 1) +
                      " s are needed");
   }
   if (duration_s <= 0) return faults;
-  check_pressures(recordings, limits, faults);
-  for (int joint = 0; joint < kJoints; ++joint) check_joint(joint, motions, limits, faults);
+  check_pressures(recordings, faults);
+  for (int joint = 0; joint < kJoints; ++joint) check_joint(joint, motions, faults);
   return faults;
 }
 
@@ -160,30 +159,29 @@ void add_pin(Errors& errors, const std::string& name, double sigma_m, PlanarVect
 
 void add_lengths(Errors& errors, bool surveyed) {
   using Machine = MachineDescription;
-  const GeometryOptions drawing;
   for (int i = 0; i < kJoints; ++i) {
     add_length(errors, "length of the " + joint_name(i) + " cylinder",
-               surveyed ? kCalibratedLength_m : drawing.encoder_offset_sigma_m,
+               surveyed ? kCalibratedLength_m : kEncoderOffsetSigma_m,
                [i](Machine& m) -> double& { return m.sensors.encoder_offset_m[i]; });
   }
   if (surveyed) return;
-  const double pin_m = drawing.pin_sigma_m, rod_m = drawing.rod_sigma_m;
   add_pin(
-      errors, "boom cylinder's pin", pin_m, [](Machine & m) -> auto& { return m.boom_mount.parent_pin_m; });
+      errors, "boom cylinder's pin", kPinSigma_m, [](Machine & m) -> auto& { return m.boom_mount.parent_pin_m; });
   add_pin(
-      errors, "boom cylinder's rod pin", pin_m, [](Machine & m) -> auto& { return m.boom_mount.child_pin_m; });
+      errors, "boom cylinder's rod pin", kPinSigma_m, [](Machine & m) -> auto& { return m.boom_mount.child_pin_m; });
   add_pin(
-      errors, "arm cylinder's pin", pin_m, [](Machine & m) -> auto& { return m.arm_mount.parent_pin_m; });
+      errors, "arm cylinder's pin", kPinSigma_m, [](Machine & m) -> auto& { return m.arm_mount.parent_pin_m; });
   add_pin(
-      errors, "arm cylinder's rod pin", pin_m, [](Machine & m) -> auto& { return m.arm_mount.child_pin_m; });
+      errors, "arm cylinder's rod pin", kPinSigma_m, [](Machine & m) -> auto& { return m.arm_mount.child_pin_m; });
   add_pin(
-      errors, "bucket cylinder's pin", pin_m, [](Machine & m) -> auto& { return m.bucket_linkage.cylinder_pin_m; });
+      errors, "bucket cylinder's pin", kPinSigma_m,
+      [](Machine & m) -> auto& { return m.bucket_linkage.cylinder_pin_m; });
   add_pin(
-      errors, "rocker's pin", pin_m, [](Machine & m) -> auto& { return m.bucket_linkage.rocker_pin_m; });
+      errors, "rocker's pin", kPinSigma_m, [](Machine & m) -> auto& { return m.bucket_linkage.rocker_pin_m; });
   add_pin(
-      errors, "coupler's pin", pin_m, [](Machine & m) -> auto& { return m.bucket_linkage.bucket_pin_m; });
-  add_length(errors, "rocker", rod_m, [](Machine& m) -> double& { return m.bucket_linkage.rocker_length_m; });
-  add_length(errors, "coupler", rod_m, [](Machine& m) -> double& { return m.bucket_linkage.coupler_length_m; });
+      errors, "coupler's pin", kPinSigma_m, [](Machine & m) -> auto& { return m.bucket_linkage.bucket_pin_m; });
+  add_length(errors, "rocker", kRodSigma_m, [](Machine& m) -> double& { return m.bucket_linkage.rocker_length_m; });
+  add_length(errors, "coupler", kRodSigma_m, [](Machine& m) -> double& { return m.bucket_linkage.coupler_length_m; });
 }
 
 /// No term is left out of a law for nothing, but how far parameters move without it is what is known of how far they

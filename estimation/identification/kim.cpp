@@ -13,7 +13,10 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kLeastSpan_rad = 10 * kDegree;
-constexpr int kPerLink = 3;  // m L, A, mu
+constexpr double kKimSampling_s = 0.015;  // as in the paper; faster recordings are thinned
+constexpr double kKimWindow_s = 0.105;  // of the quadratic that rates come from: 7 samples; the paper does not say how
+constexpr double kLeastSlow_s = 20;     // less slow motion is refused
+constexpr int kPerLink = 3;             // m L, A, mu
 using LinkParameters = std::array<double, kPerLink>;
 
 /// What one sample knows before any parameter does.
@@ -48,13 +51,6 @@ JointVector known_torque(const KimModel& model, const JointVector& length_m, con
 
 JointVector lengths(const MachineDescription& machine) {
   return {machine.links[0].length_m, machine.links[1].length_m, machine.links[2].length_m};
-}
-
-MotionOptions motion_options(const KimOptions& options) {
-  MotionOptions motion;
-  motion.window_s = options.window_s;
-  motion.order = 2;
-  return motion;
 }
 
 JointVector absolute_angles(const Motion& motion, Eigen::Index sample) {
@@ -169,13 +165,12 @@ TorqueComparison compare(const KimResult& result, const MachineDescription& mach
 }
 
 Motion paper_motion(const MachineDescription& machine, const Recording& recording) {
-  return offline_motion(machine, recording, motion_options({}));
+  return offline_motion(machine, recording, {.window_s = kKimWindow_s, .order = 2});
 }
 
 }  // namespace
 
-KimResult identify_kim(const MachineDescription& machine, std::span<const Recording> recordings,
-                       const KimOptions& options) {
+KimResult identify_kim(const MachineDescription& machine, std::span<const Recording> recordings) {
   KimResult result;
   Identification& summary = result.summary;
   summary.method = "kim";
@@ -185,12 +180,10 @@ KimResult identify_kim(const MachineDescription& machine, std::span<const Record
 
   std::vector<Motion> motions;
   for (const Recording& recording : recordings) {
-    const long every = std::max(1L, std::lround(options.sampling_s / recording.step_s));
-    motions.push_back(
-        offline_motion(machine, decimated(recording, static_cast<std::size_t>(every)), motion_options(options)));
+    motions.push_back(paper_motion(machine, thinned(recording, kKimSampling_s)));
     summary.duration_s += motions.back().duration_s();
   }
-  summary.reasons = unfit(motions, kBoom, options.least_s, kLeastSpan_rad);
+  summary.reasons = unfit(motions, kBoom, kLeastSlow_s, kLeastSpan_rad);
   if (!summary.reasons.empty()) return result;
 
   const std::vector<PoseSample> data = samples(motions, result.model, lengths(machine));

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kOutlier = 5;  // standard deviations of a point's whitened error, seen in each direction
 constexpr double kMm = 1e3;
+constexpr std::size_t kFolds = 4;  // of cross-validation: each pose is predicted by a fit that has not seen it
 
 /// The k-th smallest of all, k as part of the whole.
 double quantile(std::vector<double> values, double part) {
@@ -55,16 +56,15 @@ bool mark_outliers(std::vector<SurveyPoint>& points, const GeometryPrior& prior,
 }
 
 /// Tips of each fold as a fit without that fold predicts them.
-std::optional<std::vector<double>> held_out_tips(const std::vector<SurveyPoint>& points, const GeometryPrior& prior,
-                                                 std::size_t folds) {
+std::optional<std::vector<double>> held_out_tips(const std::vector<SurveyPoint>& points, const GeometryPrior& prior) {
   std::vector<double> distances;
-  for (std::size_t fold = 0; fold < folds; ++fold) {
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
     std::vector<SurveyPoint> training = points;
-    for (SurveyPoint& p : training) p.used = p.used && p.pose % folds != fold;
+    for (SurveyPoint& p : training) p.used = p.used && p.pose % kFolds != fold;
     const auto fit = fit_geometry(training, prior, false);
     if (!fit) return std::nullopt;
     for (const SurveyPoint& p : points) {
-      if (!p.used || p.link != kBucket || p.pose % folds != fold) continue;
+      if (!p.used || p.link != kBucket || p.pose % kFolds != fold) continue;
       const auto error = point_error(p, *fit, prior.sides);
       if (!error) return std::nullopt;
       distances.push_back(error->norm());
@@ -201,13 +201,12 @@ GeometryResult refused(GeometryResult result, std::vector<std::string> reasons) 
 
 }  // namespace
 
-GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey,
-                                  const GeometryOptions& options) {
-  const GeometryPrior prior = geometry_prior(nominal, options);
+GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey) {
+  const GeometryPrior prior = geometry_prior(nominal);
   GeometryResult result;
   result.summary.method = "survey";
   result.geometry = to_calibration(prior.mean);
-  SurveyPoints selected = select_points(nominal, survey, options);
+  SurveyPoints selected = select_points(nominal, survey);
   result.left_out = selected.left_out;
   if (!selected.refusals.empty()) return refused(std::move(result), selected.refusals);
 
@@ -221,7 +220,7 @@ GeometryResult calibrate_geometry(const MachineDescription& nominal, const Surve
     return refused(std::move(result), {reason});
   }
   const auto fit = fit_geometry(points, prior, false);
-  const auto held_out = held_out_tips(points, prior, options.folds);
+  const auto held_out = held_out_tips(points, prior);
   if (!fit || !held_out) return refused(std::move(result), {"the fit does not converge"});
   try {
     tell(result, nominal, prior, points, *fit);

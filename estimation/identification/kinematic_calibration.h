@@ -30,13 +30,10 @@ struct Survey {
 };
 
 /// Standard deviations of the machine around its drawing. +-2 mm evenly spread is 1.2 mm, +-0.5 mm is 0.3 mm.
-struct GeometryOptions {
-  double pin_sigma_m = 1.2e-3;  ///< One coordinate of a pin; a link's length.
-  double rod_sigma_m = 0.3e-3;  ///< Rocker and coupler.
-  double encoder_offset_sigma_m = 0.3e-3;
-  std::size_t least_poses = 8;
-  std::size_t folds = 4;  ///< Of cross-validation: each pose is predicted by a fit that has not seen it.
-};
+inline constexpr double kPinSigma_m = 1.2e-3;  ///< One coordinate of a pin; a link's length.
+inline constexpr double kRodSigma_m = 0.3e-3;  ///< Rocker and coupler.
+inline constexpr double kEncoderOffsetSigma_m = 0.3e-3;
+inline constexpr std::size_t kLeastPoses = 8;
 
 /// Distance of a surveyed tip from the one that the encoder readings give. Contains the surveyor's own error.
 struct TipError {
@@ -65,8 +62,7 @@ struct GeometryResult {
 /// `usable == false` with the reason.
 /// @param nominal its encoder offsets, too, are the prior's middle; its geometry calibration is not looked at.
 /// @throws InputError where the drawing itself is no machine.
-[[nodiscard]] GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey,
-                                                const GeometryOptions& options = {});
+[[nodiscard]] GeometryResult calibrate_geometry(const MachineDescription& nominal, const Survey& survey);
 
 /// Poses [rad] to survey, in an order of short ways: each adds most to what the poses before it tell of the geometry
 /// (D-optimal, greedy, out of an evenly spread choice), inside soft margins and virtual walls.

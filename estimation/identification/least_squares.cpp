@@ -1,13 +1,13 @@
 #include "estimation/identification/least_squares.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <utility>
 
 #include "core/quantile.h"
@@ -155,12 +155,8 @@ class Solver {
 };
 
 std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
-    text += names[i];
-  }
-  return text;
+  const std::string before = fmt::format("{}", fmt::join(names.begin(), names.end() - 1, ", "));
+  return before + (names.size() > 1 ? " and " : "") + names.back();
 }
 
 /// c^T parameters in words; `combination` in scaled parameters.
@@ -170,14 +166,14 @@ std::string sum_text(const Eigen::VectorXd& combination, const Eigen::VectorXd& 
   Eigen::Index lead = 0;
   combination.cwiseAbs().maxCoeff(&lead);
   const double unit = combination[lead] / scale[lead];
-  std::ostringstream text;
-  text << std::setprecision(2) << names[static_cast<std::size_t>(lead)];
+  std::string text = names[static_cast<std::size_t>(lead)];
   for (Eigen::Index j = 0; j < combination.size(); ++j) {
     if (j == lead || std::abs(combination[j]) < kLeastShare * std::abs(combination[lead])) continue;
     const double factor = combination[j] / scale[j] / unit;
-    text << (factor < 0 ? " - " : " + ") << std::abs(factor) << " " << names[static_cast<std::size_t>(j)];
+    text +=
+        fmt::format("{}{:.2g} {}", factor < 0 ? " - " : " + ", std::abs(factor), names[static_cast<std::size_t>(j)]);
   }
-  return text.str();
+  return text;
 }
 
 /// Parameters that hang together: neighbours wherever the projector on the unseen directions ties two of them.

@@ -140,9 +140,7 @@ MalagutiResult identify_malaguti(const MachineDescription& machine, std::span<co
   std::vector<Motion> motions;
   std::vector<FilteredRow> rows;
   for (const Recording& recording : recordings) {
-    const long every = std::max(1L, std::lround(options.sampling_s / recording.step_s));
-    motions.push_back(
-        offline_motion(machine, decimated(recording, static_cast<std::size_t>(every)), motion_options(options)));
+    motions.push_back(offline_motion(machine, thinned(recording, options.sampling_s), motion_options(options)));
     summary.duration_s += motions.back().duration_s();
     const auto more = filtered_rows(RigidArm(machine), motions.back(), options.filter_Hz);
     rows.insert(rows.end(), more.begin(), more.end());

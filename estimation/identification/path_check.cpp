@@ -1,12 +1,13 @@
 // Extremes of a joint path, and what they are held against.
 #include "estimation/identification/path_check.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "core/error.h"
 #include "machine/description.h"
@@ -19,10 +20,7 @@ constexpr double kJump_radps2 = 50;   ///< More in one step is a jump, no motion
 constexpr double kLeastDuration_s = 1;
 
 std::string number(double value) {
-  std::ostringstream text;
-  text.precision(4);
-  text << value;
-  return text.str();
+  return fmt::format("{:.4g}", value);
 }
 
 JointVector rate_at(const JointPath& path, std::size_t i) {

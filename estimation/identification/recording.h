@@ -37,4 +37,9 @@ struct Recording {
   return result;
 }
 
+/// As if recorded every `step_s`, or as it is where that is no more often.
+[[nodiscard]] inline Recording thinned(const Recording& recording, double step_s) {
+  return decimated(recording, static_cast<std::size_t>(std::max(1L, std::lround(step_s / recording.step_s))));
+}
+
 }  // namespace knuckle::estimation

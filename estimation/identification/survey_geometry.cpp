@@ -102,10 +102,10 @@ struct PriorError {
 
 }  // namespace
 
-GeometryPrior geometry_prior(const MachineDescription& nominal, const GeometryOptions& options) {
-  GeometryPrior prior{geometry_of(nominal), GeometryVector::Constant(options.pin_sigma_m), sides_of(nominal)};
-  prior.sigma[kRockerLength] = prior.sigma[kCouplerLength] = options.rod_sigma_m;
-  prior.sigma.segment<kJoints>(kEncoderOffset).setConstant(options.encoder_offset_sigma_m);
+GeometryPrior geometry_prior(const MachineDescription& nominal) {
+  GeometryPrior prior{geometry_of(nominal), GeometryVector::Constant(kPinSigma_m), sides_of(nominal)};
+  prior.sigma[kRockerLength] = prior.sigma[kCouplerLength] = kRodSigma_m;
+  prior.sigma.segment<kJoints>(kEncoderOffset).setConstant(kEncoderOffsetSigma_m);
   return prior;
 }
 

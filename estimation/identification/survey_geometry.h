@@ -137,7 +137,7 @@ struct GeometryPrior {
   LinkageSides sides;
 };
 
-[[nodiscard]] GeometryPrior geometry_prior(const MachineDescription& nominal, const GeometryOptions& options);
+[[nodiscard]] GeometryPrior geometry_prior(const MachineDescription& nominal);
 
 /// Modelled minus surveyed [m]; nullopt where a linkage cannot close.
 [[nodiscard]] std::optional<PlanarVector> point_error(const SurveyPoint& point, const GeometryVector& geometry,

@@ -33,12 +33,8 @@ struct StandingPose {
 
 class Selection {
  public:
-  Selection(const MachineDescription& nominal, const Survey& survey, const GeometryOptions& options)
-      : nominal_(nominal),
-        survey_(survey),
-        options_(options),
-        kinematics_(nominal),
-        prior_(geometry_prior(nominal, options)) {
+  Selection(const MachineDescription& nominal, const Survey& survey)
+      : nominal_(nominal), survey_(survey), kinematics_(nominal), prior_(geometry_prior(nominal)) {
     for (const LinkDescription& link : nominal.links) reach_m_ += link.length_m;
   }
 
@@ -98,10 +94,10 @@ class Selection {
       });
       if (!known) distinct.push_back(pose.joints_rad);
     }
-    if (distinct.size() < options_.least_poses) {
+    if (distinct.size() < kLeastPoses) {
       result_.refusals.push_back(std::to_string(distinct.size()) + " different poses of " +
-                                 std::to_string(survey_.poses.size()) + "; at least " +
-                                 std::to_string(options_.least_poses) + " are needed");
+                                 std::to_string(survey_.poses.size()) + "; at least " + std::to_string(kLeastPoses) +
+                                 " are needed");
       return;
     }
     for (int i = 0; i < kJoints; ++i) {
@@ -192,15 +188,14 @@ class Selection {
       }
       if (result_.points.size() > before) ++result_.poses;
     }
-    if (result_.poses < options_.least_poses) {
+    if (result_.poses < kLeastPoses) {
       result_.refusals.push_back(std::to_string(result_.poses) + " poses have a usable point; at least " +
-                                 std::to_string(options_.least_poses) + " are needed");
+                                 std::to_string(kLeastPoses) + " are needed");
     }
   }
 
   const MachineDescription& nominal_;
   const Survey& survey_;
-  const GeometryOptions& options_;
   Kinematics kinematics_;
   GeometryPrior prior_;
   double reach_m_ = 0;
@@ -210,9 +205,9 @@ class Selection {
 
 }  // namespace
 
-SurveyPoints select_points(const MachineDescription& nominal, const Survey& survey, const GeometryOptions& options) {
+SurveyPoints select_points(const MachineDescription& nominal, const Survey& survey) {
   if (!(survey.point_sigma_m > 0)) throw InputError(survey.source + ": point sigma must be above 0 m");
-  return Selection(nominal, survey, options).run();
+  return Selection(nominal, survey).run();
 }
 
 // Which poses to survey: D-optimal, greedy.
@@ -280,7 +275,7 @@ std::vector<JointVector> by_short_ways(std::vector<JointVector> poses) {
 
 std::vector<JointVector> survey_poses(const MachineDescription& machine, std::size_t count) {
   const Kinematics kinematics(machine);
-  const GeometryPrior prior = geometry_prior(machine, GeometryOptions{});
+  const GeometryPrior prior = geometry_prior(machine);
   const std::vector<JointVector> choice = candidates(machine, kinematics);
   std::vector<Eigen::Matrix<double, 6, kGeometryCount>> rows;
   for (const JointVector& pose : choice) rows.push_back(rows_of(machine, kinematics, prior, pose));

@@ -21,7 +21,6 @@ struct SurveyPoints {
 /// five sigma of the drawing's tolerances of where the drawing has them. Refused as a whole: too few poses, joints that
 /// hardly moved, points that are off in the median (with the mistake that explains it: millimetres, a mirrored axis,
 /// swapped columns).
-[[nodiscard]] SurveyPoints select_points(const MachineDescription& nominal, const Survey& survey,
-                                         const GeometryOptions& options);
+[[nodiscard]] SurveyPoints select_points(const MachineDescription& nominal, const Survey& survey);
 
 }  // namespace knuckle::estimation

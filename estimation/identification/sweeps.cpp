@@ -14,6 +14,8 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kSweepStep_s = 0.005;
+constexpr double kSlowestStroke_mps = 0.02, kFastestStroke_mps = 0.04;  ///< Of a cylinder; one speed a stroke.
+constexpr std::uint64_t kSweepSeed = 1;
 constexpr double kSweepRest_s = 1.0;  ///< At both ends.
 constexpr double kRound_s = 0.4;      ///< Each of two boxes that round off the reversals.
 constexpr double kShorter = 0.12;     ///< A stroke ends up to this share of the range before the range does.
@@ -68,8 +70,7 @@ std::vector<double> box(const std::vector<double>& values, std::size_t half) {
 }
 
 /// One cylinder's length over time: strokes to and fro at a steady speed each.
-std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const SweepOptions& options,
-                            PathRandom& random) {
+std::vector<double> strokes(const SpeedLimit& limit, double duration_s, PathRandom& random) {
   const double range = limit.highest_m() - limit.lowest_m();
   const auto samples = static_cast<std::size_t>(std::lround(duration_s / kSweepStep_s));
   const auto rest = static_cast<std::size_t>(std::lround((kSweepRest_s + kRound_s) / kSweepStep_s));
@@ -85,7 +86,7 @@ std::vector<double> strokes(const SpeedLimit& limit, double duration_s, const Sw
       extends = !extends;
       const double before = uniform(random, 0, kShorter) * range;
       target = extends ? limit.highest_m() - before : limit.lowest_m() + before;
-      speed = uniform(random, options.slowest_mps, options.fastest_mps);
+      speed = uniform(random, kSlowestStroke_mps, kFastestStroke_mps);
     }
     const double step = std::min(speed, limit.at(length)) * kSweepStep_s;
     length = std::clamp(length + (extends ? step : -step), limit.lowest_m(), limit.highest_m());
@@ -101,18 +102,18 @@ struct Candidate {
 
 }  // namespace
 
-JointPath slow_sweeps(const MachineDescription& machine, double duration_s, const SweepOptions& options) {
+JointPath slow_sweeps(const MachineDescription& machine, double duration_s) {
   const PathRoom room(machine);
   const Kinematics kinematics(machine);
   const PathCondition condition(machine, false);
-  PathRandom random(options.seed);
+  PathRandom random(kSweepSeed);
   std::optional<Candidate> best;
   for (int tried = 0; tried < kSweepCandidates; ++tried) {
     Candidate candidate;
     candidate.path.step_s = kSweepStep_s;
     candidate.path.joint_rad.resize(static_cast<std::size_t>(std::lround(duration_s / kSweepStep_s)));
     for (int joint = 0; joint < kJoints; ++joint) {
-      const std::vector<double> lengths = strokes(SpeedLimit(kinematics, room, joint), duration_s, options, random);
+      const std::vector<double> lengths = strokes(SpeedLimit(kinematics, room, joint), duration_s, random);
       for (std::size_t i = 0; i < lengths.size(); ++i) {
         candidate.path.joint_rad[i][joint] = kinematics.joint_at(joint, lengths[i]).value();
       }

@@ -2,10 +2,10 @@
 #include "estimation/identification/valve_identification.h"
 
 #include <ceres/ceres.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "machine/description.h"
 
@@ -158,10 +158,7 @@ Fit fit(const AxisModel& model, const std::vector<AxisStretch>& stretches, const
 }
 
 std::string text(double value) {
-  std::ostringstream out;
-  out.precision(3);
-  out << value;
-  return out.str();
+  return fmt::format("{:.3g}", value);
 }
 
 /// What the data hold, before any fit.
