@@ -118,6 +118,9 @@ TEST(TorqueFit, JudgesEachJointByItself) {
   for (JointVector& v : comparison.modelled_Nm) v[2] = 5;
   EXPECT_NEAR(torque_fit(comparison, 0).rms_Nm[2], 0.3, 1e-9);
   EXPECT_LT(torque_fit(comparison, 2).rms_Nm[2], 0.002);  // above the cut-off
+  for (JointVector& v : comparison.measured_Nm) v[0] = 5;
+  EXPECT_TRUE(std::isnan(torque_fit(comparison, 0).nrmse[0])) << "nothing to relate the error to";
+  EXPECT_TRUE(std::isfinite(torque_fit(comparison, 0).rms_Nm[0]));
 }
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <Eigen/Dense>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <random>
 
 #include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::identify {
 namespace {
@@ -24,11 +24,6 @@ std::string written(const MachineDescription& machine, const std::string& target
 namespace fs = std::filesystem;
 
 const std::string kMachine = test::source_dir() + "/config/machines/solar015.toml";
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The shipped machine with sampled calibrations.
 MachineDescription identified(unsigned seed) {
@@ -74,13 +69,8 @@ void expect_same(const A& a, const B& b) {
 
 class CalibrationFile : public testing::Test {
  protected:
-  CalibrationFile() {
-    std::string name = (fs::temp_directory_path() / "knuckle_calibration_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~CalibrationFile() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  fs::path folder_;
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(CalibrationFile, IsReadAgainToTwelveDigits) {
@@ -127,11 +117,11 @@ TEST_F(CalibrationFile, KeepsTheMachineFileWordForWordAndReplacesAnOlderCalibrat
   MachineDescription again = identified(2);
   again.source = path("once.toml");
   (void)written(again, path("twice.toml"));
-  const std::string original = text_of(kMachine), twice = text_of(path("twice.toml"));
+  const std::string original = test::content(kMachine), twice = test::content(path("twice.toml"));
   EXPECT_EQ(twice.substr(0, original.size()), original);
   again.source = kMachine;
   (void)written(again, path("fresh.toml"));
-  EXPECT_EQ(twice, text_of(path("fresh.toml")));
+  EXPECT_EQ(twice, test::content(path("fresh.toml")));
 }
 
 TEST_F(CalibrationFile, HasNoTableOfAValveThatWasNotIdentified) {
@@ -141,11 +131,11 @@ TEST_F(CalibrationFile, HasNoTableOfAValveThatWasNotIdentified) {
   const MachineDescription again = load_machine(path("out.toml"));
   EXPECT_TRUE(again.valve_calibration[kBoom] && again.valve_calibration[kBucket]);
   EXPECT_FALSE(again.valve_calibration[kArm]);
-  EXPECT_EQ(text_of(path("out.toml")).find("[calibration.valves.arm]"), std::string::npos);
+  EXPECT_EQ(test::content(path("out.toml")).find("[calibration.valves.arm]"), std::string::npos);
 }
 
 TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {
-  const std::string text = text_of(kMachine);
+  const std::string text = test::content(kMachine);
   const std::size_t payload = text.find("[payload]");
   const std::string moved =
       text.substr(0, payload) + "[calibration]\nmethod = \"x\"\n[calibration.valves.boom]\n" + text.substr(payload);
@@ -155,11 +145,11 @@ TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {
 TEST_F(CalibrationFile, KeepsEveryOlderFileUnderTheNextFreeNumber) {
   std::ofstream(path("mine.toml")) << "first";
   std::ofstream(path("mine.2.toml")) << "somebody's";
-  EXPECT_EQ(written(identified(1), path("mine.toml")), fs::canonical(folder_) / "mine.1.toml");
-  EXPECT_EQ(written(identified(2), path("mine.toml")), fs::canonical(folder_) / "mine.3.toml");
-  EXPECT_EQ(text_of(path("mine.1.toml")), "first");
-  EXPECT_EQ(text_of(path("mine.2.toml")), "somebody's");
-  EXPECT_NE(text_of(path("mine.3.toml")), text_of(path("mine.toml")));
+  EXPECT_EQ(written(identified(1), path("mine.toml")), fs::canonical(folder_.path()) / "mine.1.toml");
+  EXPECT_EQ(written(identified(2), path("mine.toml")), fs::canonical(folder_.path()) / "mine.3.toml");
+  EXPECT_EQ(test::content(path("mine.1.toml")), "first");
+  EXPECT_EQ(test::content(path("mine.2.toml")), "somebody's");
+  EXPECT_NE(test::content(path("mine.3.toml")), test::content(path("mine.toml")));
   EXPECT_EQ(written(identified(2), path("new.toml")), "");
 }
 
@@ -169,7 +159,7 @@ TEST_F(CalibrationFile, CalibratesAMachineFileInPlace) {
   machine.source = path("mine.toml");
   EXPECT_FALSE(written(machine, path("mine.toml")).empty());
   EXPECT_TRUE(load_machine(path("mine.toml")).dynamics_calibration);
-  EXPECT_EQ(text_of(path("mine.1.toml")), text_of(kMachine));
+  EXPECT_EQ(test::content(path("mine.1.toml")), test::content(kMachine));
 }
 
 TEST_F(CalibrationFile, IsNotTouchedByACalibrationThatWouldBeRefused) {
@@ -177,8 +167,8 @@ TEST_F(CalibrationFile, IsNotTouchedByACalibrationThatWouldBeRefused) {
   MachineDescription machine = identified(1);
   machine.dynamics_calibration->parameters[0] = -1;
   EXPECT_THROW((void)written(machine, path("mine.toml")), InputError);
-  EXPECT_EQ(text_of(path("mine.toml")), "first");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(test::content(path("mine.toml")), "first");
+  EXPECT_EQ(folder_.count(), 1);
 }
 
 }  // namespace
