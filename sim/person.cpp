@@ -2,6 +2,7 @@
 #include "sim/person.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -14,39 +15,33 @@ namespace {
 struct LimbRange {
   double low, high;
 };
-struct LimbRanges {
-  LimbRange mass, damping, stiffness;
+struct LimbOfClass {
+  const char* name;
+  LimbRange mass_kg, damping_Ns_per_m, stiffness_N_per_m;
+  double sustained_N, strength_N;
 };
-
-LimbRanges ranges_of(LimbClass limb) noexcept {
-  switch (limb) {
-    case LimbClass::kRelaxed:
-      return {{0.5, 2.0}, {5, 20}, {60, 500}};
-    case LimbClass::kNormal:
-      return {{0.75, 2.0}, {10, 30}, {200, 700}};
-    case LimbClass::kCoContracted:
-      return {{1.0, 2.5}, {20, 40}, {500, 1000}};
-    case LimbClass::kLightGrip:
-      return {{0.05, 0.5}, {0.3, 5}, {5, 60}};
-  }
-  return {};
+/// In the order of LimbClass.
+constexpr std::array<LimbOfClass, 4> kLimbs{{{"relaxed", {0.5, 2.0}, {5, 20}, {60, 500}, 4, 15},
+                                             {"normal", {0.75, 2.0}, {10, 30}, {200, 700}, 7, 40},
+                                             {"co_contracted", {1.0, 2.5}, {20, 40}, {500, 1000}, 12, 60},
+                                             {"light_grip", {0.05, 0.5}, {0.3, 5}, {5, 60}, 2, 4}}};
+const LimbOfClass& of_class(LimbClass limb) noexcept {
+  return kLimbs[static_cast<std::size_t>(limb)];
 }
 constexpr LimbRange kWristInertia{2e-3, 5e-3}, kWristDamping{0.02, 0.1}, kWristStiffness{1, 10};
 
 }  // namespace
 
 const char* name(LimbClass limb) noexcept {
-  switch (limb) {
-    case LimbClass::kRelaxed:
-      return "relaxed";
-    case LimbClass::kNormal:
-      return "normal";
-    case LimbClass::kCoContracted:
-      return "co_contracted";
-    case LimbClass::kLightGrip:
-      return "light_grip";
-  }
-  return "?";
+  return of_class(limb).name;
+}
+
+double sustained_N(LimbClass limb) noexcept {
+  return of_class(limb).sustained_N;
+}
+
+double strength_N(LimbClass limb) noexcept {
+  return of_class(limb).strength_N;
 }
 
 LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept {
@@ -54,11 +49,11 @@ LimbImpedance sample_limb(LimbClass limb, std::uint64_t seed) noexcept {
   const auto sample = [&random](LimbRange range) {
     return range.low * std::pow(range.high / range.low, unit_interval(random));
   };
-  const LimbRanges ranges = ranges_of(limb);
+  const LimbOfClass& ranges = of_class(limb);
   LimbImpedance sampled;
-  sampled.mass_kg = sample(ranges.mass);
-  sampled.damping_Ns_per_m = sample(ranges.damping);
-  sampled.stiffness_N_per_m = sample(ranges.stiffness);
+  sampled.mass_kg = sample(ranges.mass_kg);
+  sampled.damping_Ns_per_m = sample(ranges.damping_Ns_per_m);
+  sampled.stiffness_N_per_m = sample(ranges.stiffness_N_per_m);
   sampled.wrist_inertia_kgm2 = sample(kWristInertia);
   sampled.wrist_damping_Nms = sample(kWristDamping);
   sampled.wrist_stiffness_Nm = sample(kWristStiffness);
@@ -106,34 +101,6 @@ Person sample_person(PersonClass person, std::uint64_t seed) noexcept {
   sampled.give_way_s = within(10, 20);
   sampled.slips_per_s = rough ? 1 / within(60, 180) : 0;
   return sampled;
-}
-
-double sustained_N(LimbClass limb) noexcept {
-  switch (limb) {
-    case LimbClass::kLightGrip:
-      return 2;
-    case LimbClass::kRelaxed:
-      return 4;
-    case LimbClass::kNormal:
-      return 7;
-    case LimbClass::kCoContracted:
-      return 12;
-  }
-  return 0;
-}
-
-double strength_N(LimbClass limb) noexcept {
-  switch (limb) {
-    case LimbClass::kLightGrip:
-      return 4;
-    case LimbClass::kRelaxed:
-      return 15;
-    case LimbClass::kNormal:
-      return 40;
-    case LimbClass::kCoContracted:
-      return 60;
-  }
-  return 0;
 }
 
 double correction_1ps(Duration reaction) noexcept {
