@@ -30,26 +30,6 @@ Eigen::Matrix<double, 2, 3> two_moments() noexcept {
 
 }  // namespace
 
-const char* reason(ContactRefusal refusal) noexcept {
-  switch (refusal) {
-    case ContactRefusal::kStraightArm:
-      return "arm straight: force along it and torque cannot be told apart";
-    case ContactRefusal::kBucketInLine:
-      return "bucket in line with the arm: no joint feels a force along both";
-    case ContactRefusal::kNearToggle:
-      return "bucket linkage near its toggle: its torque is not known";
-    case ContactRefusal::kDirectionAlongLink:
-      return "direction passes through a joint: no torque comes of it";
-    case ContactRefusal::kForceTooSmall:
-      return "force within its uncertainty: it has no place";
-    case ContactRefusal::kOffTheBucket:
-      return "place off the bucket: direction or model does not fit";
-    case ContactRefusal::kNotFinite:
-      return "torque or pose not finite";
-  }
-  return "";
-}
-
 OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load) noexcept {
   if (!finite(load)) return ContactRefusal::kNotFinite;
   if (std::abs(std::sin(load.joint_rad[kArm])) < kLeastSine) return ContactRefusal::kStraightArm;

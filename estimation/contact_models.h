@@ -25,8 +25,6 @@ enum class ContactRefusal : std::uint8_t {
   kOffTheBucket,        ///< The place is not on the bucket: the direction or the model does not fit.
   kNotFinite,
 };
-/// One line for a person: "arm straight: ...".
-[[nodiscard]] const char* reason(ContactRefusal refusal) noexcept;
 
 /// What every model starts from. Torques are of the world on the joints.
 struct JointLoad {

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "machine/kinematics.h"
+#include "sim/contact.h"
 #include "sim/hull.h"
 #include "sim/person.h"
 #include "sim/rigid_body.h"
@@ -49,8 +50,8 @@ constexpr std::array<Place, 5> kPlaces{{{"front", 1.8, 2.5, -0.3, 0.6, 0, 0},
                                         {"overhead", 1.5, 2.6, 1.2, 2.3, 90, 90, false, 10, 80},
                                         {"pull", 1.2, 1.9, -0.5, 0.2, 180, 180, true}}};
 /// In the order of bucket_outline().
-constexpr std::array<const char*, 6> kPartNames{"tip", "edge", "heel", "back", "pin", "cheek"};
-constexpr std::size_t kPin = 4;  // the end of the arm: no part of a bucket to press with
+constexpr auto kPin =
+    static_cast<std::size_t>(sim::BucketPlace::kPin);  // the end of the arm: no part of a bucket to press with
 
 struct Press {
   const Place* place = nullptr;
@@ -321,6 +322,7 @@ void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, d
                 const Settings& settings, std::mt19937_64& random, Cell& cell) {
   const Room room(machine, hull);
   const Press press = draw(room, std::min(settings.felt_N.low, kLeastFelt_N) / force_scale, machine.source, random);
+  const char* part = sim::name(static_cast<sim::BucketPlace>(press.part));
   const sim::LimbClass limb = draw_limb(random);
   const double light = limb == sim::LimbClass::kLightGrip ? kLightGrip_N : settings.felt_N.high;
   const bool exact = settings.person == sim::name(sim::PersonClass::kExact);
@@ -333,7 +335,7 @@ void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, d
   cell.options.scenario_text =
       fmt::format(
           kScenario, fmt::arg("name", cell.options.scenario), fmt::arg("place", press.place->name),
-          fmt::arg("part", kPartNames[press.part]), fmt::arg("reach", reach_m(machine)),
+          fmt::arg("part", part), fmt::arg("reach", reach_m(machine)),
           fmt::arg("payload", machine.payload_full_scale_kg), fmt::arg("start", list_of(press.start_rad)),
           fmt::arg("hand", list_of(hand_beside(machine, press.start_rad))), fmt::arg("limb", sim::name(limb)),
           fmt::arg("reaction_ms", reaction_ms), fmt::arg("person", settings.person),
@@ -346,7 +348,7 @@ void draw_press(const MachineDescription& machine, const sim::HullTruth& hull, d
                    press.place->reached_over ? fmt::format("to_m = {:.6f}\n", kWallAbove_m * room.scale()) : "")) +
       kCriteria;
   cell.drawn["place"] = press.place->name;
-  cell.drawn["part"] = kPartNames[press.part];
+  cell.drawn["part"] = part;
   cell.drawn["limb"] = sim::name(limb);
   cell.drawn["reaction_ms"] = reaction_ms;
   cell.drawn["stiffness_N_per_m"] = stiffness;

@@ -10,7 +10,6 @@
 #include <map>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 
 #include "app/battery/effects.h"
@@ -97,12 +96,6 @@ bool meets(const Row& row, std::initializer_list<const char*> criteria) {
 
 std::string Figure::text() const {
   return value ? report::number_text(*value) : "none";
-}
-
-const Figure& Group::figure(const std::string& name) const {
-  const auto found = std::find_if(figures.begin(), figures.end(), [&](const Figure& f) { return f.name == name; });
-  if (found == figures.end()) throw std::out_of_range("no figure " + name);
-  return *found;
 }
 
 bool steady_in_the_hand(const Row& row) {

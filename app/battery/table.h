@@ -22,7 +22,6 @@ struct Group {
   std::string by, value;  ///< "limb", "light_grip"; "all", "" for everything.
   std::uint64_t drawn = 0, refused = 0;
   std::vector<Figure> figures;
-  [[nodiscard]] const Figure& figure(const std::string& name) const;
 };
 
 // By the criteria of a drawn press (feel_cell.cpp).

@@ -166,13 +166,6 @@ void fill(FullResult& result, const FullOptions& options) {
   set_sigmas(summary);
 }
 
-int rank_of_base(const LeastSquaresProblem& problem) {
-  LeastSquaresProblem base = problem;
-  base.columns = problem.columns.leftCols(kBaseCount);
-  base.floor = problem.floor.head(kBaseCount);
-  return solve_least_squares(base, {.iterations = 0, .rank_tolerance = kRankTolerance}).rank;
-}
-
 }  // namespace
 
 std::vector<IdentifiedParameter> calibration_names() {
@@ -200,7 +193,6 @@ struct Solved {
   LeastSquaresProblem problem;  ///< Of the active columns.
   std::vector<int> active;
   LeastSquaresSolution solution;
-  int base_rank = 0;
 };
 
 /// None where the recordings have no row.
@@ -213,7 +205,6 @@ std::optional<Solved> solve(const MachineDescription& machine, std::span<const M
   Solved solved{rows.problem(), active_columns(options), {}};
   LeastSquaresProblem& problem = solved.problem;
   problem.floor = column_noise(machine, options, motions.front().step_s, rows.mean_lever_m());
-  solved.base_rank = rank_of_base(problem);
   problem.columns = Eigen::MatrixXd(problem.columns(Eigen::all, solved.active));
   problem.floor = Eigen::VectorXd(problem.floor(solved.active));
   solved.solution = solve_least_squares(problem, {.huber = options.huber, .rank_tolerance = kRankTolerance});
@@ -236,7 +227,6 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
   if (!solved) return result;
   const std::vector<int>& active = solved->active;
   const LeastSquaresSolution& solution = solved->solution;
-  result.base_rank = solved->base_rank;
   summary.condition_number = solution.condition_number;
   summary.rank = solution.rank;
   summary.columns = static_cast<int>(active.size());
@@ -247,7 +237,6 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
 
   CalibrationVector& parameters = result.dynamics.parameters;
   parameters(active) = solution.parameters;
-  result.naive_covariance = spread(solution.naive, active);
   result.sandwich_covariance = spread(solution.sandwich, active);
   const JointVector greatest_kg = greatest_mass_kg(machine);
   if (options.consistent && !physically_consistent(parameters, greatest_kg)) {

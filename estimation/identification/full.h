@@ -57,8 +57,6 @@ struct FullOptions {
 struct FullResult {
   Identification summary;        ///< Parameters in the order of Calibration; covariance about the true ones.
   DynamicsCalibration dynamics;  ///< Covariance of the torques that this machine's own sensors make of them.
-  int base_rank = 0;             ///< Of the nine base columns alone: 9 with motion, 6 at rest.
-  CalibrationMatrix naive_covariance = CalibrationMatrix::Zero();     ///< As if rows were independent.
   CalibrationMatrix sandwich_covariance = CalibrationMatrix::Zero();  ///< Clustered; without model error.
   bool made_consistent = false;  ///< The least-squares answer was no possible arm and has been moved.
 };

@@ -82,10 +82,9 @@ TEST_F(Refusal, OfMotionInOneDirectionOnly) {
   expect(recorded(machine_, OneWay{}, 30, 0.01), "boom cylinder retracts for 0.0 s only");
 }
 
-TEST_F(Refusal, OfPosesAtRestWhichShowSixOfNineParameters) {
+TEST_F(Refusal, OfPosesAtRestWhichDoNotShowInertia) {
   const FullResult result = identify_full(machine_, std::array{poses(machine_, 30, 1, false)});
   EXPECT_FALSE(result.summary.usable);
-  EXPECT_EQ(result.base_rank, 6);
   std::string all;
   for (const std::string& line : result.summary.indistinct) all += line + "\n";
   EXPECT_NE(all.find("J1 does not show in the data"), std::string::npos) << all;
