@@ -100,64 +100,9 @@ std::string in_words(const GeometryVector& direction, double left) {
   return words + fmt::format(": {:.0f} % of the drawing's uncertainty is left", 100 * left);
 }
 
-/// RMS over the working range of the lever's standard deviation at a reading, over the lever's RMS.
-class LeverStudy {
- public:
-  LeverStudy(const MachineDescription& machine, const GeometryVector& geometry) {
-    const Kinematics middle(with_geometry(machine, geometry));
-    for (int joint = 0; joint < kJoints; ++joint) {
-      const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
-      for (int i = 0; i < kAngles; ++i) {
-        const double angle = link.min_rad + (link.max_rad - link.min_rad) * i / (kAngles - 1);
-        const CylinderState state = middle.cylinder_at(joint, angle).value();
-        readings_(joint, i) = state.length_m + geometry[kEncoderOffset + joint];
-        levers_(joint, i) = state.lever_m;
-      }
-    }
-    for (int p = 0; p < kGeometryCount; ++p) {
-      GeometryVector up = geometry, down = geometry;
-      up[p] += kStep_m;
-      down[p] -= kStep_m;
-      gradients_[static_cast<std::size_t>(p)] = (levers(machine, up) - levers(machine, down)) / (2 * kStep_m);
-    }
-  }
-
-  [[nodiscard]] JointVector relative_sigma(const GeometryMatrix& covariance) const {
-    JointVector variance = JointVector::Zero();
-    for (int joint = 0; joint < kJoints; ++joint) {
-      for (int i = 0; i < kAngles; ++i) {
-        GeometryVector gradient;
-        for (int p = 0; p < kGeometryCount; ++p) gradient[p] = gradients_[static_cast<std::size_t>(p)](joint, i);
-        variance[joint] += gradient.dot(covariance * gradient);
-      }
-    }
-    return (variance.array() / levers_.rowwise().squaredNorm().array()).sqrt();
-  }
-
- private:
-  static constexpr int kAngles = 21;
-  static constexpr double kStep_m = 1e-5;
-  using Table = Eigen::Matrix<double, kJoints, kAngles>;
-
-  [[nodiscard]] Table levers(const MachineDescription& machine, const GeometryVector& geometry) const {
-    const Kinematics kinematics(with_geometry(machine, geometry));
-    Table table;
-    for (int joint = 0; joint < kJoints; ++joint) {
-      for (int i = 0; i < kAngles; ++i) {
-        const double length = readings_(joint, i) - geometry[kEncoderOffset + joint];
-        table(joint, i) = kinematics.cylinder_at(joint, kinematics.joint_at(joint, length).value()).value().lever_m;
-      }
-    }
-    return table;
-  }
-
-  Table readings_, levers_;
-  std::array<Table, kGeometryCount> gradients_;
-};
-
-/// Parameters, covariance and what they say of the levers.
-void tell(GeometryResult& result, const MachineDescription& nominal, const GeometryPrior& prior,
-          const std::vector<SurveyPoint>& points, const GeometryVector& geometry) {
+/// Parameters and covariance.
+void tell(GeometryResult& result, const GeometryPrior& prior, const std::vector<SurveyPoint>& points,
+          const GeometryVector& geometry) {
   Identification& summary = result.summary;
   const GeometryMatrix information = information_of(points, geometry, prior);
   double squares = (geometry - prior.mean).cwiseQuotient(prior.sigma).squaredNorm();
@@ -184,12 +129,6 @@ void tell(GeometryResult& result, const MachineDescription& nominal, const Geome
   for (int i = 0; i < kGeometryCount - summary.rank; ++i) {
     summary.indistinct.push_back(
         in_words(eigen.eigenvectors().col(i), 1 / std::sqrt(1 + std::max(0.0, eigen.eigenvalues()[i]))));
-  }
-  const LeverStudy levers(nominal, geometry);
-  const JointVector before = levers.relative_sigma(GeometryMatrix(prior.sigma.cwiseProduct(prior.sigma).asDiagonal()));
-  const JointVector after = levers.relative_sigma(covariance);
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    result.lever[i] = {before[static_cast<Eigen::Index>(i)], after[static_cast<Eigen::Index>(i)]};
   }
 }
 
@@ -222,8 +161,9 @@ GeometryResult calibrate_geometry(const MachineDescription& nominal, const Surve
   const auto fit = fit_geometry(points, prior, false);
   const auto held_out = held_out_tips(points, prior);
   if (!fit || !held_out) return refused(std::move(result), {"the fit does not converge"});
+  tell(result, prior, points, *fit);
   try {
-    tell(result, nominal, prior, points, *fit);
+    (void)Kinematics(with_geometry(nominal, *fit));
   } catch (const InputError& error) {  // pins for which the working range cannot be reached
     return refused(std::move(result), {std::string("the fitted geometry is not a possible machine: ") + error.what()});
   }

@@ -41,17 +41,11 @@ struct TipError {
   double rms_m = 0, median_m = 0, p95_m = 0;
 };
 
-/// Standard deviation of a cylinder's lever dL/dtheta at an encoder reading, over the joint's working range.
-struct LeverSigma {
-  double drawing_rel = 0, calibrated_rel = 0;  ///< RMS of sigma over RMS of the lever.
-};
-
 struct GeometryResult {
   Identification summary;        ///< Parameters in mm; where not usable the geometry is the drawing's.
   GeometryCalibration geometry;  ///< tip_rms_m is that of held_out.
   TipError held_out, nominal;    ///< Of the same poses.
   double residual_ratio = 0;  ///< RMS of weighted residuals per degree of freedom; 1 where the survey's sigma is true.
-  PerJoint<LeverSigma> lever{};
   std::vector<std::string> left_out;  ///< "pose 7: tip is 0.213 m off"
 };
 
