@@ -30,7 +30,7 @@ bool agrees(double a, double b) noexcept {
 DeviceDriver::DeviceDriver(const DeviceDescription& device, HidPort& port) noexcept
     : device_(device), port_(port), calibrated_(device.serial != 0), serial_(device.serial) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const auto row = Eigen::Index(i);
+    const auto row = static_cast<Eigen::Index>(i);
     const double sign_gear = device.joint_sign[i] * device.gear_ratio[i];
     rad_per_count_[row] = 2 * std::numbers::pi / (sign_gear * device.counts_per_turn[i]);
     permille_per_Nm_[row] = 1e3 / (sign_gear * device.torque_constant_Nm_per_A[i] * device.rated_current_A[i]);
@@ -92,12 +92,12 @@ void DeviceDriver::drain(Time now) noexcept {
   for (int i = 0; i < kMostReports && port_.read(report); ++i) {
     if (const auto state = decode_state(report)) {
       ++counters_.reports;
-      const int ahead = std::int16_t(state->sequence - newest_.sequence);
+      const int ahead = static_cast<std::int16_t>(state->sequence - newest_.sequence);
       if (reported_ && ahead <= 0) {
         ++counters_.discarded_old;
         continue;
       }
-      if (reported_) counters_.missed += std::uint64_t(ahead - 1);
+      if (reported_) counters_.missed += static_cast<std::uint64_t>(ahead - 1);
       if (identity_) take(*state, age_of(*state, now), now);
     } else if (const auto identity = decode_identity(report)) {
       check_identity(*identity);
@@ -113,8 +113,8 @@ void DeviceDriver::check_identity(const DeviceIdentity& identity) noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
     same = same && identity.counts_per_turn[i] == device_.counts_per_turn[i] &&
            (calibrated_ || identity.joint_sign[i] == device_.joint_sign[i]) &&
-           agrees(double(identity.gear_ratio[i]), device_.gear_ratio[i]) &&
-           agrees(double(identity.torque_constant_Nm_per_A[i]), device_.torque_constant_Nm_per_A[i]) &&
+           agrees(static_cast<double>(identity.gear_ratio[i]), device_.gear_ratio[i]) &&
+           agrees(static_cast<double>(identity.torque_constant_Nm_per_A[i]), device_.torque_constant_Nm_per_A[i]) &&
            agrees(identity.rated_current_mA[i] * 1e-3, device_.rated_current_A[i]);
   }
   wrong_device_ = !same;
@@ -124,9 +124,9 @@ void DeviceDriver::check_identity(const DeviceIdentity& identity) noexcept {
 }
 
 Duration DeviceDriver::age_of(const DeviceState& state, Time now) noexcept {
-  const Duration passed =
-      std::chrono::microseconds(reported_ ? std::int64_t(std::int32_t(state.device_time_us - last_device_us_))
-                                          : std::int64_t(state.device_time_us));
+  const Duration passed = std::chrono::microseconds(
+      reported_ ? static_cast<std::int64_t>(static_cast<std::int32_t>(state.device_time_us - last_device_us_))
+                : std::int64_t(state.device_time_us));
   device_time_ = reported_ ? device_time_ + passed : passed;
   last_device_us_ = state.device_time_us;
   const Duration travel = now.time_since_epoch() - device_time_;
@@ -138,7 +138,7 @@ Duration DeviceDriver::age_of(const DeviceState& state, Time now) noexcept {
 void DeviceDriver::take(const DeviceState& state, Duration age, Time now) noexcept {
   JointVector joint_rad, rate_radps;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const auto row = Eigen::Index(i);
+    const auto row = static_cast<Eigen::Index>(i);
     const double zero_counts = calibrated_ ? device_.zero_counts[i] : identity_->zero_counts[i];
     joint_rad[row] = rad_per_count_[row] * (state.counts[i] - zero_counts);
     rate_radps[row] = rad_per_count_[row] * state.counts_per_s[i];
@@ -162,7 +162,7 @@ bool DeviceDriver::plausible(const JointVector& joint_rad, const JointVector& ra
                              Time measured_at) const noexcept {
   const double since_last_s = to_seconds(measured_at - reading_.measured_at);
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const auto row = Eigen::Index(i);
+    const auto row = static_cast<Eigen::Index>(i);
     const bool in_range = joint_rad[row] >= device_.min_rad[i] - kRangeMargin_rad &&
                           joint_rad[row] <= device_.max_rad[i] + kRangeMargin_rad;
     const bool jumped = reported_ && std::abs(joint_rad[row] - reading_.joint_rad[row]) >
@@ -176,19 +176,21 @@ Reason DeviceDriver::judge(Time now) const noexcept {
   if (!attached_) return {ReasonCode::kDeviceLost, 0, 0, 0};
   if (wrong_device_) return {ReasonCode::kDeviceIdentity, 0, 0, 0};
   if (bad_in_a_row_ >= kBadReportLimit) {
-    return {ReasonCode::kDeviceReport, 0, float(bad_in_a_row_), float(kBadReportLimit)};
+    return {ReasonCode::kDeviceReport, 0, static_cast<float>(bad_in_a_row_), static_cast<float>(kBadReportLimit)};
   }
   if (!reported_) {
     const Duration mute = now - attached_at_;
     if (mute <= kRestartAge) return {ReasonCode::kStartingUp, 0, 0, 0};
-    return {ReasonCode::kDeviceStale, 0, float(1e3 * to_seconds(mute)), float(1e3 * to_seconds(kReportAgeLimit))};
+    return {ReasonCode::kDeviceStale, 0, static_cast<float>(1e3 * to_seconds(mute)),
+            static_cast<float>(1e3 * to_seconds(kReportAgeLimit))};
   }
   const Duration age = now - reading_.measured_at;
   if (age > kReportAgeLimit) {
-    return {ReasonCode::kDeviceStale, 0, float(1e3 * to_seconds(age)), float(1e3 * to_seconds(kReportAgeLimit))};
+    return {ReasonCode::kDeviceStale, 0, static_cast<float>(1e3 * to_seconds(age)),
+            static_cast<float>(1e3 * to_seconds(kReportAgeLimit))};
   }
   if (newest_.fault != 0 || (newest_.status & kDeviceLatched) != 0) {
-    return {ReasonCode::kDeviceFault, 0, float(newest_.fault), 0};
+    return {ReasonCode::kDeviceFault, 0, static_cast<float>(newest_.fault), 0};
   }
   const bool asked = asked_since_ != kNever && now - asked_since_ > kTorquePatience;
   if (asked && (newest_.status & kDeviceTorqueOn) == 0) return {ReasonCode::kDeviceUnpowered, 0, 0, 0};
@@ -206,15 +208,15 @@ void DeviceDriver::command(const JointVector& torque_Nm) noexcept {
   else if (asked_since_ == kNever)
     asked_since_ = stepped_at_;
   command.mode = on ? TorqueMode::kTorque : TorqueMode::kOff;
-  command.watchdog_ms = std::uint16_t(std::lround(device_.watchdog_s * 1e3));
+  command.watchdog_ms = static_cast<std::uint16_t>(std::lround(device_.watchdog_s * 1e3));
   command.echoed_sequence = newest_.sequence;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const double peak = std::min(32767.0, 1e3 * device_.peak_current_A[i] / device_.rated_current_A[i]);
-    command.limit_permille[i] = std::uint16_t(peak);
+    command.limit_permille[i] = static_cast<std::uint16_t>(peak);
     if (!on || unpowered) continue;
-    const double permille = permille_per_Nm_[Eigen::Index(i)] * torque_Nm[Eigen::Index(i)];
+    const double permille = permille_per_Nm_[static_cast<Eigen::Index>(i)] * torque_Nm[static_cast<Eigen::Index>(i)];
     command.torque_permille[i] =
-        std::int16_t(std::isfinite(permille) ? std::lround(std::clamp(permille, -peak, peak)) : 0);
+        static_cast<std::int16_t>(std::isfinite(permille) ? std::lround(std::clamp(permille, -peak, peak)) : 0);
   }
   port_.write(encode(command));
 }

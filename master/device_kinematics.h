@@ -25,13 +25,13 @@ class DeviceKinematics {
     PerJoint<PlanarVector> link;
     double absolute_rad = 0;
     for (std::size_t i = 0; i < kJoints; ++i) {
-      absolute_rad += joint_rad[Eigen::Index(i)];
-      link[i] = link_m_[Eigen::Index(i)] * PlanarVector(std::cos(absolute_rad), std::sin(absolute_rad));
+      absolute_rad += joint_rad[static_cast<Eigen::Index>(i)];
+      link[i] = link_m_[static_cast<Eigen::Index>(i)] * PlanarVector(std::cos(absolute_rad), std::sin(absolute_rad));
     }
     DevicePosture posture;
     for (std::size_t i = kJoints; i-- > 0;) {  // joint i turns everything from its own axis to the tip
       posture.tip_m += link[i];
-      posture.jacobian.col(Eigen::Index(i)) = PlanarVector(-posture.tip_m.y(), posture.tip_m.x());
+      posture.jacobian.col(static_cast<Eigen::Index>(i)) = PlanarVector(-posture.tip_m.y(), posture.tip_m.x());
     }
     return posture;
   }

@@ -19,7 +19,7 @@ JointWalls::JointWalls(const DeviceDescription& device, const MachineDescription
     : limit_N_(kShareOfLimit * device.feel.force_limit_N) {
   double reach_m = 0;
   for (std::size_t i = kJoints; i-- > 0;) {
-    const auto row = Eigen::Index(i);
+    const auto row = static_cast<Eigen::Index>(i);
     reach_m_[row] = reach_m += device.link_m[row];
     min_rad_[row] = machine.links[i].min_rad + machine.limits.joint_soft_margin_rad;
     max_rad_[row] = machine.links[i].max_rad - machine.limits.joint_soft_margin_rad;
@@ -73,7 +73,7 @@ constexpr double kHoldingShare = 0.97;  // of rated current, allowed for ever
 TorqueLimiter::TorqueLimiter(const DeviceDescription& device) noexcept
     : slew_N_per_s_(1e3 * device.feel.slew_N_per_ms), limit_N_(device.feel.force_limit_N) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const auto row = Eigen::Index(i);
+    const auto row = static_cast<Eigen::Index>(i);
     rated_Nm_[row] = device.gear_ratio[i] * device.torque_constant_Nm_per_A[i] * device.rated_current_A[i];
     peak_share_[row] = device.peak_current_A[i] / device.rated_current_A[i];
     heat_time_s_[row] = device.thermal_time_constant_s[i];

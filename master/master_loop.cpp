@@ -76,9 +76,7 @@ void MasterLoop::receive(Time now) noexcept {
 
 void MasterLoop::take(SlaveMessage message, Time arrived, Time now) noexcept {
   const LinkSession::Verdict verdict = session_.take(message.stamp, arrived);
-  if (verdict == LinkSession::Verdict::kForeign) return;
-  if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
-  if (verdict == LinkSession::Verdict::kOld) return;
+  if (verdict == LinkSession::Verdict::kForeign || verdict == LinkSession::Verdict::kOld) return;
   if (verdict == LinkSession::Verdict::kBegins) {
     if (slave_) first_heard_at_ = now;
     status_.reset();  // it may be another machine
@@ -100,7 +98,7 @@ void MasterLoop::take(SlaveMessage message, Time arrived, Time now) noexcept {
 
 /// Share of the machine's messages, of late, that nothing came of: lost, or overtaken by newer ones.
 void MasterLoop::count_lost(std::uint32_t sequence) noexcept {
-  const double missing = std::min(kMostMissing, double(sequence - slave_->stamp.sequence) - 1);
+  const double missing = std::min(kMostMissing, static_cast<double>(sequence - slave_->stamp.sequence) - 1);
   lost_share_ = 1 - (1 - lost_share_) * std::pow(1 - kLostBlend, missing);
   lost_share_ -= kLostBlend * lost_share_;
 }
@@ -227,8 +225,10 @@ bool MasterLoop::set_scales(double position_scale, double force_scale) noexcept 
 
 Reason MasterLoop::warning() const noexcept {
   if (energy_.gain() < 1)
-    return {ReasonCode::kEnergyWatchdog, 0, float(energy_.returned_in_window_J()), float(EnergyPort::kReturnedLimit_J)};
-  if (limiter_.heat_share() < 1) return {ReasonCode::kMotorHeat, 0, float(100 * limiter_.heat_share()), 100};
+    return {ReasonCode::kEnergyWatchdog, 0, static_cast<float>(energy_.returned_in_window_J()),
+            static_cast<float>(EnergyPort::kReturnedLimit_J)};
+  if (limiter_.heat_share() < 1)
+    return {ReasonCode::kMotorHeat, 0, static_cast<float>(100 * limiter_.heat_share()), 100};
   return felt_.downgraded();
 }
 

@@ -18,8 +18,8 @@ bool leads(Mode mode) noexcept {
 SetPoint::SetPoint(const MachineDescription& machine) noexcept
     : rate_(kSetPointRateCutoff_Hz, kSetPointStep_s, JointVector::Zero()) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    min_rad_[Eigen::Index(i)] = machine.links[i].min_rad;
-    max_rad_[Eigen::Index(i)] = machine.links[i].max_rad;
+    min_rad_[static_cast<Eigen::Index>(i)] = machine.links[i].min_rad;
+    max_rad_[static_cast<Eigen::Index>(i)] = machine.links[i].max_rad;
   }
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "slave/slave_state.h"
+
 namespace knuckle::slave {
 
 SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start)
@@ -35,7 +37,8 @@ void SlaveLoop::step(Time now) noexcept {
   decision_ = next_mode(decision_.state, observe());
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
-  publish(now);
+  ++sequence_;
+  link_.send(encode(message(now)).view());
   restart_nodes_once_released(now);
   go_on_if_asked(now);
 }
@@ -61,6 +64,7 @@ void SlaveLoop::estimate(Time now) noexcept {
     sensor_fault_ = sensors_.unreachable();
     return;
   }
+  newest_state_ = *state_;
   measured_at_ = sensors_.newest_at();
   rest_rate_.step(state_->rate_radps);
   force_.step(*state_);
@@ -221,30 +225,17 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
 }
 
-void SlaveLoop::publish(Time now) noexcept {
-  const estimation::ForceEstimate& force = force_.estimate();
-  sent_.stamp = operator_.session().stamp(sent_.stamp.sequence + 1, now);
-  sent_.sensor_at = operator_.session().to_link(measured_at_);
-  sent_.mode = decision_.state.mode;
-  const Reason& limiting = gate_.limiting ? gate_.limiting : control_output_.assist;
-  sent_.blocking = decision_.state.mode == Mode::kEngaged ? limiting : decision_.blocking;
-  sent_.fault = decision_.state.fault;
-  if (state_) {
-    sent_.position_rad = state_->angle_rad;
-    sent_.velocity_radps = state_->rate_radps;
-    sent_.pressure_Pa = state_->pressure_Pa;
-  }
-  sent_.ahead_rad = control_output_.ahead_rad;
-  sent_.tip_force_N = force.tip_N;
-  sent_.load_N = force.loaded_tip_N - force.tip_N;
-  sent_.covariance_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
-  sent_.confidence = state_ && !sensor_fault_ ? force.confidence : 0;
-  sent_.contact_compliance = control_output_.contact_compliance;
-  sent_.contact = force.contact;
-  sent_.limits = static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
-  sent_.payload_kg = payload_.kg();
-  sent_.payload_sigma_kg = payload_.sigma_kg();
-  link_.send(encode(sent_).view());
+const Reason& SlaveLoop::blocking() const noexcept {
+  if (decision_.state.mode != Mode::kEngaged) return decision_.blocking;
+  return gate_.limiting ? gate_.limiting : control_output_.assist;
+}
+
+SlaveMessage SlaveLoop::message(Time now) const noexcept {
+  SlaveMessage message = message_of(state_of(now, *this));
+  message.stamp = operator_.session().stamp(sequence_, now);
+  message.sensor_at = operator_.session().to_link(measured_at_);
+  message.pressure_Pa = newest_state_.pressure_Pa;
+  return message;
 }
 
 }  // namespace knuckle::slave

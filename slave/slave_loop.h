@@ -40,18 +40,28 @@ class SlaveLoop {
   // What the last step knew and did.
   [[nodiscard]] Mode mode() const noexcept { return decision_.state.mode; }
   /// Why not engaged, or what limits an engaged machine.
-  [[nodiscard]] const Reason& blocking() const noexcept { return sent_.blocking; }
+  [[nodiscard]] const Reason& blocking() const noexcept;
   /// The latched fault.
   [[nodiscard]] const Reason& fault() const noexcept { return decision_.state.fault; }
   /// nullopt until all sensors have been heard, and while a value makes no joint angle.
   [[nodiscard]] const std::optional<estimation::JointState>& state() const noexcept { return state_; }
+  /// The newest state, also after what it was made of has gone; zero before the first.
+  [[nodiscard]] const estimation::JointState& newest_state() const noexcept { return newest_state_; }
   [[nodiscard]] const estimation::ForceEstimate& force() const noexcept { return force_.estimate(); }
+  /// Of that force, [0, 1]; 0 where it rests on no usable sensors, whatever the estimator made of the last ones.
+  [[nodiscard]] double confidence() const noexcept { return state_ && !sensor_fault_ ? force().confidence : 0; }
+  [[nodiscard]] const estimation::PayloadEstimator& payload() const noexcept { return payload_; }
   /// The newest message, its set-point and its age.
   [[nodiscard]] const OperatorInput& operator_input() const noexcept { return operator_; }
   [[nodiscard]] const JointVector& wanted() const noexcept { return wanted_; }                   ///< Before the gate.
   [[nodiscard]] const JointVector& commands() const noexcept { return gate_.commands.value(); }  ///< After it.
-  [[nodiscard]] std::uint16_t limits() const noexcept { return sent_.limits; }
-  [[nodiscard]] const SlaveMessage& sent() const noexcept { return sent_; }  ///< Told to the operator.
+  /// Of set-point control and gate: LimitFlag bits.
+  [[nodiscard]] std::uint16_t limits() const noexcept {
+    return static_cast<std::uint16_t>(gate_.limits | control_output_.limits);
+  }
+  [[nodiscard]] const JointControl::Output& control_output() const noexcept { return control_output_; }
+  /// As the operator's side was told in the step at `now`.
+  [[nodiscard]] SlaveMessage message(Time now) const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }
@@ -78,7 +88,6 @@ class SlaveLoop {
   void restart_nodes_once_released(Time now) noexcept;
   [[nodiscard]] bool acknowledged() noexcept;
   void go_on_if_asked(Time now) noexcept;
-  void publish(Time now) noexcept;
 
   double step_s_;
   Duration longest_gap_;
@@ -111,8 +120,9 @@ class SlaveLoop {
   JointControl::Output control_output_;
   JointVector wanted_ = JointVector::Zero();
   GateResult gate_;
-  SlaveMessage sent_;
-  Time measured_at_ = kNever;  ///< Of the newest sensor frame behind state and force.
+  estimation::JointState newest_state_;
+  std::uint32_t sequence_ = 0;  // of the newest message
+  Time measured_at_ = kNever;   ///< Of the newest sensor frame behind state and force.
   double energy_in_J_ = 0;
 };
 

@@ -6,12 +6,12 @@ namespace knuckle::slave {
 
 SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   SlaveState state;
-  const SlaveMessage& told = slave.sent();
+  const estimation::ForceEstimate& force = slave.force();
   state.at = now;
-  state.mode = told.mode;
-  state.blocking = told.blocking;
-  state.fault = told.fault;
-  state.limits = told.limits;
+  state.mode = slave.mode();
+  state.blocking = slave.blocking();
+  state.fault = slave.fault();
+  state.limits = slave.limits();
   state.operational = slave.client().operational();
   state.pilot_on = slave.client().pilot_on();
   state.e_stop_open = slave.client().e_stop_open();
@@ -23,8 +23,8 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   }
   state.oldest_node = slave.sensors().oldest_node();
   state.oldest_age_s = age_s(slave.sensors().oldest_at(), now);
-  state.joint_rad = told.position_rad;
-  state.joint_radps = told.velocity_radps;
+  state.joint_rad = slave.newest_state().angle_rad;
+  state.joint_radps = slave.newest_state().rate_radps;
   const MasterMessage& asked = slave.operator_input().message();
   state.heard = slave.operator_input().message_at() != kNever;
   state.presence = asked.presence;
@@ -43,24 +43,45 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.late_s = to_seconds(slave.operator_input().session().late());
   state.authority = slave.operator_input().set_point().authority;
   state.malformed_datagrams = slave.operator_input().malformed();
-  state.torque_Nm = slave.force().joint_torque_Nm;
-  state.fast_torque_Nm = slave.force().fast_torque_Nm;
-  state.tip_force_N = told.tip_force_N;
-  state.load_N = told.load_N;
-  state.covariance_N2 = told.covariance_N2;
-  state.confidence = told.confidence;
-  state.residual_sigma = slave.force().residual_sigma;
-  state.confidence_reasons = slave.force().confidence_reasons;
-  state.contact = told.contact;
-  state.payload_kg = told.payload_kg;
-  state.payload_sigma_kg = told.payload_sigma_kg;
-  state.contact_compliance = told.contact_compliance;
+  state.torque_Nm = force.joint_torque_Nm;
+  state.fast_torque_Nm = force.fast_torque_Nm;
+  state.tip_force_N = force.tip_N;
+  state.load_N = force.loaded_tip_N - force.tip_N;
+  state.covariance_N2 = {force.covariance_N2(0, 0), force.covariance_N2(0, 1), force.covariance_N2(1, 1)};
+  state.confidence = slave.confidence();
+  state.residual_sigma = force.residual_sigma;
+  state.confidence_reasons = force.confidence_reasons;
+  state.contact = force.contact;
+  state.payload_kg = slave.payload().kg();
+  state.payload_sigma_kg = slave.payload().sigma_kg();
+  state.contact_compliance = slave.control_output().contact_compliance;
   state.energy_in_J = slave.energy_in_J();
-  state.ahead_rad = told.ahead_rad;
+  state.ahead_rad = slave.control_output().ahead_rad;
   state.wanted = slave.wanted();
   state.valve_command = slave.commands();
   state.spool = slave.client().spool();
   return state;
+}
+
+SlaveMessage message_of(const SlaveState& state) noexcept {
+  SlaveMessage message;
+  message.mode = state.mode;
+  message.blocking = state.blocking;
+  message.fault = state.fault;
+  message.limits = state.limits;
+  message.position_rad = state.joint_rad;
+  message.velocity_radps = state.joint_radps;
+  message.pressure_Pa = state.pressure_Pa;
+  message.ahead_rad = state.ahead_rad;
+  message.tip_force_N = state.tip_force_N;
+  message.load_N = state.load_N;
+  message.covariance_N2 = state.covariance_N2;
+  message.confidence = state.confidence;
+  message.contact = state.contact;
+  message.contact_compliance = state.contact_compliance;
+  message.payload_kg = state.payload_kg;
+  message.payload_sigma_kg = state.payload_sigma_kg;
+  return message;
 }
 
 }  // namespace knuckle::slave

@@ -123,5 +123,7 @@ struct SlaveState {
 
 /// After a step at `now`. Allocates nothing.
 [[nodiscard]] SlaveState state_of(Time now, const SlaveLoop& slave) noexcept;
+/// What of it the operator's side is told; stamp and sensors' time are the sender's.
+[[nodiscard]] SlaveMessage message_of(const SlaveState& state) noexcept;
 
 }  // namespace knuckle::slave

@@ -166,7 +166,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
   if (commanded) stop_.step(now);
   if (!said_off_) {
     said_off_ = true;
-    farewell_ = side_.slave.sent();
+    farewell_ = side_.slave.message(now);
     farewell_.mode = Mode::kOff;
     farewell_.blocking = farewell_.fault = {};
     events_.push({now, Mode::kOff, {}, {}});

@@ -45,8 +45,8 @@ const Phase kPhases[] = {
      [](TwoSides& s) {
        Time since = kNever;
        return s.until([&] {
-         if (s.mode() != Mode::kEngaged || !s.slave->sent().contact) since = kNever;
-         if (s.slave->sent().contact && since == kNever) since = s.now;
+         if (s.mode() != Mode::kEngaged || !s.slave->force().contact) since = kNever;
+         if (s.slave->force().contact && since == kNever) since = s.now;
          return since != kNever && s.now - since > 500ms;
        });
      }},
@@ -90,7 +90,7 @@ TEST_P(Restart, NothingGoesOnByItselfAndTheHandLeadsAgainOnceItHasLetGo) {
     }
   }
   EXPECT_LT(moved_rad, kMostMoved_rad);
-  EXPECT_EQ(s.slave->operator_input().message().stamp.echoed_session, s.slave->sent().stamp.session)
+  EXPECT_EQ(s.slave->operator_input().message().stamp.echoed_session, s.slave->message(s.now).stamp.session)
       << "they have found each other";
 
   s.intent.enable = false;

@@ -33,6 +33,7 @@ struct Rig {
   LinkSession session{{11, 1h}, 200ms};  // the machine's
   MasterMessage sent;
   SlaveMessage slave;
+  bool crowded = false;  // with each message come a copy and one of another machine
   MachineStatus status = [this] {
     MachineStatus told;
     told.machine = MachineName(setup.side.machine.name);
@@ -57,6 +58,12 @@ struct Rig {
       }
       slave.stamp = session.stamp(slave.stamp.sequence + 1, now);
       network.b().send(encode(slave).view());
+      if (crowded) {
+        SlaveMessage stranger = slave;
+        stranger.stamp = LinkSession({77, 3h}, 200ms).stamp(1, now);
+        network.b().send(encode(slave).view());
+        network.b().send(encode(stranger).view());
+      }
       station.step(now, HandInput{});
       for (Datagram datagram; network.b().receive(datagram);)
         if (auto message = decode_master(datagram.view())) {
@@ -78,6 +85,20 @@ TEST(OperatorStation, TellsTheMachineWhatItsHapticDeviceSays) {
   EXPECT_FALSE(view.hand.device);
   EXPECT_TRUE(view.hand.enable);
   EXPECT_TRUE(view.link.heard);
+}
+
+TEST(OperatorStation, CountsEachMessageOfItsMachineOnceAndNoneOfAnother) {
+  const auto seen = [](bool crowded) {
+    Rig rig;
+    rig.crowded = crowded;
+    rig.run(1s);
+    ConsoleView view;
+    rig.station.show(rig.now, view);
+    EXPECT_EQ(view.link.loss, 0);
+    return view.link.round_trip.count();
+  };
+  EXPECT_GT(seen(false), 900);
+  EXPECT_EQ(seen(true), seen(false));
 }
 
 TEST(OperatorStation, WithNobodyAtTheWindowNobodyLeadsWhateverTheDeviceSays) {

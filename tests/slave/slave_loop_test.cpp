@@ -151,7 +151,7 @@ TEST(SlaveLoop, EchoOfASilentOperatorGrowsOld) {
   const Time cut = m.now;
   m.link_up = false;
   m.run(400ms);
-  EXPECT_LE(m.loop.sent().stamp.echoed, cut + kMostHeld);
+  EXPECT_LE(m.loop.message(m.now).stamp.echoed, cut + kMostHeld);
 }
 
 TEST(SlaveLoop, ShortOutageIsBridged) {
@@ -222,7 +222,7 @@ TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
   for (int i = 0; i < 100; ++i) {
     m.run(5ms);
     ASSERT_LT((m.loop.force().fast_torque_Nm - torque).norm(), 700) << i;  // gravity of another pose
-    ASSERT_LT(m.loop.sent().velocity_radps.norm(), 0.05) << i;
+    ASSERT_LT(m.loop.newest_state().rate_radps.norm(), 0.05) << i;
   }
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
 }

@@ -112,7 +112,7 @@ TEST(StatusReporter, SaysThatSensorsAreNotUsableWhereTheForceIsToldWithoutConfid
   ReportingBench bench;
   bench.run(10ms);
   ASSERT_FALSE(bench.m.loop.state());
-  ASSERT_EQ(bench.m.loop.sent().confidence, 0);
+  ASSERT_EQ(bench.m.loop.confidence(), 0);
   EXPECT_EQ(bench.reporter.sent().force_doubts, estimation::kBadInput);
 }
 

@@ -294,7 +294,10 @@ Rerun rerun(const std::vector<std::string>& files, const replay::Changes& change
   if (!was.machine_side) data.machine = was.machine;
   recording::ReplayTaps taps;
   taps.operator_step = [&data](Time at, const master::MasterLoop& loop) { data.add(state_of(at, loop)); };
-  taps.machine_step = [&data](Time at, const slave::SlaveLoop& loop) { data.add(state_of(at, loop), &loop.sent()); };
+  taps.machine_step = [&data](Time at, const slave::SlaveLoop& loop) {
+    const SlaveMessage told = loop.message(at);
+    data.add(state_of(at, loop), &told);
+  };
   Rerun again;
   again.result = recording::replay(recording, setup, std::move(taps));
   again.run = Run(std::move(data));

@@ -74,23 +74,10 @@ void put(const SlaveMessage& told, MachineStep& step) {
 
 /// What a state knows of the message that was made of it.
 SlaveMessage message_of(const slave::SlaveState& state, std::uint32_t sequence) {
-  SlaveMessage told;
+  SlaveMessage told = slave::message_of(state);
   told.stamp.sequence = sequence;
   told.stamp.sent_at = state.at;
   told.sensor_at = state.measured ? state.at - from_seconds(state.oldest_age_s) : kNever;
-  told.mode = state.mode;
-  told.blocking = state.blocking;
-  told.fault = state.fault;
-  told.limits = state.limits;
-  told.contact = state.contact;
-  told.confidence = state.confidence;
-  told.position_rad = state.joint_rad;
-  told.velocity_radps = state.joint_radps;
-  told.tip_force_N = state.tip_force_N;
-  told.covariance_N2 = state.covariance_N2;
-  told.pressure_Pa = state.pressure_Pa;
-  told.payload_kg = state.payload_kg;
-  told.payload_sigma_kg = state.payload_sigma_kg;
   return told;
 }
 
