@@ -13,8 +13,9 @@ constexpr double kTrackingHz = 150;  // speed observer: quick enough for 60 N s/
 constexpr double kTick_s = 1e-3;
 constexpr double kReleaseTime_s = 25e-3;  // torque taken away at 0.32 N/ms from 8 N: never a kick
 constexpr double kDampFadeIn_s = 50e-3;
-constexpr double kDampTime_s = 0.05;  // damping stops the bare rotors and links with this time constant
-constexpr double kHeatTrip = 1.25;    // of what rated current holds for ever
+constexpr double kDampTime_s = 0.05;        // damping stops the bare rotors and links with this time constant
+constexpr std::size_t kTruncatedSize = 20;  // in the middle of the counts
+constexpr double kHeatTrip = 1.25;          // of what rated current holds for ever
 
 std::int32_t to_i32(double value) noexcept {
   constexpr double kMax = std::numeric_limits<std::int32_t>::max();
@@ -69,7 +70,7 @@ void DeviceFirmware::read_commands(Time now) noexcept {
         identity.joint_sign[i] = std::int8_t(device_.joint_sign[i]);
       }
       identity.serial = serial_;
-      cable_.write(encode(identity));
+      write(encode(identity));
     } else if (const auto command = decode_command(report)) {
       obey(now, *command);
     } else {
@@ -129,9 +130,14 @@ PerJoint<double> DeviceFirmware::drive() noexcept {
   return applied_A_;
 }
 
+void DeviceFirmware::write(HidReport report) noexcept {
+  if (injected_ == FirmwareFault::kTruncated) std::fill(report.begin() + kTruncatedSize, report.end(), 0);
+  cable_.write(report);
+}
+
 void DeviceFirmware::send_state(Time now, const DeviceSensors& sensors) noexcept {
   if (injected_ == FirmwareFault::kFrozen) {
-    cable_.write(last_report_);
+    write(last_report_);
     return;
   }
   DeviceState state;
@@ -154,7 +160,7 @@ void DeviceFirmware::send_state(Time now, const DeviceSensors& sensors) noexcept
   last_report_ = encode(state);
   HidReport sent = last_report_;
   if (injected_ == FirmwareFault::kBadCrc) sent[20] ^= 0x55;
-  cable_.write(sent);
+  write(sent);
 }
 
 }  // namespace knuckle::sim

@@ -29,6 +29,7 @@ enum class FirmwareFault : std::uint8_t {
   kFrozen,      ///< the same state report over and over
   kWildCounts,  ///< encoder counts stand for no angle (smallest integer)
   kUnpowered,   ///< the motors' supply is off; all else works
+  kTruncated,   ///< of every report the end is not sent, and reads as zeros
   kHung,        ///< neither reports nor reads; the motor stage's own watchdog takes the torque away
 };
 
@@ -50,6 +51,7 @@ class DeviceFirmware {
   void read_commands(Time now) noexcept;
   void obey(Time now, const DeviceCommand& command) noexcept;
   void latch(std::uint16_t fault) noexcept;
+  void write(HidReport report) noexcept;
   void send_state(Time now, const DeviceSensors& sensors) noexcept;
   [[nodiscard]] PerJoint<double> drive() noexcept;
 

@@ -1,15 +1,8 @@
 #include "transport/faulty_ports.h"
 
-#include <algorithm>
-
 #include "transport/canopen.h"
 
 namespace knuckle {
-namespace {
-
-constexpr std::size_t kTruncatedSize = 20;  // in the middle of the counts
-
-}  // namespace
 
 bool FaultyPort::send(const CanFrame& frame) noexcept {
   if (cut_) return true;  // who is cut off believes that it was sent
@@ -23,13 +16,6 @@ bool FaultyPort::receive(CanFrame& frame) noexcept {
     if (!cut_ && !(drop_sync_ && frame.id == canopen::kSyncId)) return true;
   }
   return false;
-}
-
-bool TruncatingPort::write(const HidReport& report) noexcept {
-  if (!truncating_) return port_.write(report);
-  HidReport cut{};
-  std::copy_n(report.begin(), kTruncatedSize, cut.begin());
-  return port_.write(cut);
 }
 
 }  // namespace knuckle

@@ -1,4 +1,4 @@
-// Wires of the simulated machine and device, with what can be done to them: they lose, swallow and cut short.
+// The wire of the simulated machine, with what can be done to it: it loses, swallows and doubles.
 #pragma once
 
 #include <bitset>
@@ -6,7 +6,6 @@
 
 #include "core/ring.h"
 #include "transport/can_bus.h"
-#include "transport/hid_port.h"
 
 namespace knuckle {
 
@@ -34,21 +33,6 @@ class FaultyPort final : public CanBus {
   bool cut_ = false, drop_sync_ = false;
   std::bitset<128> doubled_;
   Ring<CanFrame, 128> whispered_;
-};
-
-/// The firmware's end of the device's cable. Of a report that is cut short the end is not sent, and reads as zeros.
-class TruncatingPort final : public HidPort {
- public:
-  explicit TruncatingPort(HidPort& port) noexcept : port_(port) {}
-  void truncate(bool on) noexcept { truncating_ = on; }
-
-  bool write(const HidReport& report) noexcept override;
-  bool read(HidReport& report) noexcept override { return port_.read(report); }
-  [[nodiscard]] bool connected() const noexcept override { return port_.connected(); }
-
- private:
-  HidPort& port_;
-  bool truncating_ = false;
 };
 
 }  // namespace knuckle

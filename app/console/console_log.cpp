@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/programs/program_console.h"
-#include "app/session/session_head.h"
+#include "app/session/session_setup.h"
 #include "core/error.h"
 
 namespace knuckle::console {

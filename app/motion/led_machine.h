@@ -47,7 +47,6 @@ class PathLeader {
   [[nodiscard]] Reason trouble() const noexcept;
   /// Whether the machine was led and is not any more.
   [[nodiscard]] bool dropped_out() const noexcept { return led_ && trouble(); }
-  [[nodiscard]] const JointVector& set_point_rad() const noexcept { return sent_.position_rad; }
 
  private:
   void hear(Time now) noexcept;
@@ -110,8 +109,6 @@ class LedMachine {
   void neutral() noexcept;
 
   [[nodiscard]] Duration period() const noexcept { return period_; }  ///< Of the slave loop.
-  /// The newest message of the machine; nullopt before the first.
-  [[nodiscard]] const std::optional<SlaveMessage>& reported() const noexcept { return leader_.machine(); }
 
  private:
   /// A millisecond. @return whether the slave loop has stepped.

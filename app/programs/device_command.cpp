@@ -1,5 +1,3 @@
-#include "app/programs/device_command.h"
-
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -9,6 +7,7 @@
 #include "app/cli/output_file.h"
 #include "app/programs/device_program.h"
 #include "app/programs/program_options.h"
+#include "app/programs/programs.h"
 #include "app/session/options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
@@ -78,7 +77,7 @@ DeviceProgramSetup set_up(const Options& o) {
   sim::LimbClass limb = sim::LimbClass::kNormal;
   sim::PersonClass person = sim::PersonClass::kExact;
   for (std::size_t i = 0; i < kJoints; ++i) {
-    setup.start_rad[Eigen::Index(i)] = 0.5 * (setup.device.min_rad[i] + setup.device.max_rad[i]);
+    setup.start_rad[static_cast<Eigen::Index>(i)] = 0.5 * (setup.device.min_rad[i] + setup.device.max_rad[i]);
   }
   if (!o.scenario.empty()) {
     session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), setup.plan.machine);

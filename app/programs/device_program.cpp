@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <charconv>
 #include <memory>
 #include <optional>
+#include <utility>
 
+#include "app/cli/command.h"
 #include "app/recordings/state_table.h"
 #include "app/session/operator_path.h"
 #include "core/fields.h"
@@ -16,6 +19,64 @@
 #include "transport/link_messages.h"
 
 namespace knuckle::programs {
+namespace {
+
+struct NamedFault {
+  std::string_view name;
+  sim::FirmwareFault kind;
+};
+constexpr std::array<NamedFault, 6> kFaults{{{"silent", sim::FirmwareFault::kSilent},
+                                             {"bad_crc", sim::FirmwareFault::kBadCrc},
+                                             {"frozen", sim::FirmwareFault::kFrozen},
+                                             {"wild_counts", sim::FirmwareFault::kWildCounts},
+                                             {"hung", sim::FirmwareFault::kHung},
+                                             {"truncated", sim::FirmwareFault::kTruncated}}};
+
+[[noreturn]] void refuse(const std::string& text) {
+  std::string kinds;
+  for (const NamedFault& fault : kFaults) kinds += (kinds.empty() ? "" : ", ") + std::string(fault.name);
+  cli::refuse_option("--fault", text, "must be KIND@S[+D], such as bad_crc@5+0.1, with a KIND of " + kinds);
+}
+
+double seconds(const std::string& fault, std::string_view text) {
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool number = end.ec == std::errc() && end.ptr == text.data() + text.size();
+  if (!number || !(value >= 0 && value < 1e6)) refuse(fault);
+  return value;
+}
+
+}  // namespace
+
+PlannedDeviceFault parse_device_fault(const std::string& text) {
+  const auto at = text.find('@');
+  if (at == std::string::npos) refuse(text);
+  const auto* const kind = std::ranges::find(kFaults, text.substr(0, at), &NamedFault::name);
+  if (kind == kFaults.end()) refuse(text);
+  PlannedDeviceFault fault;
+  fault.kind = kind->kind;
+  fault.text = text;
+  const std::string_view times = std::string_view(text).substr(at + 1);
+  const auto plus = times.find('+');
+  fault.at_s = seconds(text, times.substr(0, plus));
+  if (plus != std::string_view::npos) fault.duration_s = seconds(text, times.substr(plus + 1));
+  return fault;
+}
+
+DeviceFaults::DeviceFaults(std::vector<PlannedDeviceFault> plan) : plan_(std::move(plan)), broken_(plan_.size()) {}
+
+int DeviceFaults::step(Time now, sim::DeviceFirmware& firmware) noexcept {
+  for (std::size_t i = 0; i < plan_.size(); ++i) {
+    const double since_s = to_seconds(now) - plan_[i].at_s;
+    const bool broken = since_s >= 0 && since_s < plan_[i].duration_s;
+    if (broken == (broken_[i] != 0)) continue;
+    broken_[i] = broken ? 1 : 0;
+    firmware.inject(broken ? plan_[i].kind : sim::FirmwareFault::kNone);
+    return static_cast<int>(i);
+  }
+  return -1;
+}
+
 namespace {
 
 constexpr Duration kTail = 500ms;  // how long the device stays after the operator has finished
@@ -60,16 +121,15 @@ struct Event {
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class DeviceRunner {
  public:
-  DeviceRunner(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, bool wants_rows)
+  DeviceRunner(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, std::ostream* truth_csv)
       : plan_(setup.plan),
-        port_(cable),
         faults_(setup.faults),
         person_(setup.plan.machine, setup.plan.phases, {}, session::kPathPeriod, setup.start_rad, setup.plan.reaction,
                 sim::push_stiffness(setup.limb, setup.device.feel),
                 sim::Unsteadiness(setup.person, setup.limb, setup.seed)),
-        hand_(setup.device, setup.limb, port_, setup.seed, setup.start_rad, setup.serial),
+        hand_(setup.device, setup.limb, cable, setup.seed, setup.start_rad, setup.serial),
         screen_(screen),
-        wants_rows_(wants_rows) {
+        rows_(truth_csv, kTicksPerRow) {
     seen_.machine_rad = seen_.ghost_rad = still_.joint_rad = setup.start_rad;
     still_.presence = true;
   }
@@ -77,12 +137,12 @@ class DeviceRunner {
   // The loop's thread.
   void step(Time now) noexcept {
     look();
-    if (const int fault = faults_.step(now, hand_.firmware(), port_); fault >= 0)
+    if (const int fault = faults_.step(now, hand_.firmware()); fault >= 0)
       events_.push({Event::Kind::kFault, now, fault, faults_.broken(fault), 0});
     hand_.step(now, act(now));
     note_latch(now);
     felt_peak_N_ = std::max(felt_peak_N_, hand_.truth().felt_N.norm());
-    if (!wants_rows_ || ticks_++ % kTicksPerRow != 0) return;
+    if (!rows_.due()) return;
     const sim::HandTruth& truth = hand_.truth();
     rows_.push({now, truth.joint_rad, intent_.joint_rad, truth.tip_m, truth.felt_N, truth.contact_N, intent_.presence,
                 intent_.enable, intent_.clutch, intent_.stop, static_cast<std::uint8_t>(phase_)});
@@ -90,17 +150,13 @@ class DeviceRunner {
 
   // The tending thread.
   bool next(Event& event) noexcept { return events_.pop(event); }
-  void write(recordings::StateTable& table) {
-    TruthRow row;
-    while (rows_.pop(row)) table.add(&row);
-    table.flush();
-  }
+  void write() { rows_.write(); }
   [[nodiscard]] bool finished() const noexcept { return finished_; }
 
   // After the loop has ended.
   [[nodiscard]] double felt_peak_N() const noexcept { return felt_peak_N_; }
   [[nodiscard]] double energy_to_hand_J() const noexcept { return hand_.truth().energy_to_hand_J; }
-  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.lost(); }
 
  private:
   /// The newest of what passed over the link, as a screen beside the operator would show it.
@@ -138,21 +194,19 @@ class DeviceRunner {
   }
 
   const OperatorPlan& plan_;
-  TruncatingPort port_;
   DeviceFaults faults_;
   sim::Operator person_;
   sim::HandAndDevice hand_;
   Link* screen_;
-  bool wants_rows_;
   sim::OperatorView seen_;
   sim::OperatorIntent intent_, still_;
   Datagram datagram_;
-  int phase_ = 0, ticks_ = 0;
+  int phase_ = 0;
   bool begun_ = false, latched_ = false;
   double felt_peak_N_ = 0;
   std::atomic<bool> finished_{false};
   Ring<Event, 256> events_;
-  Ring<TruthRow, 1024> rows_;
+  RowTable<TruthRow> rows_;
 };
 
 template <typename Entry>
@@ -197,32 +251,25 @@ void tell(const DeviceProgramSetup& setup, DeviceRunner& runner, ProgramConsole&
 
 DeviceProgramOutcome run_device(const DeviceProgramSetup& setup, HidPort& cable, Link* screen, const ProgramRun& run,
                                 std::ostream* truth_csv) {
-  const auto runner = std::make_unique<DeviceRunner>(setup, cable, screen, truth_csv != nullptr);
-  std::optional<recordings::StateTable> table;
-  if (truth_csv != nullptr) table.emplace(*truth_csv, fields_of<TruthRow>());
+  const auto runner = std::make_unique<DeviceRunner>(setup, cable, screen, truth_csv);
   DeviceProgramOutcome outcome;
-  PolicyNote policy("device");
-  const RealtimeClock clock;
-  {
-    RealtimeThread loop({.name = "device", .period = kTick, .fifo_priority = fifo_priority::kHand}, clock,
-                        [&runner](Time now) { runner->step(now); });
-    const auto tend = [&](Time now) {
-      policy.tell(run.console, now, loop);
-      tell(setup, *runner, run.console, outcome);
-      if (table) runner->write(*table);
-    };
-    Time finished_at = kNever;
-    const auto keep_on = [&] {
-      if (runner->finished() && finished_at == kNever) finished_at = clock.now();
-      const bool over = finished_at != kNever && clock.now() - finished_at >= kTail;
-      return !over && (!run.keep_on || run.keep_on());
-    };
-    tend_until_over({keep_on, run.console, run.duration_s, run.outputs}, clock, tend);
-    loop.stop();
-    tend(clock.now());
-    outcome.loop = loop.report();
-  }
-  outcome.ran_s = to_seconds(clock.now());
+  Time finished_at = kNever;
+  bool over = false;
+  ProgramRun until = run;
+  until.keep_on = [&] { return !over && (!run.keep_on || run.keep_on()); };
+  const LoopRun ran =
+      run_loop(until, {.thread = {.name = "device", .period = kTick, .fifo_priority = fifo_priority::kHand},
+                       .step = [&runner](Time now) { runner->step(now); },
+                       .tend =
+                           [&](Time now) {
+                             tell(setup, *runner, run.console, outcome);
+                             runner->write();
+                             if (runner->finished() && finished_at == kNever) finished_at = now;
+                             over = finished_at != kNever && now - finished_at >= kTail;
+                           },
+                       .ask_to_stop = {}});
+  outcome.loop = ran.report;
+  outcome.ran_s = to_seconds(ran.ended_at);
   outcome.finished = runner->finished();
   outcome.felt_peak_N = runner->felt_peak_N();
   outcome.energy_to_hand_J = runner->energy_to_hand_J();

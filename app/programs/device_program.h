@@ -2,22 +2,50 @@
 // real time, for bringing up the driver or the operator's side without a device.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <ostream>
 #include <string>
 #include <vector>
 
-#include "app/programs/device_faults.h"
 #include "app/programs/program_console.h"
 #include "core/joints.h"
+#include "core/time.h"
 #include "machine/description.h"
 #include "machine/device_description.h"
+#include "sim/device_firmware.h"
 #include "sim/operator.h"
 #include "sim/person.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
 
 namespace knuckle::programs {
+
+// What it can be made to do wrong, at a time: for trying out how the driver takes it.
+
+struct PlannedDeviceFault {
+  sim::FirmwareFault kind = sim::FirmwareFault::kNone;
+  double at_s = 0;
+  double duration_s = std::numeric_limits<double>::infinity();
+  std::string text;  ///< As given on the command line.
+};
+/// "KIND@S[+D]". @throws InputError naming --fault, its value and what is wrong with it.
+[[nodiscard]] PlannedDeviceFault parse_device_fault(const std::string& text);
+
+class DeviceFaults {
+ public:
+  explicit DeviceFaults(std::vector<PlannedDeviceFault> plan);
+
+  /// Before each cycle of the firmware; of several faults at a time the last one counts.
+  /// @return the fault that began or ended just now: its place in the plan; else -1.
+  int step(Time now, sim::DeviceFirmware& firmware) noexcept;
+  [[nodiscard]] bool broken(int fault) const noexcept { return broken_[static_cast<std::size_t>(fault)]; }
+
+ private:
+  std::vector<PlannedDeviceFault> plan_;
+  std::vector<char> broken_;
+};
 
 /// What the operator does, and the machine it is done with.
 struct OperatorPlan {

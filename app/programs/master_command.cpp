@@ -1,5 +1,3 @@
-#include "app/programs/master_command.h"
-
 #include <unistd.h>
 
 #include <array>
@@ -11,14 +9,13 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/control_input.h"
 #include "app/programs/master_program.h"
-#include "app/programs/observer_program.h"
-#include "app/programs/path_json.h"
+#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
+#include "app/programs/programs.h"
 #include "app/recordings/program_log.h"
 #include "app/session/scenario.h"
-#include "app/session/session_head.h"
+#include "app/session/session_setup.h"
 #include "machine/load.h"
 #include "transport/mirrored_link.h"
 #include "transport/udp_link.h"
@@ -148,6 +145,14 @@ Json connect_json(const Options& o) {
   return o.link.address.empty() ? Json() : Json(o.link.address);
 }
 
+Json machine_json(const MasterEvent& event) {
+  return {{"at_s", to_seconds(event.at)},
+          {"heard", event.heard},
+          {"mode", event.heard ? Json(name(event.mode)) : Json()},
+          {"blocking", reason_json(event.blocking)},
+          {"fault", reason_json(event.fault)}};
+}
+
 Json result_json(const Options& o, const recording::OperatorSetup& setup, double started_unix_s,
                  const MasterOutcome& outcome, std::uint64_t lines_lost) {
   Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
@@ -169,11 +174,7 @@ Json result_json(const Options& o, const recording::OperatorSetup& setup, double
     } else if (event.about == MasterEvent::About::kFelt) {
       json["warnings"].push_back({{"at_s", at_s}, {"why", reason_json(event.warning)}});
     } else {
-      json["machine_side"].push_back({{"at_s", at_s},
-                                      {"heard", event.heard},
-                                      {"mode", event.heard ? Json(name(event.mode)) : Json()},
-                                      {"blocking", reason_json(event.blocking)},
-                                      {"fault", reason_json(event.fault)}});
+      json["machine_side"].push_back(machine_json(event));
     }
   }
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
@@ -193,12 +194,7 @@ Json observer_json(const Options& o, double started_unix_s, const ObserverOutcom
             {"ran_s", outcome.ran_s},
             {"messages", outcome.messages}};
   json["machine_side"] = Json::array();
-  for (const ObservedEvent& event : outcome.events) {
-    json["machine_side"].push_back({{"at_s", event.at_s},
-                                    {"heard", event.heard},
-                                    {"mode", event.heard ? Json(name(event.mode)) : Json()},
-                                    {"fault", reason_json(event.fault)}});
-  }
+  for (const MasterEvent& event : outcome.events) json["machine_side"].push_back(machine_json(event));
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
   return json;

@@ -15,8 +15,7 @@ namespace knuckle::programs {
 namespace {
 
 constexpr int kStepsPerRow = 5;
-constexpr double kSilent_s = 1;
-constexpr Duration kStandingReason = 1s;
+constexpr Duration kSilence = 1s;
 
 /// What an event says, without its values and without what the far end may choose freely.
 std::string kind_of(const MasterEvent& event) {
@@ -38,8 +37,7 @@ class MasterRunner {
   /// @param csv null: no table. @param recorder null: nothing is recorded.
   MasterRunner(const recording::OperatorSetup& setup, HidPort& port, Link& link, std::ostream* csv,
                recording::Recorder* recorder)
-      : side_(setup, port, link) {
-    if (csv != nullptr) table_.emplace(*csv, fields_of<master::MasterState>());
+      : side_(setup, port, link), rows_(csv, kStepsPerRow) {
     if (recorder != nullptr) side_.record_to(*recorder);
     last_device_.device.code = ReasonCode::kCount;  // the device's state is reported at the start, too
   }
@@ -51,12 +49,7 @@ class MasterRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(MasterEvent& event) noexcept { return events_.pop(event); }
-  void write() {
-    if (!table_) return;
-    master::MasterState row;
-    while (rows_.pop(row)) table_->add(&row);
-    table_->flush();
-  }
+  void write() { rows_.write(); }
   [[nodiscard]] const MasterStatus& status() noexcept {
     status_.take(shown_);
     return shown_;
@@ -67,18 +60,16 @@ class MasterRunner {
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept {
     return side_.master.machine_status();
   }
-  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.dropped(); }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.lost(); }
 
  private:
   void observe(Time now) noexcept;
 
-  std::optional<recordings::StateTable> table_;  // where one is asked for
-  int steps_ = 0;
   recording::OperatorSide side_;
   MasterEvent last_machine_, last_device_, last_other_, last_felt_;
   Histogram round_trip_;
   Ring<MasterEvent, 256> events_;
-  Ring<master::MasterState, 1024> rows_;
+  RowTable<master::MasterState> rows_;
   Mailbox<MasterStatus> status_;
   MasterStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
@@ -89,7 +80,7 @@ void MasterRunner::step(Time now) noexcept {
   side_.step(now);
   if (side_.master.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
-  if (table_ && steps_++ % kStepsPerRow == 0) rows_.push(master::state_of(now, side_.master));
+  if (rows_.due()) rows_.push(master::state_of(now, side_.master));
 }
 
 void MasterRunner::observe(Time now) noexcept {
@@ -97,7 +88,7 @@ void MasterRunner::observe(Time now) noexcept {
   event.at = now;
   event.device = side_.master.device().reason;
   const auto& told = side_.master.machine();
-  event.heard = told && side_.master.silence_s() < kSilent_s;
+  event.heard = told && side_.master.silence_s() < to_seconds(kSilence);
   if (event.heard) {
     event.mode = told->mode;
     event.blocking = told->blocking;
@@ -147,7 +138,7 @@ class Teller {
       say(event.at, event_text(event), kind_of(event));
       device_was_ready_ |= event.about == MasterEvent::About::kDevice && !event.device;
       machine_was_heard_ |= event.heard;
-      if (event.about == MasterEvent::About::kMachine) told_ = event.fault ? event.fault : event.blocking;
+      if (event.about == MasterEvent::About::kMachine) standing_.told(event.fault ? event.fault : event.blocking);
     }
     const MasterStatus& status = runner.status();
     tell_standing(now, status.now);
@@ -169,10 +160,7 @@ class Teller {
     if (recorder_ != nullptr) recorder_->event({at, recording::Severity::kInfo, kind, what});
   }
   void tell_standing(Time now, const MasterEvent& event) {
-    if (!same_cause(event.blocking, standing_)) standing_since_ = now;
-    standing_ = event.blocking;
-    if (!standing_ || same_cause(standing_, told_) || now - standing_since_ < kStandingReason) return;
-    told_ = standing_;
+    if (!standing_.is_news(now, event.blocking)) return;
     MasterEvent shown = event;
     shown.fault = {};
     say(now, event_text(shown), "standing " + kind_of(shown));
@@ -202,8 +190,7 @@ class Teller {
   bool device_was_ready_ = false, machine_was_heard_ = false;
   const std::function<std::string()>& device_problem_;
   std::string problem_;
-  Reason told_, standing_;
-  Time standing_since_{};
+  StandingReason standing_;
 };
 
 std::string same_machine_text(const MasterEvent& event) {
@@ -233,31 +220,66 @@ MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, L
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);
   MasterOutcome outcome;
   Teller teller(run.console, device_problem, recorder);
-  PolicyNote policy("master");
-  const RealtimeClock clock;
-  {
-    RealtimeThread loop(
-        {.name = "master", .period = kTick, .fifo_priority = fifo_priority::kMaster, .lock_memory = true}, clock,
-        [&runner](Time now) { runner->step(now); });
-    const auto tend = [&](Time now) {
-      policy.tell(run.console, now, loop);
-      teller.tell(now, *runner);
-      runner->write();
-    };
-    tend_until_over(run, clock, tend);
-    runner->ask_to_stop();
-    tend_until_stopped(run, clock, tend, [&runner] { return runner->stopped(); });
-    loop.stop();
-    tend(clock.now());
-    outcome.loop = loop.report();
-  }
-  outcome.ran_s = to_seconds(clock.now());
+  const LoopRun ran = run_loop(
+      run, {.thread = {.name = "master", .period = kTick, .fifo_priority = fifo_priority::kMaster, .lock_memory = true},
+            .step = [&runner](Time now) { runner->step(now); },
+            .tend =
+                [&](Time now) {
+                  teller.tell(now, *runner);
+                  runner->write();
+                },
+            .ask_to_stop = [&runner] { runner->ask_to_stop(); },
+            .stopped = [&runner] { return runner->stopped(); }});
+  outcome.loop = ran.report;
+  outcome.ran_s = to_seconds(ran.ended_at);
   outcome.round_trip = runner->round_trip();
   outcome.machine_status = runner->machine_status();
   outcome.records_lost = runner->lost();
   teller.hand_over(outcome);
-  run.console.event(clock.now(), "stopped: machine and device released");
+  run.console.event(ran.ended_at, "stopped: machine and device released");
   return outcome;
+}
+
+void Observer::tend(Time now) {
+  (void)link_.send({});  // nothing is sent, but the link may say that somebody is here
+  Datagram datagram;
+  while (link_.receive(datagram)) {
+    const auto message = decode_slave(datagram.view());
+    if (!message) continue;
+    ++messages_;
+    if (newest_ && now - heard_at_ < kSilence && !newer(message->stamp.sequence, newest_->stamp.sequence)) continue;
+    newest_ = message;
+    heard_at_ = now;
+  }
+  tell(now);
+}
+
+void Observer::tell(Time now) {
+  MasterEvent event;
+  event.at = now;
+  event.heard = newest_ && now - heard_at_ < kSilence;
+  if (event.heard) {
+    event.mode = newest_->mode;
+    event.blocking = newest_->blocking;
+    event.fault = newest_->fault;
+  }
+  if (event.heard != last_.heard || event.mode != last_.mode || !same_cause(event.fault, last_.fault)) {
+    last_ = event;
+    events_.add(event, kind_of(event));
+    console_.event(now, event_text(event), kind_of(event));
+  }
+  console_.status(now, {event_text(event)});
+}
+
+ObserverOutcome Observer::outcome(double ran_s) const {
+  return {events_.kept(), messages_, ran_s, events_.left_out()};
+}
+
+ObserverOutcome run_observer(Link& link, const ProgramRun& run) {
+  Observer observer(link, run.console);
+  const RealtimeClock clock;
+  tend_until_over(run, clock, [&observer](Time now) { observer.tend(now); });
+  return observer.outcome(to_seconds(clock.now()));
 }
 
 }  // namespace knuckle::programs

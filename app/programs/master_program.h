@@ -60,4 +60,38 @@ struct MasterOutcome {
                                        const ProgramRun& run, const std::function<std::string()>& device_problem = {},
                                        std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr);
 
+// `knuckle master --observe`: hears the machine's messages and says what it does; sends it nothing.
+
+struct ObserverOutcome {
+  std::vector<MasterEvent> events;  ///< Of the machine: the first of each kind, and the newest others (RunEvents).
+  std::uint64_t messages = 0;
+  double ran_s = 0;
+  std::uint64_t records_lost = 0;  ///< Events there was no room for.
+};
+
+class Observer {
+ public:
+  /// @param link used by this thread alone.
+  Observer(Link& link, ProgramConsole& console) : link_(link), console_(console) {}
+
+  /// Takes what has come, and tells what is new. Often.
+  void tend(Time now);
+  /// After the run.
+  [[nodiscard]] ObserverOutcome outcome(double ran_s) const;
+
+ private:
+  void tell(Time now);
+
+  Link& link_;
+  ProgramConsole& console_;
+  RunEvents<MasterEvent> events_;
+  std::uint64_t messages_ = 0;
+  std::optional<SlaveMessage> newest_;
+  Time heard_at_{};
+  MasterEvent last_;
+};
+
+/// Runs one until the run is over.
+[[nodiscard]] ObserverOutcome run_observer(Link& link, const ProgramRun& run);
+
 }  // namespace knuckle::programs

@@ -1,5 +1,3 @@
-#include "app/programs/node_command.h"
-
 #include <algorithm>
 #include <csignal>
 #include <memory>
@@ -10,6 +8,7 @@
 #include "app/cli/json.h"
 #include "app/programs/node_program.h"
 #include "app/programs/program_options.h"
+#include "app/programs/programs.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
 #include "machine/bus_description.h"

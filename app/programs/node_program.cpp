@@ -2,17 +2,98 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "app/cli/command.h"
+#include "app/recordings/csv_mapping.h"
 #include "app/recordings/state_table.h"
+#include "app/session/loop_views.h"
 #include "core/fields.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
+#include "machine/bus_description.h"
+#include "machine/load.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::programs {
+namespace {
+
+constexpr double kLatest_s = 1e6;
+
+[[noreturn]] void refuse(const std::string& text, const std::string& why) {
+  cli::refuse_option("--fault", text, why);
+}
+
+double seconds_in(const std::string& text, const std::string& cell, const char* what) {
+  const double value = recordings::number_in(cell);
+  if (std::isfinite(value) && value >= 0 && value <= kLatest_s) return value;
+  refuse(text, std::string(what) + " \"" + cell + "\" must be seconds from 0 to 1e6");
+}
+
+std::uint8_t node_in(const std::string& text, const std::string& cell, sim::FaultKind kind, const BusDescription& bus) {
+  const auto nodes = named_nodes(bus);
+  const bool hex = cell.rfind("0x", 0) == 0;
+  unsigned id = 0;
+  const char* first = cell.data() + (hex ? 2 : 0);
+  const char* last = cell.data() + cell.size();
+  const auto [end, error] = std::from_chars(first, last, id, hex ? 16 : 10);
+  const bool number = error == std::errc() && end == last;
+  const auto found = std::find_if(nodes.begin(), nodes.end(),
+                                  [&](const NamedNode& n) { return number ? n.node.id == id : n.name == cell; });
+  if (found == nodes.end()) refuse(text, "no node \"" + cell + "\"; there are " + names_of(nodes));
+  const std::uint8_t node = found->node.id;
+  if (const char* const why = sim::why_not(kind, node, bus)) refuse(text, why);
+  return node;
+}
+
+}  // namespace
+
+PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
+  PlannedFault fault;
+  fault.text = text;
+  const auto at = text.find('@');
+  if (at == std::string::npos) refuse(text, "must be KIND[:NODE]@S[+D], such as node_silent:boom_valve@10+2");
+  const std::string what = text.substr(0, at), when = text.substr(at + 1);
+  const auto colon = what.find(':');
+  const std::string kind = what.substr(0, colon);
+  const auto named = sim::fault_named(kind);
+  if (!named || !sim::behind_bus(*named))
+    refuse(text, "no fault \"" + kind + "\"; there are " + sim::fault_names(sim::behind_bus));
+  fault.kind = *named;
+  const bool given = colon != std::string::npos;
+  if (sim::concerns_node(fault.kind) != given)
+    refuse(text, given ? kind + " takes no node" : "needs a node: " + kind + ":NODE@S");
+  if (given) fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
+  const auto plus = when.find('+');
+  const std::string start = when.substr(0, plus);
+  if (start != "usr1") fault.at_s = seconds_in(text, start, "start");
+  if (plus != std::string::npos) fault.duration_s = seconds_in(text, when.substr(plus + 1), "duration");
+  return fault;
+}
+
+NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus)
+    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus, worst_bus_load(bus)) {}
+
+bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::MachineOnBus& machine) noexcept {
+  const PlannedFault& fault = plan_[index];
+  State& state = state_[index];
+  if (state.broken) {
+    if (to_seconds(now - state.at) < fault.duration_s) return false;
+  } else {
+    const bool due = fault.at_s ? to_seconds(now) >= *fault.at_s : signalled;
+    if (state.done || !due) return false;
+  }
+  state.broken = !state.broken;
+  state.at = now;
+  state.done = fault.at_s.has_value();
+  machine_faults_.set(fault.kind, fault.node, state.broken, machine);
+  return true;
+}
+
 namespace {
 
 constexpr int kTicksPerRow = 5;
@@ -20,33 +101,26 @@ constexpr int kTicksPerRow = 5;
 /// The simulation's true state, known to no controller.
 struct TruthRow {
   Time at{};
-  JointVector joint_rad = JointVector::Zero(), joint_radps = JointVector::Zero(), spool = JointVector::Zero();
+  session::Truth truth;
   JointVector cylinder_m = JointVector::Zero();  // pin to pin
-  PlanarVector tip_m = PlanarVector::Zero(), tip_force_N = PlanarVector::Zero();
-  double payload_kg = 0;
 
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
-    [[maybe_unused]] const auto& [at, joint_rad, joint_radps, spool, cylinder_m, tip_m, tip_force_N, payload_kg] = s;
+    [[maybe_unused]] const auto& [at, truth, cylinder_m] = s;
     visit("time_ns", s.at);
-    visit("joint_rad", s.joint_rad);
-    visit("joint_radps", s.joint_radps);
-    visit("spool", s.spool);
+    visit("", s.truth);
     visit("cylinder_m", s.cylinder_m);
-    visit("tip_m", s.tip_m);
-    visit("tip_force_N", s.tip_force_N);
-    visit("payload_kg", s.payload_kg);
   }
 };
 
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class NodeRunner {
  public:
-  NodeRunner(const NodeSetup& setup, CanBus& bus, const std::atomic<std::uint32_t>& signals, bool wants_rows)
+  NodeRunner(const NodeSetup& setup, CanBus& bus, const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv)
       : machine_(setup.truth, setup.world, setup.start_rad, setup.seed, &bus),
         faults_(setup.faults, setup.truth.machine.bus),
         signals_(signals),
-        wants_rows_(wants_rows) {
+        rows_(truth_csv, kTicksPerRow) {
     for (const std::uint8_t node : setup.left_out) machine_.machine().inject(node, sim::NodeFault::kSilent);
   }
 
@@ -60,37 +134,29 @@ class NodeRunner {
     const sim::PlantState& plant = machine_.plant();
     for (; events_read_ < plant.events.count; ++events_read_) world_events_.push(plant.events.at(events_read_));
     peak_tip_N_ = std::max(peak_tip_N_, plant.contact_N.norm());
-    if (wants_rows_ && ticks_++ % kTicksPerRow == 0)
-      rows_.push({now, plant.joint_rad, plant.joint_radps, plant.spool, plant.cylinder_m, plant.tip_m, plant.contact_N,
-                  plant.payload_kg});
+    if (rows_.due()) rows_.push({now, session::truth_of(plant), plant.cylinder_m});
   }
 
   // The tending thread.
   bool next(FaultEvent& event) noexcept { return fault_events_.pop(event); }
   bool next(sim::WorldEvent& event) noexcept { return world_events_.pop(event); }
-  void write(recordings::StateTable& table) {
-    TruthRow row;
-    while (rows_.pop(row)) table.add(&row);
-    table.flush();
-  }
+  void write() { rows_.write(); }
 
   // After the loop has ended.
   [[nodiscard]] double peak_tip_N() const noexcept { return peak_tip_N_; }
   [[nodiscard]] std::uint64_t lost() const noexcept {
-    return fault_events_.dropped() + world_events_.dropped() + rows_.dropped();
+    return fault_events_.dropped() + world_events_.dropped() + rows_.lost();
   }
 
  private:
   sim::MachineOnBus machine_;
   NodeFaults faults_;
   const std::atomic<std::uint32_t>& signals_;
-  bool wants_rows_;
-  int ticks_ = 0;
   double peak_tip_N_ = 0;
   std::uint64_t events_read_ = 0;
   Ring<FaultEvent, 64> fault_events_;
   Ring<sim::WorldEvent, 256> world_events_;
-  Ring<TruthRow, 1024> rows_;
+  RowTable<TruthRow> rows_;
 };
 
 /// Injected faults and events of the world, shown and recorded.
@@ -123,27 +189,20 @@ void tell(const NodeSetup& setup, NodeRunner& runner, ProgramConsole& console, N
 
 NodeOutcome run_node(const NodeSetup& setup, CanBus& bus, const ProgramRun& run,
                      const std::atomic<std::uint32_t>& signals, std::ostream* truth_csv) {
-  const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv != nullptr);
-  std::optional<recordings::StateTable> table;
-  if (truth_csv != nullptr) table.emplace(*truth_csv, fields_of<TruthRow>());
+  const auto runner = std::make_unique<NodeRunner>(setup, bus, signals, truth_csv);
   NodeOutcome outcome;
   RunEvents<NodeOutcome::Event> world_events;
-  PolicyNote policy("node");
-  const RealtimeClock clock;
-  {
-    RealtimeThread loop({.name = "node", .period = kTick, .fifo_priority = fifo_priority::kMachine}, clock,
-                        [&runner](Time now) { runner->step(now); });
-    const auto tend = [&](Time now) {
-      policy.tell(run.console, now, loop);
-      tell(setup, *runner, run.console, outcome, world_events);
-      if (table) runner->write(*table);
-    };
-    tend_until_over(run, clock, tend);
-    loop.stop();
-    tend(clock.now());
-    outcome.loop = loop.report();
-  }
-  outcome.ran_s = to_seconds(clock.now());
+  const LoopRun ran =
+      run_loop(run, {.thread = {.name = "node", .period = kTick, .fifo_priority = fifo_priority::kMachine},
+                     .step = [&runner](Time now) { runner->step(now); },
+                     .tend =
+                         [&](Time) {
+                           tell(setup, *runner, run.console, outcome, world_events);
+                           runner->write();
+                         },
+                     .ask_to_stop = {}});
+  outcome.loop = ran.report;
+  outcome.ran_s = to_seconds(ran.ended_at);
   outcome.peak_tip_N = runner->peak_tip_N();
   outcome.events = world_events.kept();
   outcome.records_lost += runner->lost() + world_events.left_out();

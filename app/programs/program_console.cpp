@@ -169,21 +169,46 @@ void tend_until_over(const ProgramRun& run, const RealtimeClock& clock, const st
   }
 }
 
-void tend_until_stopped(const ProgramRun& run, const RealtimeClock& clock, const std::function<void(Time)>& tend,
-                        const std::function<bool()>& stopped) {
-  tend_until_over(
-      {[&stopped] { return !stopped(); }, run.console, std::numeric_limits<double>::infinity(), run.outputs, run.news},
-      clock, tend);
+namespace {
+
+void tell_policy(ProgramConsole& console, Time now, const std::string& loop, const std::string& policy) {
+  const bool real_time = policy.rfind("SCHED_FIFO", 0) == 0, all = policy.find(',') == std::string::npos;
+  console.event(now, loop + " loop runs as " + policy +
+                         (real_time && all ? "" : ": real time was not granted in full, see docs/installing.md"));
 }
 
-void PolicyNote::tell(ProgramConsole& console, Time now, const RealtimeThread& thread) {
-  if (told_) return;
-  const auto policy = thread.granted();
-  if (!policy) return;
-  told_ = true;
-  const bool real_time = policy->rfind("SCHED_FIFO", 0) == 0, all = policy->find(',') == std::string::npos;
-  console.event(now, std::string(loop_) + " loop runs as " + *policy +
-                         (real_time && all ? "" : ": real time was not granted in full, see docs/installing.md"));
+}  // namespace
+
+bool StandingReason::is_news(Time now, const Reason& blocking) noexcept {
+  if (!same_cause(blocking, standing_)) since_ = now;
+  standing_ = blocking;
+  if (!standing_ || same_cause(standing_, told_) || now - since_ < 1s) return false;
+  told_ = standing_;
+  return true;
+}
+
+LoopRun run_loop(const ProgramRun& run, const LoopPlan& plan) {
+  const RealtimeClock clock;
+  RealtimeThread loop(plan.thread, clock, plan.step);
+  bool told = false;
+  const auto tend = [&](Time now) {
+    if (const auto policy = told ? std::nullopt : loop.granted()) {
+      told = true;
+      tell_policy(run.console, now, plan.thread.name, *policy);
+    }
+    plan.tend(now);
+  };
+  tend_until_over(run, clock, tend);
+  if (plan.ask_to_stop) {
+    plan.ask_to_stop();
+    ProgramRun ending = run;
+    ending.keep_on = [&plan] { return !plan.stopped(); };
+    ending.duration_s = std::numeric_limits<double>::infinity();
+    tend_until_over(ending, clock, tend);
+  }
+  loop.stop();
+  tend(clock.now());
+  return {loop.report(), clock.now()};
 }
 
 double unix_time_s() {

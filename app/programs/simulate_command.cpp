@@ -1,5 +1,3 @@
-#include "app/programs/simulate_command.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/progress.h"
+#include "app/programs/programs.h"
 #include "app/recordings/recorded_table.h"
 #include "app/report/report.h"
 #include "app/report/result_files.h"
@@ -179,14 +178,14 @@ void commit(std::optional<cli::OutputFile>& file) {
 
 /// What an interrupted session leaves behind.
 std::string kept(const recording::RecorderStatus& log) {
-  std::string words;
+  std::string text;
   if (!log.problem.empty())
-    words = "the recording has ended: " + log.problem + "; ";
+    text = "the recording has ended: " + log.problem + "; ";
   else if (!log.file.empty())
-    words = "what was recorded until then is in " + log.file + "; ";
-  for (const std::string& file : log.flights) words += "flight record: " + file + "; ";
-  for (const std::string& notice : log.notices) words += notice + "; ";
-  return words.empty() ? "nothing was written" : words + "no other file was written";
+    text = "what was recorded until then is in " + log.file + "; ";
+  for (const std::string& file : log.flights) text += "flight record: " + file + "; ";
+  for (const std::string& notice : log.notices) text += notice + "; ";
+  return text.empty() ? "nothing was written" : text + "no other file was written";
 }
 
 bool uses_standard_output(const session::SimulateOptions& o) {

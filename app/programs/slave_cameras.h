@@ -9,7 +9,7 @@
 
 #include "app/cli/news.h"
 #include "app/cli/options.h"
-#include "app/session/machine_sight.h"
+#include "app/session/scene.h"
 #include "core/time.h"
 #include "machine/description.h"
 #include "transport/secure/video_key.h"

@@ -1,5 +1,3 @@
-#include "app/programs/slave_command.h"
-
 #include <array>
 #include <memory>
 #include <optional>
@@ -8,15 +6,16 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/can_opening.h"
-#include "app/programs/path_json.h"
+#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
+#include "app/programs/programs.h"
+#include "app/programs/service_watch.h"
 #include "app/programs/slave_audit.h"
 #include "app/programs/slave_cameras.h"
 #include "app/programs/slave_program.h"
 #include "app/recordings/program_log.h"
-#include "app/session/machine_sight.h"
 #include "app/session/scenario.h"
+#include "app/session/scene.h"
 #include "core/loop_table.h"
 #include "machine/load.h"
 #include "machine/room.h"

@@ -20,8 +20,7 @@
 namespace knuckle::programs {
 namespace {
 
-constexpr Duration kReadsApart = 10s;     // reads with less between them are one event
-constexpr Duration kStandingReason = 1s;  // what blocks for longer is an event, also where no terminal shows it
+constexpr Duration kReadsApart = 10s;  // reads with less between them are one event
 
 struct SlaveStatus {
   Mode mode = Mode::kOff;
@@ -61,10 +60,9 @@ class SlaveRunner {
   /// @param health of the loop's thread.
   SlaveRunner(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start,
               const SlaveRecords& records, Mailbox<LoopHealth>& health)
-      : machine_(machine), side_(machine, bus, link, start), stop_(machine, side_.can) {
+      : machine_(machine), side_(machine, bus, link, start), stop_(machine, side_.can), rows_(records.csv) {
     side_.report_status(machine, records.simulated, &health);
     if (records.candump != nullptr) side_.can.keep_copies();
-    if (records.csv != nullptr) table_.emplace(*records.csv, fields_of<slave::SlaveState>());
     if (records.recorder != nullptr) side_.record_to(*records.recorder);
   }
 
@@ -96,7 +94,6 @@ class SlaveRunner {
 
   const MachineDescription& machine_;
   recording::MachineSide side_;
-  std::optional<recordings::StateTable> table_;  // where one is asked for
   slave::OrderlyStop stop_;
   SlaveMessage farewell_;
   bool said_off_ = false;
@@ -109,7 +106,7 @@ class SlaveRunner {
   Ring<SetupFailureEvent, 16> failures_;
   Ring<slave::EmergencyRecord, 1024> emergencies_;
   Ring<ForeignRead, 16> reads_;
-  Ring<slave::SlaveState, 1024> rows_;
+  RowTable<slave::SlaveState> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
   std::atomic<bool> stop_asked_{false}, stopped_{false};
@@ -133,7 +130,7 @@ void SlaveRunner::observe(Time now) noexcept {
                side_.slave.operator_input().round_trip(),
                now - side_.slave.operator_input().message_at() > slave::kLossLimits.neutral,
                side_.slave.operator_input().message().assist});
-  if (table_ && side_.slave.sensors().measurement()) rows_.push(slave::state_of(now, side_.slave));
+  if (side_.slave.sensors().measurement() && rows_.due()) rows_.push(slave::state_of(now, side_.slave));
 }
 
 void SlaveRunner::observe_nodes(Time now) noexcept {
@@ -180,15 +177,12 @@ void SlaveRunner::step_stop(Time now) noexcept {
 
 void SlaveRunner::write(const SlaveRecords& records) {
   if (records.candump != nullptr) side_.can.write(*records.candump, records.interface);
-  if (!table_) return;
-  slave::SlaveState row;
-  while (rows_.pop(row)) table_->add(&row);
-  table_->flush();
+  rows_.write();
 }
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = side_.slave.operator_input().malformed();
-  outcome.records_lost += side_.can.lost() + rows_.dropped() + events_.dropped() + failures_.dropped() +
+  outcome.records_lost += side_.can.lost() + rows_.lost() + events_.dropped() + failures_.dropped() +
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
@@ -224,17 +218,14 @@ class Teller {
       mode_text_ = event_text(event);
       say(event.at, mode_text_, kind, event.fault ? Severity::kError : Severity::kInfo);
       if (records_.on_mode) records_.on_mode(event);
-      told_ = event.fault ? event.fault : event.blocking;
+      standing_.told(event.fault ? event.fault : event.blocking);
     }
     tell_nodes(runner);
     const SlaveStatus& status = runner.status();
     tell_assist(status);
     if (status.heard_at != kNever && records_.on_link)
       records_.on_link(now, status.heard_at, status.round_trip, status.silent);
-    if (!same_cause(status.blocking, standing_)) standing_since_ = now;
-    standing_ = status.blocking;
-    if (standing_ && !same_cause(standing_, told_) && now - standing_since_ >= kStandingReason) {
-      told_ = standing_;
+    if (standing_.is_news(now, status.blocking)) {
       const ModeEvent standing{now, status.mode, status.blocking, {}};
       say(now, event_text(standing), "standing " + kind_of(standing), Severity::kInfo);
     }
@@ -302,9 +293,9 @@ class Teller {
   AssistSettings assist_;
   RunEvents<ModeEvent> events_, faults_;
   RunEvents<SetupFailureEvent> failures_;
-  Reason told_, standing_, standing_fault_;
+  StandingReason standing_;
+  Reason standing_fault_;
   std::string mode_text_;
-  Time standing_since_{};
 };
 
 }  // namespace
@@ -338,34 +329,30 @@ SlaveOutcome run_slave(const MachineDescription& machine, CanBus& bus, Link& lin
   const auto runner = std::make_unique<SlaveRunner>(machine, bus, link, start, records, health);
   SlaveOutcome outcome;
   Teller teller(run.console, outcome, records);
-  PolicyNote policy("slave");
   ServiceWatch service;
-  const RealtimeClock clock;
-  {
-    RealtimeThread loop({.name = "slave",
-                         .period = from_seconds(1 / machine.bus.sync_Hz),
-                         .fifo_priority = fifo_priority::kSlave,
-                         .lock_memory = true,
-                         .health = &health},
-                        clock, [&runner](Time now) { runner->step(now); });
-    const auto tend = [&](Time now) {
-      policy.tell(run.console, now, loop);
-      teller.tell(now, *runner);
-      runner->write(records);
-      service.tell(now, runner->steps(), teller.mode_text());
-    };
-    tend_until_over(run, clock, tend);
-    service.stopping();
-    runner->ask_to_stop();
-    tend_until_stopped(run, clock, tend, [&runner] { return runner->stopped(); });
-    loop.stop();
-    tend(clock.now());
-    teller.hand_over();
-    outcome.loop = loop.report();
-  }
-  outcome.ran_s = to_seconds(clock.now());
+  const LoopRun ran = run_loop(run, {.thread = {.name = "slave",
+                                                .period = from_seconds(1 / machine.bus.sync_Hz),
+                                                .fifo_priority = fifo_priority::kSlave,
+                                                .lock_memory = true,
+                                                .health = &health},
+                                     .step = [&runner](Time now) { runner->step(now); },
+                                     .tend =
+                                         [&](Time now) {
+                                           teller.tell(now, *runner);
+                                           runner->write(records);
+                                           service.tell(now, runner->steps(), teller.mode_text());
+                                         },
+                                     .ask_to_stop =
+                                         [&] {
+                                           service.stopping();
+                                           runner->ask_to_stop();
+                                         },
+                                     .stopped = [&runner] { return runner->stopped(); }});
+  teller.hand_over();
+  outcome.loop = ran.report;
+  outcome.ran_s = to_seconds(ran.ended_at);
   runner->hand_over(outcome);
-  run.console.event(clock.now(), stop_text(outcome));
+  run.console.event(ran.ended_at, stop_text(outcome));
   return outcome;
 }
 

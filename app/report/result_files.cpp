@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "app/recordings/state_table.h"
-#include "app/session/limit_times.h"
 #include "app/session/record_windows.h"
 #include "core/fields.h"
 

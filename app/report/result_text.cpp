@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "app/session/limit_times.h"
 #include "app/session/record_windows.h"
 
 namespace knuckle::report {

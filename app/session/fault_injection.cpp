@@ -28,7 +28,7 @@ void set_device_fault(FaultKind kind, bool broken, HandSide& hand) noexcept {
     case FaultKind::kDeviceBadCrc:
       return firmware(FirmwareFault::kBadCrc);
     case FaultKind::kDeviceTruncated:
-      return hand.device_end.truncate(broken);
+      return firmware(FirmwareFault::kTruncated);
     case FaultKind::kDeviceWild:
       return firmware(FirmwareFault::kWildCounts);
     default:

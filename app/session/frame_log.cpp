@@ -1,6 +1,7 @@
 #include "app/session/frame_log.h"
 
 #include <algorithm>
+#include <array>
 
 #include "machine/description.h"
 #include "transport/canopen.h"
@@ -10,7 +11,7 @@ namespace {
 
 constexpr Duration kSilent = 50ms;       // a valve reports every 10 ms
 constexpr Duration kSpringTime = 100ms;  // generous: spools spring to neutral in about 60 ms
-constexpr Duration kUnderWay = 10ms;     // what the controller sent before it hung may reach the wire so much later
+constexpr Duration kUnderWay = 10ms;     // what was sent before a fault may reach the wire so much later
 
 FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
@@ -146,6 +147,36 @@ int commands_not_neutral(const FrameLog& log, const MachineDescription& machine,
     if (told && !neutral(*told)) ++count;
   }
   return count;
+}
+
+void FaultWatch::step(Time now, Mode mode, const Reason& fault, bool enable) noexcept {
+  for (Latched& latch : latched_) {
+    latch.released = latch.released || !enable;
+    if (latch.released && enable) latch.resumed_at = std::min(latch.resumed_at, now);
+  }
+  const bool latched_now = mode == Mode::kFault || mode == Mode::kEStop;
+  if (latched_now && !was_latched_) keep(latched_, {fault, now}, lost_);
+  was_latched_ = latched_now;
+}
+
+void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine, Time end,
+                       const std::function<Cause(Time)>& cause_of, SessionRecord& record) const {
+  record.records_lost += lost_;
+  const auto seconds = [](const std::optional<Time>& t) { return t ? to_seconds(*t) : 0; };
+  for (const Latched& latch : latched_) {
+    const auto [last_good, injected_at] = cause_of(latch.at);
+    const Time until = std::min(latch.resumed_at, end);
+    const NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
+    record.faults.push_back({latch.reason,
+                             to_seconds(latch.at),
+                             to_seconds(last_good),
+                             seconds(neutral.command),
+                             seconds(neutral.spool),
+                             neutral.controller_silent,
+                             {}});
+    if (injected_at) record.faults.back().injected_s = to_seconds(*injected_at);
+    if (commands_not_neutral(frames, machine, latch.at + kUnderWay, until) > 0) ++record.resumed_by_itself;
+  }
 }
 
 }  // namespace knuckle::session

@@ -7,6 +7,19 @@ namespace {
 
 constexpr double kNotHeard_s = 1;  // from then on a person sees that the link is gone, and believes no mode any more
 
+Hand hand_of(const HandView& view) noexcept {
+  Hand hand;
+  hand.joint_rad = view.truth.joint_rad;
+  hand.joint_radps = view.truth.rate_radps;
+  hand.intent_rad = view.intent.joint_rad;
+  hand.tip_m = view.truth.tip_m;
+  hand.felt_N = view.truth.felt_N;
+  hand.energy_J = view.truth.energy_to_hand_J;
+  return hand;
+}
+
+}  // namespace
+
 Truth truth_of(const sim::PlantState& plant) noexcept {
   Truth truth;
   truth.joint_rad = plant.joint_rad;
@@ -22,19 +35,6 @@ Truth truth_of(const sim::PlantState& plant) noexcept {
   truth.energy_to_machine_J = plant.valve_work_J;
   return truth;
 }
-
-Hand hand_of(const HandView& view) noexcept {
-  Hand hand;
-  hand.joint_rad = view.truth.joint_rad;
-  hand.joint_radps = view.truth.rate_radps;
-  hand.intent_rad = view.intent.joint_rad;
-  hand.tip_m = view.truth.tip_m;
-  hand.felt_N = view.truth.felt_N;
-  hand.energy_J = view.truth.energy_to_hand_J;
-  return hand;
-}
-
-}  // namespace
 
 HandView view_of(const sim::HandAndDevice& hand, const sim::Operator& person, const sim::OperatorIntent& intent,
                  std::size_t phases) noexcept {

@@ -42,6 +42,7 @@ struct MasterView {
 [[nodiscard]] sim::OperatorView person_view(const MasterView& master, const JointVector& start_rad,
                                             const sim::HandTruth& hand, int breaks) noexcept;
 
+[[nodiscard]] Truth truth_of(const sim::PlantState& plant) noexcept;
 /// One row of the record.
 [[nodiscard]] Sample sample_of(Time now, const slave::SlaveLoop& slave, const sim::PlantState& plant,
                                const HandView& hand, const MasterView& master, const Kinematics& kinematics) noexcept;

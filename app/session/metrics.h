@@ -1,14 +1,64 @@
-// The numbers a session is judged by, computed from its record alone. docs/scenarios.md says how each is defined.
+// The numbers a session is judged by, computed from its record alone, and what a scenario asks of them: bounds, what it
+// means to miss one, and the verdict. docs/scenarios.md says how each is defined.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/session/metric.h"
 #include "app/session/session_record.h"
 
 namespace knuckle::session {
+
+/// A number; null where the session had nothing to measure it on (no press, no payload, ...).
+struct Metric : std::optional<double> {
+  using std::optional<double>::optional;
+  /// When it was at its worst; of a mean, when most went into it. Null where there is no such moment.
+  std::optional<double> at_s{};
+};
+
+/// Keeps the larger value, and when it was; one that is no number is the worst of all.
+inline void keep_worst(Metric& worst, double value, double at_s) {
+  if (worst && (std::isnan(*worst) || value <= *worst)) return;
+  worst = value;
+  worst.at_s = at_s;
+}
+/// Of what is counted, the last one's moment stays.
+inline void count_one(Metric& count, double at_s) {
+  count = count.value_or(0) + 1;
+  count.at_s = at_s;
+}
+
+/// Of values added one after the other; null while there is none.
+class Mean {
+ public:
+  void add(double value, double at_s) {
+    sum_ += value;
+    ++count_;
+    keep_worst(largest_, value, at_s);
+  }
+  [[nodiscard]] Metric value() const {
+    Metric mean;
+    if (count_ > 0) mean = sum_ / count_;
+    mean.at_s = largest_.at_s;
+    return mean;
+  }
+  /// Of values that were added as their squares.
+  [[nodiscard]] Metric root() const {
+    Metric root = value();
+    if (root) *root = std::sqrt(*root);
+    return root;
+  }
+
+ private:
+  double sum_ = 0;
+  int count_ = 0;
+  Metric largest_;
+};
 
 struct Metrics {
   // tracking: free motion only, tip against hand(t - one-way link delay)
@@ -58,6 +108,11 @@ struct MetricEntry {
 [[nodiscard]] const MetricEntry* find_metric(std::string_view name) noexcept;
 
 [[nodiscard]] Metrics compute_metrics(const SessionRecord& record);
+// Parts of it.
+/// Fills what the operator's hand would name: contact kept, rise, settling, hold, drag, slew.
+void measure_felt(const SessionRecord& record, Metrics& metrics);
+/// Fills what compares, over the whole session, what is felt with what is true while engaged.
+void measure_truth(const SessionRecord& record, Metrics& metrics);
 
 /// A stay in one mode.
 struct ModeVisit {
@@ -72,5 +127,52 @@ struct PortEnergies {
   double machine_in_J = 0, machine_out_J = 0;
 };
 [[nodiscard]] PortEnergies port_energies(const SessionRecord& record) noexcept;
+
+// What a scenario asks.
+
+enum class CriterionKind : std::uint8_t {
+  kSafety,       ///< Must never happen: decides with every machine and seed.
+  kCriterion,    ///< Of a user's own scenario: likewise.
+  kRequirement,  ///< Must not get worse: decides for the stock set-up, and where it is asked to.
+  kGoal          ///< Is worked towards: decides nothing.
+};
+
+/// One entry of a scenario. At least one bound is set.
+struct Criterion {
+  std::string metric;  ///< Name of a metric, as in metric_table().
+  std::optional<double> min, max;
+  CriterionKind kind = CriterionKind::kCriterion;
+};
+
+/// One bound checked. A metric the session could not measure fails its criterion.
+struct CriterionResult {
+  std::string name;
+  std::optional<double> value;
+  std::string unit;
+  std::string relation;  ///< "max" or "min"
+  double bound = 0;
+  CriterionKind kind = CriterionKind::kCriterion;
+  std::optional<bool> met;     ///< Null: the session was cut short before it could be judged.
+  std::optional<double> at_s;  ///< When it was at its worst; null where there is no such moment, or it is 0.
+  std::string phase;           ///< Of the operator, then.
+
+  [[nodiscard]] bool missed() const noexcept { return met == false; }
+};
+
+/// Metrics that [[safety]] may name.
+inline constexpr std::string_view kSafetyMetrics[] = {"command_neutral_ms", "spool_neutral_ms", "max_slew_N_per_ms",
+                                                      "resumed_by_itself", "faults"};
+
+/// One result per bound, in the order given.
+/// @param criteria of metrics that find_metric knows.
+/// @param record that the metrics were taken from. Where it was cut short, only a [[safety]] maximum that is exceeded
+/// already is judged.
+[[nodiscard]] std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, const Metrics& metrics,
+                                                    const SessionRecord& record = {});
+
+/// Whether one that is missed fails the session.
+[[nodiscard]] bool decides(CriterionKind kind, bool requirements_decide) noexcept;
+/// Whether none of those that decide is missed.
+[[nodiscard]] bool all_passed(const std::vector<CriterionResult>& results, bool requirements_decide = true) noexcept;
 
 }  // namespace knuckle::session

@@ -1,10 +1,9 @@
-#include "app/session/metrics_felt.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "app/session/metrics.h"
 #include "app/session/record_windows.h"
 #include "core/quantile.h"
 

@@ -1,9 +1,8 @@
-#include "app/session/metrics_truth.h"
-
 #include <algorithm>
 #include <cmath>
 #include <deque>
 
+#include "app/session/metrics.h"
 #include "app/session/record_windows.h"
 #include "estimation/observer.h"
 

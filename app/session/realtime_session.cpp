@@ -1,5 +1,4 @@
-#include "app/session/realtime_session.h"
-
+// A session in real-time threads.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -8,10 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/session/fault_watch.h"
 #include "app/session/loop_views.h"
-#include "app/session/operator_path.h"
-#include "app/session/session_books.h"
+#include "app/session/session.h"
+#include "app/session/session_logs.h"
 #include "core/error.h"
 #include "core/loop_table.h"
 #include "core/mailbox.h"
@@ -25,8 +23,7 @@
 namespace knuckle::session {
 namespace {
 
-constexpr double kRealtimeTail_s = 0.5;  // recorded after the operator has finished
-constexpr double kGrace_s = 1.0;         // until all threads have ended, at most
+constexpr double kGrace_s = 1.0;  // until all threads have ended, at most
 
 /// Largest of the values of the last slave period.
 class RecentPeak {
@@ -43,18 +40,8 @@ class RecentPeak {
   std::size_t next_ = 0;
 };
 
-Percentiles percentiles_us(const Histogram& h) {
-  const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
-  return {us(h.quantile(0.5)), us(h.quantile(0.99)), us(h.max())};
-}
-
 LoopTiming timing(const char* loop, const RealtimeReport& report) {
   return {loop, report.policy, percentiles_us(report.wake_lateness), percentiles_us(report.execution), report.overruns};
-}
-
-/// Steps of the slave there may be.
-std::size_t most_rows(const SessionSetup& setup) {
-  return static_cast<std::size_t>((setup.scenario.duration_s + kGrace_s) * setup.machine.bus.sync_Hz);
 }
 
 /// All that the four threads work on. Each member belongs to one of them; between them go only wires, mailboxes and
@@ -74,11 +61,13 @@ class Loops {
   }
   [[nodiscard]] bool finished() const noexcept { return finished_; }
   /// After the threads have ended.
-  void hand_over(Time end, SessionOutcome& outcome);
+  [[nodiscard]] SessionOutcome hand_over(Time end) {
+    return logs_.hand_over(setup_.machine, person_, end, [](Time latched_at) { return Cause{latched_at, {}}; });
+  }
 
  private:
   const SessionSetup& setup_;
-  const SessionSetup::Starts starts_ = setup_.starts();
+  SessionLogs logs_{setup_, kGrace_s};  // each of its logs belongs to a thread; the record, to the slave's
   // wires and what crosses threads
   ThreadHid cable_;
   sim::ThreadedMachine machine_;
@@ -93,20 +82,14 @@ class Loops {
   MasterView seen_;
   // master
   recording::OperatorSide near_;
-  MasterBook master_book_;
   PlanarVector last_force_N_ = PlanarVector::Zero();
   RecentPeak slew_{setup_.machine.bus.sync_Hz};
   // slave
   recording::MachineSide far_;
   Kinematics kinematics_;
-  SlaveBook slave_book_;
   MasterView master_seen_;
   HandView hand_seen_;
   sim::PlantState plant_seen_;
-  FaultWatch faults_;
-  SessionRecord record_;
-  // machine
-  MachineBook machine_book_;
 };
 
 Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_end, recording::Recorder* recorder)
@@ -115,18 +98,14 @@ Loops::Loops(const SessionSetup& setup, UdpLink& operator_end, UdpLink& machine_
       person_(operator_of(setup)),
       hand_(setup.device_truth(), setup.limb, cable_.device(), setup.seed, setup.scenario.hand_rad),
       near_(operator_setup(setup), cable_.host(), operator_end),
-      master_book_(most_rows(setup), starts_.machine_end.origin),
-      far_(setup.machine, machine_.controller(), machine_end, starts_.machine_end),
-      kinematics_(setup.machine),
-      slave_book_(most_rows(setup), starts_.operator_end.origin),
-      record_(start_record(setup)),
-      machine_book_(most_frames(setup.machine.bus, setup.scenario.duration_s + kGrace_s)) {
+      far_(setup.machine, machine_.controller(), machine_end, setup.starts().machine_end),
+      kinematics_(setup.machine) {
   if (recorder != nullptr) {
     near_.record_to(*recorder);
     far_.record_to(*recorder);
   }
   machine_.set_tap(
-      {[](void* book, Time at, const CanFrame& f) { static_cast<MachineBook*>(book)->note(at, f); }, &machine_book_});
+      {[](void* log, Time at, const CanFrame& f) { static_cast<MachineLog*>(log)->note(at, f); }, &logs_.machine});
 }
 
 void Loops::step_hand(Time now) noexcept {
@@ -146,7 +125,7 @@ void Loops::step_master(Time now) noexcept {
   last_force_N_ = view.state.sent_force_N;
   master_to_hand_.put(view);
   master_to_record_.put(view);
-  master_book_.note(now, near_.master);
+  logs_.master.note(now, near_.master);
 }
 
 void Loops::step_slave(Time now) noexcept {
@@ -154,35 +133,17 @@ void Loops::step_slave(Time now) noexcept {
   hand_to_record_.take(hand_seen_);
   master_to_record_.take(master_seen_);
   plant_to_record_.take(plant_seen_);
-  faults_.step(now, far_.slave.mode(), far_.slave.fault(), hand_seen_.intent.enable);
-  keep(record_.samples, sample_of(now, far_.slave, plant_seen_, hand_seen_, master_seen_, kinematics_),
-       record_.records_lost);
-  slave_book_.note(now, far_.slave);
+  logs_.note_faults(now, far_.slave, hand_seen_.intent.enable);
+  logs_.note(sample_of(now, far_.slave, plant_seen_, hand_seen_, master_seen_, kinematics_));
+  logs_.slave.note(now, far_.slave);
 }
 
 void Loops::step_machine(Time now) noexcept {
   machine_.step(now);
   const sim::PlantState& plant = machine_.plant();
-  machine_book_.note(plant.events);
-  breaks_ = machine_book_.breaks;
+  logs_.machine.note(plant.events);
+  breaks_ = logs_.machine.breaks;
   plant_to_record_.put(plant);
-}
-
-void Loops::hand_over(Time end, SessionOutcome& outcome) {
-  faults_.judge(
-      machine_book_.frames, setup_.machine, end,
-      [](Time latched_at) {
-        return Cause{latched_at, {}};
-      },
-      record_);
-  master_book_.hand_over(record_);
-  machine_book_.hand_over(record_);
-  record_.plan_finished = person_.finished();
-  record_.phases_timed_out = person_.timed_out() >= 0 || !person_.finished() ? 1 : 0;
-  outcome.hops = hops_of(master_book_, slave_book_, machine_book_, setup_.machine.bus);
-  outcome.record = std::move(record_);
-  outcome.frames = std::move(machine_book_.frames);
-  outcome.elapsed_s = to_seconds(end);
 }
 
 /// Until the operator has finished and a little longer, or the scenario's time is over.
@@ -193,7 +154,7 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
     const Time now = clock.now();
     if (loops.finished() && finished_at == Time::max()) finished_at = now;
     if (to_seconds(now) >= longest_s) return;
-    if (finished_at != Time::max() && to_seconds(now - finished_at) > kRealtimeTail_s) return;
+    if (finished_at != Time::max() && to_seconds(now - finished_at) > kTail_s) return;
     if (progress) progress(std::max(loops.done_fraction(), to_seconds(now) / longest_s));
     clock.sleep_until(now + 250ms);
   }
@@ -210,7 +171,7 @@ SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* reco
   Loops loops(setup, operator_end, machine_end, recorder);
   std::optional<recording::RecorderThread> recording;
   if (recorder != nullptr) recording.emplace(*recorder);
-  SessionOutcome outcome;
+  std::vector<LoopTiming> timings;
   const RealtimeClock clock;
   {
     const Duration slave_period = from_seconds(1 / setup.machine.bus.sync_Hz);
@@ -228,10 +189,11 @@ SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* reco
                         [&loops](Time now) { loops.step_hand(now); });
     wait_for_the_end(clock, loops, setup.scenario.duration_s, progress);
     for (RealtimeThread* thread : {&hand, &master, &slave, &machine}) thread->stop();
-    outcome.loops = {timing("master", master.report()), timing("slave", slave.report()),
-                     timing("machine", machine.report()), timing("hand", hand.report())};
+    timings = {timing("master", master.report()), timing("slave", slave.report()), timing("machine", machine.report()),
+               timing("hand", hand.report())};
   }
-  loops.hand_over(clock.now(), outcome);
+  SessionOutcome outcome = loops.hand_over(clock.now());
+  outcome.loops = std::move(timings);
   return outcome;
 }
 

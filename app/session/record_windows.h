@@ -1,11 +1,14 @@
-// Stretches of a session that a metric is taken over: free motion, and the operator meaning to touch.
+// Stretches of a session that a metric is taken over: free motion, the operator meaning to touch, and the time for
+// which each limit held the machine back.
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "app/session/session_record.h"
+#include "machine/description.h"
 
 namespace knuckle::session {
 
@@ -46,5 +49,14 @@ inline constexpr double kBesideEnd_s = 0.1;       ///< Jitter and filters, eithe
 
 /// Whether an event is a piece that broke.
 [[nodiscard]] bool is_break(const EventRecord& event) noexcept;
+
+struct LimitTime {
+  std::string limit;  ///< As limit_word() says; a virtual wall by its own name: "floor", "ceiling", "reach".
+  bool wall = false;
+  double time_s = 0;
+};
+
+/// Every limit, also those that were never met, in the order of LimitFlag. Several may hold at one time.
+[[nodiscard]] std::vector<LimitTime> limit_times(const SessionRecord& record, const LimitsDescription& limits);
 
 }  // namespace knuckle::session

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/session/criteria.h"
+#include "app/session/metrics.h"
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description_fwd.h"

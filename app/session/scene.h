@@ -1,4 +1,4 @@
-// What stands around the machine, as lines for drawings.
+// What stands around the machine: as lines for drawings, and as a camera on a simulated machine has it before it.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,8 @@
 
 #include "app/session/session_record.h"
 #include "core/joints.h"
+#include "core/time.h"
+#include "sim/plant.h"
 #include "sim/world.h"
 
 namespace knuckle::session {
@@ -26,5 +28,17 @@ using Scene = std::vector<SceneLine>;
 /// Ground, walls (until they broke), loose pieces (where and while they lie), soil and pipes of a world, frame M for a
 /// level hull. What has no end is drawn as far as matters for a machine of this reach.
 [[nodiscard]] Scene scene_of(const sim::WorldDescription& world, const SessionRecord& record, double reach_m);
+
+/// Plain data that crosses from the machine's thread to the one that draws.
+struct MachineSight {
+  Time at{};                                    ///< When it was so, by the clock of pictures (video::now()).
+  double session_s = 0;                         ///< The same by the session's clock, which the events have.
+  JointVector joint_rad = JointVector::Zero();  ///< The true ones.
+  sim::WorldEventRing events;
+};
+
+[[nodiscard]] inline MachineSight sight_of(const sim::PlantState& plant, Time at) noexcept {
+  return {at, plant.t_s, plant.joint_rad, plant.events};
+}
 
 }  // namespace knuckle::session

@@ -1,74 +1,52 @@
-// One teleoperation session on virtual time: operator, device, master, link, slave, bus and machine in lock-step, one
-// millisecond a step, in one thread. Above the wires nothing knows that it is simulated.
+// One teleoperation session: operator, device, master, link, slave, bus and machine. On virtual time in lock-step, one
+// millisecond a step, in one thread; or the same loop objects in real-time threads. Above the wires nothing knows that
+// it is simulated.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/session/frame_log.h"
-#include "app/session/scenario.h"
 #include "app/session/session_record.h"
+#include "app/session/session_setup.h"
 #include "core/histogram.h"
-#include "machine/description.h"
-#include "machine/device_description.h"
 #include "recording/recorder.h"
-#include "recording/sides.h"
-#include "sim/haptic_device.h"
-#include "sim/operator.h"
-#include "sim/person.h"
-#include "sim/truth.h"
-#include "transport/impaired_link.h"
-#include "transport/link_session.h"
 
 namespace knuckle::session {
 
-struct SessionSetup {
-  MachineDescription machine;  ///< As calibrated: all that the controller knows.
-  DeviceDescription device;
-  Scenario scenario;
-  sim::MachineTruth truth;
-  std::optional<sim::DeviceTruth> built_device;  ///< None: as its file says.
-  sim::LimbImpedance limb;
-  sim::Person person;  ///< Whose limb it is.
-  std::vector<sim::PathPoint> path;
-  LinkImpairment to_machine, to_operator;  ///< On virtual time.
-  std::string listen = "127.0.0.1:0";      ///< On real time: the machine's end,
-  std::string connect;                     ///< and where the operator's end sends to; empty: there.
-  ControlLaw law = ControlLaw::kEchoSpring;
-  std::uint64_t seed = 1, machine_seed = 1;
-  /// What each end draws at its start; none: from the seed, so that the session repeats.
-  struct Starts {
-    LinkStart operator_end, machine_end;
-  };
-  std::optional<Starts> drawn_starts;
-  [[nodiscard]] Starts starts() const {
-    return drawn_starts.value_or(Starts{start_from(seed, LinkEnd::kOperator), start_from(seed, LinkEnd::kMachine)});
-  }
-  [[nodiscard]] sim::DeviceTruth device_truth() const { return built_device.value_or(device); }
+struct Percentiles {
+  double p50 = 0, p99 = 0, max = 0;
+};
+[[nodiscard]] Percentiles percentiles_us(const Histogram& histogram);
+
+/// One hop of the latency chain, in the session's time (virtual, or real with --realtime); from the stamps that travel
+/// with each sample.
+struct HopLatency {
+  std::string hop;  ///< snake_case, such as "hand_to_valve"
+  std::uint64_t samples = 0;
+  Percentiles latency_us;
 };
 
-/// What a frame log must have room for: the full map, heartbeats and set-up dialogues of a session this long.
-[[nodiscard]] std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept;
-/// An empty record of this session, with room for every row.
-[[nodiscard]] SessionRecord start_record(const SessionSetup& setup);
-
-/// Per-sample latencies; from the stamps that travel with each sample.
-struct HopHistograms {
-  Histogram hand_to_master;     ///< device report made -> report taken by the master
-  Histogram master_to_slave;    ///< datagram sent -> taken by the slave loop
-  Histogram hand_to_valve;      ///< device report -> set-point on the wire
-  Histogram pressure_to_slave;  ///< pressure frame on the wire -> force estimated
-  Histogram slave_to_master;    ///< datagram sent -> taken by the master
-  Histogram pressure_to_hand;   ///< pressure frame on the wire -> torque report written
+/// One real-time loop as it ran; with --realtime only.
+struct LoopTiming {
+  std::string loop;    ///< "master", "slave", ...
+  std::string policy;  ///< Scheduling class granted.
+  Percentiles wake_us, execution_us;
+  std::uint64_t overruns = 0;
 };
 
-/// Of a session in which both sides are made of the same descriptions.
-[[nodiscard]] recording::OperatorSetup operator_setup(const SessionSetup& setup);
-/// Who acts out the scenario's plan.
-[[nodiscard]] sim::Operator operator_of(const SessionSetup& setup);
+/// What a run leaves, on virtual or real time.
+struct SessionOutcome {
+  SessionRecord record;
+  FrameLog frames;
+  std::vector<HopLatency> hops;
+  bool heard = false;             ///< The machine's side heard the operator's.
+  std::vector<LoopTiming> loops;  ///< Empty on virtual time.
+  double elapsed_s = 0;
+};
 
 class Session {
  public:
@@ -87,14 +65,21 @@ class Session {
   /// Share of the scenario done, for progress: by phases.
   [[nodiscard]] double done_fraction() const noexcept;
 
-  /// Judges faults from the recorded frames and hands the record over; the session is over then.
-  [[nodiscard]] SessionRecord take_record();
-  [[nodiscard]] const FrameLog& frames() const noexcept;
-  [[nodiscard]] const HopHistograms& hops() const noexcept;
+  /// Judges faults from the recorded frames and hands everything over; the session is over then.
+  [[nodiscard]] SessionOutcome take_outcome();
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Runs a session in real-time threads to its end: operator with device, master, slave and machine each in their own,
+/// over UDP on the loopback interface and lock-free CAN and HID wires. Takes as long as it lasts. The link is the
+/// loopback interface as it is: impairment and scheduled faults belong to virtual time.
+/// @param progress called a few times a second with the share done; may throw to end the session.
+/// @param recorder all that the loops read, know and do; null: not wanted. Drained meanwhile.
+/// @throws InputError where the scenario schedules faults, or the set-up does not fit together.
+[[nodiscard]] SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* recorder,
+                                          const std::function<void(double)>& progress);
 
 }  // namespace knuckle::session

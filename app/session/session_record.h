@@ -137,7 +137,7 @@ struct SessionRecord {
   std::vector<std::string> phases;
   double force_scale = 1e-3;    ///< lambda: hand newtons per machine newton
   double device_limit_N = 8;    ///< Largest force that the device shows
-  std::vector<double> asked_N;  ///< By the operator's phase: what a press asks for (asked_force.h); 0: nothing certain
+  std::vector<double> asked_N;  ///< By the operator's phase: what a press asks for (asked_forces_N()); 0: not certain
   double link_delay_s = 0;      ///< One way, as configured
   /// Where the walls begin that the hand feels at the ends of the machine's joints.
   JointVector joint_end_low_rad = JointVector::Constant(-std::numeric_limits<double>::infinity());

@@ -8,35 +8,29 @@
 #include <string>
 #include <vector>
 
-#include "app/session/criteria.h"
+#include "app/session/frame_log.h"
 #include "app/session/metrics.h"
 #include "app/session/options.h"
 #include "app/session/scene.h"
-#include "app/session/session_digest.h"
+#include "app/session/session.h"
 #include "app/session/session_record.h"
 #include "machine/description.h"
 #include "recording/recorder.h"
 
 namespace knuckle::session {
 
-struct Percentiles {
-  double p50 = 0, p99 = 0, max = 0;
+/// Whether two sessions are the same: SHA-256 of each field over all rows, and of all CAN frames. A new field is a new
+/// line and leaves those of the others as they are.
+struct SessionDigest {
+  struct Line {
+    std::string field;   ///< "truth_tip_m"; "frames": of the bus.
+    std::string digest;  ///< The first 16 digits.
+  };
+  std::vector<Line> lines;
+  std::string whole;  ///< Hex, of all lines: equal ones mean equal sessions.
 };
 
-/// One hop of the per-sample latency chain, in the session's time (virtual, or real with --realtime).
-struct HopLatency {
-  std::string hop;  ///< snake_case, such as "hand_to_valve"
-  std::uint64_t samples = 0;
-  Percentiles latency_us;
-};
-
-/// One real-time loop as it ran; with --realtime only.
-struct LoopTiming {
-  std::string loop;    ///< "master", "slave", ...
-  std::string policy;  ///< Scheduling class granted.
-  Percentiles wake_us, execution_us;
-  std::uint64_t overruns = 0;
-};
+[[nodiscard]] SessionDigest digest_of(const std::vector<Sample>& rows, const FrameLog& frames);
 
 struct SessionResult {
   // What ran.

@@ -1,13 +1,22 @@
 #include "app/session/session_setup.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
 #include <utility>
 
+#include "app/cli/command.h"
 #include "app/session/link_file.h"
 #include "app/session/operator_path.h"
+#include "app/session/scenario.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/room.h"
+#include "sim/rigid_body.h"
 
 namespace knuckle::session {
 namespace {
@@ -113,6 +122,143 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   setup.law = control_law_named(options.control).value_or(setup.device.feel.law);
   loaded.operator_name = recorded.empty() ? sim::name(limb) : options.operator_name;
   return loaded;
+}
+
+recording::OperatorSetup operator_setup(const SessionSetup& setup) {
+  return {.device = setup.device,
+          .machine = setup.machine,
+          .law = setup.law,
+          .start = setup.starts().operator_end,
+          .assist = setup.scenario.assist,
+          .far_end = master::FarEnd::kIsThisMachine};
+}
+
+sim::Operator operator_of(const SessionSetup& setup) {
+  const Scenario& scenario = setup.scenario;
+  return {setup.machine,
+          scenario.phases,
+          setup.path,
+          kPathPeriod,
+          scenario.hand_rad,
+          scenario.reaction,
+          sim::push_stiffness(setup.limb, setup.device.feel),
+          sim::Unsteadiness(setup.person, setup.limb, setup.seed),
+          setup.seed};
+}
+
+std::size_t most_frames(const BusDescription& bus, double duration_s) noexcept {
+  constexpr double kSensors = 1 + 6 + 3 + 1, kValves = 3, kNodes = 6 + 3 + 3 + 2;  // the first with their SYNC
+  constexpr double kSpare = 1.5, kSetUp = 4000;
+  const double slow_Hz = 2 / bus.controller_heartbeat_s + 2 * kNodes / bus.node_heartbeat_s;
+  const double frames_Hz =
+      bus.sync_Hz * (kSensors + kValves / bus.set_point_every_nth_sync + kValves / bus.valve_status_every_nth_sync) +
+      slow_Hz;
+  return static_cast<std::size_t>(kSetUp + kSpare * frames_Hz * duration_s);
+}
+
+SessionRecord start_record(const SessionSetup& setup) {
+  SessionRecord record;
+  record.samples.reserve(static_cast<std::size_t>((setup.scenario.duration_s + 1) * setup.machine.bus.sync_Hz));
+  record.phases = setup.scenario.phase_names;
+  record.phases.emplace_back("hold");
+  record.force_scale = setup.device.feel.force_scale;
+  record.device_limit_N = setup.device.feel.force_limit_N;
+  record.asked_N = asked_forces_N(setup.machine, setup.scenario, record.force_scale);
+  record.link_delay_s = to_seconds(setup.to_machine.delay);
+  for (Eigen::Index i = 0; i < kJoints; ++i) {
+    const LinkDescription& link = setup.machine.links[static_cast<std::size_t>(i)];
+    record.joint_end_low_rad[i] = link.min_rad + setup.machine.limits.joint_soft_margin_rad;
+    record.joint_end_high_rad[i] = link.max_rad - setup.machine.limits.joint_soft_margin_rad;
+  }
+  return record;
+}
+
+namespace {
+
+/// Of a free arm at the part of the bucket that is foremost along the press.
+double moved_mass_kg(const MachineDescription& machine, const JointVector& joint_rad, const PlanarVector& along) {
+  const auto outline = bucket_outline(machine);
+  const Eigen::Rotation2Dd turn(joint_rad.sum());
+  const PlanarVector foremost = turn * *std::ranges::max_element(outline, {}, [&](const PlanarVector& corner) {
+                                  return along.dot(turn * corner);
+                                });
+  const sim::RigidBody body(machine, 0);
+  const sim::PoseGeometry pose = body.pose(joint_rad);
+  const JointVector torque = sim::RigidBody::bucket_torque(pose, along, cross(foremost, along));
+  return 1 / torque.dot(body.mass(pose, {}).solve(torque));
+}
+
+/// 0 where nothing faces the press, or what does is no linear spring.
+double pressed_stiffness_N_per_m(const sim::WorldDescription& world, const PlanarVector& along) {
+  double facing = 0.5, stiffness = 0;  // within 60 deg
+  const auto consider = [&](const PlanarVector& normal, double stiffness_N_per_m) {
+    const double faces = -along.dot(normal.normalized());
+    if (faces > facing) {
+      facing = faces;
+      stiffness = stiffness_N_per_m;
+    }
+  };
+  for (const sim::WallDescription& wall : world.walls) {
+    consider(wall.normal, wall.hunt_crossley_N_per_m15 > 0 ? 0 : wall.stiffness_N_per_m);
+  }
+  if (world.ground) consider(PlanarVector(0, 1), world.ground->stiffness_N_per_m);
+  return stiffness;
+}
+
+}  // namespace
+
+std::vector<double> asked_forces_N(const MachineDescription& machine, const Scenario& scenario, double force_scale) {
+  const Kinematics kinematics(machine);
+  JointVector joint_rad = scenario.start_rad;
+  std::vector<double> asked_N;
+  for (const sim::Phase& phase : scenario.phases) {
+    asked_N.push_back(0);
+    if (phase.kind == sim::PhaseKind::kMove) {
+      joint_rad =
+          phase.joint_space ? phase.joints_rad : kinematics.inverse(phase.tip_m, phase.bucket_rad).value_or(joint_rad);
+    }
+    if (phase.kind != sim::PhaseKind::kPress || phase.until_break) continue;
+    const double stiffness = pressed_stiffness_N_per_m(scenario.world, phase.direction);
+    if (stiffness <= 0) continue;
+    const double impact_N = phase.speed_mps * std::sqrt(stiffness * moved_mass_kg(machine, joint_rad, phase.direction));
+    asked_N.back() = phase.force_N / force_scale + impact_N;
+  }
+  return asked_N;
+}
+
+recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options) {
+  recording::Head head;
+  head.program = "knuckle simulate --scenario " + options.scenario + " --seed " + std::to_string(setup.seed);
+  head.version = cli::program_version();
+  head.virtual_time = !options.realtime;
+  if (options.realtime) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    head.started_unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  }
+  head.simulated = head.has_operator = head.has_machine = true;
+  head.operator_start = setup.starts().operator_end;
+  head.machine_start = setup.starts().machine_end;
+  head.law = name(setup.law);
+  head.far_end_is_this_machine = true;
+  head.machine_file = setup.machine.text;
+  head.device_file = setup.device.text;
+  head.scenario_file = setup.scenario.text;
+  return head;
+}
+
+recording::Head operator_head(const std::string& program, std::int64_t started_unix_ns,
+                              const MachineDescription& machine, const DeviceDescription& device, ControlLaw law,
+                              const LinkStart& start) {
+  recording::Head head;
+  head.program = program;
+  head.version = cli::program_version();
+  head.started_unix_ns = started_unix_ns;
+  head.has_operator = true;
+  head.operator_start = start;
+  head.law = name(law);
+  head.machine_file = machine.text;
+  head.device_file = device.text;
+  return head;
 }
 
 }  // namespace knuckle::session

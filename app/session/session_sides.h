@@ -14,7 +14,6 @@
 #include "sim/machine_on_bus.h"
 #include "sim/person.h"
 #include "sim/truth.h"
-#include "transport/faulty_ports.h"
 #include "transport/hid_pair.h"
 #include "transport/link.h"
 
@@ -24,7 +23,7 @@ namespace knuckle::session {
 struct HandSide {
   HandSide(const sim::DeviceTruth& built, const sim::LimbImpedance& limb, std::uint64_t seed,
            const JointVector& start_rad)
-      : device(built, limb, device_end, seed, start_rad) {}
+      : device(built, limb, cable.device(), seed, start_rad) {}
 
   /// One tick; the master's step comes next.
   void step(Time now, const sim::OperatorIntent& intent) noexcept {
@@ -33,7 +32,6 @@ struct HandSide {
   }
 
   HidPair cable;
-  TruncatingPort device_end{cable.device()};
   sim::HandAndDevice device;
 };
 

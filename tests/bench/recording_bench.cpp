@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "app/session/session.h"
-#include "app/session/session_head.h"
 #include "app/session/session_setup.h"
 #include "recording/recorder.h"
 #include "recording/recording.h"

@@ -7,7 +7,7 @@
 
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/device_doctor.h"
-#include "app/programs/device_faults.h"
+#include "app/programs/device_program.h"
 #include "core/error.h"
 #include "machine/device_description.h"
 #include "machine/load.h"
@@ -29,7 +29,7 @@ std::string text_of(const std::string& path) {
 /// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
 struct Bench {
   explicit Bench(const DeviceDescription& built, std::uint32_t serial = 77)
-      : hand(built, sim::sample_limb(sim::LimbClass::kNormal, 1), port, 1, middle(built), serial) {
+      : hand(built, sim::sample_limb(sim::LimbClass::kNormal, 1), cable.device(), 1, middle(built), serial) {
     intent.joint_rad = middle(built);
     intent.presence = true;
   }
@@ -42,13 +42,12 @@ struct Bench {
     for (Duration done{}; done < time; done += 1ms) {
       now += 1ms;
       cable.advance();
-      if (faults) faults->step(now, hand.firmware(), port);
+      if (faults) faults->step(now, hand.firmware());
       hand.step(now, intent);
     }
   }
   Time now{};
   HidPair cable;
-  TruncatingPort port{cable.device()};
   std::optional<programs::DeviceFaults> faults;
   sim::HandAndDevice hand;
   sim::OperatorIntent intent;

@@ -44,7 +44,7 @@ session::SessionSetup press_of(std::uint64_t seed) {
 session::SessionRecord record_of(const session::SessionSetup& setup) {
   session::Session session(setup);
   while (!session.done()) session.step();
-  return session.take_record();
+  return session.take_outcome().record;
 }
 
 TEST(EstimatorConsistency, NinetyFivePerCentIntervalsCoverWhatTheySay) {

@@ -46,8 +46,9 @@ inline FinishedSession run_session(const session::SessionSetup& setup) {
   NoAllocScope scope;
   while (!session.done()) session.step();
   finished.allocations = scope.allocations();
-  finished.frames = session.frames();
-  finished.record = session.take_record();
+  session::SessionOutcome outcome = session.take_outcome();
+  finished.frames = std::move(outcome.frames);
+  finished.record = std::move(outcome.record);
   finished.metrics = session::compute_metrics(finished.record);
   return finished;
 }

@@ -234,13 +234,14 @@ TEST(ConsoleDemo, IsTheVerySessionThatSimulateRuns) {
   const session::SessionSetup setup = live_setup("wall_contact", 2);
   session::Session session(setup);
   for (int i = 0; i < 8000; ++i) session.step();
+  const session::FrameLog frames = session.take_outcome().frames;
   ConsoleRig rig(setup, console::LiveSession::Led::kByScenario);
   rig.run(8);
-  ASSERT_EQ(rig.frames.size(), session.frames().size());
+  ASSERT_EQ(rig.frames.size(), frames.size());
   for (std::size_t i = 0; i < rig.frames.size(); ++i) {
-    ASSERT_EQ(rig.frames[i].at, session.frames()[i].at) << i;
-    ASSERT_EQ(rig.frames[i].frame.id, session.frames()[i].frame.id) << i;
-    ASSERT_EQ(rig.frames[i].frame.data, session.frames()[i].frame.data) << i;
+    ASSERT_EQ(rig.frames[i].at, frames[i].at) << i;
+    ASSERT_EQ(rig.frames[i].frame.id, frames[i].frame.id) << i;
+    ASSERT_EQ(rig.frames[i].frame.data, frames[i].frame.data) << i;
   }
 }
 

@@ -1,10 +1,10 @@
-#include "app/programs/control_input.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <array>
 #include <string>
+
+#include "app/programs/program_link.h"
 
 namespace knuckle::programs {
 namespace {

@@ -1,12 +1,11 @@
 // Faults of simulated nodes that are planned for the same moment.
-#include "app/programs/node_faults.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
+#include "app/programs/node_program.h"
 #include "machine/kinematics.h"
 #include "tests/bringup/hardware_bench.h"
 #include "transport/canopen.h"

@@ -4,9 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <deque>
 #include <sstream>
 
-#include "app/programs/run_events.h"
+#include "app/programs/master_program.h"
 
 namespace knuckle::programs {
 namespace {
@@ -118,6 +119,43 @@ TEST(RunEvents, AFarEndThatMakesUpEverNewKindsFillsNoMemory) {
   RunEvents<int> events;
   for (int i = 0; i < 100'000; ++i) events.add(i, std::to_string(i));
   EXPECT_LE(events.kept().size(), EventKinds::kMost + RunEvents<int>::kMostOthers);
+}
+
+/// What the test puts into it is received.
+class PreparedLink final : public Link {
+ public:
+  bool send(std::span<const std::uint8_t> /*bytes*/) noexcept override { return true; }
+  bool receive(Datagram& datagram) noexcept override {
+    if (waiting.empty()) return false;
+    datagram = waiting.front();
+    waiting.pop_front();
+    return true;
+  }
+  std::deque<Datagram> waiting;
+};
+
+TEST(Observer, KeepsTheFirstEventOfEachKindAndTheNewestAndCountsTheOthers) {
+  constexpr int kEvents = 3000;
+  PreparedLink link;
+  std::ostringstream told;
+  ProgramConsole console("observer", told, false);
+  Observer observer(link, console);
+  Time now(1s);
+  for (int i = 1; i <= kEvents; ++i) {
+    SlaveMessage message;
+    message.stamp.sequence = static_cast<std::uint32_t>(i);
+    message.mode = i % 2 == 0 ? Mode::kReady : Mode::kEngaged;
+    if (i == 1) message.mode = Mode::kSelfTest;
+    link.waiting.push_back(encode(message));
+    observer.tend(now += 20ms);
+  }
+  const ObserverOutcome outcome = observer.outcome(60);
+  EXPECT_EQ(outcome.messages, static_cast<std::uint64_t>(kEvents));
+  constexpr std::size_t kKinds = 3;
+  ASSERT_EQ(outcome.events.size(), kKinds + RunEvents<MasterEvent>::kMostOthers);
+  EXPECT_EQ(outcome.events.front().mode, Mode::kSelfTest);
+  EXPECT_EQ(outcome.events.back().at, now);
+  EXPECT_EQ(outcome.records_lost, kEvents - outcome.events.size());
 }
 
 }  // namespace

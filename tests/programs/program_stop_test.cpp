@@ -14,14 +14,14 @@
 namespace knuckle::test {
 namespace {
 
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
 /// Only where something hangs.
 constexpr std::chrono::seconds kHangs{60};
 
-Words with(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
+Arguments with(Arguments arguments, const Arguments& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
 }
 
 class ProgramStopThreads : public testing::Test {
@@ -29,7 +29,7 @@ class ProgramStopThreads : public testing::Test {
   [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
   [[nodiscard]] std::string contents(const std::string& name) const { return content(path(name)); }
   [[nodiscard]] nlohmann::json result() const { return nlohmann::json::parse(contents("run.json")); }
-  [[nodiscard]] Words slave() const {
+  [[nodiscard]] Arguments slave() const {
     return {"slave", "--simulate", "--listen", address_, "--insecure", "--json", path("run.json")};
   }
 

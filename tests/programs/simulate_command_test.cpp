@@ -1,6 +1,4 @@
 // `knuckle simulate`: every output when the session is done, none when it is not.
-#include "app/programs/simulate_command.h"
-
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -10,9 +8,11 @@
 #include <string>
 
 #include "app/cli/interrupt.h"
+#include "app/programs/programs.h"
 #include "core/error.h"
 #include "recording/recording.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::programs {
@@ -51,12 +51,8 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
     return session;
   };
   testing::internal::CaptureStdout();
-  try {
-    (void)simulate_command(options, "", cut);
-    ADD_FAILURE() << "was taken for a whole one";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()), "--log " + options.log + ": No space left on device");
-  }
+  EXPECT_EQ(test::refusal([&] { return simulate_command(options, "", cut); }),
+            "--log " + options.log + ": No space left on device");
   EXPECT_NE(testing::internal::GetCapturedStdout().find("hold_error_N"), std::string::npos);
   EXPECT_EQ(folder.count(), 1) << "the table";
 }
@@ -169,12 +165,8 @@ TEST(SimulateCommand, RefusesAFolderOfFlightRecordsThatCannotBeWritten) {
   options.scenario = "free_motion";
   for (const std::string& flights : {folder.file("taken"), folder.file("taken") + "/inside", std::string("/proc/x")}) {
     options.flights = flights;
-    try {
-      (void)session::run_simulation(options, {});
-      ADD_FAILURE() << flights << " was taken";
-    } catch (const InputError& error) {
-      EXPECT_EQ(std::string(error.what()).find("--flights " + flights + ": cannot be written: "), 0U) << error.what();
-    }
+    const std::string said = test::refusal([&] { return session::run_simulation(options, {}); });
+    EXPECT_TRUE(said.starts_with("--flights " + flights + ": cannot be written: ")) << said;
   }
 }
 

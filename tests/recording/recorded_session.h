@@ -5,7 +5,6 @@
 #include <string>
 
 #include "app/session/session.h"
-#include "app/session/session_head.h"
 #include "app/session/session_setup.h"
 #include "recording/recorder.h"
 #include "recording/recording.h"

@@ -14,7 +14,7 @@
 #include <random>
 #include <set>
 
-#include "app/session/session_digest.h"
+#include "app/session/session_result.h"
 #include "core/error.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
@@ -122,7 +122,8 @@ TEST(Recorder, RecordingChangesNothingInTheSession) {
       session.step();
       recorder.drain();
     }
-    return session::digest_of(session.take_record().samples, session.frames()).whole;
+    const session::SessionOutcome outcome = session.take_outcome();
+    return session::digest_of(outcome.record.samples, outcome.frames).whole;
   };
   EXPECT_EQ(digest(true, folder.file("a.mcap")), digest(false, folder.file("b.mcap")));
 }

@@ -1,6 +1,4 @@
 // What a press asks for: its felt force at the machine's scale, and the impact of its approach.
-#include "app/session/asked_force.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "app/session/scenario.h"
+#include "app/session/session_setup.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
 

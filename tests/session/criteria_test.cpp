@@ -1,6 +1,4 @@
 // Criteria at their edges, which kind decides and when, and the digest of a session.
-#include "app/session/criteria.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,8 +8,8 @@
 #include <string>
 
 #include "app/cli/digest.h"
+#include "app/session/metrics.h"
 #include "app/session/options.h"
-#include "app/session/session_digest.h"
 #include "app/session/session_result.h"
 #include "app/session/session_setup.h"
 #include "tests/session/synthetic_session.h"

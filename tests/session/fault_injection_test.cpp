@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "app/session/fault_watch.h"
+#include "app/session/frame_log.h"
 #include "machine/load.h"
 #include "transport/canopen.h"
 #include "transport/hid_reports.h"

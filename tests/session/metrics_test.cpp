@@ -8,7 +8,6 @@
 #include <set>
 #include <utility>
 
-#include "app/session/criteria.h"
 #include "app/session/record_windows.h"
 #include "estimation/force_estimator.h"
 #include "estimation/observer.h"

@@ -1,35 +1,27 @@
 // Sessions in real threads. How late they run depends on the computer and is reported, not tested.
-#include "app/session/realtime_session.h"
-
 #include <gtest/gtest.h>
 
+#include "app/session/session.h"
+#include "app/session/session_logs.h"
 #include "app/session/session_result.h"
-#include "app/session/wire_latency.h"
 #include "core/error.h"
-#include "transport/canopen.h"
 
 namespace knuckle::session {
 namespace {
 
 TEST(WireLatency, ReadsBeginningAndEndFromTheFrames) {
-  BusDescription bus;
-  bus.pressures.back().id = 0x25;
-  bus.valves.back().id = 0x12;
   const auto at = [](int ms) { return Time(ms * 1ms); };
-  const CanFrame pressure{.id = canopen::tpdo1_id(0x25)}, set_point{.id = canopen::rpdo1_id(0x12)}, other{.id = 0x80};
+  const CanFrame pressure{.id = 0x1A5}, set_point{.id = 0x212}, other{.id = 0x80};
   const FrameLog frames{{at(2), pressure}, {at(4), other}, {at(7), pressure}, {at(8), set_point}, {at(18), set_point}};
-  WireSpans spans;
-  spans.measured = {{at(1), at(1)}, {at(5), at(5)}, {at(10), at(10)}};  // Nothing was measured before the first.
-  spans.felt = {{at(5), at(6)}, {at(10), at(12)}};
-  spans.acted = {{at(3), at(5)}, {at(9), at(10)}, {at(14), at(15)}};  // The last two leave in one frame.
-  HopHistograms hops;
-  add_wire_latencies(frames, bus, spans, hops);
-  EXPECT_EQ(hops.pressure_to_slave.count(), 2u);
-  EXPECT_EQ(hops.pressure_to_slave.max(), 3ms);
-  EXPECT_EQ(hops.pressure_to_hand.count(), 2u);
-  EXPECT_EQ(hops.pressure_to_hand.max(), 5ms);
-  EXPECT_EQ(hops.hand_to_valve.count(), 2u);
-  EXPECT_EQ(hops.hand_to_valve.max(), 9ms);
+  // Nothing was measured before the first.
+  const Histogram measured = since_frame(frames, pressure.id, {{at(1), at(1)}, {at(5), at(5)}, {at(10), at(10)}});
+  EXPECT_EQ(measured.count(), 2u);
+  EXPECT_EQ(measured.max(), 3ms);
+  EXPECT_EQ(since_frame(frames, pressure.id, {{at(5), at(6)}, {at(10), at(12)}}).max(), 5ms);
+  // The last two leave in one frame.
+  const Histogram acted = until_frame(frames, set_point.id, {{at(3), at(5)}, {at(9), at(10)}, {at(14), at(15)}});
+  EXPECT_EQ(acted.count(), 2u);
+  EXPECT_EQ(acted.max(), 9ms);
 }
 
 SimulateOptions realtime(const std::string& scenario) {

@@ -1,10 +1,17 @@
-// Recorders with no room left say so, and the verdict listens; what counts as an input when a link is lost.
+// Records with no room left say so, and the verdict listens; no number of a row is missing in tables and digests; what
+// counts as an input when a link is lost; how long each limit held the machine back.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "app/session/fault_injection.h"
-#include "app/session/fault_watch.h"
+#include "app/session/frame_log.h"
+#include "app/session/record_windows.h"
 #include "app/session/session.h"
+#include "app/session/session_record.h"
 #include "app/session/session_result.h"
+#include "core/fields.h"
 #include "machine/load.h"
 #include "transport/link_messages.h"
 #include "transport/virtual_can.h"
@@ -26,7 +33,7 @@ SessionSetup short_session() {
 std::uint64_t lost_after(double seconds) {
   Session session(short_session());
   while (session.elapsed_s() < seconds) session.step();
-  return session.take_record().records_lost;
+  return session.take_outcome().record.records_lost;
 }
 
 TEST(Recorder, CountsWhatItHasNoRoomFor) {
@@ -104,6 +111,58 @@ TEST(FaultInjection, ACopyOfASetPointIsNoNews) {
   }
   ASSERT_EQ(faults.injected().size(), 1u);
   EXPECT_EQ(faults.injected()[0].last_good_input, Time(10ms));
+}
+
+double time_of(const std::vector<LimitTime>& times, const std::string& limit) {
+  const auto found = std::find_if(times.begin(), times.end(), [&](const auto& one) { return one.limit == limit; });
+  return found != times.end() ? found->time_s : -1;
+}
+
+TEST(LimitTimes, AddUpForEachLimitAndForTheWallThatIsNear) {
+  SessionRecord record;
+  for (int i = 0; i <= 100; ++i) {
+    Sample sample;
+    sample.t_s = 0.01 * i;
+    sample.tip_m = i <= 60 ? PlanarVector(3.2, 0) : PlanarVector(1, -2.5);
+    if (i > 40 && i <= 90) sample.machine.limits |= kLimitVirtualWall;  // 0.2 s at the reach, 0.3 s at the floor
+    if (i > 50 && i <= 60) sample.machine.limits |= kLimitPressure;
+    record.samples.push_back(sample);
+  }
+  const auto times = limit_times(record, {.floor_m = -2.6, .ceiling_m = 3.3, .reach_m = 3.3});
+  EXPECT_NEAR(time_of(times, "reach"), 0.2, 1e-9);
+  EXPECT_NEAR(time_of(times, "floor"), 0.3, 1e-9);
+  EXPECT_EQ(time_of(times, "ceiling"), 0);
+  EXPECT_NEAR(time_of(times, "pressure"), 0.1, 1e-9);
+  EXPECT_EQ(time_of(times, "force ceiling"), 0);
+  EXPECT_EQ(time_of(times, "virtual wall"), -1) << "told by their own names";
+}
+
+TEST(LimitTimes, ARecordWithoutRowsHasNone) {
+  for (const LimitTime& one : limit_times({}, {})) EXPECT_EQ(one.time_s, 0) << one.limit;
+}
+
+/// What the processor wants: of a plane's vectors (Eigen::Vector2d) 16 bytes, of a reason's code that of the reason.
+std::size_t alignment_of(const Field& field) {
+  if (field.type == NumberType::kUint16 && field.word != nullptr) return alignof(Reason);
+  if (!field.vector) return field.size;
+  return field.count == 2 ? alignof(PlanarVector) : alignof(double);
+}
+
+/// A member that no list visits leaves a gap that no padding explains.
+TEST(SampleFields, CoverEveryByteOfEachStructButPadding) {
+  const auto expect_covered = [](std::vector<Field> fields, std::size_t size) {
+    std::sort(fields.begin(), fields.end(), [](const Field& a, const Field& b) { return a.offset < b.offset; });
+    std::size_t end = fields.front().offset;
+    for (const Field& field : fields) {
+      EXPECT_LT(field.offset - end, alignment_of(field)) << "before " << field.name;
+      end = field.offset + field.size;
+    }
+    EXPECT_LT(size - end, alignof(PlanarVector));
+  };
+  expect_covered(fields_of<slave::SlaveState>(), sizeof(slave::SlaveState));
+  expect_covered(fields_of<master::MasterState>(), sizeof(master::MasterState));
+  expect_covered(fields_of<Truth>(), sizeof(Truth));
+  expect_covered(fields_of<Hand>(), sizeof(Hand));
 }
 
 }  // namespace

@@ -12,9 +12,9 @@
 #include <optional>
 #include <sstream>
 
-#include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::session {
 namespace {
@@ -157,15 +157,11 @@ class ScenarioFile : public ::testing::Test {
   }
   /// The message with which `text` is refused; empty where it is not.
   std::string refusal(const std::string& text, const MachineDescription& m = machine()) {
-    try {
-      (void)load(text, m);
-      return "";
-    } catch (const InputError& error) {
-      const std::string line = error.what();
-      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
-      EXPECT_NE(line.find(path_.filename().string()), std::string::npos) << line;
-      return line;
-    }
+    const std::string line = test::refusal([&] { return load(text, m); });
+    if (line == "accepted") return "";
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+    EXPECT_NE(line.find(path_.filename().string()), std::string::npos) << line;
+    return line;
   }
   static std::string with(const std::string& from, const std::string& to) {
     std::string text = kWhole;

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "app/session/machine_sight.h"
+#include "app/session/scene.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "sim/world.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "app/session/machine_sight.h"
+#include "app/session/scene.h"
 #include "core/mailbox.h"
 #include "machine/description.h"
 #include "video/camera.h"

@@ -9,7 +9,7 @@
 
 #include "app/console/console_loop.h"
 #include "app/console/link_watch.h"
-#include "app/session/session_head.h"
+#include "app/session/session_setup.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"
 #include "tests/console/player/played_files.h"

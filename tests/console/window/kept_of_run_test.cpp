@@ -7,7 +7,7 @@
 #include "app/console/console_loop.h"
 #include "app/console/screens/console_data.h"
 #include "app/console/screens/player_panel.h"
-#include "app/session/session_head.h"
+#include "app/session/session_setup.h"
 #include "machine/kinematics.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"

@@ -1,14 +1,17 @@
-// What somebody types into the terminal of a program that runs, or writes into its standard input: lines, without
-// waiting for any.
+// The link of a program that runs: what somebody types into its terminal, or writes into its standard input, to give
+// control up or take it; and, where it was dialled, its paths for the result.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
+#include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 
 namespace knuckle::programs {
 
+/// Lines, without waiting for any.
 class ControlInput {
  public:
   explicit ControlInput(int descriptor) : descriptor_(descriptor) {}
@@ -24,5 +27,10 @@ class ControlInput {
 
 /// Does what the lines say: "release", "grant" or "take". @return what was done.
 [[nodiscard]] std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link);
+
+/// {pairs: [{at_s, far_end, kind, local, remote, round_trip_ms}], round_trip_ms}; null where the far end has an
+/// address.
+/// @param started when the program's time was 0.
+[[nodiscard]] cli::Json path_json(const pairing::ChosenLink& link, std::chrono::steady_clock::time_point started);
 
 }  // namespace knuckle::programs
