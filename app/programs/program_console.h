@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "app/cli/background_writer.h"
-#include "app/cli/news.h"
+#include "app/cli/terminal.h"
 #include "app/recordings/state_table.h"
 #include "core/fields.h"
 #include "core/realtime_thread.h"
