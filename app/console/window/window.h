@@ -76,7 +76,7 @@ class Window {
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
 
-  [[nodiscard]] const widgets::Theme& theme() const noexcept { return theme_; }
+  [[nodiscard]] const Theme& theme() const noexcept { return theme_; }
   void set_light(bool light);
   /// Times what it is; takes effect with the next frame.
   void change_scale(float by) noexcept { scale_ = by * theme_.scale / monitor_scale_; }
@@ -99,8 +99,8 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   GrabWatch grab_;
-  widgets::FontFiles font_files_;
-  widgets::Theme theme_;
+  FontFiles font_files_;
+  Theme theme_;
   float scale_ = 0, monitor_scale_ = 1;
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false, too_small_ = false;
   int pad_ = -1;
