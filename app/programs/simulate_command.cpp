@@ -14,6 +14,7 @@
 #include "app/cli/terminal.h"
 #include "app/programs/programs.h"
 #include "app/recordings/own_table.h"
+#include "app/report/plots.h"
 #include "app/report/report.h"
 #include "app/report/result_files.h"
 #include "app/report/result_text.h"

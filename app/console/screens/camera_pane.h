@@ -134,7 +134,7 @@ class CameraPane {
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
   std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
-  std::string given_up_;              ///< Whose aligning was, since the last watch().
+  std::string given_up_;              ///< The camera whose alignment was given up since the last watch().
   std::optional<Placed> placed_, drawn_;
 };
 

@@ -95,8 +95,8 @@ void choose_time(const ConsoleData& data, Time at);
 [[nodiscard]] inline Freshness machine_freshness(const ConsoleView& view) {
   return {view.link.heard, view.link.silence_s, kLinkLost_s};
 }
-/// How fresh what its sensors say is: pose, pressures, force, payload. It continues to send the last values when they
-/// are mute.
+/// How fresh what its sensors say is: pose, pressures, force, payload. A machine whose sensors are mute goes on sending
+/// their last values.
 [[nodiscard]] inline Freshness measured_freshness(const ConsoleView& view) {
   const SlaveMessage& m = view.machine;
   Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.stamp.sent_at - m.sensor_at)));

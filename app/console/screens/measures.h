@@ -100,7 +100,4 @@ struct Distance {
 [[nodiscard]] std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by,
                                               const LimitsDescription& limits, const ContactTrail& last);
 
-/// One below the other; nothing while the pose is not known.
-void draw_distances(const Ui& ui, const ConsoleData& data, const UiState& state, const Area& area);
-
 }  // namespace knuckle::console::screens

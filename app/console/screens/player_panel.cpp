@@ -139,7 +139,7 @@ void PlayerPanel::pass(double seconds) {
   const auto of_step = [](std::int64_t step) { return Time(step * from_seconds(History::kStep_s)); };
   plots_.fill([&](std::int64_t step) { return sample(played_.run, of_step(step)); });
   if (beside_)
-    plots_.fill_beside(beside_->name,
+    plots_.fill_beside(beside_->name.c_str(),
                        [&](std::int64_t step) { return sample(beside_->run, of_step(step) + beside_->later); });
 }
 

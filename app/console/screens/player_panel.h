@@ -21,14 +21,14 @@
 
 namespace knuckle::console::screens {
 
-// What the console keeps of a session while it runs, of a recording at any time of it: loads carried, places of
-// contact, the minutes of the link. The whole of it is looked at once, as often as a window would.
+// What a console keeps of a session while it runs, for any time of a recording: loads carried, places of contact, the
+// minutes of the link. The whole recording is looked at once, as often as a window would.
 
 class KeptOfRun {
  public:
   KeptOfRun(const player::Run& run, const MachineDescription& machine, const Kinematics& kinematics);
 
-  /// What a console that was there from the beginning on has kept by this time.
+  /// Shows what a console that was there from the beginning has kept by this time.
   void show(Time at);
 
   [[nodiscard]] const PayloadTotal& payload() const noexcept { return payload_; }
