@@ -9,12 +9,8 @@
 
 #include "app/console/console_loop.h"
 #include "app/console/link_watch.h"
-<<<<<<< ours
-#include "app/session/session_setup.h"
-=======
 #include "app/console/named_fields.h"
-#include "app/session/session_head.h"
->>>>>>> theirs
+#include "app/session/session_setup.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"
 #include "tests/console/player/played_files.h"
