@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "app/check/file_check.h"
-#include "core/error.h"
 #include "tests/support/patterns.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::checking {
@@ -141,12 +141,8 @@ TEST_F(Check, OtherKindsTellAllTheirFaultsToo) {
 }
 
 TEST_F(Check, WhatIsNoneOfTheKindsIsRefusedWithThem) {
-  try {
-    (void)check_file(written("title = \"x\"\n"), "");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("is none of the files that can be checked"), std::string::npos);
-  }
+  const std::string said = test::refusal([&] { (void)check_file(written("title = \"x\"\n"), ""); });
+  EXPECT_NE(said.find("is none of the files that can be checked"), std::string::npos);
 }
 
 TEST_F(Check, ComputedRangesAndRatesStandBesideTheFiles) {

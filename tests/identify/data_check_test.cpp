@@ -8,11 +8,11 @@
 #include <numbers>
 #include <random>
 
-#include "core/error.h"
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::identify {
 namespace {
@@ -26,12 +26,7 @@ std::size_t unusable(const Recording& recording) {
 
 /// What is said of a recording; "accepted" where it is not refused.
 std::string refusal(const MachineDescription& machine, recordings::RecordedFile file) {
-  try {
-    (void)require_data(machine, file);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)require_data(machine, file); });
 }
 
 /// What is said of the recording after `spoil`.

@@ -4,10 +4,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/patterns.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle {
 namespace {
@@ -25,12 +25,7 @@ MachineDescription read(const std::string& from, const std::string& to) {
 }
 /// What is said of such a file, without file and line.
 std::string refusal(const std::string& from, const std::string& to) {
-  try {
-    (void)read(from, to);
-  } catch (const InputError& error) {
-    return test::with_match_replaced(error.what(), "^test.toml:[0-9]+: ", "");
-  }
-  return "accepted";
+  return test::with_match_replaced(test::refusal([&] { (void)read(from, to); }), "^test.toml:[0-9]+: ", "");
 }
 
 const std::string kTilt = "id = 0x38, ", kArmValve = "id = 0x11, ", kBus = "controller_id = 1\n";

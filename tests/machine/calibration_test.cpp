@@ -7,11 +7,11 @@
 #include <numeric>
 #include <sstream>
 
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/support/patterns.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle {
 namespace {
@@ -83,12 +83,7 @@ MachineDescription load(const std::string& text) {
 
 /// What loading the shipped file with this calibration says; "accepted" if nothing.
 std::string refusal(const std::string& calibration_text) {
-  try {
-    (void)load(shipped() + calibration_text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)load(shipped() + calibration_text); });
 }
 
 std::string edited(const std::string& pattern, const std::string& to) {

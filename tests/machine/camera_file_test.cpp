@@ -4,9 +4,9 @@
 #include <numbers>
 #include <string>
 
-#include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle {
@@ -21,12 +21,7 @@ MachineDescription with(const std::string& cameras) {
   return parse_machine(test::content(test::source_dir() + "/config/machines/solar015.toml") + cameras, "machine.toml");
 }
 std::string camera_refusal(const std::string& cameras) {
-  try {
-    (void)with(cameras);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)with(cameras); });
 }
 std::string front_with(const std::string& from, const std::string& to) {
   std::string text = kFront;

@@ -7,10 +7,10 @@
 #include <limits>
 #include <random>
 
-#include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle {
 namespace {
@@ -27,12 +27,7 @@ double swept(const MachineDescription& machine, int joint, int i) {
 }
 
 std::string refusal(const MachineDescription& machine) {
-  try {
-    const Kinematics kinematics(machine);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { const Kinematics kinematics(machine); });
 }
 
 class KinematicsOf : public ::testing::TestWithParam<const char*> {

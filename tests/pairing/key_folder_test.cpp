@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -18,15 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What it says where it refuses; empty where it does not.
-std::string refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
+using test::refusal;
 
 mode_t mode_of(const std::string& file) {
   struct stat status {};
@@ -75,7 +68,7 @@ TEST_F(Folder, RefusesAKeyThatOthersCanReadAndAFolderThatTheyCanWrite) {
         << why;
   }
   ::chmod(folder.path().c_str(), 0755);
-  EXPECT_EQ(refusal([&] { (void)folder.identity(); }), "") << "who may only look does no harm";
+  EXPECT_EQ(refusal([&] { (void)folder.identity(); }), "accepted") << "who may only look does no harm";
 }
 
 TEST_F(Folder, SaysWhyAKeyCannotBeUsed) {
@@ -153,7 +146,7 @@ TEST_F(Folder, SaysWhatIsWrongInAPeersFile) {
   };
   const std::string good = "name = \"desk 1\"\nfingerprint = \"" + std::string(64, 'a') +
                            "\"\nexpires = \"2031-01-01T00:00:00Z\"\nrevoked = false\n";
-  EXPECT_EQ(with("[[peer]]\nrole = \"operator\"\n" + good), "");
+  EXPECT_EQ(with("[[peer]]\nrole = \"operator\"\n" + good), "accepted");
   EXPECT_NE(with("[[peer]]\nrole = \"king\"\n" + good).find("role"), std::string::npos);
   EXPECT_NE(with("[[peer]]\n" + good).find("role"), std::string::npos);
   EXPECT_NE(with("[[peer]]\nrole = \"operator\"\nx = 1\n" + good).find("x"), std::string::npos)

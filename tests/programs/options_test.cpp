@@ -9,6 +9,7 @@
 #include "app/programs/slave_command.h"
 #include "core/error.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::programs {
 namespace {
@@ -36,12 +37,7 @@ std::string printed(const std::vector<std::string>& arguments) {
 
 /// The message, or "accepted".
 std::string refusal(const std::vector<std::string>& arguments) {
-  try {
-    (void)simulate_options(arguments);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)simulate_options(arguments); });
 }
 
 TEST(CommandLine, TakesEveryOptionOfSimulate) {
@@ -124,13 +120,10 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
 
 /// What `master`, `slave` or `device` says, called like this; none of these gets as far as a wire.
 std::string program_refusal(const std::vector<std::string>& arguments) {
-  try {
+  return test::refusal([&] {
     (void)cli::parse_command_line({"knuckle", "", "", {master_entry(), slave_entry({}), device_entry()}}, arguments)
         .run();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  });
 }
 
 std::vector<std::string> with(std::vector<std::string> all, const std::vector<std::string>& more) {

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
 #include "transport/udp_link.h"
 #include "video/camera.h"
@@ -19,12 +20,7 @@ namespace {
 constexpr const char* kCamera = "mast=videotestsrc is-live=true ! video/x-raw,width=320,height=180,framerate=30/1";
 
 std::string camera_refusal(const CameraOptions& options, int insecure = 0, const std::string& listen = "") {
-  try {
-    (void)check_cameras(options, insecure, listen);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)check_cameras(options, insecure, listen); });
 }
 bool says(const std::string& line, const std::string& words) {
   return line.find(words) != std::string::npos;

@@ -7,11 +7,11 @@
 #include <cstring>
 #include <limits>
 
-#include "core/error.h"
 #include "recording/replay.h"
 #include "tests/recording/divergence.h"
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/transport/hex.h"
 #include "transport/link_messages.h"
@@ -94,15 +94,12 @@ std::string recorded(const std::string& name) {
   return test::source_dir() + "/tests/recordings_replayed/" + name + ".mcap";
 }
 
-/// What a replay says; "replayed" where it runs.
+/// What a replay says.
 std::string refusal(const std::string& file) {
-  try {
+  return test::refusal([&] {
     Recording recording({file});
     (void)replay(recording, setup_of(recording));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "replayed";
+  });
 }
 
 TEST(OlderRecordings, OfALawThatIsNoMoreAreReadButNotRunAgain) {

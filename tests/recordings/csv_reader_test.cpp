@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -47,13 +48,8 @@ MappedTable read(const std::string& csv, const std::string& map = kMap) {
 
 /// The refusal, without the folder of the file; "accepted" where there is none.
 std::string refusal(const std::string& csv, const std::string& map = kMap) {
-  try {
-    (void)read(csv, map);
-  } catch (const InputError& error) {
-    const std::string text = error.what();
-    return text.substr(text.rfind('/') + 1);
-  }
-  return "accepted";
+  const std::string text = test::refusal([&] { (void)read(csv, map); });
+  return text.substr(text.rfind('/') + 1);
 }
 
 /// "9 P kDropOut" as "8:9:P", one behind the other.

@@ -11,10 +11,10 @@
 #include <sstream>
 
 #include "app/recordings/recording_reader.h"
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
@@ -48,12 +48,7 @@ MappedTable logged() {
 }
 
 std::string refusal(MappedTable table) {
-  try {
-    refuse_halfway_changes(table);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { refuse_halfway_changes(table); });
 }
 
 MappedChannel& channel(MappedTable& table, const std::string& name) {

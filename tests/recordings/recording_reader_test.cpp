@@ -10,11 +10,11 @@
 #include <sstream>
 
 #include "app/recordings/csv_reader.h"
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -35,12 +35,7 @@ class RecordingReader : public testing::Test {
     return read_recording(file("a.csv", text), "", identify::recorded_machine());
   }
   [[nodiscard]] std::string refusal(const std::string& text) const {
-    try {
-      (void)read(text);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return test::refusal([&] { (void)read(text); });
   }
   fs::path folder_;
 };

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/error.h"
 #include "tests/rendezvous/wire_client.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::rendezvous {
 namespace {
@@ -159,12 +159,8 @@ TEST_F(Rendezvous, TakesNoMoreConnectionsThanItMayHaveFilesOpen) {
 }
 
 TEST(RendezvousAddress, ThatIsMalformedIsRefusedByTheNameOfItsOption) {
-  try {
-    const RendezvousServer server("foo");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()).rfind("--listen foo: ", 0), 0u) << error.what();
-  }
+  const std::string said = test::refusal([&] { const RendezvousServer server("foo"); });
+  EXPECT_EQ(said.rfind("--listen foo: ", 0), 0u) << said;
 }
 
 TEST(RendezvousNetwork, OfIPv6IsAllThatOneComputerMayHave) {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/refusal.h"
 #include "transport/impairment_model.h"
 
 namespace knuckle::session {
@@ -19,12 +19,7 @@ LinkFile parsed(const std::string& keys) {
 }
 
 std::string refusal(const std::string& keys) {
-  try {
-    (void)parsed(keys);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)parsed(keys); });
 }
 
 TEST(LinkFile, LeavesOffWhatIsNotThere) {

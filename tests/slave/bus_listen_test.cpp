@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "core/error.h"
 #include "tests/slave/bench_machine.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::slave {
 namespace {
@@ -28,14 +28,10 @@ TEST(ListensFirst, AMachineThatIsLedIsLeftAloneInOneLineThatSaysWhatWasHeard) {
   BusAccess access = stranger_on(m);
   for (CanFrame before; m.bus.port(2).receive(before);) {
   }
-  try {
-    refuse_other_controller(m.description.bus, access);
-    FAIL() << "began to command";
-  } catch (const InputError& refused) {
-    EXPECT_EQ(std::string(refused.what()),
-              "can0: another controller is on the bus: heard SYNC 0x080, set-point 0x210, set-point 0x211, set-point "
-              "0x212, set-point 0x240, heartbeat 0x701; stop it, then start again");
-  }
+  const std::string said = test::refusal([&] { refuse_other_controller(m.description.bus, access); });
+  EXPECT_EQ(said,
+            "can0: another controller is on the bus: heard SYNC 0x080, set-point 0x210, set-point 0x211, set-point "
+            "0x212, set-point 0x240, heartbeat 0x701; stop it, then start again");
   m.run(1s);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
 }

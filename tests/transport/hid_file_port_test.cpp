@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle {
 namespace {
@@ -125,12 +126,8 @@ TEST(HidFilePort, WritesOverNoFile) {
 }
 
 TEST(HidFilePort, NamesTheFileThatCannotBeOpened) {
-  try {
-    HidFilePort port("--gadget", "/nowhere/hidg0");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(), "--gadget /nowhere/hidg0: cannot be opened: No such file or directory");
-  }
+  const std::string said = test::refusal([&] { HidFilePort port("--gadget", "/nowhere/hidg0"); });
+  EXPECT_EQ(said, "--gadget /nowhere/hidg0: cannot be opened: No such file or directory");
 }
 
 }  // namespace

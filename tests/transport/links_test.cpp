@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/refusal.h"
 #include "transport/impaired_link.h"
 #include "transport/link_messages.h"
 #include "transport/udp_link.h"
@@ -352,12 +353,7 @@ TEST(UdpLink, SpeaksIPv6WhereTheComputerDoes) {
 }
 
 std::string refusal(UdpLink (*open)(const std::string&), const std::string& address) {
-  try {
-    (void)open(address);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { (void)open(address); });
 }
 
 TEST(UdpLink, NamesTheAddressItCannotUseAndSaysWhy) {

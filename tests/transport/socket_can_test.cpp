@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/refusal.h"
 
 namespace {
 
@@ -101,13 +102,8 @@ class SocketCan : public ::testing::Test {
 };
 
 TEST(SocketCanOpening, RefusesWhatIsNoCanInterfaceInOneLineThatNamesIt) {
-  const auto refusal = [](const std::string& name, std::span<const std::uint32_t> hear = {}) -> std::string {
-    try {
-      const SocketCanBus bus(name, hear);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
+  const auto refusal = [](const std::string& name, std::span<const std::uint32_t> hear = {}) {
+    return test::refusal([&] { const SocketCanBus bus(name, hear); });
   };
   for (const char* name : {"nosuch7", "", "a_name_that_is_longer_than_any"}) {
     const std::string line = refusal(name);

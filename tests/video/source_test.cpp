@@ -3,19 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "tests/support/refusal.h"
 #include "video/gst_owned.h"
 
 namespace knuckle::video {
 namespace {
 
 std::string refusal(const std::string& text) {
-  try {
-    check_source(parse_source(text));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { check_source(parse_source(text)); });
 }
 
 TEST(CameraSource, IsANameAndWhatFollowsTheFirstEqualsSign) {

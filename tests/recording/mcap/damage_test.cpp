@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "core/text.h"
 #include "recording/mcap/records.h"
 #include "tests/recording/mcap/sample_file.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::mcap {
@@ -167,14 +167,7 @@ TEST_F(McapDamage, AChunkThatClaimsTooMuchIsRefusedInOneLine) {
 }
 
 TEST_F(McapDamage, WhatIsNoRecordingIsRefusedInOneLine) {
-  const auto refusal = [](const std::string& path) -> std::string {
-    try {
-      const Reader reader(path);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "read";
-  };
+  const auto refusal = [](const std::string& path) { return test::refusal([&] { const Reader reader(path); }); };
   put("time_s,boom_rad\n0,0\n");
   EXPECT_EQ(refusal(path_), path_ + ": not an MCAP file");
   put("");
