@@ -7,8 +7,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/error.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::bringup {
@@ -29,12 +29,7 @@ WizardProgress some() {
 class ProgressFile : public testing::Test {
  protected:
   std::string refusal(const ProgressOf& of = kOf) const {
-    try {
-      (void)read_progress(file_, of);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return test::refusal([&] { (void)read_progress(file_, of); });
   }
   std::string text() const {
     std::ifstream in(file_);
@@ -67,7 +62,7 @@ TEST_F(ProgressFile, IsRefusedInOneLineWhereItIsOfAnotherMachineOrBus) {
   EXPECT_NE(other_machine.find("is of another machine file"), std::string::npos);
   EXPECT_NE(other_bus.find("is of the bus can0, not can1"), std::string::npos);
   for (const std::string& why : {other_machine, other_bus}) EXPECT_EQ(why.find('\n'), std::string::npos) << why;
-  EXPECT_EQ(refusal(), "") << "of this one";
+  EXPECT_EQ(refusal(), "accepted") << "of this one";
 }
 
 TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {
@@ -80,7 +75,7 @@ TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {
     changed[i] = changed[i] == '1' ? '2' : '1';
     put(changed);
     const std::string why = refusal();
-    EXPECT_NE(why, "") << "byte " << i << ": " << changed.substr(i > 20 ? i - 20 : 0, 40);
+    EXPECT_NE(why, "accepted") << "byte " << i << ": " << changed.substr(i > 20 ? i - 20 : 0, 40);
     EXPECT_EQ(why.find('\n'), std::string::npos) << why;
     ++refused;
   }

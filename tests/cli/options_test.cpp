@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "app/cli/command.h"
-#include "core/error.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::cli {
 namespace {
@@ -46,12 +46,7 @@ const Program kTool{"arm-tool", "Moves arms.\n", "", {{"dig", "A pit", declare_d
 /// "": accepted.
 std::string refusal(const std::vector<std::string>& arguments) {
   *kDug = {};
-  try {
-    (void)parse_command_line(kTool, arguments);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return test::refusal([&] { (void)parse_command_line(kTool, arguments); });
 }
 
 TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
@@ -97,7 +92,7 @@ TEST(CommandLineOptions, TakeWhatIsANumberOrAWordOfTheirs) {
                      "--machines", "0",     "--jobs",  "7",      "--depth", "1",
                      "--depth",    "-2",    "--place", "a b",    "--place", "c",
                      "--mode",     "cues",  "--mute"}),
-            "");
+            "accepted");
   EXPECT_EQ(kDug->slow, -1.5e-3);
   EXPECT_EQ(kDug->seed, 18446744073709551615U);
   EXPECT_EQ(kDug->jobs, 7);

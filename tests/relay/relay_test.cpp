@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "tests/support/refusal.h"
 #include "transport/impaired_link.h"
 
 namespace knuckle::relay {
@@ -349,13 +350,8 @@ TEST(Relay, SpeaksIPv6WhereTheComputerDoes) {
 
 TEST(Relay, RefusesAddressesThatItCannotUseOrThatAreItsOwn) {
   const Side taken;
-  const auto refusal = [](const std::string& listen, const std::string& connect) -> std::string {
-    try {
-      const Relay relay({.listen = listen, .connect = connect});
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+  const auto refusal = [](const std::string& listen, const std::string& connect) {
+    return test::refusal([&] { const Relay relay({.listen = listen, .connect = connect}); });
   };
   EXPECT_NE(refusal("nonsense", "127.0.0.1:5683").find("--listen nonsense: "), std::string::npos);
   EXPECT_NE(refusal(kAnyPort, "nonsense").find("--connect nonsense: "), std::string::npos);
