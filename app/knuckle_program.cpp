@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "app/bringup/commission_command.h"
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/doctor_command.h"
@@ -13,6 +13,7 @@
 #include "app/explain/explain_command.h"
 #include "app/export/export_command.h"
 #include "app/identify/identify.h"
+#include "app/pairing/key_folder.h"
 #include "app/pairing/pair_command.h"
 #include "app/programs/device_command.h"
 #include "app/programs/master_command.h"
@@ -72,6 +73,7 @@ cli::Program knuckle_program() {
           bringup::commission_entry(),
           bringup::recover_entry(),
       },
+      {pairing::kept_name, audit::kept_name},
   };
 }
 

@@ -4,7 +4,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "recording/older_links.h"
+#include "recording/wire_events.h"
 
 namespace knuckle::recording {
 namespace {

@@ -14,7 +14,6 @@
 #include "core/byte_ring.h"
 #include "core/time.h"
 #include "machine/description.h"
-#include "recording/camera_picture.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
 #include "recording/flight_recorder.h"

@@ -30,29 +30,29 @@ constexpr std::size_t kStateBytes = 4096;
 struct Number {
   double value = 0;
   std::uint64_t bits = 0;
-  const char* word = nullptr;  ///< Of an enumeration.
-  [[nodiscard]] std::string text() const { return word != nullptr ? word : fmt::format("{}", value); }
+  const char* name = nullptr;  ///< Of a value of an enumeration.
+  [[nodiscard]] std::string text() const { return name != nullptr ? name : fmt::format("{}", value); }
 };
 
-/// What its modes and codes are called, by the names of their numbers.
+/// Names of the values of its modes and codes, by field.
 template <typename State>
-std::map<std::string, const char*> words_in(const State& state) {
-  std::map<std::string, const char*> words;
+std::map<std::string, const char*> value_names(const State& state) {
+  std::map<std::string, const char*> names;
   visit_fields(state, [&](const std::string& field, const auto& member) {
     using Member = std::remove_cvref_t<decltype(member)>;
-    if constexpr (std::is_enum_v<Member>) words[field] = knuckle::name(member);
-    if constexpr (std::is_same_v<Member, Reason>) words[field + ".code"] = knuckle::name(member.code);
+    if constexpr (std::is_enum_v<Member>) names[field] = knuckle::name(member);
+    if constexpr (std::is_same_v<Member, Reason>) names[field + ".code"] = knuckle::name(member.code);
   });
-  return words;
+  return names;
 }
 
 template <typename State>
 std::vector<std::pair<std::string, Number>> numbers_in(const State& state) {
   std::vector<std::pair<std::string, Number>> numbers;
-  const auto words = words_in(state);
+  const auto names = value_names(state);
   for_each_number("", state, [&](const std::string& field, auto number) {
-    const auto found = words.find(field);
-    const char* const word = found != words.end() ? found->second : nullptr;
+    const auto found = names.find(field);
+    const char* const value_name = found != names.end() ? found->second : nullptr;
     std::uint64_t bits = 0;
     if constexpr (std::is_same_v<decltype(number), double>) {
       bits = std::bit_cast<std::uint64_t>(number);
@@ -61,7 +61,7 @@ std::vector<std::pair<std::string, Number>> numbers_in(const State& state) {
     } else {
       bits = static_cast<std::uint64_t>(number);
     }
-    numbers.push_back({field, {static_cast<double>(number), bits, word}});
+    numbers.push_back({field, {static_cast<double>(number), bits, value_name}});
   });
   return numbers;
 }
@@ -84,20 +84,6 @@ ControlLaw law_of(const std::string& law, const std::string& source) {
   if (const auto known = control_law_named(law)) return *known;
   throw InputError(source + ": law = " + shortened(law) +
                    ": cannot be run again by this version: " + kControlLawChoice);
-}
-
-bool input(WireEventKind kind) {
-  switch (kind) {
-    case WireEventKind::kCanReceived:
-    case WireEventKind::kCanState:
-    case WireEventKind::kHidReceived:
-    case WireEventKind::kHidConnected:
-    case WireEventKind::kLinkReceived:
-    case WireEventKind::kLinkNotEmptied:
-      return true;
-    default:
-      return false;
-  }
 }
 
 /// What a person would call the state of the machine.
@@ -150,7 +136,7 @@ class SideReplay {
     next_step_ = recorded.step + 1;
     inputs_.clear();
     for (const WireEvent& event : recorded.events) {
-      if (input(event.kind) && !own.first) inputs_.push_back(input_text(event));
+      if (is_input(event.kind) && !own.first) inputs_.push_back(input_text(event));
     }
     pending_ = recorded;
     waiting_ = true;
@@ -175,10 +161,10 @@ class SideReplay {
       if (changed_ && was_number.value == is_number.value) continue;  // 0 and -0: nobody's change
       FieldDifference& field = own.fields[a[i].first];
       const double size = std::abs(is_number.value - was_number.value);
-      if (field.steps++ == 0 || (was_number.word == nullptr && (size > field.largest || std::isnan(size)))) {
+      if (field.steps++ == 0 || (was_number.name == nullptr && (size > field.largest || std::isnan(size)))) {
         field.largest = size;
         field.at = at_;
-        if (was_number.word != nullptr) field.words = was_number.text() + " -> " + is_number.text();
+        if (was_number.name != nullptr) field.names = was_number.text() + " -> " + is_number.text();
       }
       fields_.push_back(fmt::format("{}: recorded {}, replayed {}", a[i].first, was_number.text(), is_number.text()));
     }

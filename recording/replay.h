@@ -36,7 +36,7 @@ struct Divergence {
 struct FieldDifference {
   double largest = 0;       ///< Of its absolute value; NaN where one of the two is none. Of an enumeration the first.
   Time at{};                ///< Where that is.
-  std::string words;        ///< Of an enumeration: "engaged -> hold", recorded and replayed; else empty.
+  std::string names;        ///< Of an enumeration: "engaged -> hold", recorded and replayed; else empty.
   std::uint64_t steps = 0;  ///< In which it differs at all.
 };
 

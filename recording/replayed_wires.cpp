@@ -56,6 +56,10 @@ std::string text_of(WireEventKind kind, std::uint32_t value, std::span<const std
 
 }  // namespace
 
+bool is_input(WireEventKind kind) noexcept {
+  return kind < WireEventKind::kCount && kInfos[static_cast<std::size_t>(kind)].input;
+}
+
 void ReplayedWire::begin() noexcept {
   inputs_.clear();
   outputs_.clear();

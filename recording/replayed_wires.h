@@ -16,6 +16,9 @@
 
 namespace knuckle::recording {
 
+/// The loop reads it; all others it writes.
+[[nodiscard]] bool is_input(WireEventKind kind) noexcept;
+
 /// One wire within one step: what was read, and what was written, each in its order. Allocates.
 class ReplayedWire {
  public:

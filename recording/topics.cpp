@@ -3,7 +3,7 @@
 #include <array>
 
 #include "master/master_state.h"
-#include "recording/camera_picture.h"
+#include "recording/events.h"
 #include "recording/fields.h"
 #include "recording/wire_events.h"
 #include "slave/slave_state.h"

@@ -130,4 +130,15 @@ class HidDevicePort : public HidPort {
   std::thread reader_, writer_;  ///< Last: everything above exists when they start.
 };
 
+// The haptic device through the kernel's hidraw driver (hidapi): no driver has to be detached, any user may open the
+// device that the udev rule gives access to; and through libusb: asynchronous interrupt transfers, while the kernel's
+// driver is detached from it (there is no /dev/hidraw then).
+[[nodiscard]] HidOpening open_hidapi(const HidChoice& choice);
+[[nodiscard]] HidOpening open_libusb(const HidChoice& choice);
+
+/// The haptic devices that are attached now, whether or not they may be opened; libusb does not know the serial number
+/// of one that may not.
+[[nodiscard]] std::vector<HidCandidate> hidapi_devices();
+[[nodiscard]] std::vector<HidCandidate> libusb_devices();
+
 }  // namespace knuckle

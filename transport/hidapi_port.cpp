@@ -1,11 +1,10 @@
-#include "transport/hidapi_port.h"
-
 #include <hidapi/hidapi.h>
 
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
 
+#include "transport/hid_device_port.h"
 #include "transport/hid_reports.h"
 
 namespace knuckle {
@@ -51,6 +50,8 @@ class HidapiConnection final : public HidConnection {
   HidapiHandle in_, out_;
 };
 
+}  // namespace
+
 HidOpening open_hidapi(const HidChoice& wanted) {
   HidOpening opening;
   const std::vector<HidCandidate> found = hidapi_devices();
@@ -68,8 +69,6 @@ HidOpening open_hidapi(const HidChoice& wanted) {
   return opening;
 }
 
-}  // namespace
-
 std::vector<HidCandidate> hidapi_devices() {
   std::vector<HidCandidate> found;
   hid_device_info* all = hid_enumerate(kHidVendor, kHidProduct);
@@ -83,7 +82,5 @@ std::vector<HidCandidate> hidapi_devices() {
   hid_free_enumeration(all);
   return found;
 }
-
-HidapiPort::HidapiPort(const HidDeviceOptions& options) : HidDevicePort(open_hidapi, options) {}
 
 }  // namespace knuckle

@@ -1,5 +1,3 @@
-#include "transport/libusb_port.h"
-
 #include <libusb-1.0/libusb.h>
 #include <sys/time.h>
 
@@ -9,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "transport/hid_device_port.h"
 #include "transport/hid_reports.h"
 
 namespace knuckle {
@@ -247,6 +246,8 @@ std::vector<UsbDevice> open_all(libusb_context* context, std::vector<HidCandidat
   return devices;
 }
 
+}  // namespace
+
 HidOpening open_libusb(const HidChoice& wanted) {
   HidOpening opening;
   const std::shared_ptr<libusb_context> context = new_context(opening.problem);
@@ -281,15 +282,11 @@ HidOpening open_libusb(const HidChoice& wanted) {
   return opening;
 }
 
-}  // namespace
-
 std::vector<HidCandidate> libusb_devices() {
   std::string problem;
   std::vector<HidCandidate> found;
   if (const auto context = new_context(problem)) (void)open_all(context.get(), found);
   return found;
 }
-
-LibusbPort::LibusbPort(const HidDeviceOptions& options) : HidDevicePort(open_libusb, options) {}
 
 }  // namespace knuckle

@@ -10,10 +10,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "app/cli/command.h"
 
 namespace knuckle::audit {
 
@@ -23,12 +26,12 @@ inline constexpr const char* kResumedEvent = "resumed";
 inline constexpr const char* kMissingEvent = "missing";
 inline constexpr std::size_t kLargestFile_bytes = 64 << 20;
 
-/// Hex, 64 digits.
-[[nodiscard]] std::string sha256(std::string_view bytes);
 [[nodiscard]] std::string hash_before_all();
 
 [[nodiscard]] std::string file_of(const std::string& folder, std::uint64_t number);
 [[nodiscard]] std::string head_file_of(const std::string& folder);
+/// A trail's files are named so (cli::KeptName): without them its history is gone.
+[[nodiscard]] const char* kept_name(const std::filesystem::path& place);
 /// Numbers of the files that are there, ascending. @throws InputError where the folder cannot be read.
 [[nodiscard]] std::vector<std::uint64_t> file_numbers(const std::string& folder);
 
@@ -62,5 +65,27 @@ struct Head {
 [[nodiscard]] std::string head_text(const Head& head);
 /// Nothing where there is none. @throws InputError where it is no regular file.
 [[nodiscard]] std::optional<Head> read_head(const std::string& folder);
+
+// Whether an audit trail is as it was written.
+
+struct Check {
+  std::vector<std::string> lines;  ///< All that are there, oldest first.
+  std::vector<std::string> notes;  ///< What is worth knowing and breaks nothing: removed by rotation, unfinished lines.
+  /// "FILE:LINE: why" of all breaks, but in each file only of the first: more may follow from it. Empty: the chain is
+  /// whole.
+  std::vector<std::string> breaks;
+  std::size_t files = 0;
+  Head last;  ///< Number 0 where there is no line.
+  /// The first break; empty where there is none.
+  [[nodiscard]] std::string broken() const { return breaks.empty() ? "" : breaks.front(); }
+};
+/// @throws InputError where folder or files cannot be read.
+[[nodiscard]] Check check_trail(const std::string& folder);
+
+/// A line of a Check for people, printable: "2026-11-25T07:08:09.123Z connected: name=desk 1, fingerprint=QF3K-..."
+[[nodiscard]] std::string readable(const std::string& line);
+
+/// Exit codes: 0 the chain is whole, 1 it is broken.
+[[nodiscard]] cli::Command audit_entry();
 
 }  // namespace knuckle::audit

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/cli/digest.h"
 #include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -102,7 +103,7 @@ void AuditTrail::find_end(bool has_head) {
     }
     if (last == content.lines.rend()) continue;
     number_ = last->link->number;
-    last_hash_ = sha256(last->text);
+    last_hash_ = cli::sha256(last->text);
   }
   if (!torn_.empty() && number_ == 0 && !has_head)
     throw InputError("--audit " + file_of(folder_, file_number_) + ": is no audit trail: give another folder");
@@ -117,7 +118,7 @@ bool AuditTrail::agrees_with(const std::optional<Head>& head) const {
   for (auto number = numbers.rbegin(); number != numbers.rend(); ++number) {
     const FileContent content = read_lines(file_of(folder_, *number));
     for (auto line = content.lines.rbegin(); line != content.lines.rend(); ++line) {
-      if (line->link && line->link->number == head->number) return sha256(line->text) == head->hash;
+      if (line->link && line->link->number == head->number) return cli::sha256(line->text) == head->hash;
     }
   }
   return false;
@@ -232,7 +233,7 @@ int AuditTrail::write(std::deque<Entry>& entries) {
 int AuditTrail::write_entry(const Entry& entry) {
   if (!torn_.empty()) {
     const Entry resumed{
-        utc_now(), kResumedEvent, monotonic_s(), {{"torn_bytes", torn_.size()}, {"torn_sha256", sha256(torn_)}}};
+        utc_now(), kResumedEvent, monotonic_s(), {{"torn_bytes", torn_.size()}, {"torn_sha256", cli::sha256(torn_)}}};
     if (const int refused = append(resumed, "\n"); refused != 0) return refused;
     torn_.clear();
   }
@@ -275,7 +276,7 @@ int AuditTrail::append(const Entry& entry, const char* before) {
   line["before"] = last_hash_;
   const std::string text = line.dump_ascii();
   const std::string whole = before + text + '\n';
-  std::string hash = sha256(text);
+  std::string hash = cli::sha256(text);
   std::size_t written = 0;
   int refused = 0;
   while (written < whole.size() && refused == 0) {

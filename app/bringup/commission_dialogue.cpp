@@ -40,7 +40,7 @@ std::optional<std::string> LineInput::poll() {
 std::string text(const Question& question) {
   std::string answers;
   if (question.bounds) answers = number_text(question.bounds->first) + " to " + number_text(question.bounds->second);
-  for (const std::string& word : question.words) answers += (answers.empty() ? "" : " | ") + word;
+  for (const std::string& word : question.choices) answers += (answers.empty() ? "" : " | ") + word;
   const std::string unit = question.unit.empty() ? "" : ", in " + question.unit + ":";
   return question.text + unit + " [" + answers + "]";
 }
@@ -68,14 +68,14 @@ std::string Dialogue::answer(const Question& question) {
   }
 }
 
-int Dialogue::ask(const std::string& question, std::initializer_list<const char*> words) {
-  const Question asked{question, {words.begin(), words.end()}, {}, ""};
+int Dialogue::ask(const std::string& question, std::initializer_list<const char*> choices) {
+  const Question asked{question, {choices.begin(), choices.end()}, {}, ""};
   std::string all;
-  for (const std::string& word : asked.words) all += (all.empty() ? "" : " | ") + word;
+  for (const std::string& word : asked.choices) all += (all.empty() ? "" : " | ") + word;
   for (;;) {
     const std::string typed = answer(asked);
-    const auto found = std::find(asked.words.begin(), asked.words.end(), typed);
-    if (found != asked.words.end()) return static_cast<int>(found - asked.words.begin());
+    const auto found = std::find(asked.choices.begin(), asked.choices.end(), typed);
+    if (found != asked.choices.end()) return static_cast<int>(found - asked.choices.begin());
     refuse("the answer '" + printable(typed) + "' is not one of " + all);
   }
 }
@@ -83,7 +83,7 @@ int Dialogue::ask(const std::string& question, std::initializer_list<const char*
 double Dialogue::ask_number(const std::string& question, double low, double high, const std::string& unit,
                             std::optional<double> known) {
   Question asked{question, {}, std::pair(low, high), unit};
-  if (known) asked.words.emplace_back("tape");
+  if (known) asked.choices.emplace_back("tape");
   for (;;) {
     const std::string typed = answer(asked);
     if (known && typed == "tape") return *known;

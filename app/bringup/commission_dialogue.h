@@ -33,10 +33,10 @@ class LineInput {
   bool ended_ = false;
 };
 
-/// What is asked: the answer is one of the words, or a number within the bounds.
+/// What is asked: the answer is one of the choices, or a number within the bounds.
 struct Question {
   std::string text;
-  std::vector<std::string> words;
+  std::vector<std::string> choices;
   std::optional<std::pair<double, double>> bounds;
   std::string unit;  ///< Of the number: "mm", "degrees".
 };
@@ -65,8 +65,8 @@ class Dialogue {
   void say(const std::string& line) { partner_.say(line); }
   /// A step of the commissioning begins.
   void begin(int number, const std::string& title) { partner_.begin(number, title); }
-  /// @return which of the words. @throws CommissionEnded for any other answer of a script.
-  int ask(const std::string& question, std::initializer_list<const char*> words);
+  /// @return which of the choices. @throws CommissionEnded for any other answer of a script.
+  int ask(const std::string& question, std::initializer_list<const char*> choices);
   /// @throws CommissionEnded for any other answer of a script than a number within the bounds.
   /// @param known where the answer is known without asking (on a simulated machine), the word "tape" takes it.
   double ask_number(const std::string& question, double low, double high, const std::string& unit,

@@ -3,14 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "app/bringup/commission_dialogue.h"
+#include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 #include "slave/orderly_stop.h"
 
 namespace knuckle::bringup {
+
 namespace {
 
 using slave::Jog;
@@ -142,6 +146,138 @@ void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
   if (dialogue->done()) return;
   const std::string why = text(dialogue->details());
   throw CommissionEnded(why.empty() ? "an encoder did not accept its preset within 3 s" : why);
+}
+
+namespace {
+
+using Level = Finding::Level;
+
+constexpr double kMoved_m = 2e-3;
+constexpr double kDecisive_Pa =
+    20e5;  // the pressure of a chamber that drives its cylinder against a stop rises by more
+constexpr double kStrokeTolerance_m = 8e-3;  // pins beside their nominal place; cushions not passed
+constexpr double kLastOfRun_s = 0.2, kBeforeRun_s = 0.1;
+constexpr double kFirstWay_m = 4e-4, kLastWay_m = 4e-3;  // part of the ramp's motion that the line is fitted to
+
+const char* axis(int joint) noexcept {
+  return kJointNames[static_cast<std::size_t>(joint)];
+}
+
+std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_s) {
+  std::array<double, 6> mean{};
+  double count = 0;
+  for (const slave::JogSample& s : run.samples) {
+    if (s.t_s < from_s || s.t_s > to_s) continue;
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += s.pressure_Pa[i];
+    ++count;
+  }
+  for (double& value : mean) value /= std::max(count, 1.0);
+  return mean;
+}
+
+}  // namespace
+
+Finding judge_direction(const JogRun& run, Seen seen) {
+  const int joint = run.plan.joint;
+  const bool extends = run.plan.peak > 0;
+  const std::string about = axis(joint);
+  const double way_mm = 1e3 * run.travelled_m()[joint];
+  const auto fault = [&](const std::string& text) { return Finding{Level::kFault, about, text}; };
+  if (seen == Seen::kAnother) return fault("its valve moves another cylinder: exchange the valves' plugs or node ids");
+  const bool counted = std::abs(way_mm) > 1e3 * kMoved_m;
+  if (seen == Seen::kStill && counted) {
+    return fault(
+        fmt::format("its encoder measured {:.1f} mm, but its cylinder stands still: encoders are exchanged", way_mm));
+  }
+  if (seen == Seen::kStill) {
+    return fault(fmt::format(
+        "did not move at a command of {:.2f} of stroke: check pilot pressure, the valve's plug and its dead band",
+        std::abs(run.samples.back().command)));
+  }
+  if (!counted) return fault("moved, but its encoder measured no motion: check the encoder, its wire and its node id");
+  const bool longer = seen == Seen::kLonger;
+  if (longer != extends) {
+    return fault(
+        "moves in the wrong direction: exchange the valve's hoses A and B, or change the sign in the valve's set-up");
+  }
+  if ((way_mm > 0) != longer) {
+    return fault("its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool");
+  }
+  return {Level::kOk, about,
+          fmt::format("{}: encoder {:+.1f} mm, as commanded", extends ? "extends" : "retracts", way_mm)};
+}
+
+std::optional<StrokeEnd> stroke_end(const JogRun& run) {
+  if (run.end != slave::JogEnd::kStalled) return std::nullopt;
+  const double last_s = run.samples.back().t_s;
+  StrokeEnd end{run.samples.back().length_m[run.plan.joint], mean_pressure(run, last_s - kLastOfRun_s, last_s)};
+  const auto before = mean_pressure(run, 0, kBeforeRun_s);
+  for (std::size_t i = 0; i < before.size(); ++i) end.rise_Pa[i] -= before[i];
+  return end;
+}
+
+Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
+  const std::size_t driven = 2 * static_cast<std::size_t>(joint) + (extended ? 0 : 1);
+  const auto highest = std::max_element(end.rise_Pa.begin(), end.rise_Pa.end());
+  const auto which = static_cast<std::size_t>(highest - end.rise_Pa.begin());
+  const char* side = extended ? "head" : "rod";
+  const std::string about = axis(joint);
+  if (*highest < kDecisive_Pa) {
+    return {Level::kNote, about,
+            fmt::format(
+                "{} side not checked: no chamber pressure rises by {:.0f} bar at the stop (highest rise {:.0f} bar)",
+                side, kDecisive_Pa / 1e5, *highest / 1e5)};
+  }
+  if (which == driven) {
+    return {Level::kOk, about,
+            fmt::format("{} side pressure rises by {:.0f} bar at the stop, as expected", side, *highest / 1e5)};
+  }
+  return {Level::kFault, about,
+          fmt::format(
+              "at the stop the pressure of {} {} rises by {:.0f} bar instead of that of {} {}: exchange the plugs or "
+              "node ids "
+              "of the two transmitters",
+              axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
+}
+
+Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machine) {
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
+  const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+  const Kinematics kinematics(machine);
+  const double most_m = cylinder.max_length_m - cylinder.min_length_m;
+  const double least_m = std::abs(kinematics.cylinder_at(joint, link.max_rad).value().length_m -
+                                  kinematics.cylinder_at(joint, link.min_rad).value().length_m);
+  const bool good = stroke_m >= least_m - kStrokeTolerance_m && stroke_m <= most_m + kStrokeTolerance_m;
+  const std::string range =
+      fmt::format("{:.1f} mm measured between its stops, expected {:.1f} mm (joint range) to {:.1f} mm (cylinder)",
+                  1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
+  if (good) return {Level::kOk, axis(joint), range};
+  return {Level::kFault, axis(joint),
+          range + ": check encoder_step_mm, min_length_m, max_length_m, and that it reached both stops"};
+}
+
+std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valve) {
+  const int joint = ramp.plan.joint;
+  const double start_m = ramp.samples.front().length_m[joint];
+  double n = 0, sum_t = 0, sum_r = 0, sum_tt = 0, sum_tr = 0;
+  for (const slave::JogSample& s : ramp.samples) {
+    const double way_m = std::abs(s.length_m[joint] - start_m);
+    if (way_m < kFirstWay_m || way_m > kLastWay_m) continue;
+    const double root = std::sqrt(way_m);
+    ++n;
+    sum_t += s.t_s;
+    sum_r += root;
+    sum_tt += s.t_s * s.t_s;
+    sum_tr += s.t_s * root;
+  }
+  const double spread = n * sum_tt - sum_t * sum_t;
+  constexpr double kFewest = 10;
+  if (n < kFewest || spread <= 0) return std::nullopt;
+  const double slope = (n * sum_tr - sum_t * sum_r) / spread;
+  if (slope <= 0) return std::nullopt;
+  const double edge_s = (sum_t - sum_r / slope) / n;
+  const double lag_s = valve.delay_s + 2 * valve.damping_ratio / (2 * std::numbers::pi * valve.natural_frequency_Hz);
+  return ramp.plan.rise_1ps * (edge_s - lag_s);
 }
 
 }  // namespace knuckle::bringup

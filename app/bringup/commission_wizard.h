@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "app/bringup/commission_checks.h"
 #include "app/bringup/commission_dialogue.h"
+#include "app/bringup/commission_jog.h"
 #include "app/bringup/doctor_bus.h"
 #include "machine/description.h"
 #include "transport/bus_access.h"

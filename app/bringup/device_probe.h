@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/bringup/doctor_finding.h"
 #include "app/cli/options.h"
 #include "core/joints.h"
 #include "core/time.h"
@@ -60,5 +61,20 @@ inline constexpr const char* kDeviceBackEnds = "hid, usb";
 
 /// Differences between the device and its file: one line each, such as "wrist: gear ratio 12, file 15".
 [[nodiscard]] std::vector<std::string> differences(const DeviceIdentity& identity, const DeviceDescription& file);
+
+// The checks of `knuckle doctor --device` on a haptic device. Only reads; the motors are not commanded.
+
+struct DeviceDoctorOptions {
+  std::string back_end;             ///< "hid" or "usb"
+  HidChoice choice;                 ///< Nothing: the only device there is.
+  std::string device = "knuckle1";  ///< Name or .toml file that the device is compared with.
+};
+
+/// Looks for the device, opens it and examines it.
+/// @throws InputError for another back end, or a device file that cannot be used.
+[[nodiscard]] Findings doctor_device(const DeviceDoctorOptions& options);
+
+/// Examines a device that is attached.
+[[nodiscard]] Findings examine_device(DeviceProbe& probe, const DeviceDescription& file);
 
 }  // namespace knuckle::bringup

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "app/bringup/node_reading.h"
+#include "app/bringup/bus_survey.h"
 #include "machine/load.h"
 #include "slave/bus_watch.h"
 #include "slave/emergency_log.h"

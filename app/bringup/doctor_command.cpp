@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "app/bringup/device_doctor.h"
+#include "app/bringup/device_probe.h"
 #include "app/bringup/doctor_computer.h"
 #include "app/bringup/doctor_link.h"
 #include "app/cli/interrupt.h"

@@ -18,7 +18,7 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
-#include "app/cli/printable_output.h"
+#include "app/cli/terminal.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"
@@ -27,6 +27,8 @@ namespace knuckle::cli {
 namespace {
 
 constexpr const char* kOtherName = ": choose another name";
+
+std::vector<KeptName> kept_names;  // of the program that was started
 
 std::string shown(double value) {
   std::ostringstream text;
@@ -52,8 +54,8 @@ void check_given(const CLI::App& command) {
   }
 }
 
-/// Of the first of these words that is an option, none of the command's; empty where none of them is.
-std::string unknown_option(const std::vector<std::string>& words, const CLI::App& command) {
+/// Of the first of these arguments that is an option, none of the command's; empty where none of them is.
+std::string unknown_option(const std::vector<std::string>& arguments, const CLI::App& command) {
   const auto bare = [](const std::string& word) {
     const auto begin = std::min(word.find_first_not_of('-'), word.size());
     return word.substr(begin, word.find('=') - begin);
@@ -62,7 +64,7 @@ std::string unknown_option(const std::vector<std::string>& words, const CLI::App
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) names.push_back(name);
   }
-  for (const std::string& word : words) {
+  for (const std::string& word : arguments) {
     if (!word.starts_with('-') || bare(word).empty()) continue;
     const auto meant = nearest_name(bare(word), names);
     return shortened(word) + ": unknown option" + (meant ? "; did you mean '--" + *meant + "'?" : "");
@@ -70,21 +72,21 @@ std::string unknown_option(const std::vector<std::string>& words, const CLI::App
   return "";
 }
 
-/// Of the first of these words that is an option with a value too many or none; empty where none is.
-std::string misplaced_value(const std::vector<std::string>& words, const CLI::App& command) {
+/// Of the first of these arguments that is an option with a value too many or none; empty where none is.
+std::string misplaced_value(const std::vector<std::string>& arguments, const CLI::App& command) {
   const auto option_of = [&command](const std::string& word) {
     return command.get_option_no_throw(word.substr(0, word.find('=')));
   };
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const CLI::Option* const option = words[i].starts_with('-') ? option_of(words[i]) : nullptr;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const CLI::Option* const option = arguments[i].starts_with('-') ? option_of(arguments[i]) : nullptr;
     if (option == nullptr) continue;
-    const bool flag = option->get_expected_max() == 0, given_here = words[i].find('=') != std::string::npos;
+    const bool flag = option->get_expected_max() == 0, given_here = arguments[i].find('=') != std::string::npos;
     if (flag && given_here) return option->get_name() + ": takes no value";
-    const bool without = given_here ? words[i].ends_with('=') : i + 1 == words.size();
+    const bool without = given_here ? arguments[i].ends_with('=') : i + 1 == arguments.size();
     if (!flag && without) return option->get_name() + ": needs a value";
-    const auto again = std::find_if(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end(),
+    const auto again = std::find_if(arguments.begin() + static_cast<std::ptrdiff_t>(i) + 1, arguments.end(),
                                     [&](const std::string& word) { return option_of(word) == option; });
-    if (again != words.end() && option->get_expected_max() <= 1)
+    if (again != arguments.end() && option->get_expected_max() <= 1)
       return option->get_name() + ": is given more than once";
   }
   return "";
@@ -135,6 +137,7 @@ std::map<std::string, std::function<int()>> declare(const Program& program, CLI:
 
 CommandLine parse_command_line(const Program& program, const std::vector<std::string>& arguments) {
   check_printable(arguments);
+  kept_names = program.kept;
   if (arguments.empty()) return parse_command_line(program, {"--help"});
   const std::string asked_for = command_in(program, arguments);
   const auto app = std::make_shared<CLI::App>(program.about, program.name);
@@ -181,17 +184,6 @@ std::string place_of(const std::string& file) {
   std::error_code nameless;  // such as a pipe of another process
   const auto real = std::filesystem::weakly_canonical(std::filesystem::absolute(file), nameless);
   return nameless ? file : real.string();
-}
-
-/// Files of a key folder and of an audit trail, by name as configuration is (app/pairing/key_folder.h,
-/// app/audit/audit_files.h): without them this computer is nobody, or its history is gone.
-const char* precious(const std::filesystem::path& place) {
-  const std::string name = place.filename().string();
-  if (name == "key.pem") return "is named like a computer's private key";
-  if (name == "head" || (name.starts_with("audit-") && name.ends_with(".jsonl")))
-    return "is named like a file of an audit trail";
-  if (name == "peers.toml" || name == "turn.toml") return "is named like a file of the pairings";
-  return nullptr;
 }
 
 }  // namespace
@@ -286,7 +278,10 @@ void Places::configuration_output(const std::string& option, const std::string& 
 void Places::take(const std::string& option, const std::string& file, bool output) {
   if (file.empty()) return;
   const std::string path = place_of(file);
-  if (const char* why = output ? precious(path) : nullptr) refuse_option(option, file, std::string(why) + kOtherName);
+  if (output) {
+    for (const KeptName kept : kept_names)
+      if (const char* why = kept(path)) refuse_option(option, file, std::string(why) + kOtherName);
+  }
   const auto [other, is_new] = taken_.emplace(path, option);
   if (is_new || !output) return;
   refuse_option(option, file,

@@ -1,6 +1,7 @@
 // The commands of the program: each command declares its options and runs in a file of its own; main() lists them.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -17,10 +18,14 @@ struct Command {
   std::function<std::function<int()>(const OptionList& options)> declare;
 };
 
+/// Why no output may go to a place of this name: "is named like a computer's private key"; nullptr: it may.
+using KeptName = const char* (*)(const std::filesystem::path& place);
+
 struct Program {
   std::string name;            ///< As it is called, and as its messages begin.
   std::string about, example;  ///< For its help.
   std::vector<Command> commands;
+  std::vector<KeptName> kept{};  ///< Of its parts that have files which no output may replace.
 };
 
 /// Gives the program's commands and options to `app`. @return what each command runs, by its name.
@@ -58,8 +63,8 @@ void check_readable(const std::string& option, const std::string& file);
 /// @throws InputError unless files can be made in the folder; where it is missing, in the one it would be made in.
 void check_folder(const std::string& option, const std::string& folder);
 
-/// No two outputs into one place, none over an input, any configuration file, a private key, pairings, or a file of an
-/// audit trail. Empty names are ignored.
+/// No two outputs into one place, none over an input, any configuration file, or what the program that was started
+/// keeps. Empty names are ignored.
 class Places {
  public:
   void input(const std::string& option, const std::string& file) { take(option, file, false); }

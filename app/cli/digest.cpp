@@ -49,4 +49,10 @@ std::string Digest::finish() {
   return hex;
 }
 
+std::string sha256(std::string_view text) {
+  Digest digest;
+  digest.add(text);
+  return digest.finish();
+}
+
 }  // namespace knuckle::cli

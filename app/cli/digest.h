@@ -25,4 +25,7 @@ class Digest {
   std::unique_ptr<State> state_;
 };
 
+/// Of one text.
+[[nodiscard]] std::string sha256(std::string_view text);
+
 }  // namespace knuckle::cli

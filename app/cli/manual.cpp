@@ -166,8 +166,8 @@ const char* configured_kind(const CLI::Option& option) {
   return known == kConfigured.end() ? nullptr : known->second;
 }
 
-void append_word(std::string& words, const std::string& word) {
-  words += (words.empty() ? "" : " ") + word;
+void append_word(std::string& line, const std::string& word) {
+  line += (line.empty() ? "" : " ") + word;
 }
 
 /// The lines of `case $command in` that say what a command takes.

@@ -8,7 +8,7 @@
 
 #include "app/console/event_book.h"
 #include "core/time.h"
-#include "recording/camera_picture.h"
+#include "recording/events.h"
 #include "video/camera.h"
 #include "video/frame.h"
 #include "video/newest.h"

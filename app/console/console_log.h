@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/cli/json.h"
-#include "app/cli/news.h"
+#include "app/cli/terminal.h"
 #include "app/console/console_view.h"
 #include "app/console/event_book.h"
 #include "app/console/operator_station.h"
@@ -16,7 +16,7 @@
 #include "app/session/options.h"
 #include "app/session/session.h"
 #include "core/time.h"
-#include "recording/camera_picture.h"
+#include "recording/events.h"
 #include "recording/head.h"
 #include "recording/recorder.h"
 #include "video/frame.h"

@@ -13,7 +13,7 @@
 #include "app/cli/output_file.h"
 #include "app/explain/text.h"
 #include "app/explain/timeline.h"
-#include "recording/flaws.h"
+#include "recording/recording.h"
 
 namespace knuckle::explain {
 namespace {
@@ -103,7 +103,7 @@ Json json_of(const Report& report, const recording::Recording& recording) {
             {"version", recording.head().version},
             {"from_s", to_seconds(report.survey.first)},
             {"to_s", to_seconds(report.survey.last)},
-            {"complete", flaws(recording).empty()},
+            {"complete", defects(recording).empty()},
             {"damages", recording.damages()},
             {"stopped_at_begin", report.survey.begins_stopped},
             {"stops", Json::array()},

@@ -21,7 +21,7 @@
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/load.h"
-#include "recording/flaws.h"
+#include "recording/recording.h"
 
 namespace knuckle::exporting {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
-#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
 #include "app/identify/baseline_report.h"
 #include "app/identify/calibration_file.h"
 #include "app/identify/data_check.h"

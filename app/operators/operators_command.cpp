@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "app/cli/output_file.h"
-#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
 #include "app/operators/study.h"
 
 namespace knuckle::operators {

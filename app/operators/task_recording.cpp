@@ -10,7 +10,6 @@
 #include "master/device_kinematics.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
-#include "recording/flaws.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 #include "recording/wire_events.h"
@@ -62,7 +61,7 @@ class TaskReader {
 
   TaskRecording read() {
     while (const auto entry = recording_.next()) take(*entry);
-    task_.flaws = flaws(recording_);
+    task_.flaws = defects(recording_);
     task_.notes = recording_.order_notes();
     return std::move(task_);
   }

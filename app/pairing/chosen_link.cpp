@@ -77,7 +77,7 @@ std::unique_ptr<ice::Dialler> make_dialler(const DialOptions& options, secure::R
   if (!options.stun.empty()) setup.servers.stun = parse_host_and_port(options.stun);
   if (!options.turn.empty()) {
     setup.servers.turn = parse_host_and_port(options.turn);
-    read_credentials(folder.path() + "/turn.toml", setup.servers);
+    read_credentials(folder.turn_file(), setup.servers);
   }
   return std::make_unique<ice::Dialler>(setup, identity, peers);
 }

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/news.h"
 #include "app/cli/options.h"
+#include "app/cli/terminal.h"
 #include "app/pairing/key_folder.h"
 #include "transport/ice/dialler.h"
 #include "transport/secure/secure_link.h"

@@ -114,6 +114,15 @@ std::string written(const secure::Peers& peers) {
 
 }  // namespace
 
+const char* kept_name(const std::filesystem::path& place) {
+  const KeyFolder here(".");
+  const auto is = [name = place.filename()](const std::string& file) {
+    return std::filesystem::path(file).filename() == name;
+  };
+  if (is(here.key_file())) return "is named like a computer's private key";
+  return is(here.peers_file()) || is(here.turn_file()) ? "is named like a file of the pairings" : nullptr;
+}
+
 KeyFolder::KeyFolder(const std::string& path) : path_(path.empty() ? default_path() : path) {}
 
 bool KeyFolder::has_key() const {

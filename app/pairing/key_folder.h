@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -25,6 +26,9 @@ void write_private_file(const std::string& file, const std::string& text, Existi
 /// @throws InputError where it belongs to another user, or anybody else may write it.
 void check_only_owner_writes(const std::string& path, const char* what);
 
+/// What the folder holds is named so (cli::KeptName): without it this computer is nobody.
+[[nodiscard]] const char* kept_name(const std::filesystem::path& place);
+
 class KeyFolder {
  public:
   /// @param path empty: $XDG_CONFIG_HOME/knuckle, or ~/.config/knuckle.
@@ -33,6 +37,8 @@ class KeyFolder {
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   [[nodiscard]] std::string key_file() const { return path_ + "/key.pem"; }
   [[nodiscard]] std::string peers_file() const { return path_ + "/peers.toml"; }
+  /// Credentials for a TURN server.
+  [[nodiscard]] std::string turn_file() const { return path_ + "/turn.toml"; }
 
   [[nodiscard]] bool has_key() const;
   /// @throws InputError where there is none, others may read it or write the folder, it is no key, or it is not valid

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "transport/secure/handshake_out.h"
+#include "transport/secure/dtls_session.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::pairing {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/cli/background_writer.h"
-#include "app/cli/news.h"
+#include "app/cli/terminal.h"
 #include "app/programs/run_events.h"
 #include "core/realtime_thread.h"
 #include "core/time.h"

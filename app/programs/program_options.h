@@ -11,7 +11,7 @@
 #include "app/cli/background_writer.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
-#include "app/cli/printable_output.h"
+#include "app/cli/terminal.h"
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"

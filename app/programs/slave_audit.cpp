@@ -4,8 +4,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "app/cli/command.h"
+#include "app/cli/digest.h"
 #include "core/error.h"
 
 namespace knuckle::programs {
@@ -48,7 +49,7 @@ const char* event_name(Kind kind) {
 
 std::string digest_of(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
-  return audit::sha256(std::string{std::istreambuf_iterator<char>(in), {}});
+  return cli::sha256(std::string{std::istreambuf_iterator<char>(in), {}});
 }
 
 /// Of a trail that cannot be read either: the machine can be led all the same.

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/news.h"
 #include "app/cli/options.h"
+#include "app/cli/terminal.h"
 #include "app/session/machine_sight.h"
 #include "core/time.h"
 #include "machine/description.h"

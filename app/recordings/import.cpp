@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "app/cli/interrupt.h"
-#include "app/recordings/recorded_table.h"
+#include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "machine/description.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/cli/json.h"
-#include "app/cli/news.h"
 #include "app/cli/options.h"
+#include "app/cli/terminal.h"
 #include "machine/description_fwd.h"
 #include "recording/head.h"
 #include "recording/recorder.h"

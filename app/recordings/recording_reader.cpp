@@ -1,16 +1,15 @@
 #include "app/recordings/recording_reader.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "app/recordings/csv_reader.h"
+#include "app/recordings/csv_row.h"
 #include "app/recordings/halfway_change.h"
 #include "app/recordings/own_table.h"
-#include "app/recordings/recorded_table.h"
 #include "core/error.h"
 #include "core/quantile.h"
 #include "machine/description.h"
@@ -282,7 +281,7 @@ SignalRange possible_range(const MachineDescription& machine, std::size_t channe
 
 RecordedFile read_recording(const std::string& path, const std::string& map_path, const MachineDescription& machine) {
   if (is_recording(path)) {
-    return Builder(read_recorded_table({path}, map_path), machine).build();
+    return Builder(table_of_recording({path}, map_path), machine).build();
   }
   MappedTable table =
       map_path.empty() ? read_own_table(read_cells(path, own_columns())) : read_mapped_csv(path, map_path);
@@ -292,27 +291,24 @@ RecordedFile read_recording(const std::string& path, const std::string& map_path
 }
 
 void write_recording(const Recording& recording, std::ostream& out) {
-  out << kOwnTimeColumn;
-  for (const char* name : kSignalNames) out << ',' << name;
-  for (std::size_t j = 0; j < kJoints && !recording.valve.empty(); ++j) out << ',' << joint_channel(j, "_valve");
-  out << '\n';
-  std::array<char, 32> digits;
-  std::string row;
-  const auto add = [&](double value) {
-    row.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+  const bool valves = !recording.valve.empty();
+  RowWriter header(out, true), rows(out, false);
+  header.word(kOwnTimeColumn, "");
+  for (const char* name : kSignalNames) header.word(name, "");
+  for (std::size_t j = 0; j < kJoints && valves; ++j) header.word(joint_channel(j, "_valve"), "");
+  header.end_row();
+  header.flush();
+  const auto add = [&rows](bool known, double value) {
+    if (known)
+      rows.exact("", value);
+    else
+      rows.word("", "");
   };
   for (std::size_t i = 0; i < recording.samples.size(); ++i) {
-    row.clear();
-    add(std::round(1e9 * recording.step_s * static_cast<double>(i)) / 1e9);
-    for (std::size_t c = 0; c < kSignalChannels; ++c) {
-      row += ',';
-      if (recording.usable[i] != 0) add(signal(recording.samples[i], c));
-    }
-    for (int j = 0; j < kJoints && !recording.valve.empty(); ++j) {
-      row += ',';
-      if (std::isfinite(recording.valve[i][j])) add(recording.valve[i][j]);
-    }
-    out << row << '\n';
+    rows.exact("", std::round(1e9 * recording.step_s * static_cast<double>(i)) / 1e9);
+    for (std::size_t c = 0; c < kSignalChannels; ++c) add(recording.usable[i] != 0, signal(recording.samples[i], c));
+    for (int j = 0; j < kJoints && valves; ++j) add(std::isfinite(recording.valve[i][j]), recording.valve[i][j]);
+    rows.end_row();
   }
 }
 

@@ -15,7 +15,6 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "recording/flaws.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 
@@ -95,7 +94,7 @@ void print_fields(const recording::SideResult& side) {
   std::cout << fmt::format("  {:<34} {:>14} {:>10} {:>9}\n", "field", "largest diff.", "at s", "steps");
   for (const auto& [name, field] : side.fields)
     std::cout << fmt::format("  {:<34} {:>14} {:>10.3f} {:>9}\n", name,
-                             field.words.empty() ? fmt::format("{:.6g}", field.largest) : field.words,
+                             field.names.empty() ? fmt::format("{:.6g}", field.largest) : field.names,
                              to_seconds(field.at), field.steps);
 }
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "app/recordings/csv_reader.h"
-#include "app/recordings/recorded_table.h"
+#include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
@@ -243,7 +243,7 @@ class Player {
 OperatorPath load_operator_path(const std::vector<std::string>& files, const std::string& map_path,
                                 const MachineDescription& machine) {
   recordings::MappedTable table = recordings::is_recording(files.front())
-                                      ? recordings::read_recorded_table(files, map_path)
+                                      ? recordings::table_of_recording(files, map_path)
                                       : recordings::read_mapped_csv(files.front(), map_path);
   OperatorPath path;
   path.notes = table.report();

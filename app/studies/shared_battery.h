@@ -9,7 +9,7 @@
 
 #include "app/battery/rows.h"
 #include "app/cli/interrupt.h"
-#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
 #include "app/studies/sweep.h"
 
 namespace knuckle::studies {

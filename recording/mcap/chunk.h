@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "recording/mcap/compression.h"
 #include "recording/mcap/contents.h"
-#include "recording/mcap/zstd.h"
 
 namespace knuckle::mcap {
 

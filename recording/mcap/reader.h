@@ -12,10 +12,10 @@
 #include <tuple>
 #include <vector>
 
+#include "recording/mcap/compression.h"
 #include "recording/mcap/contents.h"
-#include "recording/mcap/record_file.h"
+#include "recording/mcap/records.h"
 #include "recording/mcap/survey.h"
-#include "recording/mcap/zstd.h"
 
 namespace knuckle::mcap {
 

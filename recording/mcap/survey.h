@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "recording/mcap/contents.h"
-#include "recording/mcap/record_file.h"
+#include "recording/mcap/records.h"
 
 namespace knuckle::mcap {
 

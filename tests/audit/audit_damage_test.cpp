@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "core/error.h"
 #include "tests/audit/audit_folder.h"
 

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "app/audit/audit_trail.h"
 #include "tests/support/temporary_folder.h"
 

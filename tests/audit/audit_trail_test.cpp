@@ -11,6 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/digest.h"
 #include "core/error.h"
 #include "tests/audit/audit_folder.h"
 #include "tests/support/refusal.h"
@@ -35,7 +36,7 @@ TEST_F(Audit, ChainsItsLinesAcrossRuns) {
   EXPECT_EQ(json(check.lines[0])["before"], std::string(64, '0'));
   for (std::size_t i = 1; i < 6; ++i) {
     EXPECT_EQ(json(check.lines[i])["n"], i + 1);
-    EXPECT_EQ(json(check.lines[i])["before"], sha256(check.lines[i - 1]));
+    EXPECT_EQ(json(check.lines[i])["before"], cli::sha256(check.lines[i - 1]));
   }
   EXPECT_EQ(json(check.lines[1])["name"], "desk 0");
   EXPECT_EQ(json(check.lines[1])["utc"].get<std::string>().size(), std::string("2026-11-25T07:00:00.000Z").size());
@@ -102,10 +103,10 @@ TEST_F(Audit, AProgramThatBeginsAgainDoesNotHideThatAllFilesAreGone) {
 TEST_F(Audit, AProgramThatBeginsAgainComparesALineInTheMiddleWithTheHead) {
   write(5);
   const std::string line = check_trail(folder).lines[2];
-  std::ofstream(head_file_of(folder)) << head_text({3, sha256(line)});
+  std::ofstream(head_file_of(folder)) << head_text({3, cli::sha256(line)});
   write(1);
   EXPECT_EQ(check_trail(folder).broken(), "");
-  std::ofstream(head_file_of(folder)) << head_text({3, sha256("another line")});
+  std::ofstream(head_file_of(folder)) << head_text({3, cli::sha256("another line")});
   EXPECT_EQ(check_trail(folder).broken().find(file() + ":3: is not the line that was written"), 0U);
   write(1);
   EXPECT_NE(check_trail(folder).broken().find("lines before it were removed or changed"), std::string::npos);
@@ -175,7 +176,7 @@ TEST_F(Audit, AnUnfinishedLastLineIsRecognisedAndTheChainGoesOn) {
 TEST_F(Audit, AnUnfinishedLineThatLooksWholeIsNone) {
   write(3);
   const std::string last = check_trail(folder).lines.back();
-  std::ofstream(file(), std::ios::app) << R"({"n":5,"event":"x","before":")" + sha256(last) + "\"}";
+  std::ofstream(file(), std::ios::app) << R"({"n":5,"event":"x","before":")" + cli::sha256(last) + "\"}";
   write(1);
   EXPECT_EQ(check_trail(folder).broken(), "");
   EXPECT_EQ(check_trail(folder).lines.size(), 6U);
@@ -249,6 +250,12 @@ TEST_F(Audit, OneProgramAtATimeWritesIt) {
   const AuditTrail first(folder);
   const std::string said = test::refusal([&] { const AuditTrail second(folder); });
   EXPECT_NE(said.find("another program"), std::string::npos) << said;
+}
+
+TEST(AuditFiles, AreKeptByTheirNames) {
+  for (const char* file : {"audit-000001.jsonl", "a/audit-123456789.jsonl", "head"})
+    EXPECT_STREQ(kept_name(file), "is named like a file of an audit trail") << file;
+  for (const char* file : {"audit-000001.json", "heads", "head/a.csv"}) EXPECT_EQ(kept_name(file), nullptr) << file;
 }
 
 TEST_F(Audit, RefusesAFolderThatCannotBeWrittenAndAFileThatIsNoTrail) {

@@ -1,11 +1,10 @@
 // What recorded motions say of an axis, and what a person is told of what ended one.
-#include "app/bringup/commission_checks.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "app/bringup/commission_jog.h"
 #include "tests/bringup/hardware_bench.h"
 
 namespace knuckle::bringup {

@@ -1,12 +1,11 @@
 // The file by which an ended commissioning goes on: whole, of this machine, as it was written, or refused in a line.
-#include "app/bringup/commission_progress.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <fstream>
 #include <iterator>
 
+#include "app/bringup/commission_command.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
@@ -31,10 +30,7 @@ class ProgressFile : public testing::Test {
   std::string refusal(const ProgressOf& of = kOf) const {
     return test::refusal([&] { (void)read_progress(file_, of); });
   }
-  std::string text() const {
-    std::ifstream in(file_);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
+  std::string text() const { return test::content(file_); }
   void put(const std::string& text) const { std::ofstream(file_) << text; }
 
   test::TemporaryFolder folder_;

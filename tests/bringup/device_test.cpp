@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "app/bringup/device_calibration.h"
-#include "app/bringup/device_doctor.h"
+#include "app/bringup/device_probe.h"
 #include "app/programs/device_faults.h"
 #include "core/error.h"
 #include "machine/device_description.h"
@@ -14,17 +14,13 @@
 #include "sim/haptic_device.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 #include "transport/hid_pair.h"
 
 namespace knuckle::bringup {
 namespace {
 
 const std::string kFile = test::source_dir() + "/config/devices/knuckle1.toml";
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
 struct Bench {
@@ -149,7 +145,7 @@ TEST(DeviceCalibration, KeepsTheFileAsItWasButForWhatItFoundOut) {
   device.serial = 4000000000;
   device.joint_sign = {-1, 1, -1};
   device.zero_counts = {1, -2, 3};
-  const std::string text = calibrated_device_text(text_of(kFile), device);
+  const std::string text = calibrated_device_text(test::content(kFile), device);
   const DeviceDescription back = parse_device(text, "calibrated");
   EXPECT_EQ(back.serial, 4000000000u);
   EXPECT_EQ(back.joint_sign, device.joint_sign);
@@ -165,7 +161,7 @@ TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
   DeviceDescription device = load_device(kFile);
   device.serial = 7;
   device.zero_counts[0] += 1;
-  std::string text = text_of(kFile);
+  std::string text = test::content(kFile);
   const std::string header = "[joints.forearm]";
   text.replace(text.find(header), header.size(), "[ joints . forearm ]");
   EXPECT_THROW((void)calibrated_device_text(text, device), InputError);

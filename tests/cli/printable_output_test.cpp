@@ -1,6 +1,4 @@
 // What files, devices or the network say reaches a terminal as text, whoever prints it.
-#include "app/cli/printable_output.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -14,6 +12,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/output_file.h"
+#include "app/cli/terminal.h"
 
 namespace knuckle::cli {
 namespace {

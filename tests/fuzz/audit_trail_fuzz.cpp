@@ -6,8 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "app/audit/audit_trail.h"
+#include "app/cli/digest.h"
 #include "core/error.h"
 #include "tests/fuzz/folder_in_memory.h"
 #include "tests/fuzz/require.h"
@@ -27,7 +28,7 @@ void check_chain(const audit::Check& check) {
   for (const std::string& line : check.lines) {
     const auto json = nlohmann::json::parse(line);
     require(json.at("n") == ++number && json.at("before") == before);
-    before = audit::sha256(line);
+    before = cli::sha256(line);
   }
   require(check.last.number == number && (number == 0 || check.last.hash == before));
 }

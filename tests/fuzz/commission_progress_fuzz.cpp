@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/bringup/commission_progress.h"
+#include "app/bringup/commission_command.h"
 #include "app/cli/digest.h"
 #include "tests/fuzz/folder_in_memory.h"
 #include "tests/fuzz/require.h"
@@ -29,9 +29,7 @@ std::string text_of(const std::string& file) {
 
 std::string sealed(Json json) {
   json.erase("sha256");
-  cli::Digest digest;
-  digest.add(json.dump());
-  json["sha256"] = digest.finish();
+  json["sha256"] = cli::sha256(json.dump());
   return json.dump(1) + '\n';
 }
 

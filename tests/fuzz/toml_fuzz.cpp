@@ -11,7 +11,7 @@
 #include "machine/load.h"
 #include "tests/fuzz/file_in_memory.h"
 #include "tests/fuzz/require.h"
-#include "transport/impairment_model.h"
+#include "transport/impaired_link.h"
 
 namespace {
 

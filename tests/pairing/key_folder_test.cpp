@@ -38,6 +38,13 @@ struct Folder : ::testing::Test {
   }
 };
 
+TEST(KeyFolderFiles, AreKeptByTheirNamesWhereverTheyAre) {
+  EXPECT_STREQ(kept_name("/x/key.pem"), "is named like a computer's private key");
+  for (const char* file : {"peers.toml", "turn.toml", "a/peers.toml"})
+    EXPECT_STREQ(kept_name(file), "is named like a file of the pairings") << file;
+  for (const char* file : {"other.toml", "key.pem/a.csv", ""}) EXPECT_EQ(kept_name(file), nullptr) << file;
+}
+
 TEST_F(Folder, MakesAKeyThatOnlyItsOwnerReads) {
   const secure::Identity made = folder.make("site arm");
   EXPECT_EQ(mode_of(folder.path()), 0700U);

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/audit/audit_check.h"
+#include "app/audit/audit_files.h"
 #include "app/pairing/chosen_link.h"
 #include "app/pairing/key_folder.h"
 #include "tests/programs/program_rig.h"

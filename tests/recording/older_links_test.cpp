@@ -1,13 +1,12 @@
 // Recordings from before the link's messages lost energies and wave variables, and before the laws "wave" and "tdpa"
 // went.
-#include "recording/older_links.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <limits>
 
 #include "recording/replay.h"
+#include "recording/wire_events.h"
 #include "tests/recording/divergence.h"
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"

@@ -18,7 +18,7 @@
 #include "core/error.h"
 #include "recording/events.h"
 #include "recording/file_names.h"
-#include "recording/flaws.h"
+#include "recording/recording.h"
 #include "recording/replayed_wires.h"
 #include "recording/tapped_wires.h"
 #include "tests/recording/recorded_session.h"
@@ -361,7 +361,7 @@ TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
   while (recording.next()) {
   }
   EXPECT_FALSE(recording.complete());
-  EXPECT_NE(recording::flaws(recording).back().find("the disk refused the rest"), std::string::npos);
+  EXPECT_NE(recording::defects(recording).back().find("the disk refused the rest"), std::string::npos);
 }
 
 TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {

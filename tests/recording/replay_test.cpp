@@ -13,7 +13,7 @@
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
-#include "recording/flaws.h"
+#include "recording/recording.h"
 #include "tests/recording/divergence.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/rewrite.h"
@@ -339,7 +339,7 @@ TEST_F(ReplayOfAPress, WhatFailedInTheFieldIsReadWhole) {
       steps[1] += entry->topic == Topic::kMachineState ? 1 : 0;
     }
     EXPECT_EQ(steps, (std::array{4000, 800})) << file;
-    EXPECT_EQ(flaws(recording), std::vector<std::string>()) << file;
+    EXPECT_EQ(defects(recording), std::vector<std::string>()) << file;
   }
 }
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "machine/load.h"
-#include "recording/camera_picture.h"
+#include "recording/events.h"
 #include "recording/mcap/reader.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/ros2_message.h"

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "app/recordings/recorded_table.h"
+#include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "recording/events.h"

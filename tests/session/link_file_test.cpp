@@ -7,7 +7,7 @@
 
 #include "machine/load.h"
 #include "tests/support/refusal.h"
-#include "transport/impairment_model.h"
+#include "transport/impaired_link.h"
 
 namespace knuckle::session {
 namespace {

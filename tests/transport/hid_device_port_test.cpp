@@ -8,8 +8,6 @@
 
 #include "tests/support/no_alloc.h"
 #include "transport/hid_reports.h"
-#include "transport/hidapi_port.h"
-#include "transport/libusb_port.h"
 
 namespace knuckle {
 namespace {
@@ -288,20 +286,13 @@ TEST(HidDevicePort, UsbPortsAreNamedAsTheKernelNamesThem) {
   EXPECT_EQ(usb_port_of(""), "");
 }
 
-// This computer may have neither USB nor a device: both back ends must say so rather than fail.
-template <typename Port>
-void expect_one_line_for_a_device_that_is_not_there() {
-  Port port(HidDeviceOptions{.choice = {.serial = "no such serial number"}});
-  ASSERT_TRUE(eventually([&] { return port.status().problem != "still looking for the haptic device"; }));
-  EXPECT_FALSE(port.connected());
-  EXPECT_FALSE(port.status().problem.empty());
-  EXPECT_EQ(port.status().problem.find('\n'), std::string::npos);
-}
-TEST(HidapiPort, SaysInOneLineThatNoDeviceIsThere) {
-  expect_one_line_for_a_device_that_is_not_there<HidapiPort>();
-}
-TEST(LibusbPort, SaysInOneLineThatNoDeviceIsThere) {
-  expect_one_line_for_a_device_that_is_not_there<LibusbPort>();
+TEST(HidBackEnds, SayInOneLineThatNoDeviceIsThere) {  // this computer may have neither USB nor a device
+  for (HidOpening (*open)(const HidChoice&) : {open_hidapi, open_libusb}) {
+    const HidOpening opening = open({.serial = "no such serial number"});
+    EXPECT_EQ(opening.connection, nullptr);
+    EXPECT_FALSE(opening.problem.empty());
+    EXPECT_EQ(opening.problem.find('\n'), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -1,6 +1,4 @@
 // The model's statistics against its settings. Bounds are four or more standard errors, seeds are fixed.
-#include "transport/impairment_model.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 
 #include "core/error.h"
 #include "tests/support/no_alloc.h"
+#include "transport/impaired_link.h"
 
 namespace knuckle {
 namespace {

@@ -40,7 +40,7 @@ std::pair<std::string_view, std::string_view> cut(std::string_view text) {
   return {text.substr(0, space), text.substr(space + 1)};
 }
 
-Line words_of(std::string_view text) {
+Line parts_of(std::string_view text) {
   const auto [verb, after] = cut(text);
   const auto [room, rest] = cut(after);
   return {verb, room, rest};
@@ -81,26 +81,26 @@ std::optional<Bytes> bytes_of_base64(std::string_view text) {
 }
 
 std::optional<Line> parse_request(std::string_view line) {
-  const Line words = words_of(line);
-  if (line == "ping") return words;
-  if (!is_room(words.room)) return std::nullopt;
-  if (words.verb == "join" && line.size() == 5 + kRoomSize) return words;
-  if (words.verb == "send" && is_message(words.rest)) return words;
+  const Line parts = parts_of(line);
+  if (line == "ping") return parts;
+  if (!is_room(parts.room)) return std::nullopt;
+  if (parts.verb == "join" && line.size() == 5 + kRoomSize) return parts;
+  if (parts.verb == "send" && is_message(parts.rest)) return parts;
   return std::nullopt;
 }
 
 std::optional<Line> parse_notice(std::string_view line) {
-  Line words = words_of(line);
-  if (line == "pong") return words;
-  if (words.verb == "refused") {
-    words.room = {};
-    words.rest = cut(line).second;
-    return is_printable(words.rest) ? std::optional(words) : std::nullopt;
+  Line parts = parts_of(line);
+  if (line == "pong") return parts;
+  if (parts.verb == "refused") {
+    parts.room = {};
+    parts.rest = cut(line).second;
+    return is_printable(parts.rest) ? std::optional(parts) : std::nullopt;
   }
-  if (!is_room(words.room)) return std::nullopt;
-  if (words.verb == "joined" && is_count(words.rest)) return words;
-  if (words.verb == "entered" && line.size() == 8 + kRoomSize) return words;
-  if (words.verb == "message" && is_message(words.rest)) return words;
+  if (!is_room(parts.room)) return std::nullopt;
+  if (parts.verb == "joined" && is_count(parts.rest)) return parts;
+  if (parts.verb == "entered" && line.size() == 8 + kRoomSize) return parts;
+  if (parts.verb == "message" && is_message(parts.rest)) return parts;
   return std::nullopt;
 }
 

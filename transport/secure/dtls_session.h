@@ -19,6 +19,7 @@
 #include "transport/secure/identity.h"
 #include "transport/secure/video_key.h"
 #include "transport/socket_address.h"
+#include "transport/udp_socket.h"
 
 namespace knuckle::secure {
 
@@ -192,6 +193,19 @@ class DtlsSession {
   VideoSecret video_secret_{};
   std::uint64_t newest_record_ = 0;
   bool closed_ = false;
+};
+
+// Sends what a handshake says to one address.
+
+class HandshakeOut final : public DtlsSession::Out {
+ public:
+  /// Both outlive it.
+  HandshakeOut(const UdpSocket& socket, const SocketAddress& address) : socket_(socket), address_(address) {}
+  void put(std::span<const std::uint8_t> bytes) override { (void)socket_.send(bytes, address_); }
+
+ private:
+  const UdpSocket& socket_;
+  const SocketAddress& address_;
 };
 
 }  // namespace knuckle::secure

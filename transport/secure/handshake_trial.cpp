@@ -5,7 +5,7 @@
 #include <array>
 #include <cerrno>
 
-#include "transport/secure/handshake_out.h"
+#include "transport/secure/dtls_session.h"
 
 namespace knuckle::secure {
 namespace {

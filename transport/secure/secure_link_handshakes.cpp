@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "transport/other_version.h"
-#include "transport/secure/handshake_out.h"
+#include "transport/secure/dtls_session.h"
 #include "transport/secure/secure_link.h"
 
 namespace knuckle::secure {

@@ -1,7 +1,7 @@
 // SecureLink's observers: they hear what the machine's loop says, sealed for each of them by the handshakes' thread.
 #include <algorithm>
 
-#include "transport/secure/handshake_out.h"
+#include "transport/secure/dtls_session.h"
 #include "transport/secure/secure_link.h"
 
 namespace knuckle::secure {

@@ -11,7 +11,7 @@
 #include "master/master_state.h"
 #include "recording/events.h"
 #include "recording/fields.h"
-#include "recording/flaws.h"
+#include "recording/recording.h"
 #include "recording/wire_events.h"
 #include "slave/slave_loop.h"
 #include "slave/slave_state.h"

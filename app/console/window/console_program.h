@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/news.h"
+#include "app/cli/terminal.h"
 #include "app/console/console_host.h"
 #include "app/console/player/load.h"
 #include "app/console/screens/player_panel.h"

@@ -1,7 +1,6 @@
-#include "transport/ice/heartbeat.h"
-
 #include <gtest/gtest.h>
 
+#include "transport/ice/path.h"
 #include "transport/secure/dtls_session.h"
 
 namespace knuckle::ice {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "transport/ice/conversation.h"
-
 namespace knuckle::ice {
 namespace {
 

@@ -1,9 +1,12 @@
-#include "app/cli/printable_output.h"
+#include "app/cli/terminal.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <sstream>
+#include <utility>
 
 #include "core/text.h"
 
@@ -43,8 +46,8 @@ std::string wrapped_line(const std::string& line, std::size_t width) {
   if (line.size() <= width || width < indent + kLeastRoom) return line;
   std::string text = line.substr(0, indent);
   std::size_t column = indent;
-  std::istringstream words(line.substr(indent));
-  for (std::string word; words >> word;) {
+  std::istringstream parts(line.substr(indent));
+  for (std::string word; parts >> word;) {
     if (column > indent && column + 1 + word.size() > width) {
       text += '\n' + std::string(indent, ' ');
       column = indent;
@@ -69,6 +72,26 @@ std::size_t terminal_width() {
   winsize size{};
   const bool terminal = isatty(STDOUT_FILENO) == 1 && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
   return terminal ? size.ws_col : 0;
+}
+
+namespace {
+constexpr int kCells = 40;
+}
+
+ProgressBar::ProgressBar(std::string title) : title_(std::move(title)), on_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  if (on_terminal_ && shown_permille_ >= 0) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressBar::show(double done_fraction) {
+  const int permille = static_cast<int>(1000 * std::clamp(done_fraction, 0.0, 1.0));
+  if (!on_terminal_ || permille == shown_permille_) return;
+  shown_permille_ = permille;
+  std::string bar;
+  for (int i = 0; i < kCells; ++i) bar += i * 1000 < permille * kCells ? "█" : "░";
+  std::fprintf(stderr, "\r%s %s %3d %%", title_.c_str(), bar.c_str(), permille / 10);
+  std::fflush(stderr);
 }
 
 }  // namespace knuckle::cli

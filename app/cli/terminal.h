@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <ostream>
 #include <string>
+#include <utility>
 
+#include "app/cli/interrupt.h"
 #include "app/cli/text_buffer.h"
 
 namespace knuckle::cli {
@@ -33,5 +35,43 @@ class PrintableOutput {
 
 /// Of the terminal that standard output is; 0 where it is none.
 [[nodiscard]] std::size_t terminal_width();
+
+// A progress bar on a terminal; nothing in a pipe or a log file.
+
+class ProgressBar {
+ public:
+  /// Draws on standard error where that is a terminal.
+  explicit ProgressBar(std::string title);
+  /// Clears the bar.
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void show(double done_fraction);
+
+ private:
+  std::string title_;
+  bool on_terminal_;
+  int shown_permille_ = -1;
+};
+
+/// Does `work` behind a bar, handing it a function that takes the share done, which throws Interrupted once a signal
+/// has come.
+template <typename Work>
+auto watched(const InterruptGuard& interrupt, std::string title, const Work& work) {
+  ProgressBar bar(std::move(title));
+  return work([&](double done) {
+    interrupt.check();
+    bar.show(done);
+  });
+}
+
+// Something that has happened while a program runs, for its terminal.
+
+struct News {
+  std::string what;  ///< One line.
+  /// Makes it another event than those before: its text without times, values, and what a far end may choose freely.
+  std::string kind;
+};
 
 }  // namespace knuckle::cli

@@ -1,4 +1,5 @@
-// One-shot compression by zstd; contexts are kept, as making one costs more than a small chunk.
+// One-shot compression of chunks: zstd, and LZ4 frames as other writers have them. Contexts are kept, as making one
+// costs more than a small chunk.
 #pragma once
 
 #include <cstdint>

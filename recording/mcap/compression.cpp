@@ -1,4 +1,4 @@
-#include "recording/mcap/zstd.h"
+#include "recording/mcap/compression.h"
 
 #include <lz4frame.h>
 #include <zstd.h>
