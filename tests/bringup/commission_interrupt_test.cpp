@@ -37,9 +37,9 @@ class InterruptedCommission : public testing::Test {
     for (const std::string& word : words) typed << word << '\n';
     for (const std::string& word : more_words) typed << word << '\n';
     typed.flush();
-    const auto has_said = [&] { return text_of(said).find(awaited) != std::string::npos; };
+    const auto has_said = [&] { return knuckle::test::content(said).find(awaited) != std::string::npos; };
     for (int i = 0; i < 6000 && !has_said(); ++i) std::this_thread::sleep_for(10ms);
-    ASSERT_TRUE(has_said()) << text_of(said);
+    ASSERT_TRUE(has_said()) << knuckle::test::content(said);
     commission.signal(SIGINT);
     ASSERT_TRUE(commission.ends_within(60s));
     ended_ = commission.wait();
@@ -50,10 +50,6 @@ class InterruptedCommission : public testing::Test {
   }
   [[nodiscard]] std::string out() const { return folder_.file("found.toml"); }
   [[nodiscard]] std::string log() const { return folder_.file("log"); }
-  static std::string text_of(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
 
   knuckle::test::TemporaryFolder folder_;
   knuckle::test::ProgramRun ended_;
@@ -107,14 +103,6 @@ TEST_F(InterruptedCommission, IsThatInTheMidstOfAMotionToo) {
   EXPECT_TRUE(recorded.complete);
   const Time end = recorded.sent_and_received.back().at + 1ms;
   EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, test::solar(), end - 1ms, end).command);
-}
-
-TEST_F(InterruptedCommission, GoesOnWithWhatItHasKept) {
-  ASSERT_NO_FATAL_FAILURE(interrupt({}, "\n6. "));
-  const knuckle::test::ProgramRun resumed =
-      knuckle::test::run_program("/bin/sh", {"-c", command() + " --resume < /dev/null"});
-  EXPECT_NE(resumed.out.find("Goes on after step 5 of the run before"), std::string::npos)
-      << resumed.out << resumed.err;
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "machine/toml_reader.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/refusal.h"
+#include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
@@ -25,13 +26,8 @@ namespace {
 
 using test::solar;
 
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehindIt) {
-  const std::string drawing = text_of(solar().source);
+  const std::string drawing = knuckle::test::content(solar().source);
   WizardResult result;
   result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
   result.tilt_error_rad = 0.01;
@@ -66,8 +62,8 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
 
 TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
   const std::string file =
-      text_of(solar().source) + "\n[calibration]\nmethod = \"m\"\ndate = \"d\"\ndata_source = \"s\"\ndata_sha256 = \"" +
-      std::string(64, '0') +
+      knuckle::test::content(solar().source) +
+      "\n[calibration]\nmethod = \"m\"\ndate = \"d\"\ndata_source = \"s\"\ndata_sha256 = \"" + std::string(64, '0') +
       "\"\nprogram = \"p\"\n"
       "[calibration.valves.boom]\ndead_band_extend = 0.1\ndead_band_retract = 0.1\ndelay_ms = 15\n"
       "nominal_flow_Lpm = 30\ncurve_exponent = 1\nretract_share = 1\n[calibration.valves.arm]\ndead_band_extend = "
@@ -84,8 +80,8 @@ TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
 }
 
 TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
-  EXPECT_NO_THROW(check_layout(text_of(solar().source), solar()));
-  std::string text = text_of(solar().source);
+  EXPECT_NO_THROW(check_layout(knuckle::test::content(solar().source), solar()));
+  std::string text = knuckle::test::content(solar().source);
   const std::string table = "[cylinders.arm.valve]";
   text.replace(text.find(table), table.size(), "[ cylinders.arm.valve ]");
   const MachineDescription machine = parse_machine(text, "odd.toml");
@@ -106,10 +102,7 @@ class CommissionRecord : public testing::Test {
                            if (frame.id == canopen::kSyncId) static_cast<CommissionRecord*>(self)->syncs_.push_back(at);
                          },
                          this});
-    std::string name = (fs::temp_directory_path() / "knuckle_record_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
   }
-  ~CommissionRecord() override { fs::remove_all(folder_); }
   /// SYNC waits for the frame on the wire at most; the first step is a millisecond late.
   void expect_sync_period() const {
     ASSERT_GT(syncs_.size(), 100U);
@@ -118,14 +111,12 @@ class CommissionRecord : public testing::Test {
       ASSERT_LT(syncs_[i] - syncs_[i - 1], 5500us) << i << " of " << syncs_.size();
     }
   }
-  [[nodiscard]] std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
-  }
+  [[nodiscard]] std::size_t files() const { return static_cast<std::size_t>(folder_.count()); }
 
   std::shared_ptr<sim::MachineOnBus> bus_ = simulated_bus();
   BusAccess access_ = sim::access_to(bus_);
   std::vector<Time> syncs_;
-  fs::path folder_;
+  knuckle::test::TemporaryFolder folder_;
 };
 
 TEST_F(CommissionRecord, TheWayOutKeepsTheBusAtItsRate) {
@@ -144,7 +135,7 @@ TEST_F(CommissionRecord, WhoeverStopsItInMotionLeavesAClosedMachineAndNoFile) {
     moved = bus_->plant().cylinder_mps.cwiseAbs().maxCoeff() > 0.02;
     return moved;
   };
-  EXPECT_THROW((void)record_motions(solar(), access_, {}, folder_, stopped), CommissionEnded);
+  EXPECT_THROW((void)record_motions(solar(), access_, {}, folder_.path().string(), stopped), CommissionEnded);
   EXPECT_TRUE(moved);
   expect_sync_period();
   EXPECT_EQ(bus_->machine().nodes().outputs().spool_demand, JointVector::Zero());

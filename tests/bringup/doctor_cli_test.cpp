@@ -1,15 +1,19 @@
 // `knuckle doctor` and `knuckle commission` from outside: exit codes, files, and one clear line for wrong usage.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/bringup/commission_command.h"
+#include "app/bringup/doctor_command.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
@@ -17,21 +21,16 @@ namespace fs = std::filesystem;
 
 class HardwareCli : public testing::Test {
  protected:
-  HardwareCli() {
-    std::string name = (fs::temp_directory_path() / "knuckle_doctor_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~HardwareCli() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
   /// With these lines on standard input.
   ProgramRun commission(const std::string& lines, const std::string& machine = "solar015",
                         const std::string& more = "") const {
     std::ofstream(path("answers.txt")) << lines;
     return run_program("/bin/sh", {"-c", test::program("knuckle") + " commission --simulate --machine " + machine +
-                                             " --out " + path("result.toml") + more + " --record " + folder_.string() +
-                                             " < " + path("answers.txt")});
+                                             " --out " + path("result.toml") + more + " --record " +
+                                             folder_.path().string() + " < " + path("answers.txt")});
   }
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
@@ -92,38 +91,39 @@ TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
   EXPECT_EQ(identity(drawing), identity(file));
 }
 
-TEST_F(HardwareCli, WrongUsageIsOneLineAndTwo) {
-  const auto line = [](std::vector<std::string> arguments) {
-    const ProgramRun run = run_program(test::program("knuckle"), std::move(arguments));
-    EXPECT_EQ(run.exit_code, 2) << run.out;
-    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
-    return run.err;
-  };
-  EXPECT_NE(line({"doctor", "--can", "nosuch0"}).find("nosuch0"), std::string::npos);
-  EXPECT_NE(line({"doctor", "--machine", "solar015"}).find("needs --can"), std::string::npos);
-  EXPECT_NE(line({"doctor", "--simulate"}).find("needs --machine"), std::string::npos);
-  EXPECT_NE(line({"doctor", "--device-file", "knuckle1"}).find("needs --device"), std::string::npos);
-  EXPECT_NE(line({"doctor", "--listen", "1"}).find("needs --can"), std::string::npos);
-  EXPECT_NE(line({"doctor", "--device", "hid", "--bit-rate", "250"}).find("needs --can"), std::string::npos);
-  for (const std::string& address : {std::string("127.0.0.1"), std::string("::1:5683"), std::string("arm:0")})
-    EXPECT_NE(line({"doctor", "--connect", address}).find("--connect " + address + ": "), std::string::npos);
-  EXPECT_NE(line({"commission", "--machine", "solar015", "--out", path("r.toml")}).find("needs --can"),
-            std::string::npos);
-  EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015"}).find("--out"), std::string::npos);
-  EXPECT_NE(line({"commission", "--simulate", "--machine", "solar015", "--out", path("r.csv")}).find("end in .toml"),
-            std::string::npos);
-  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--json", path("r.toml")}).find("configuration"),
-            std::string::npos);
-  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--bit-rate", "250"}).find("without --machine"),
-            std::string::npos);
-  EXPECT_FALSE(fs::exists(path("r.toml")));
-  EXPECT_NE(line({"doctor", "--simulate", "--machine", "solar015", "--bit-rate", "5"}).find("10 to 1000"),
-            std::string::npos);
-  EXPECT_NE(line({"device", "--descriptor", path("r.toml")}).find("configuration"), std::string::npos);
+TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
   std::ofstream(path("d.json")) << "mine\n";
-  EXPECT_NE(line({"doctor", "--device", "hid", "--device-file", path("d.json"), "--json", path("d.json")})
-                .find("already taken by --device-file"),
-            std::string::npos);
+  const std::string simulated = "doctor --simulate --machine solar015 ";
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"doctor --can nosuch0", "nosuch0"},
+      {"doctor --machine solar015", "needs --can"},
+      {"doctor --simulate", "needs --machine"},
+      {"doctor --device-file knuckle1", "needs --device"},
+      {"doctor --listen 1", "needs --can"},
+      {"doctor --device hid --bit-rate 250", "needs --can"},
+      {"doctor --connect 127.0.0.1", "--connect 127.0.0.1: "},
+      {"doctor --connect ::1:5683", "--connect ::1:5683: "},
+      {"doctor --connect arm:0", "--connect arm:0: "},
+      {simulated + "--json " + path("r.toml"), "configuration"},
+      {simulated + "--bit-rate 250", "without --machine"},
+      {simulated + "--bit-rate 5", "10 to 1000"},
+      {"doctor --device hid --device-file " + path("d.json") + " --json " + path("d.json"),
+       "already taken by --device-file"},
+      {"commission --machine solar015 --out " + path("r.toml"), "needs --can"},
+      {"commission --simulate --machine solar015", "--out"},
+      {"commission --simulate --machine solar015 --out " + path("r.csv"), "end in .toml"},
+  };
+  for (const auto& [line, says] : cases) {
+    std::istringstream in(line);
+    const std::vector<std::string> arguments{std::istream_iterator<std::string>(in), {}};
+    const std::string said = refusal([&, &given = arguments] {
+      (void)cli::parse_command_line({"knuckle", "", "", {bringup::doctor_entry(), bringup::commission_entry()}}, given)
+          .run();
+    });
+    EXPECT_NE(said.find(says), std::string::npos) << line << ": " << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+  }
+  EXPECT_FALSE(fs::exists(path("r.toml")));
   EXPECT_EQ(fs::file_size(path("d.json")), 5U);
 }
 
@@ -132,7 +132,7 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   EXPECT_EQ(run.exit_code, 1) << run.err;
   EXPECT_NE(run.err.find("machine neutral, nothing written"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(path("result.toml")));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);  // the answers alone
+  EXPECT_EQ(folder_.count(), 1);  // the answers alone
 }
 
 TEST_F(HardwareCli, CommissioningMakesTheFolderOfItsRecordingsWhereItCan) {

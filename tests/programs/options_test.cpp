@@ -167,6 +167,7 @@ TEST(CommandLine, TheDeviceIsRefusedWhatItCannotDo) {
             "--scenario wall_contact: needs --screen: the simulated operator must see the machine");
   EXPECT_EQ(program_refusal(with(null, {"--operator", "strong"})),
             "--operator strong: must be one of relaxed, normal, co_contracted, light_grip");
+  EXPECT_NE(program_refusal({"device", "--descriptor", "r.toml"}).find("configuration file"), std::string::npos);
 }
 
 TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {

@@ -33,10 +33,6 @@ class Info : public testing::Test {
     std::ofstream(folder_.file(name), std::ios::binary) << text;
     return folder_.file(name);
   }
-  static std::string bytes_of(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
 
   test::TemporaryFolder folder_;
   std::string csv_ = folder_.file("table.csv"), mcap_ = folder_.file("table.mcap");
@@ -60,7 +56,7 @@ TEST_F(Info, OfARecordingSaysWhatItIsOfAndThatItIsWhole) {
 }
 
 TEST_F(Info, OfADamagedOrCutOffRecordingSaysSo) {
-  const std::string whole = bytes_of(mcap_);
+  const std::string whole = test::content(mcap_);
   std::string damaged = whole;
   damaged[whole.size() / 2] ^= 1;
   const FileInfo hurt = recording_info(put("damaged.mcap", damaged));
@@ -124,7 +120,7 @@ TEST_F(Info, OfATableNamesItsSignalsTheirRangeAndWhatIsWrong) {
   EXPECT_TRUE(info.whole);
   expect_says(info, {csv_ + ": table, ", "1000 rows, 14 columns", "4.995 s, usual step 0.005 s", "boom_head_Pa ",
                      "nothing wrong with it was found"});
-  std::string text = bytes_of(csv_);
+  std::string text = test::content(csv_);
   std::replace(text.begin(), text.end(), ',', ';');
   const std::size_t row = text.find('\n', text.size() / 2) + 1;
   const FileInfo changed =

@@ -15,21 +15,16 @@
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
 namespace {
-namespace fs = std::filesystem;
 
 class RecordingReader : public testing::Test {
  protected:
-  RecordingReader() {
-    std::string name = (fs::temp_directory_path() / "knuckle_reader_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~RecordingReader() override { fs::remove_all(folder_); }
   [[nodiscard]] std::string file(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
+    std::ofstream(folder_.file(name)) << text;
+    return folder_.file(name);
   }
   [[nodiscard]] RecordedFile read(const std::string& text) const {
     return read_recording(file("a.csv", text), "", identify::recorded_machine());
@@ -37,7 +32,7 @@ class RecordingReader : public testing::Test {
   [[nodiscard]] std::string refusal(const std::string& text) const {
     return test::refusal([&] { (void)read(text); });
   }
-  fs::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 std::string as_csv(const estimation::Recording& recording) {
@@ -245,7 +240,7 @@ TEST_F(RecordingReader, OneWildTimeIsLeftOutAndAClockThatWasSetIsToldWithItsRow)
 /// What failed in the field, as it was written.
 TEST_F(RecordingReader, WhatFailedInTheFieldIsRead) {
   const std::string folder = test::source_dir() + "/../shared/data/field-faults/";
-  if (!fs::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
   const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
   for (const char* file : {"semicolon.csv", "semi_comma.csv", "tab.csv", "sep.csv", "utf16.csv", "unixns.csv"}) {
     const RecordedFile table = read_recording(folder + file, "", machine);

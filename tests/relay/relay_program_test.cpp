@@ -1,25 +1,22 @@
 // `knuckle relay` as a program, between `knuckle slave --simulate` and an operator's end in the test's hand.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/relay/relay.h"
 #include "tests/programs/program_rig.h"
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
 
-namespace fs = std::filesystem;
-
 class RelayThreads : public testing::Test {
  protected:
-  RelayThreads() { fs::create_directories(folder_); }
-  ~RelayThreads() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
   [[nodiscard]] std::string link_file(const std::string& keys) const {
     std::ofstream(path("link.toml")) << "name = \"test\"\ndescription = \"of a test\"\n" << keys;
     return path("link.toml");
@@ -30,7 +27,7 @@ class RelayThreads : public testing::Test {
   }
 
  private:
-  fs::path folder_ = fs::path(testing::TempDir()) / ("relay_" + std::to_string(getpid()));
+  TemporaryFolder folder_;
 };
 
 TEST_F(RelayThreads, AnOperatorLeadsTheMachineThroughItAndSeesItsDelay) {
@@ -92,12 +89,8 @@ TEST_F(RelayThreads, EndsInOrderOnSigtermAndAfterItsDuration) {
 }
 
 TEST_F(RelayThreads, RefusesBadInputInOneLine) {
-  struct Refused {
-    std::vector<std::string> arguments;
-    std::string says;
-  };
   const std::string good = link_file("");
-  const std::vector<Refused> cases{
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"--listen", "127.0.0.1:0", "--connect", "127.0.0.1:9"}, "--impairment is required"},
       {{"--listen", "127.0.0.1:0", "--connect", "127.0.0.1:9", "--impairment", "no_such_link"}, "unknown link"},
       {{"--listen", "127.0.0.1:0", "--connect", "127.0.0.1:0", "--impairment", good}, "port 0"},
@@ -106,13 +99,13 @@ TEST_F(RelayThreads, RefusesBadInputInOneLine) {
       {{"--listen", "127.0.0.1:0", "--connect", "127.0.0.1:9", "--impairment", good, "--duration", "0"}, "--duration"},
       {{"--listen", "127.0.0.1:0", "--connect", "127.0.0.1:9", "--impairment", good, "--json", good}, "--json"},
   };
-  for (const Refused& refused : cases) {
-    std::vector<std::string> arguments{"relay"};
-    arguments.insert(arguments.end(), refused.arguments.begin(), refused.arguments.end());
-    const ProgramRun run = run_program(test::program("knuckle"), arguments);
-    EXPECT_EQ(run.exit_code, 2) << run.err;
-    EXPECT_NE(run.err.find(refused.says), std::string::npos) << run.err;
-    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  for (auto [arguments, says] : cases) {
+    arguments.insert(arguments.begin(), "relay");
+    const std::string said = refusal([&, &given = arguments] {
+      (void)cli::parse_command_line({"knuckle", "", "", {relay::relay_entry()}}, given).run();
+    });
+    EXPECT_NE(said.find(says), std::string::npos) << said;
+    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   }
 }
 

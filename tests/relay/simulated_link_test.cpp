@@ -1,8 +1,6 @@
 // A link file on virtual time: `knuckle simulate --impairment`.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -10,15 +8,13 @@
 #include "core/error.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
 
-namespace fs = std::filesystem;
-
 class SimulatedLink : public testing::Test {
  protected:
-  ~SimulatedLink() override { fs::remove(file_); }
   [[nodiscard]] std::string link(const std::string& keys) const {
     std::ofstream(file_) << "name = \"test\"\ndescription = \"of a test\"\n" << keys;
     return file_;
@@ -33,7 +29,8 @@ class SimulatedLink : public testing::Test {
   }
 
  private:
-  fs::path file_ = fs::path(testing::TempDir()) / ("link_" + std::to_string(getpid()) + ".toml");
+  TemporaryFolder folder_;
+  std::string file_ = folder_.file("link.toml");
 };
 
 TEST_F(SimulatedLink, IsThatOfTheOptionsWhereTheFileSaysTheSame) {

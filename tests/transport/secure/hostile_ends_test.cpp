@@ -72,11 +72,11 @@ struct HostileEndsThreads : ::testing::Test {
     const std::lock_guard lock(mutex);
     return std::exchange(newer, std::nullopt);
   }};
-  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, access), {}, {}, 0, 0};
+  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, access)};
 
   [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
   [[nodiscard]] End desk(const Identity& identity, const SecureLinkTiming& timing = {}) const {
-    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing), {}, {}, 0, 0};
+    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing)};
   }
   void change_peers(Peers peers) {
     {
@@ -238,11 +238,7 @@ TEST_F(HostileEndsThreads, WhoPassesTheQuestionOnDoesNotGetTheSession) {
   const UdpSocket in = bound(), out = bound(), thief = bound();
   const SocketAddress site = parse_address(address());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(local_address(in.descriptor()).port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   SocketAddress desk_address;
   bool steals = false;
   const auto pass = [&] {
@@ -281,11 +277,7 @@ TEST_F(HostileEndsThreads, TimeBehindForgedDatagramsCountsAsAge) {
       out(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on"));
   const SocketAddress site = parse_address(address());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(local_address(in.descriptor()).port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   SocketAddress desk_address;
   Bytes forged;
   const auto pass = [&] {
@@ -336,15 +328,11 @@ TEST_F(HostileEndsThreads, TimeBehindForgedDatagramsCountsAsAge) {
 }
 
 TEST_F(HostileEndsThreads, AnObserverThatRenewsItsKeysKeepsItsPlace) {
-  End site{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.most_observers = 1}), {}, {}, 0, 0};
+  End site{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.most_observers = 1})};
   SecureLinkTiming often;
   often.renew_keys = 200ms;
   End screen{SecureLink::connect("127.0.0.1:" + std::to_string(site.link->port()), desk_identity(),
-                                 {peer(machine_identity())}, often, {.purpose = Purpose::kObserve}),
-             {},
-             {},
-             0,
-             0};
+                                 {peer(machine_identity())}, often, {.purpose = Purpose::kObserve})};
   ASSERT_TRUE(until([&] {
     screen.step(1);
     site.step(9);

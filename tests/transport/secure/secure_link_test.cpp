@@ -156,7 +156,7 @@ TEST_F(SecureLinkThreads, SaysThatNoProgramHasThePortBeforeAnyTimeIsUp) {
 TEST_F(SecureLinkThreads, ConnectsToAPortWhereAProgramBeginsToListenLater) {
   const std::string there = address();
   machine.link.reset();
-  End op{SecureLink::connect(there, desk_identity(), {peer(machine_identity())}), {}, {}, 0, 0};
+  End op{SecureLink::connect(there, desk_identity(), {peer(machine_identity())})};
   ASSERT_TRUE(until([&] { return says(op.link->problem(), "no program listens"); }));
   machine.link = SecureLink::listen(there, machine_identity(), desks());
   EXPECT_TRUE(talk(op));
@@ -204,11 +204,7 @@ TEST_F(SecureLinkThreads, AnEncryptedOperatorAndAPlainMachineEachNameTheOther) {
 TEST_F(SecureLinkThreads, WhoeverClaimsThatTheFarEndIsPlainDoesNotEndTheHandshake) {
   Translator translator(machine.link->port());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   ASSERT_TRUE(until([&] {
     translator.claim_plain();
     return says(op.link->problem(), "runs with --insecure");
@@ -224,11 +220,7 @@ TEST_F(SecureLinkThreads, WhoeverClaimsThatTheFarEndIsPlainDoesNotEndTheHandshak
 TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
   Translator translator(machine.link->port());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   const auto both = [&] {
     op.step(1);
     translator.step();
@@ -255,11 +247,7 @@ TEST_F(SecureLinkThreads, FollowsAChangedAddressOnceItAnswersFromThere) {
 TEST_F(SecureLinkThreads, WhoHadControlIsNotHeardAfterSomebodyElseTookIt) {
   Translator translator(machine.link->port());
   End first{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
-                                {peer(machine_identity())}),
-            {},
-            {},
-            0,
-            0};
+                                {peer(machine_identity())})};
   ASSERT_TRUE(until([&] {
     first.step(1);
     translator.step();
@@ -285,11 +273,7 @@ TEST_F(SecureLinkThreads, WhoHadControlIsNotHeardAfterSomebodyElseTookIt) {
 TEST_F(SecureLinkThreads, ACopySentFromElsewhereTakesNothingAway) {
   Translator translator(machine.link->port());
   End op{SecureLink::connect("127.0.0.1:" + std::to_string(translator.port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   ASSERT_TRUE(until([&] {
     op.step(1);
     translator.step();
@@ -360,11 +344,7 @@ TEST_F(SecureLinkThreads, RefusesAPortThatAnotherProgramHas) {
 
 TEST_F(SecureLinkThreads, FindsAnEndByItsName) {
   End op{SecureLink::connect("localhost:" + std::to_string(machine.link->port()), desk_identity(),
-                             {peer(machine_identity())}),
-         {},
-         {},
-         0,
-         0};
+                             {peer(machine_identity())})};
   EXPECT_TRUE(talk(op));
 }
 

@@ -47,9 +47,9 @@ inline bool until(const std::function<bool()>& done) {
 }
 
 struct End {
-  std::unique_ptr<SecureLink> link;
-  std::vector<LinkEvent> events;
-  Datagram datagram;
+  std::unique_ptr<SecureLink> link{};
+  std::vector<LinkEvent> events{};
+  Datagram datagram{};
   std::uint8_t heard = 0;  // the newest message's first byte
   int messages = 0;
 
@@ -71,12 +71,11 @@ struct End {
 };
 
 struct SecureLinkThreads : ::testing::Test {
-  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks()), {}, {}, 0, 0};
+  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks())};
   [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
   End desk(const Identity& identity = desk_identity(), const SecureLinkTiming& timing = {},
            SecureLinkAccess access = {}) const {
-    return {
-        SecureLink::connect(address(), identity, {peer(machine_identity())}, timing, std::move(access)), {}, {}, 0, 0};
+    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing, std::move(access))};
   }
   bool talk(End& end, std::uint8_t value = 7) {
     machine.heard = end.heard = 0;
