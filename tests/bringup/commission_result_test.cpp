@@ -85,7 +85,7 @@ TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
   const std::string table = "[cylinders.arm.valve]";
   text.replace(text.find(table), table.size(), "[ cylinders.arm.valve ]");
   const MachineDescription machine = parse_machine(text, "odd.toml");
-  const std::string said = test::refusal([&] { check_layout(text, machine); });
+  const std::string said = knuckle::test::refusal([&] { check_layout(text, machine); });
   EXPECT_EQ(said,
             "odd.toml: [cylinders.arm.valve]: commissioning needs dead_band_extend and dead_band_retract on one "
             "line each");
