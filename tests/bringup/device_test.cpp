@@ -216,7 +216,7 @@ TEST(DeviceFaults, ThatCannotBeReadAreRefusedWithTheKindsThereAre) {
     EXPECT_THROW((void)programs::parse_device_fault(text), InputError) << text;
   }
   const programs::PlannedDeviceFault fault = programs::parse_device_fault("bad_crc@5+0.1");
-  EXPECT_EQ(fault.kind, programs::DeviceFaultKind::kBadCrc);
+  EXPECT_EQ(fault.kind, sim::FirmwareFault::kBadCrc);
   EXPECT_EQ(fault.at_s, 5);
   EXPECT_EQ(fault.duration_s, 0.1);
 }
