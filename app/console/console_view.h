@@ -14,6 +14,10 @@
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
 
+namespace knuckle::master {
+struct MasterState;
+}
+
 namespace knuckle::console {
 
 // What becomes of the recording, for the light on every screen.
@@ -27,7 +31,7 @@ struct RecordingLight {
   std::string why;               ///< Of kStopped.
 };
 
-/// The operator's side of the newest step.
+/// The operator's side of one step.
 struct OperatorSide {
   Reason device;  ///< Why the device cannot be used, or leads nothing: the far end's machine is another one.
   bool presence = false, enable = false, clutch = false, stop = false;
@@ -39,7 +43,33 @@ struct OperatorSide {
   AssistSettings assist;
   Reason warning;            ///< Such as the energy observer lowering the force.
   double hand_energy_J = 0;  ///< Net work of the rendered force on the hand.
+
+  /// What MasterState or SlaveState have too is called as there.
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    [[maybe_unused]] const auto& [device, presence, enable, clutch, stop, ghost_rad, set_point_rad, sent_force_N,
+                                  position_scale, force_scale, assist, warning, hand_energy_J] = s;
+    visit("device", s.device);
+    visit("presence", s.presence);
+    visit("enable", s.enable);
+    visit("clutch", s.clutch);
+    visit("stop", s.stop);
+    visit("ghost_rad", s.ghost_rad);
+    visit("setpoint_rad", s.set_point_rad);
+    visit("sent_force_N", s.sent_force_N);
+    visit("position_scale", s.position_scale);
+    visit("force_scale", s.force_scale);
+    visit("assist_force_limit_N", s.assist.force_limit_N);
+    visit("assist_stop_on_object", s.assist.stop_on_object);
+    visit("warning", s.warning);
+    visit("hand_energy_J", s.hand_energy_J);
+  }
 };
+
+/// As the operator's loop has it, but for the pose that the hand asks for, which its state has clamped alone.
+/// @param position_scale, @param force_scale of the device's file: in use until others were chosen.
+[[nodiscard]] OperatorSide operator_side(const master::MasterState& state, double position_scale,
+                                         double force_scale) noexcept;
 
 /// Silence after which the machine counts as not heard: 50 messages.
 inline constexpr double kLinkLost_s = 0.25;

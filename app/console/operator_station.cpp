@@ -5,6 +5,7 @@
 #include "app/console/hand_input.h"
 #include "app/session/loop_views.h"
 #include "machine/description.h"
+#include "master/master_state.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console {
@@ -139,22 +140,8 @@ ScalesAnswer OperatorStation::set_scales(double position_scale, double force_sca
 
 void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   view.now = now;
-  OperatorSide& hand = view.hand;
-  const master::DeviceReading& device = side_.master.device();
-  const Reason other_machine = side_.master.other_machine();
-  hand.device = other_machine ? other_machine : device.reason;
-  hand.presence = device.presence;
-  hand.enable = device.enable;
-  hand.clutch = device.clutch;
-  hand.stop = side_.master.stop();
-  hand.ghost_rad = side_.master.set_point().unclamped_rad();
-  hand.set_point_rad = side_.master.set_point().position_rad();
-  hand.sent_force_N = side_.master.sent_force_N();
-  hand.position_scale = side_.master.position_scale();
-  hand.force_scale = side_.master.force_scale();
-  hand.assist = side_.master.assist();
-  hand.warning = side_.master.warning();
-  hand.hand_energy_J = side_.master.energy().out_J() - side_.master.energy().in_J();
+  view.hand = operator_side(state_of(now, side_.master), feel_.position_scale, feel_.force_scale);
+  view.hand.ghost_rad = side_.master.set_point().unclamped_rad();
   show_link(now, view.link);
   if (side_.master.machine()) view.machine = *side_.master.machine();
   view.status_heard = side_.master.machine_status().has_value();

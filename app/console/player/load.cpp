@@ -194,23 +194,18 @@ std::vector<EventRow> watched_events(const Run& run) {
   const auto ring = std::make_unique<EventRing>();
   EventWatch watch(*ring);
   std::vector<EventRow> rows;
-  SlaveMessage message;
   const MachineStep* machine = nullptr;
   for (const HandStep& step : run.data().hand) {
     if (!run.recorded(step.at)) continue;
-    const MachineStep* const newest = run.machine_at(step.at);
     // One that is not recorded is no lost link: the silence alone tells that.
-    if (newest != machine && newest != nullptr) {
-      message = message_of(*newest);
-      machine = newest;
-    }
+    if (const MachineStep* const newest = run.machine_at(step.at)) machine = newest;
     const HandStanding& standing = run.data().standings[step.standing];
     watch.step(step.at,
-               {.machine = machine == nullptr ? nullptr : &message,
+               {.machine = machine == nullptr ? nullptr : &machine->told,
                 .silence_s = static_cast<double>(step.silence_s),
-                .stop = standing.stop,
-                .device = standing.device,
-                .warning = standing.warning},
+                .stop = standing.hand.stop,
+                .device = standing.hand.device,
+                .warning = standing.hand.warning},
                nullptr);
     for (ConsoleEvent event; ring->pop(event);) {
       EventBook words;  // a full book keeps an alarm and drops what comes after it

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "app/console/named_fields.h"
 #include "app/console/player/run_data.h"
 #include "slave/loss_policy.h"
 
@@ -17,22 +18,13 @@ constexpr Duration kLinkWindow = 11s;  // what LinkWatch looks back, and a littl
 
 /// In which no number is one but the machine's pose, for the picture.
 ConsoleView unknown_view() {
-  constexpr auto kNothing = static_cast<double>(kUnknown);
   ConsoleView v;
+  make_unknown(v.machine);
+  make_unknown(v.status);
+  make_unknown(v.hand);
+  v.machine.position_rad.setZero();
   v.machine.sensor_at = kNever;
-  v.machine.velocity_radps.setConstant(kNothing);
-  v.machine.tip_force_N.setConstant(kNothing);
-  v.machine.covariance_N2.fill(kNothing);
-  v.machine.pressure_Pa.fill(kNothing);
-  v.machine.confidence = v.machine.payload_kg = v.machine.payload_sigma_kg = kNothing;
-  v.status.valve_command.setConstant(kNothing);
-  v.status.spool.setConstant(kNothing);
-  v.status.oil_flow_m3ps = v.status.hydraulic_power_W = kNothing;
-  v.hand.ghost_rad.setConstant(kNothing);  // the hand's own request is not recorded
-  v.hand.set_point_rad.setConstant(kNothing);
-  v.hand.sent_force_N.setConstant(kNothing);
-  v.hand.position_scale = v.hand.force_scale = v.hand.hand_energy_J = kNothing;
-  v.link.round_trip_s = v.link.loss = v.link.neutral_after_s = kNothing;
+  v.link.round_trip_s = v.link.loss = v.link.neutral_after_s = double{kUnknown};
   return v;
 }
 
@@ -88,7 +80,7 @@ Time Run::known_again(Time hole_end) const noexcept {
   const auto receipt =
       std::find_if(first_from(data_.receipts, hole_end), data_.receipts.end(), [this](const Receipt& candidate) {
         const MachineStep* const step = machine_at(candidate.at);
-        return step != nullptr && step->sequence == candidate.sequence;
+        return step != nullptr && step->told.stamp.sequence == candidate.sequence;
       });
   const Time known = receipt == data_.receipts.end() ? last_ : receipt->at;
   const auto silent =
@@ -103,10 +95,10 @@ void Run::find_modes() {
     if (modes_.empty() || modes_.back().mode != mode) modes_.push_back({at, mode});
   };
   if (data_.receipts.empty()) {
-    for (const MachineStep& step : data_.machine) note(step.at, step.mode);
+    for (const MachineStep& step : data_.machine) note(step.at, step.told.mode);
   } else {
     for (const Receipt& receipt : data_.receipts)
-      if (const MachineStep* step = machine_at(receipt.at)) note(receipt.at, step->mode);
+      if (const MachineStep* step = machine_at(receipt.at)) note(receipt.at, step->told.mode);
   }
 }
 
@@ -123,12 +115,12 @@ const MachineStep* Run::machine_at(Time at) const noexcept {
   const Receipt* receipt = newest(data_.receipts, at);
   if (receipt == nullptr || gap_between(receipt->at, at)) return nullptr;
   // Sequences grow by one a step, and are not lost where steps of the recording are.
-  const auto later =
-      std::upper_bound(data_.machine.begin(), data_.machine.end(), receipt->sequence,
-                       [](std::uint32_t sequence, const MachineStep& step) { return newer(step.sequence, sequence); });
+  const auto later = std::upper_bound(
+      data_.machine.begin(), data_.machine.end(), receipt->sequence,
+      [](std::uint32_t sequence, const MachineStep& step) { return newer(step.told.stamp.sequence, sequence); });
   if (later == data_.machine.begin()) return nullptr;
   const MachineStep& step = *std::prev(later);
-  return (receipt->sequence - step.sequence) * data_.machine_period <= kGap ? &step : nullptr;
+  return (receipt->sequence - step.told.stamp.sequence) * data_.machine_period <= kGap ? &step : nullptr;
 }
 
 const HandStep* Run::hand_at(Time at) const noexcept {
@@ -150,27 +142,19 @@ ConsoleView Run::view(Time at) const {
   const Gap* const gap = gap_at(at);
   const MachineStep* const machine = machine_at(gap != nullptr ? gap->from : at);
   // In holes of a table its samples hold the values before them.
-  const bool held = machine != nullptr && data_.sensors_alone && std::isnan(machine->sensor_age_s);
+  const bool held = machine != nullptr && data_.sensors_alone && machine->told.sensor_at == kNever;
   if (machine != nullptr && gap == nullptr && !held)
-    v.machine = message_of(*machine);
+    v.machine = machine->told;
   else if (machine != nullptr)
-    v.machine.position_rad = joints(machine->joint_rad);
+    v.machine.position_rad = machine->told.position_rad;
   if (gap != nullptr) return v;
   if (data_.operator_side) v.link.neutral_after_s = to_seconds(slave::kLossLimits.neutral);
   if (const HandStep* step = hand_at(at)) {
     const HandStanding& standing = data_.standings[step->standing];
-    v.hand.device = standing.device;
-    v.hand.presence = standing.presence;
-    v.hand.enable = standing.enable;
-    v.hand.clutch = standing.clutch;
-    v.hand.stop = standing.stop;
-    v.hand.warning = standing.warning;
-    v.hand.position_scale = standing.position_scale;
-    v.hand.force_scale = standing.force_scale;
-    v.hand.assist = standing.assist;
-    v.hand.set_point_rad = joints(step->set_point_rad);
-    v.hand.sent_force_N = {static_cast<double>(step->sent_force_N[0]), static_cast<double>(step->sent_force_N[1])};
-    v.hand.hand_energy_J = static_cast<double>(step->hand_energy_J);
+    v.hand = standing.hand;
+    v.hand.set_point_rad = step->set_point_rad.cast<double>();
+    v.hand.sent_force_N = step->sent_force_N.cast<double>();
+    v.hand.hand_energy_J = double{step->hand_energy_J};
     v.link.heard = standing.heard;
     v.link.silence_s = static_cast<double>(step->silence_s) + to_seconds(at - step->at);
     v.link.round_trip_s = static_cast<double>(step->round_trip_s);
@@ -184,8 +168,8 @@ ConsoleView Run::view(Time at) const {
   }
   v.status_of_steps = machine != nullptr && !std::isnan(machine->command[0]);
   if (!v.status_of_steps) return v;
-  v.status.valve_command = joints(machine->command);
-  v.status.spool = joints(machine->spool);
+  v.status.valve_command = machine->command.cast<double>();
+  v.status.spool = machine->spool.cast<double>();
   v.status.pilot_on = machine->pilot_on;
   v.status.force_doubts = machine->force_doubts;
   return v;

@@ -2,105 +2,46 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
+#include <string_view>
 
+#include "app/console/named_fields.h"
 #include "estimation/force_estimator.h"
 
 namespace knuckle::console::player {
 namespace {
 
-constexpr Time kStamped = Time(24h * 400);  // any time that is later than every age of a sensor
-
-template <std::size_t kSize, typename Vector>
-std::array<float, kSize> floats(const Vector& v) {
-  std::array<float, kSize> all{};
-  for (std::size_t i = 0; i < kSize; ++i) all[i] = static_cast<float>(v.data()[i]);
-  return all;
-}
-
-bool same(const Reason& a, const Reason& b) {
-  return same_cause(a, b) && a.value == b.value && a.limit == b.limit;
-}
-bool same_number(double a, double b) {
-  return a == b || (std::isnan(a) && std::isnan(b));
-}
 bool same(const HandStanding& a, const HandStanding& b) {
-  return a.heard == b.heard && a.presence == b.presence && a.enable == b.enable && a.clutch == b.clutch &&
-         a.stop == b.stop && same(a.device, b.device) && same(a.warning, b.warning) &&
-         same_number(a.position_scale, b.position_scale) && same_number(a.force_scale, b.force_scale) &&
-         a.assist.force_limit_N == b.assist.force_limit_N && a.assist.stop_on_object == b.assist.stop_on_object;
+  const auto bytes = [](const HandStanding& of, const Field& field) {
+    return std::string_view(reinterpret_cast<const char*>(&of.hand) + field.offset, field.size);
+  };
+  const std::vector<Field>& fields = fields_of<OperatorSide>();
+  return a.heard == b.heard && std::all_of(fields.begin(), fields.end(),
+                                           [&](const Field& field) { return bytes(a, field) == bytes(b, field); });
 }
 
-/// A scale of 0 was never chosen.
-double chosen(double scale, double otherwise) {
-  return scale > 0 ? scale : otherwise;
-}
-
-/// Numbers as the other side holds them, one by one.
-template <typename From, typename To>
-void copy(const From& from, To& to) {
-  if constexpr (std::is_same_v<From, To>)
-    to = from;
-  else if constexpr (std::is_arithmetic_v<From>)
-    to = static_cast<To>(from);
-  else
-    for (std::size_t i = 0; i < static_cast<std::size_t>(from.size()); ++i) copy(from.data()[i], to.data()[i]);
-}
-
-/// What a row holds of a message, besides the age of its sensors: said once for both ways.
-template <typename Step, typename Message, typename Each>
-void each_held(Step& step, Message& told, Each each) {
-  each(step.sequence, told.stamp.sequence);
-  each(step.blocking, told.blocking);
-  each(step.fault, told.fault);
-  each(step.limits, told.limits);
-  each(step.mode, told.mode);
-  each(step.contact, told.contact);
-  each(step.confidence, told.confidence);
-  each(step.joint_rad, told.position_rad);
-  each(step.joint_radps, told.velocity_radps);
-  each(step.tip_force_N, told.tip_force_N);
-  each(step.covariance_N2, told.covariance_N2);
-  each(step.pressure_Pa, told.pressure_Pa);
-  each(step.payload_kg, told.payload_kg);
-  each(step.payload_sigma_kg, told.payload_sigma_kg);
-}
-
-void put(const SlaveMessage& told, MachineStep& step) {
-  each_held(step, told, [](auto& held, const auto& value) { copy(value, held); });
-  if (told.sensor_at != kNever)
-    step.sensor_age_s = static_cast<float>(std::max(0.0, to_seconds(told.stamp.sent_at - told.sensor_at)));
-}
-
-/// What a state knows of the message that was made of it.
+/// The message that was made of a state.
 SlaveMessage message_of(const slave::SlaveState& state, std::uint32_t sequence) {
   SlaveMessage told;
-  told.stamp.sequence = sequence;
-  told.stamp.sent_at = state.at;
-  told.sensor_at = state.measured ? state.at - from_seconds(state.oldest_age_s) : kNever;
-  told.mode = state.mode;
-  told.blocking = state.blocking;
-  told.fault = state.fault;
-  told.limits = state.limits;
-  told.contact = state.contact;
-  told.confidence = state.confidence;
+  copy_named(state, told);
+  // The message calls these otherwise.
   told.position_rad = state.joint_rad;
   told.velocity_radps = state.joint_radps;
-  told.tip_force_N = state.tip_force_N;
-  told.covariance_N2 = state.covariance_N2;
-  told.pressure_Pa = state.pressure_Pa;
-  told.payload_kg = state.payload_kg;
-  told.payload_sigma_kg = state.payload_sigma_kg;
+  told.stamp.sequence = sequence;
+  told.stamp.sent_at = state.at;
+  told.sensor_at = state.measured ? std::max(Time{}, state.at - from_seconds(state.oldest_age_s)) : kNever;
   return told;
 }
 
 }  // namespace
 
-JointVector joints(const std::array<float, 3>& v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
-void RunData::add(HandStep step, const HandStanding& standing) {
+void RunData::add(HandStep step, HandStanding standing) {
+  OperatorSide& own = standing.hand;
+  step.set_point_rad = own.set_point_rad.cast<float>();
+  step.sent_force_N = own.sent_force_N.cast<float>();
+  step.hand_energy_J = static_cast<float>(own.hand_energy_J);
+  own.set_point_rad.setConstant(double{kUnknown});
+  own.sent_force_N.setConstant(double{kUnknown});
+  own.hand_energy_J = double{kUnknown};
   if (standings.empty() || !same(standings.back(), standing)) standings.push_back(standing);
   step.standing = static_cast<std::uint32_t>(standings.size() - 1);
   hand.push_back(step);
@@ -110,34 +51,23 @@ void RunData::add(const master::MasterState& state) {
   if (!hand.empty() && state.at <= hand.back().at) return;
   HandStep step;
   step.at = state.at;
-  step.set_point_rad = floats<3>(state.setpoint_rad);
-  step.sent_force_N = floats<2>(state.sent_force_N);
-  step.hand_energy_J = static_cast<float>(state.energy_out_J - state.energy_in_J);
   step.round_trip_s = static_cast<float>(state.round_trip_s);
   step.silence_s = static_cast<float>(state.silence_s);
-  add(step, {.heard = state.heard,
-             .presence = state.presence,
-             .enable = state.enable,
-             .clutch = state.clutch,
-             .stop = state.stop,
-             .device = state.other_machine ? state.other_machine : state.device,
-             .warning = state.warning,
-             .position_scale = chosen(state.settings.position_scale, position_scale),
-             .force_scale = chosen(state.settings.force_scale, force_scale),
-             .assist = state.settings.assist});
+  add(step, {state.heard, console::operator_side(state, position_scale, force_scale)});
 }
 
 void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
   if (!machine.empty() && state.at <= machine.back().at) return;
   MachineStep step;
   step.at = state.at;
-  const std::uint32_t next = machine.empty() ? 0 : machine.back().sequence + 1;
-  put(told != nullptr ? *told : message_of(state, next), step);
+  const std::uint32_t next = machine.empty() ? 0 : machine.back().told.stamp.sequence + 1;
+  step.told = told != nullptr ? *told : message_of(state, next);
   // An imported table may have lengths that no joint angle gives.
-  for (std::size_t j = 0; j < step.joint_rad.size(); ++j)
-    if (!std::isfinite(step.joint_rad[j])) step.joint_rad[j] = machine.empty() ? 0 : machine.back().joint_rad[j];
-  step.command = floats<3>(state.valve_command);
-  step.spool = floats<3>(state.spool);
+  for (int joint = 0; joint < kJoints; ++joint)
+    if (double& angle_rad = step.told.position_rad[joint]; !std::isfinite(angle_rad))
+      angle_rad = machine.empty() ? 0 : machine.back().told.position_rad[joint];
+  step.command = state.valve_command.cast<float>();
+  step.spool = state.spool.cast<float>();
   step.pilot_on = state.pilot_on;
   // As the status has it: a force told with no confidence at all rests on no usable sensors.
   step.force_doubts = state.confidence > 0 ? state.confidence_reasons : std::uint8_t{estimation::kBadInput};
@@ -146,18 +76,13 @@ void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
   // Of the operator's side this one knows what it has received.
   HandStep hand_step;
   hand_step.at = state.at;
-  if (state.heard) hand_step.set_point_rad = floats<3>(state.setpoint_rad);
-  hand_step.round_trip_s = state.heard ? static_cast<float>(state.round_trip_s) : kUnknown;
   hand_step.silence_s = 0;
-  HandStanding standing;
-  standing.heard = true;
+  HandStanding standing{.heard = true, .hand = {}};
+  make_unknown(standing.hand);
   if (state.heard) {
-    standing.presence = state.presence;
-    standing.enable = state.enable;
-    standing.clutch = state.clutch;
-    standing.stop = state.stop;
-    if (!state.device_ok) standing.device = state.device;
-    standing.assist = {state.assist_force_limit_N, state.assist_stop_on_object};
+    hand_step.round_trip_s = static_cast<float>(state.round_trip_s);
+    copy_named(state, standing.hand);
+    if (state.device_ok) standing.hand.device = {};
   }
   add(hand_step, standing);
 }
@@ -165,17 +90,8 @@ void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
 void RunData::add(Time arrived, const SlaveMessage& message) {
   MachineStep step;
   step.at = arrived;
-  put(message, step);
+  step.told = message;
   machine.push_back(step);
-}
-
-SlaveMessage message_of(const MachineStep& step) {
-  SlaveMessage told;
-  each_held(step, told, [](const auto& held, auto& value) { copy(held, value); });
-  told.stamp.sent_at = kStamped;
-  told.sensor_at =
-      std::isnan(step.sensor_age_s) ? kNever : kStamped - from_seconds(static_cast<double>(step.sensor_age_s));
-  return told;
 }
 
 LinkFeed::LinkFeed(const RunData& data, Time from)

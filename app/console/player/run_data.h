@@ -1,9 +1,9 @@
 // What the player holds of one run of a session, recorded, or its loops run again: all of it decoded into a few compact
-// rows (about 95 kB a second with both sides), so that no file is read while it plays. NaN: not recorded.
+// rows (about 150 kB a second with both sides), so that no file is read while it plays. NaN: not recorded.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -27,40 +27,27 @@ inline constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 /// What stands for many steps of the operator's side.
 struct HandStanding {
-  bool heard = false, presence = false, enable = false, clutch = false, stop = false;
-  Reason device, warning;
-  double position_scale = static_cast<double>(kUnknown), force_scale = static_cast<double>(kUnknown);
-  AssistSettings assist;
+  bool heard = false;
+  OperatorSide hand;  ///< But for what each step has of its own.
 };
 
 /// The operator's side in one step of a loop that knows of it.
 struct HandStep {
   Time at{};
-  std::array<float, 3> set_point_rad{kUnknown, kUnknown, kUnknown};
-  std::array<float, 2> sent_force_N{kUnknown, kUnknown};
+  Eigen::Vector3f set_point_rad = Eigen::Vector3f::Constant(kUnknown);
+  Eigen::Vector2f sent_force_N = Eigen::Vector2f::Constant(kUnknown);
   float hand_energy_J = kUnknown, round_trip_s = kUnknown, silence_s = kUnknown;
   std::uint32_t standing = 0;  ///< Index into RunData::standings.
 };
 
-/// What the machine's side told in one step.
+/// What the machine's side told in one step. Of a table's length that no angle gives the angle before it, at first 0.
 struct MachineStep {
   Time at{};  ///< Of its step; where that side is not recorded, of the arrival.
-  std::uint32_t sequence = 0;
-  float sensor_age_s = kUnknown;  ///< Of its newest sensor frame.
-  Reason blocking, fault;
-  std::uint16_t limits = 0;
-  Mode mode = Mode::kOff;
-  bool contact = false;
-  float confidence = 0;
-  std::array<float, 3> joint_rad{};  ///< Of a table's length that no angle gives: the one before it, at first 0.
-  std::array<float, 3> joint_radps{};
-  std::array<float, 2> tip_force_N{};
-  std::array<float, 3> covariance_N2{};
-  std::array<float, 6> pressure_Pa{};
-  float payload_kg = 0, payload_sigma_kg = 0;
-  std::array<float, 3> command{kUnknown, kUnknown, kUnknown}, spool{kUnknown, kUnknown, kUnknown};  ///< [-1, 1]
-  bool pilot_on = false;          ///< As command and spool: where the machine's side is recorded.
-  std::uint8_t force_doubts = 0;  ///< Likewise; estimation::ConfidenceReason bits.
+  SlaveMessage told;
+  // Where the machine's side is recorded:
+  Eigen::Vector3f command = Eigen::Vector3f::Constant(kUnknown), spool = command;  ///< [-1, 1]
+  bool pilot_on = false;
+  std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits.
 };
 
 /// From when on a message of the machine's was the newest at the operator's side.
@@ -89,8 +76,7 @@ struct RunData {
   bool operator_side = false, machine_side = false;  ///< Whose loop's steps are in it.
   bool sensors_alone = false;                        ///< An imported table: no loop ran.
   Duration machine_period = 5ms;
-  double position_scale = static_cast<double>(kUnknown);  ///< Of the device's file: in use until another was chosen.
-  double force_scale = static_cast<double>(kUnknown);
+  double position_scale = double{kUnknown}, force_scale = double{kUnknown};  ///< Of the device's file.
   std::vector<HandStanding> standings;
   std::vector<HandStep> hand;
   std::vector<MachineStep> machine;
@@ -108,11 +94,9 @@ struct RunData {
   void add(Time arrived, const SlaveMessage& message);
 
  private:
-  void add(HandStep step, const HandStanding& standing);
+  /// @param step without what it shares with others.
+  void add(HandStep step, HandStanding standing);
 };
-
-[[nodiscard]] SlaveMessage message_of(const MachineStep& step);
-[[nodiscard]] JointVector joints(const std::array<float, 3>& row);
 
 // Finding in rows that are in the order of their times.
 

@@ -266,21 +266,19 @@ double round_above(double value) {
 
 }  // namespace
 
-void force_plot(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area, float mark_N) {
+void force_plot(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area, double mark_N) {
+  const auto force_N = [](const widgets::History::Sample& s) { return widgets::known_force_N(s.machine); };
   widgets::PlotCursor& cursor = data.plots.cursor();
-  float most = std::isfinite(mark_N) ? mark_N : 1;
-  for (const widgets::History* history : {&data.plots.history(), cursor.beside}) {
+  double most_N = std::isfinite(mark_N) ? mark_N : 1;
+  for (const widgets::History* history : {&data.plots.history(), cursor.beside})
     for (std::size_t i = 0; history != nullptr && i < history->size(); ++i)
-      if (const float force = history->ago(i).tip_force_N; force > most) most = force;
-  }
+      most_N = std::fmax(most_N, force_N(history->ago(i)));
   // Round in the unit that is read.
   const double per_N = ui.units.convert(widgets::Quantity::kForce, 1);
-  const double top_N = round_above(static_cast<double>(most) * per_N) / per_N;
-  const std::array lines{
-      widgets::Line{"force", ui.theme.colours.force, [](const widgets::History::Sample& s) { return s.tip_force_N; }}};
-  widgets::history_plot(
-      ui, area, data.plots.history(), lines,
-      {0, static_cast<float>(top_N), "0", ui.units.text(widgets::Quantity::kForce, top_N).c_str(), mark_N}, cursor);
+  const double top_N = round_above(most_N * per_N) / per_N;
+  const std::array lines{widgets::Line{"force", ui.theme.colours.force, force_N}};
+  widgets::history_plot(ui, area, data.plots.history(), lines,
+                        {0, top_N, "0", ui.units.text(widgets::Quantity::kForce, top_N).c_str(), mark_N}, cursor);
 }
 
 std::array<ImU32, 2> side_colours(const widgets::Theme& theme) {
@@ -295,14 +293,13 @@ void pressure_plot(const widgets::Ui& ui, const ConsoleData& data, std::size_t j
   const std::array<ImU32, 2> colours = side_colours(ui.theme);
   const HydraulicsDescription& h = data.facts.machine.hydraulics;
   const auto side = [joint](std::size_t i) {
-    return [i, joint](const widgets::History::Sample& s) { return s.pressure_Pa[2 * joint + i]; };
+    return [i, joint](const widgets::History::Sample& s) { return s.machine.pressure_Pa[2 * joint + i]; };
   };
   const std::array lines{widgets::Line{"head", colours[0], side(0)}, widgets::Line{"rod", colours[1], side(1)}};
   const double top_Pa = 1.1 * std::max(h.port_relief_Pa, h.main_relief_Pa);
   widgets::history_plot(
       ui, area, data.plots.history(), lines,
-      {0, static_cast<float>(top_Pa), "0", ui.units.text(widgets::Quantity::kPressure, top_Pa).c_str(),
-       static_cast<float>(lower_relief_Pa(h))},
+      {0, top_Pa, "0", ui.units.text(widgets::Quantity::kPressure, top_Pa).c_str(), lower_relief_Pa(h)},
       data.plots.cursor());
 }
 

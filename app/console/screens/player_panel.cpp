@@ -154,8 +154,7 @@ void PlayerPanel::show_loads(Time at) {
 widgets::History::Sample PlayerPanel::sample(const player::Run& run, Time at) const {
   if (!run.recorded(at)) return {};
   const ConsoleView view = run.view(at);
-  return widgets::History::sample_of(view, kinematics_, !measured_freshness(view).stale(),
-                                     !valves_freshness(view).stale());
+  return widgets::History::sample_of(view, !measured_freshness(view).stale(), !valves_freshness(view).stale());
 }
 
 bool PlayerPanel::in_gap() const noexcept {

@@ -57,9 +57,9 @@ void PlotWindow::fill_beside(const char* name, const SampleAt& sample_at) {
   cursor_.beside_name = name;
 }
 
-void LivePlots::watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known) {
+void LivePlots::watch(const ConsoleView& view, bool machine_known, bool status_known) {
   if (std::exchange(run_, view.run) != view.run) chosen_.reset();
-  kept_.watch(view, kinematics, machine_known, status_known);
+  kept_.watch(view, machine_known, status_known);
 }
 
 void LivePlots::update(const ConsoleView& view) {

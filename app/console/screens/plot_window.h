@@ -53,7 +53,7 @@ class LivePlots {
   static constexpr Duration kKept = 10min;
 
   /// As History::watch().
-  void watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known);
+  void watch(const ConsoleView& view, bool machine_known, bool status_known);
   /// Once a frame, before the plots are drawn.
   void update(const ConsoleView& view);
   /// Shows the seconds around this time, from now on; without one, the last ones.

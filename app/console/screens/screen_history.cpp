@@ -80,11 +80,11 @@ void force_card(const widgets::Ui& ui, const ConsoleData& data, const UiState& s
   widgets::Area rest = card.inside();
   const widgets::Quantity q = widgets::Quantity::kForce;
   const std::array all{
-      Figure{"force", t.colours.force, ui.units.text(q, static_cast<double>(shown_sample(data).tip_force_N))},
+      Figure{"force", t.colours.force, ui.units.text(q, widgets::known_force_N(shown_sample(data).machine))},
       Figure{"maximum set", t.colours.text, ui.units.text(q, static_cast<double>(state.force_most_N))}};
   figures(ui, rest.cut_top(t.px(18), t.px(4)), all);
   event_lane(ui, data, rest.cut_top(t.px(14), t.px(2)));
-  force_plot(ui, data, rest, state.force_most_N);
+  force_plot(ui, data, rest, static_cast<double>(state.force_most_N));
 }
 
 void pressure_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint, const widgets::Area& area) {
@@ -94,9 +94,7 @@ void pressure_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t j
   widgets::Area rest = card.inside();
   const std::array<ImU32, 2> colours = side_colours(t);
   const auto words = [&](double pressure_Pa) { return ui.units.text(widgets::Quantity::kPressure, pressure_Pa); };
-  const auto side = [&](std::size_t i) {
-    return words(static_cast<double>(shown_sample(data).pressure_Pa[2 * joint + i]));
-  };
+  const auto side = [&](std::size_t i) { return words(shown_sample(data).machine.pressure_Pa[2 * joint + i]); };
   const std::array all{Figure{"head", colours[0], side(0)}, Figure{"rod", colours[1], side(1)},
                        Figure{"relief", t.colours.text, words(lower_relief_Pa(data.facts.machine.hydraulics))}};
   figures(ui, rest.cut_top(t.px(18), t.px(4)), all);

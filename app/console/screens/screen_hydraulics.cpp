@@ -52,11 +52,13 @@ void axis_card(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint
   const bool moves_known = !measured_freshness(view).stale();
   signed_row(ui, bars.cut_top(height), "speed", moves_known ? speed_mps / fastest_mps : 0,
              moves_known ? ui.units.text(widgets::Quantity::kSpeed, speed_mps).c_str() : "-", velocity);
+  using Sample = widgets::History::Sample;
   const std::array lines{
-      widgets::Line{"command", command, [joint](const widgets::History::Sample& s) { return s.command[joint]; }},
-      widgets::Line{"spool", spool, [joint](const widgets::History::Sample& s) { return s.spool[joint]; }},
-      widgets::Line{"speed", velocity, [joint, fastest_mps](const widgets::History::Sample& s) {
-                      return s.cylinder_mps[joint] / static_cast<float>(fastest_mps);
+      widgets::Line{"command", command, [axis](const Sample& s) { return s.status.valve_command[axis]; }},
+      widgets::Line{"spool", spool, [axis](const Sample& s) { return s.status.spool[axis]; }},
+      widgets::Line{"speed", velocity, [&data, axis, fastest_mps](const Sample& s) {
+                      return widgets::cylinder_speed_mps(data.kinematics, s.machine, static_cast<int>(axis)) /
+                             fastest_mps;
                     }}};
   widgets::history_plot(ui, rest, data.plots.history(), lines,
                         {-1, 1, "-100 %", "+100 %, 10 s", widgets::History::kUnknown, true}, data.plots.cursor());

@@ -97,17 +97,17 @@ void energy_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
   const bool lowered = hand.warning.code == ReasonCode::kEnergyWatchdog;
   widgets::lamp(ui, rest.cut_top(t.px(26), t.unit(0.5F)), lowered ? "Reduces the felt force" : "Passes the full force",
                 lowered, t.colours.notice);
-  float most = 0.1F;
+  double most = 0.1;
   for (std::size_t i = 0; i < data.plots.history().size(); ++i)
-    most = std::max(most, std::abs(data.plots.history().ago(i).hand_energy_J));
+    most = std::fmax(most, std::abs(data.plots.history().ago(i).hand_energy_J));
   most = std::exp2(std::ceil(std::log2(most)));
   const std::array lines{widgets::Line{"net work on the hand", t.colours.series[3],
                                        [](const widgets::History::Sample& s) { return s.hand_energy_J; }}};
-  widgets::history_plot(ui, rest, data.plots.history(), lines,
-                        {-most, most, ui.units.text(q, static_cast<double>(-most)).c_str(),
-                         widgets::shown("%s, 10 s", ui.units.text(q, static_cast<double>(most)).c_str()).c_str(),
-                         widgets::History::kUnknown, true},
-                        data.plots.cursor());
+  widgets::history_plot(
+      ui, rest, data.plots.history(), lines,
+      {-most, most, ui.units.text(q, -most).c_str(), widgets::shown("%s, 10 s", ui.units.text(q, most).c_str()).c_str(),
+       widgets::History::kUnknown, true},
+      data.plots.cursor());
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& stat
 
 /// @param mark_N a line across it; unknown: none.
 void force_plot(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area,
-                float mark_N = widgets::History::kUnknown);
+                double mark_N = widgets::History::kUnknown);
 /// Both sides of one cylinder.
 void pressure_plot(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint, const widgets::Area& area);
 /// Of head and rod side.

@@ -7,12 +7,22 @@
 #include <cmath>
 
 #include "app/console/machine_text.h"
+#include "app/console/named_fields.h"
 
 namespace knuckle::console::widgets {
 
 double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept {
   const auto cylinder = kinematics.cylinder_at(joint, machine.position_rad[joint]);
-  return cylinder ? cylinder->lever_m * machine.velocity_radps[joint] : 0;
+  return cylinder ? cylinder->lever_m * machine.velocity_radps[joint] : History::kUnknown;
+}
+
+double known_force_N(const SlaveMessage& machine) noexcept {
+  return machine.confidence > kLeastConfidence ? machine.tip_force_N.norm() : History::kUnknown;
+}
+
+History::Sample::Sample() noexcept {
+  make_unknown(machine);
+  make_unknown(status);
 }
 
 void History::add(const Sample& sample) noexcept {
@@ -21,20 +31,11 @@ void History::add(const Sample& sample) noexcept {
   count_ = std::min(count_ + 1, samples_.size());
 }
 
-History::Sample History::sample_of(const ConsoleView& view, const Kinematics& kinematics, bool machine_known,
-                                   bool status_known) {
+History::Sample History::sample_of(const ConsoleView& view, bool machine_known, bool status_known) {
   Sample s;
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const auto axis = static_cast<Eigen::Index>(j);
-    if (status_known) s.command[j] = static_cast<float>(view.status.valve_command[axis]);
-    if (status_known) s.spool[j] = static_cast<float>(view.status.spool[axis]);
-    if (machine_known)
-      s.cylinder_mps[j] = static_cast<float>(cylinder_speed_mps(kinematics, view.machine, static_cast<int>(j)));
-  }
-  if (machine_known && force_text(view).known) s.tip_force_N = static_cast<float>(view.machine.tip_force_N.norm());
-  for (std::size_t i = 0; machine_known && i < s.pressure_Pa.size(); ++i)
-    s.pressure_Pa[i] = static_cast<float>(view.machine.pressure_Pa[i]);
-  s.hand_energy_J = static_cast<float>(view.hand.hand_energy_J);
+  if (machine_known) s.machine = view.machine;
+  if (status_known) s.status = view.status;
+  s.hand_energy_J = view.hand.hand_energy_J;
   return s;
 }
 
@@ -49,12 +50,12 @@ const History::Sample* History::of_step(std::int64_t step) const noexcept {
   return steps < 0 || steps >= static_cast<std::int64_t>(count_) ? nullptr : &ago(static_cast<std::size_t>(steps));
 }
 
-void History::watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known) {
+void History::watch(const ConsoleView& view, bool machine_known, bool status_known) {
   constexpr std::int64_t kHeld = 4;  // steps that a window which draws slowly may hold a value
   const std::int64_t step = step_of(view.now);
   if (step < last_) *this = History(samples_.size());
   if (step == last_) return;
-  const Sample s = sample_of(view, kinematics, machine_known, status_known);
+  const Sample s = sample_of(view, machine_known, status_known);
   const std::int64_t steps = last_ < 0 ? 1 : std::min(step - last_, static_cast<std::int64_t>(samples_.size()));
   for (std::int64_t i = 1; i < steps; ++i) add(steps > kHeld ? Sample{} : s);
   add(s);
@@ -118,7 +119,7 @@ void histogram_bars(const Ui& ui, const Area& area, const Histogram& histogram, 
 
 /// A line over the plot, from its newest sample to its oldest; dashed: every second step of a few.
 void trace(const Theme& t, const Area& area, const History& history, const Line& line,
-           const std::function<float(float)>& y_of, bool dashed) {
+           const std::function<float(double)>& y_of, bool dashed) {
   constexpr std::size_t kDash = 3;
   const float step = area.width() / static_cast<float>(History::kSamples - 1);
   std::array<ImVec2, History::kSamples> points;
@@ -128,7 +129,7 @@ void trace(const Theme& t, const Area& area, const History& history, const Line&
     n = 0;
   };
   for (std::size_t i = 0; i < history.size(); ++i) {
-    const float value = line.value(history.ago(i));
+    const double value = line.value(history.ago(i));
     const bool blank = dashed && i / kDash % 2 == 1;
     if (std::isfinite(value)) points[n++] = {area.max.x - static_cast<float>(i) * step, y_of(value)};
     if (!std::isfinite(value) || blank) stroke();  // a gap
@@ -251,9 +252,9 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
                   PlotCursor& cursor) {
   const Theme& t = ui.theme;
   canvas().AddRectFilled(area.min, area.max, ink(t.colours.raised), t.px(3));
-  const auto y_of = [&](float value) {
-    const float share = std::clamp((value - axis.low) / (axis.high - axis.low), 0.F, 1.F);
-    return area.max.y - share * area.height();
+  const auto y_of = [&](double value) {
+    const double share = std::clamp((value - axis.low) / (axis.high - axis.low), 0.0, 1.0);
+    return area.max.y - static_cast<float>(share) * area.height();
   };
   if (axis.low < 0 && axis.high > 0)
     canvas().AddLine({area.min.x, y_of(0)}, {area.max.x, y_of(0)}, ink(t.colours.border), t.px(1));

@@ -19,8 +19,10 @@ namespace knuckle::console::widgets {
 
 // A few signals of late, for plots: ten seconds of them, or all that is kept of a session that runs.
 
-/// Speed at which a joint's cylinder extends; zero where it is not known.
+/// Speed at which a joint's cylinder extends; no number where it is not known.
 [[nodiscard]] double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept;
+/// The force on the tip; no number while nothing of it is known.
+[[nodiscard]] double known_force_N(const SlaveMessage& machine) noexcept;
 
 /// Fixed room; sampled on the loops' own time, so it stops with a paused session.
 class History {
@@ -28,25 +30,24 @@ class History {
   /// @param kept samples.
   explicit History(std::size_t kept = kSamples) : samples_(kept) {}
 
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   static constexpr double kSpan_s = 10, kStep_s = 0.05;
   static constexpr std::size_t kSamples = 201;
 
-  static constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+  /// What is known at one time: plots take their values from it. What is not known is NaN.
   struct Sample {
-    PerJoint<float> command = unknown(), spool = unknown(), cylinder_mps = unknown();  ///< Positive: extends.
-    float hand_energy_J = kUnknown;
-    float tip_force_N = kUnknown;
-    /// Head and rod side of each cylinder.
-    std::array<float, 2 * kJoints> pressure_Pa = {kUnknown, kUnknown, kUnknown, kUnknown, kUnknown, kUnknown};
+    Sample() noexcept;
+    SlaveMessage machine;
+    MachineStatus status;
+    double hand_energy_J = kUnknown;
   };
 
   /// Takes a sample when one is due; restarts with the session. What is not received, or was not looked at, is
   /// unknown.
   /// @param machine_known, @param status_known whether the view's machine and status are fresh.
-  void watch(const ConsoleView& view, const Kinematics& kinematics, bool machine_known, bool status_known);
+  void watch(const ConsoleView& view, bool machine_known, bool status_known);
   /// One sample of a view, whether or not one is due.
-  [[nodiscard]] static Sample sample_of(const ConsoleView& view, const Kinematics& kinematics, bool machine_known,
-                                        bool status_known);
+  [[nodiscard]] static Sample sample_of(const ConsoleView& view, bool machine_known, bool status_known);
   /// These instead of what was there; the oldest first.
   void set(const std::array<Sample, kSamples>& samples) noexcept;
   /// Of this step of kStep_s since the session began; nullptr: not kept.
@@ -59,7 +60,6 @@ class History {
   }
 
  private:
-  static constexpr PerJoint<float> unknown() { return {kUnknown, kUnknown, kUnknown}; }
   void add(const Sample& sample) noexcept;
 
   std::vector<Sample> samples_;
@@ -80,15 +80,15 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
 struct Line {
   const char* label;
   ImU32 colour;
-  std::function<float(const History::Sample&)> value;
+  std::function<double(const History::Sample&)> value;
 };
 
 struct Axis {
-  float low = -1, high = 1;
+  double low = -1, high = 1;
   const char* low_label = "";
   const char* high_label = "";
-  float mark = History::kUnknown;  ///< A line across, such as a limit; unknown: none.
-  bool legend = false;             ///< The lines' names are written into the plot; else they stand beside it.
+  double mark = History::kUnknown;  ///< A line across, such as a limit; unknown: none.
+  bool legend = false;              ///< The lines' names are written into the plot; else they stand beside it.
 };
 
 /// The time that plots surround, once it was chosen by a click; linked in all plots.

@@ -263,14 +263,14 @@ void compare_modes(const player::Played& played, screens::Beside& beside) {
     const player::MachineStep* const one = played.run.machine_at(at);
     const player::MachineStep* const two = beside.run.machine_at(at + beside.later);
     const bool known = played.run.recorded(at) && beside.run.recorded(at + beside.later);
-    const bool differ = known && one != nullptr && two != nullptr && one->mode != two->mode;
+    const bool differ = known && one != nullptr && two != nullptr && one->told.mode != two->told.mode;
     if (!differ) since = kNever;
     if (!differ) continue;
     if (since == kNever) since = at;
     if (at - since < kApart) continue;
     beside.differs_at = since;
     beside.differs.push_back(fmt::format("modes differ from {:.2f} s on: {}, beside it {}", to_seconds(since),
-                                         name(one->mode), name(two->mode)));
+                                         name(one->told.mode), name(two->told.mode)));
     return;
   }
   beside.differs.emplace_back("The machine's modes do not differ.");

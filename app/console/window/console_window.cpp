@@ -68,7 +68,7 @@ void ConsoleWindow::watch(const ConsoleView& view) {
   }
   drawn_s_ = view.simulated_s;
   const bool heard = !screens::measured_freshness(view).stale();
-  live_plots_.watch(view, kinematics_, heard, !screens::status_freshness(view).stale());
+  live_plots_.watch(view, heard, !screens::status_freshness(view).stale());
   link_history_.watch(view);
   machine_.watch(view);
   loads_ = screens::measured_loads(view, facts_.machine, kinematics_);

@@ -57,17 +57,18 @@ TEST_F(LiveHistory, ShowsTheForceOfTheChosenTimeThoughItIsNoLongerAmongTheLastTe
   does("key F7");
   const auto most = [this] {
     const widgets::History& shown = console_->live_plots().window().history();
-    float force_N = 0;
-    for (std::size_t i = 0; i < shown.size(); ++i) force_N = std::fmax(force_N, shown.ago(i).tip_force_N);
+    double force_N = 0;
+    for (std::size_t i = 0; i < shown.size(); ++i)
+      force_N = std::fmax(force_N, widgets::known_force_N(shown.ago(i).machine));
     return force_N;
   };
   const Pixels now = pixels();
-  EXPECT_FLOAT_EQ(most(), 100);
+  EXPECT_DOUBLE_EQ(most(), 100);
   console_->live_plots().choose(view_.now - 21s);
   frames();
-  EXPECT_FLOAT_EQ(most(), 2000);
+  EXPECT_DOUBLE_EQ(most(), 2000);
   EXPECT_GT(count_changed(now, pixels(), kForcePlot), 500);
-  EXPECT_FLOAT_EQ(console_->live_plots().window().history().ago(100).pressure_Pa[1], 22e5F);
+  EXPECT_DOUBLE_EQ(console_->live_plots().window().history().ago(100).machine.pressure_Pa[1], 22e5);
 }
 
 TEST_F(LiveHistory, SaysOnEveryScreenThatItsPlotsAreOfAnotherTime) {
@@ -104,7 +105,8 @@ TEST_F(LiveHistory, HasNoGapAtTheRightWhereTheSecondsBehindAChosenTimeHaveCome) 
     console_->show();
   }
   const widgets::History& shown = console_->live_plots().window().history();
-  for (std::size_t ago = 0; ago < shown.size(); ++ago) EXPECT_FALSE(std::isnan(shown.ago(ago).tip_force_N)) << ago;
+  for (std::size_t ago = 0; ago < shown.size(); ++ago)
+    EXPECT_FALSE(std::isnan(widgets::known_force_N(shown.ago(ago).machine))) << ago;
 }
 
 TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
@@ -112,8 +114,9 @@ TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
   view_.now += 1s;
   console_->watch(view_);
   frames();
-  EXPECT_TRUE(std::isnan(console_->live_plots().window().history().ago(0).tip_force_N));
-  EXPECT_FALSE(std::isnan(console_->live_plots().window().history().ago(0).pressure_Pa[0]));
+  const SlaveMessage& newest = console_->live_plots().window().history().ago(0).machine;
+  EXPECT_TRUE(std::isnan(widgets::known_force_N(newest)));
+  EXPECT_FALSE(std::isnan(newest.pressure_Pa[0]));
 }
 
 TEST_F(LiveHistory, BeginsAnewWithTheSession) {

@@ -92,7 +92,7 @@ player::RunData twelve_minutes() {
     data.hand.push_back(hand);
     player::MachineStep machine;
     machine.at = at;
-    machine.sequence = ++sequence;
+    machine.told.stamp.sequence = ++sequence;
     data.machine.push_back(machine);
     data.receipts.push_back({at, sequence});
     data.arrivals.push_back({at, at - round_trip, sequence, 1});

@@ -177,7 +177,7 @@ TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
   frames(2);
   const widgets::History& history = panel_->history();
   ASSERT_EQ(history.size(), widgets::History::kSamples);
-  EXPECT_TRUE(std::isnan(history.ago(0).command[0])) << "five seconds later nothing was recorded";
+  EXPECT_TRUE(std::isnan(history.ago(0).status.valve_command[0])) << "five seconds later nothing was recorded";
   int known = 0;
   test::for_each_state<slave::SlaveState>(
       test::recorded("lost_link"), recording::Topic::kMachineState, [&](const slave::SlaveState& state) {
@@ -189,9 +189,9 @@ TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
         ASSERT_NE(step, nullptr);
         // What was old at the operator's side is a gap, there as here.
         const bool old = screens::machine_freshness(panel_->played().run.view(told)).stale();
-        EXPECT_EQ(std::isnan(history.ago(ago).command[0]), old) << to_seconds(told);
+        EXPECT_EQ(std::isnan(history.ago(ago).status.valve_command[0]), old) << to_seconds(told);
         if (old) return;
-        EXPECT_EQ(history.ago(ago).command[0], step->command[0]) << to_seconds(told);
+        EXPECT_EQ(history.ago(ago).status.valve_command[0], double{step->command[0]}) << to_seconds(told);
         ++known;
       });
   EXPECT_GT(known, 10);

@@ -411,7 +411,7 @@ class HistoryOfSixtyFrames : public testing::Test {
   void run(bool machine_known, bool status_known) {
     for (int i = 0; i < 60; ++i) {
       view_.now += 16'666'667ns;
-      history_.watch(view_, kinematics_, machine_known, status_known);
+      history_.watch(view_, machine_known, status_known);
     }
   }
   /// How many of the newest second's samples are known.
@@ -421,11 +421,10 @@ class HistoryOfSixtyFrames : public testing::Test {
     for (std::size_t i = 0; i < 20; ++i) n += std::isfinite(value(history_.ago(i))) ? 1 : 0;
     return n;
   }
-  static float command(const widgets::History::Sample& s) { return s.command[kArm]; }
-  static float speed(const widgets::History::Sample& s) { return s.cylinder_mps[kArm]; }
-  static float energy(const widgets::History::Sample& s) { return s.hand_energy_J; }
+  static double command(const widgets::History::Sample& s) { return s.status.valve_command[kArm]; }
+  static double speed(const widgets::History::Sample& s) { return s.machine.velocity_radps[kArm]; }
+  static double energy(const widgets::History::Sample& s) { return s.hand_energy_J; }
 
-  Kinematics kinematics_{canned_facts().machine};
   ConsoleView view_ = canned_view();
   widgets::History history_;
 };
@@ -433,7 +432,7 @@ class HistoryOfSixtyFrames : public testing::Test {
 TEST_F(HistoryOfSixtyFrames, HasTwentySamplesASecondAndKnowsThemAll) {
   run(true, true);
   EXPECT_NEAR(static_cast<double>(history_.size()), 20, 1);
-  EXPECT_FLOAT_EQ(history_.ago(0).command[kArm], -0.62F);
+  EXPECT_DOUBLE_EQ(command(history_.ago(0)), -0.62);
   EXPECT_EQ(known(command), 20);
   EXPECT_EQ(known(speed), 20);
 }
@@ -452,13 +451,13 @@ TEST_F(HistoryOfSixtyFrames, KnowsNothingOfAMachineThatIsNotHeard) {
 TEST_F(HistoryOfSixtyFrames, LeavesOpenWhatNobodyLookedAtAndBeginsAnewWithTheSession) {
   run(true, true);
   view_.now += 500ms;
-  history_.watch(view_, kinematics_, true, true);
+  history_.watch(view_, true, true);
   EXPECT_EQ(known(energy), 20 - 9) << "half a second without a view, but its last step";
   view_.now += 150ms;
-  history_.watch(view_, kinematics_, true, true);
+  history_.watch(view_, true, true);
   EXPECT_EQ(known(energy), 20 - 9) << "a window that draws slowly holds its values";
   view_.now = Time(50ms);
-  history_.watch(view_, kinematics_, true, true);
+  history_.watch(view_, true, true);
   EXPECT_EQ(history_.size(), 1U);
 }
 
