@@ -63,8 +63,8 @@ class CameraWatch {
   video::VideoState state_ = video::VideoState::kNone;
   double age_s_ = 0;
   video::VideoState told_state_ = video::VideoState::kNone;
-  Time telling_since_ = kNever;  ///< So many changes have been told since, of those that may be.
-  int told_ = 0;
+  Time telling_since_ = kNever;
+  int told_ = 0;  ///< Changes told since then; after a few no more are.
   Time not_live_since_ = kNever;
   std::uint32_t troubles_ = 0;
   std::uint64_t refused_ = 0;  // as told

@@ -28,7 +28,7 @@ namespace knuckle::console {
 class ConsoleHost {
  public:
   /// A simulated session. @param device a haptic device that leads it, nullptr: a simulated hand.
-  /// @param candump where every frame of its bus goes, and what does not wait for a reader; nullptr: nowhere. Both
+  /// @param candump where every frame of its bus goes, a stream that never waits for its reader; nullptr: nowhere. Both
   /// outlive this. @param log what is recorded; nothing unless it says so.
   /// @throws InputError as choose() does, and where the folder named for recordings cannot be written.
   ConsoleHost(const session::SimulateOptions& options, LiveSession::Led led, HidPort* device, std::ostream* candump,

@@ -203,8 +203,7 @@ HandInput ConsoleLoop::hand() const noexcept {
 void ConsoleLoop::apply(OperatorStation& station) noexcept {
   station.set_stop(input_.stop);
   if (station.has_device()) {
-    // So short a time may not have reached the machine's side: enable that is held on through it counts no more,
-    // either.
+    // A short absence may never reach the machine's side: enable that was held all through it does not count after it.
     held_.nobody = !held_.counts() || (held_.nobody && station.master().device().enable);
     station.set_nobody(held_.nobody);
     if (!held_.nobody) held_.dropped = Dropped::kNo;

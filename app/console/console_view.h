@@ -93,16 +93,17 @@ struct SimulatedTruth {
   sim::WorldEventRing events;
 };
 
-/// What enable has ceased to count for, though it may still be held.
+/// Why enable no longer counts although it may still be held.
 enum class Dropped : std::uint8_t { kNo, kNoFocus, kTooSmall, kStalled, kNewStart };
 
 /// What the loop makes of the newest input; meaningless where a scenario leads.
 struct InputSide {
   bool unattended = false;      ///< The window has no focus: all inputs count as released.
-  bool release_enable = false;  ///< Enable has been held since one of Dropped: it counts only once it was released.
-  /// The same, and also where nobody can know whether it is still held: a window without focus is not told of keys.
+  bool release_enable = false;  ///< Enable counts only after it was released: it is held since one of Dropped.
+  /// Which one. Also set where nobody can know whether enable is still held: a window without focus is not told of
+  /// keys.
   Dropped dropped = Dropped::kNo;
-  double own_pause_s = 0;  ///< Not 0: this console did not run for so long, and the machine's fault comes of that.
+  double own_pause_s = 0;  ///< So long this console did not run, and the machine's fault comes of that; else 0.
 };
 
 struct ConsoleView {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <ctime>
@@ -134,15 +135,8 @@ void put_row(std::ostream& out, const EventRow& event, bool names) {
 }  // namespace
 
 const char* name(Severity severity) noexcept {
-  switch (severity) {
-    case Severity::kInfo:
-      return "info";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kAlarm:
-      return "alarm";
-  }
-  return "?";
+  constexpr std::array kNames{"info", "warning", "alarm"};
+  return kNames[static_cast<std::size_t>(severity)];
 }
 
 void EventBook::add(const ConsoleEvent& event, HandSource hand) {

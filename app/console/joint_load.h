@@ -34,9 +34,9 @@ struct JointLoad {
 };
 using JointLoads = PerJoint<JointLoad>;
 
-/// What cannot be told: how the hull stands (up to 0.1 rad are allowed for), a load that is not known from what lifts
-/// it (up to a full bucket), and, where the drawing alone says where the steel is, the last 7 mm of a rod's way from
-/// its end. @param m with fresh pose and pressures.
+/// Allows for what the operator's side does not know: how the hull stands (up to 0.1 rad), a load that is not estimated
+/// (up to a full bucket), and, where only a drawing says where the steel is, the last 7 mm of a rod's way.
+/// @param m with fresh pose and pressures.
 [[nodiscard]] JointLoads joint_loads(const SlaveMessage& m, const MachineDescription& machine,
                                      const Kinematics& kinematics);
 
@@ -44,8 +44,8 @@ using JointLoads = PerJoint<JointLoad>;
 /// @param error_rad of a measured angle, by which it may be nearer.
 [[nodiscard]] int end_of_range(const MachineDescription& machine, std::size_t joint, double angle_rad,
                                double error_rad = 0) noexcept;
-/// Which pushes last. An arm that was stopped at speed swings on its oil, and pushes to and fro without touching
-/// anything; one that starts or turns round is pushed for as long as that takes.
+/// Marks the pushes that last. Others are of an arm that touches nothing: one that was stopped at speed swings on its
+/// oil and pushes to and fro, and one that starts or turns round is pushed for as long as that takes.
 class PushWatch {
  public:
   static constexpr Duration kLasts = 500ms;   ///< Longer than an arm on its oil pushes one way.

@@ -125,8 +125,8 @@ std::optional<LinkVerdict> link_verdict(const LinkSide& link, double later_s) {
   // The round trip is what is said where all is well.
   LinkVerdict verdict{quality_of(round_trip_s, kRoundTripBounds_s),
                       fmt::format("{:.0f} ms round trip", round_trip_s * 1e3)};
-  const auto worse = [&verdict](double value, const QualityBounds& bounds, const std::string& words) {
-    if (const LinkQuality quality = quality_of(value, bounds); quality > verdict.quality) verdict = {quality, words};
+  const auto worse = [&verdict](double value, const QualityBounds& bounds, const std::string& text) {
+    if (const LinkQuality quality = quality_of(value, bounds); quality > verdict.quality) verdict = {quality, text};
   };
   worse(link.loss, kLossBounds, fmt::format("{:.0f} % lost", link.loss * 100));
   worse(jitter_s, kJitterBounds_s, fmt::format("{:.0f} ms jitter", jitter_s * 1e3));

@@ -101,7 +101,7 @@ inline constexpr QualityBounds kSilenceBounds{0.4, 0.7, 1};        ///< Of the t
 
 struct LinkVerdict {
   LinkQuality quality = LinkQuality::kBad;
-  std::string words;  ///< Of what decides, such as "180 ms round trip".
+  std::string text;  ///< Of what decides, such as "180 ms round trip".
 };
 /// @param later_s since the view was made. @return nothing where nothing of it was measured: not heard, or the
 /// recording of one side alone.

@@ -14,9 +14,9 @@ namespace {
 
 /// "boom, arm and bucket"
 std::string listed(const std::vector<std::string>& all) {
-  std::string words;
-  for (std::size_t i = 0; i < all.size(); ++i) words += (i == 0 ? "" : i + 1 == all.size() ? " and " : ", ") + all[i];
-  return words;
+  std::string text;
+  for (std::size_t i = 0; i < all.size(); ++i) text += (i == 0 ? "" : i + 1 == all.size() ? " and " : ", ") + all[i];
+  return text;
 }
 
 /// "arm 220 bar, bucket 205 bar", of the joints that `which` holds for, the fullest first.
@@ -27,10 +27,10 @@ std::string pressures_of(const JointLoads& loads, const Which& which) {
     if (which(loads[i])) joints.push_back(i);
   std::sort(joints.begin(), joints.end(),
             [&](std::size_t a, std::size_t b) { return loads[a].pressure_Pa > loads[b].pressure_Pa; });
-  std::string words;
+  std::string text;
   for (const std::size_t i : joints)
-    words += fmt::format("{}{} {:.0f} bar", words.empty() ? "" : ", ", kJointNames[i], 1e-5 * loads[i].pressure_Pa);
-  return words;
+    text += fmt::format("{}{} {:.0f} bar", text.empty() ? "" : ", ", kJointNames[i], 1e-5 * loads[i].pressure_Pa);
+  return text;
 }
 
 /// Nobody leads it, nor is about to.
@@ -77,9 +77,9 @@ BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
     if (loads[i].at_relief) at_relief.emplace_back(kJointNames[i]);
   }
   if (!at_relief.empty())
-    press.words = "pressing hard; cannot be measured: " + listed(at_relief) + " at relief";
+    press.text = "pressing hard; cannot be measured: " + listed(at_relief) + " at relief";
   else if (press.least_N > 0)
-    press.words = "pressing; cannot be measured: " + pressures_of(loads, surely);
+    press.text = "pressing; cannot be measured: " + pressures_of(loads, surely);
   return press;
 }
 
@@ -102,11 +102,11 @@ std::string shut_in(const ConsoleView& view, const JointLoads& loads) {
 }
 
 std::vector<std::string> end_texts(const JointLoads& loads) {
-  std::vector<std::string> words;
+  std::vector<std::string> texts;
   for (int joint = 0; joint < kJoints; ++joint)
     if (const int end = loads[static_cast<std::size_t>(joint)].end; end != 0)
-      words.push_back(direction_text(joint, end > 0) + ": at its end");
-  return words;
+      texts.push_back(direction_text(joint, end > 0) + ": at its end");
+  return texts;
 }
 
 LessFelt less_felt(const ConsoleView& view) {
@@ -147,31 +147,31 @@ std::vector<std::string> limit_texts(const ConsoleView& view, const MachineDescr
                                      const Kinematics& kinematics, const JointLoads& loads, bool measured) {
   if (!view.link.heard) return {};
   const SlaveMessage& m = view.machine;
-  std::vector<std::string> words = measured ? end_texts(loads) : std::vector<std::string>();
-  const bool range_named = !words.empty();
+  std::vector<std::string> texts = measured ? end_texts(loads) : std::vector<std::string>();
+  const bool range_named = !texts.empty();
   for (int joint = 0; measured && joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
     const auto cylinder = kinematics.cylinder_at(joint, m.position_rad[joint]);
     for (std::size_t side = 0; cylinder && side < 2; ++side) {
       if (!at_relief(machine.hydraulics, m.pressure_Pa[2 * i + side])) continue;
       const bool extends = side == 0;
-      words.push_back(direction_text(joint, extends == (cylinder->lever_m > 0)) + ": oil at relief");
+      texts.push_back(direction_text(joint, extends == (cylinder->lever_m > 0)) + ": oil at relief");
     }
   }
   for (unsigned bit = 0; limit_word(bit) != nullptr; ++bit) {
     const bool named = (1U << bit) == kLimitJointRange && range_named;
-    if ((m.limits & (1U << bit)) != 0 && !named) words.emplace_back(limit_word(bit));
+    if ((m.limits & (1U << bit)) != 0 && !named) texts.emplace_back(limit_word(bit));
   }
-  return words;
+  return texts;
 }
 
 std::string with_node_names(std::string text, const BusDescription& bus) {
   for (const NamedNode& named : named_nodes(bus)) {
     const std::string number = fmt::format("node 0x{:02X}: ", named.node.id);  // as text(Reason) writes it
-    std::string words = named.name + ": ";
-    std::replace(words.begin(), words.end(), '_', ' ');
-    for (std::size_t at = text.find(number); at != std::string::npos; at = text.find(number, at + words.size()))
-      text.replace(at, number.size(), words);
+    std::string name = named.name + ": ";
+    std::replace(name.begin(), name.end(), '_', ' ');
+    for (std::size_t at = text.find(number); at != std::string::npos; at = text.find(number, at + name.size()))
+      text.replace(at, number.size(), name);
   }
   return text;
 }

@@ -33,7 +33,7 @@ struct ForceText {
 /// What is known of a force that is not: that a joint presses all the same, by its oil.
 struct BlindPress {
   double least_N = 0;  ///< It is at least so much.
-  std::string words;   ///< "pressing hard; cannot be measured: arm at relief"; empty: nothing presses, or it is known.
+  std::string text;    ///< "pressing hard; cannot be measured: arm at relief"; empty: nothing presses, or it is known.
 };
 /// @param loads marked by a PushWatch.
 [[nodiscard]] BlindPress blind_press(const ConsoleView& view, const JointLoads& loads);
@@ -49,7 +49,7 @@ struct BlindPress {
 
 /// Why the hand feels less than the machine while it leads it.
 struct LessFelt {
-  std::string brief, words;  ///< Empty: it does not.
+  std::string brief, text;  ///< Empty: it does not.
 };
 [[nodiscard]] LessFelt less_felt(const ConsoleView& view);
 /// The hand's set-point is in the wall that is felt at the end of a joint's range.

@@ -47,7 +47,7 @@ TEST(Keyboard, NobodyIsThereWithoutAKey) {
 TEST(Keys, NoTwoActionsShareAKey) {
   for (const KeyBinding& a : kKeys) {
     for (const KeyBinding& b : kKeys) {
-      const bool same = a.key == b.key && (a.held || b.held || a.control == b.control);
+      const bool same = a.key == b.key && (a.held != nullptr || b.held != nullptr || a.control == b.control);
       EXPECT_EQ(same, &a == &b) << a.what << " / " << b.what;
     }
   }

@@ -345,7 +345,7 @@ TEST(LedByKeys, AnArmThatIsMovedToAndFroInFreeAirIsNotSaidToPressWhereTheForceIs
       if (force_text(led.view).known) return;
       ++unknown;
       pushed += loads[kBucket].presses() ? 1 : 0;
-      EXPECT_EQ(blind_press(led.view, loads).words, "") << to_seconds(led.now);
+      EXPECT_EQ(blind_press(led.view, loads).text, "") << to_seconds(led.now);
     });
   }
   EXPECT_EQ(led.view.machine.mode, Mode::kEngaged);
@@ -360,8 +360,8 @@ TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKn
   ASSERT_EQ(led.view.machine.mode, Mode::kEngaged);
   ASSERT_FALSE(force_text(led.view).known) << "a cylinder is at its end stop";
   const BlindPress press = blind_press(led.view, led.watch(0.3));
-  EXPECT_EQ(press.words.rfind("pressing; cannot be measured: ", 0), 0U) << press.words;
-  EXPECT_NE(press.words.find("boom"), std::string::npos) << press.words;
+  EXPECT_EQ(press.text.rfind("pressing; cannot be measured: ", 0), 0U) << press.text;
+  EXPECT_NE(press.text.find("boom"), std::string::npos) << press.text;
   EXPECT_GT(press.least_N, 1000);
   EXPECT_TRUE(feels_end_of_range(led.view, led.setup.machine)) << "which is all that is felt of it";
   EXPECT_GT(led.view.hand.sent_force_N.norm(), 0.5);

@@ -113,24 +113,24 @@ TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastTha
   Rig rig;
   rig.view.machine.confidence = 0.03;
   JointLoads loads = pressing();
-  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing hard; cannot be measured: arm and bucket at relief");
+  EXPECT_EQ(blind_press(rig.view, loads).text, "pressing hard; cannot be measured: arm and bucket at relief");
   EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 6000);
   loads[kBucket].at_relief = false;
-  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing hard; cannot be measured: arm at relief");
+  EXPECT_EQ(blind_press(rig.view, loads).text, "pressing hard; cannot be measured: arm at relief");
   loads[kArm].at_relief = false;
-  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: arm 220 bar, bucket 205 bar");
+  EXPECT_EQ(blind_press(rig.view, loads).text, "pressing; cannot be measured: arm 220 bar, bucket 205 bar");
   loads[kArm].end = 1;
   EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 6000) << "near its end, but on no steel: on something else";
   loads[kArm].at_steel = 1;
-  EXPECT_EQ(blind_press(rig.view, loads).words, "pressing; cannot be measured: bucket 205 bar")
+  EXPECT_EQ(blind_press(rig.view, loads).text, "pressing; cannot be measured: bucket 205 bar")
       << "the arm pushes on its own end";
   EXPECT_DOUBLE_EQ(blind_press(rig.view, loads).least_N, 2000);
   loads[kBucket].steady = false;
-  EXPECT_EQ(blind_press(rig.view, loads).words, "") << "the bucket starts or turns round; the arm is at its own end";
+  EXPECT_EQ(blind_press(rig.view, loads).text, "") << "the bucket starts or turns round; the arm is at its own end";
   loads[kArm] = loads[kBucket] = {};
-  EXPECT_EQ(blind_press(rig.view, loads).words, "");
+  EXPECT_EQ(blind_press(rig.view, loads).text, "");
   rig.view.machine.confidence = 0.9;
-  EXPECT_EQ(blind_press(rig.view, pressing()).words, "") << "its number is shown";
+  EXPECT_EQ(blind_press(rig.view, pressing()).text, "") << "its number is shown";
 }
 
 TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
@@ -184,16 +184,16 @@ TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
   EXPECT_EQ(less_felt(rig.view).brief, "");
   rig.view.machine.confidence = 0.07;
   EXPECT_EQ(less_felt(rig.view).brief, "force not known");
-  EXPECT_NE(less_felt(rig.view).words.find("confidence 7 %"), std::string::npos) << less_felt(rig.view).words;
+  EXPECT_NE(less_felt(rig.view).text.find("confidence 7 %"), std::string::npos) << less_felt(rig.view).text;
   rig.view.machine.confidence = 0.25;
   EXPECT_EQ(less_felt(rig.view).brief, "force not sure");
   rig.view.machine.confidence = 0.9;
   rig.view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
   EXPECT_EQ(less_felt(rig.view).brief, "less force felt");
-  EXPECT_EQ(less_felt(rig.view).words, text(rig.view.hand.warning));
+  EXPECT_EQ(less_felt(rig.view).text, text(rig.view.hand.warning));
   rig.view.hand.warning = {};
   rig.view.machine.confidence = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(less_felt(rig.view).words, "") << "it was not recorded";
+  EXPECT_EQ(less_felt(rig.view).text, "") << "it was not recorded";
   rig.view.machine.confidence = 0.07;
   rig.view.machine.mode = Mode::kReady;
   EXPECT_EQ(less_felt(rig.view).brief, "") << "nobody leads it: nothing is felt";
@@ -241,7 +241,7 @@ TEST(LinkVerdict, TheWorstOfWhatWasMeasuredDecides) {
   LinkSide lossy = good_link();
   lossy.loss = 0.3;
   EXPECT_EQ(link_verdict(lossy, 0)->quality, LinkQuality::kPoor);
-  EXPECT_EQ(link_verdict(lossy, 0)->words, "30 % lost");
+  EXPECT_EQ(link_verdict(lossy, 0)->text, "30 % lost");
   LinkSide far = good_link();
   far.round_trip = {};
   far.round_trip.add(from_seconds(0.18));
@@ -255,9 +255,9 @@ TEST(LinkVerdict, TheWorstOfWhatWasMeasuredDecides) {
   LinkSide unanswered = good_link();
   unanswered.round_trip = {};
   EXPECT_EQ(link_verdict(unanswered, 0)->quality, LinkQuality::kBad) << "what was not measured is not good";
-  EXPECT_EQ(link_verdict(unanswered, 0)->words, "round trip not known");
+  EXPECT_EQ(link_verdict(unanswered, 0)->text, "round trip not known");
   unanswered.loss = 1;
-  EXPECT_EQ(link_verdict(unanswered, 0)->words, "100 % lost") << "which is why";
+  EXPECT_EQ(link_verdict(unanswered, 0)->text, "100 % lost") << "which is why";
   LinkSide one_side = good_link();
   one_side.loss = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(link_verdict(one_side, 0)) << "not recorded: no judgement";

@@ -23,7 +23,7 @@ Eigen::Vector2d pixels(ImVec2 v) {
 
 }  // namespace
 
-Viewport viewport_of(const widgets::Area& picture) {
+Viewport viewport_of(const Area& picture) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 s = io.DisplayFramebufferScale;
   const auto pixel = [](float v) { return static_cast<int>(std::lround(v)); };
@@ -52,7 +52,7 @@ void MachinePanel::watch(const ConsoleView& view) {
   if (view.simulated) scene_.watch(view.truth.events);
 }
 
-void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view) {
+void MachinePanel::take_mouse(const Area& picture, bool side_view, const ConsoleView& view) {
   pulled_ = {};
   // A pull that has ended begins anew with a new press only.
   if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
@@ -63,7 +63,7 @@ void MachinePanel::take_mouse(const widgets::Area& picture, bool side_view, cons
     pull_ended_ |= pulled_in_.has_value();
     return;
   }
-  widgets::pointer_area("picture", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  pointer_area("picture", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   const ImGuiIO& io = ImGui::GetIO();
   const Viewport port = viewport_of(picture);
   const Eigen::Vector2d scale = pixels(io.DisplayFramebufferScale);
@@ -129,15 +129,14 @@ MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, con
   return p;
 }
 
-void MachinePanel::draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
+void MachinePanel::draw(const Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
                         const std::optional<Grid>& grid, const ConsoleView* beside) {
   MachinePicture p = picture_of(view, stale, beside);
   p.grid = grid;
   view_.draw(p, camera(side_view), viewport_of(picture), light ? light_picture_colours() : dark_picture_colours());
 }
 
-void MachinePanel::draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light,
-                             const ConsoleView& view) {
+void MachinePanel::draw_over(const Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view) {
   view_.draw_over(picture_of(view, false), mounted_camera(machine_, mount), viewport_of(picture),
                   light ? light_picture_colours() : dark_picture_colours());
 }

@@ -15,7 +15,7 @@
 namespace knuckle::console::picture {
 
 /// Where an area of the screen lies in the framebuffer. While ImGui's frame is open, or before the next.
-[[nodiscard]] Viewport viewport_of(const widgets::Area& picture);
+[[nodiscard]] Viewport viewport_of(const Area& picture);
 
 class MachinePanel {
  public:
@@ -26,13 +26,13 @@ class MachinePanel {
   void begin(const sim::WorldDescription& world) { scene_.begin(world); }
   void watch(const ConsoleView& view);
   /// Takes the mouse in, while ImGui's frame is open. @param picture where the picture lies; screen pixels.
-  void take_mouse(const widgets::Area& picture, bool side_view, const ConsoleView& view);
+  void take_mouse(const Area& picture, bool side_view, const ConsoleView& view);
   /// Into the bound framebuffer. @param grid of a side view; nothing: none is drawn. @param beside the same time of
   /// another run; nullptr: there is none.
-  void draw(const widgets::Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
+  void draw(const Area& picture, bool side_view, bool light, bool stale, const ConsoleView& view,
             const std::optional<Grid>& grid, const ConsoleView* beside = nullptr);
   /// Outlines and force, over the picture of a camera on the machine.
-  void draw_over(const widgets::Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
+  void draw_over(const Area& picture, const CameraDescription& mount, bool light, const ConsoleView& view);
   /// From where it is seen.
   [[nodiscard]] const Camera& camera(bool side_view) const noexcept { return side_view ? side_ : orbit_; }
   // By keys. Nothing while the mouse pulls the tip: the place under the mouse would move, and the machine with it.

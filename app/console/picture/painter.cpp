@@ -62,39 +62,27 @@ Eigen::Vector3f sun_direction() {
   return Eigen::Vector3f(0.30F, -0.45F, 0.84F).normalized();
 }
 
-Painter::Painter()
-    : program_(kVertexSource, kFragmentSource),
-      transform_(program_.uniform("transform")),
-      turn_(program_.uniform("turn")),
-      palette_(program_.uniform("palette")),
-      tint_(program_.uniform("tint")),
-      alpha_(program_.uniform("alpha")),
-      lit_(program_.uniform("lit")),
-      kept_(program_.uniform("kept")),
-      sky_(program_.uniform("sky")),
-      earth_(program_.uniform("earth")),
-      sun_(program_.uniform("sun")),
-      sun_direction_(program_.uniform("sun_direction")) {}
+Painter::Painter() : program_(kVertexSource, kFragmentSource) {}
 
 void Painter::begin(const Eigen::Matrix4f& view_projection, const PictureColours& colours) {
   view_projection_ = view_projection;
   program_.use();
-  glUniform3fv(palette_, kMaterials, colours.material.front().data());
-  glUniform3fv(sky_, 1, colours.sky.data());
-  glUniform3fv(earth_, 1, colours.earth.data());
-  glUniform3fv(sun_, 1, colours.sun.data());
-  glUniform3fv(sun_direction_, 1, sun_direction().data());
+  glUniform3fv(program_.uniform("palette"), kMaterials, colours.material.front().data());
+  glUniform3fv(program_.uniform("sky"), 1, colours.sky.data());
+  glUniform3fv(program_.uniform("earth"), 1, colours.earth.data());
+  glUniform3fv(program_.uniform("sun"), 1, colours.sun.data());
+  glUniform3fv(program_.uniform("sun_direction"), 1, sun_direction().data());
 }
 
 void Painter::set(const Eigen::Matrix4f& model, const Look& look) {
   const Eigen::Matrix4f transform = view_projection_ * model;
   const Eigen::Matrix3f turn = model.topLeftCorner<3, 3>();
-  glUniformMatrix4fv(transform_, 1, GL_FALSE, transform.data());
-  glUniformMatrix3fv(turn_, 1, GL_FALSE, turn.data());
-  glUniform4f(tint_, look.tint.x(), look.tint.y(), look.tint.z(), look.tinted);
-  glUniform1f(alpha_, look.alpha);
-  glUniform4fv(kept_, 1, look.kept.data());
-  glUniform1f(lit_, look.lit ? 1.0F : 0.0F);
+  glUniformMatrix4fv(program_.uniform("transform"), 1, GL_FALSE, transform.data());
+  glUniformMatrix3fv(program_.uniform("turn"), 1, GL_FALSE, turn.data());
+  glUniform4f(program_.uniform("tint"), look.tint.x(), look.tint.y(), look.tint.z(), look.tinted);
+  glUniform1f(program_.uniform("alpha"), look.alpha);
+  glUniform4fv(program_.uniform("kept"), 1, look.kept.data());
+  glUniform1f(program_.uniform("lit"), look.lit ? 1.0F : 0.0F);
 }
 
 void Painter::triangles(const GlMesh& mesh, const Eigen::Matrix4f& model, const Look& look) {

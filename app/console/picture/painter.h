@@ -41,7 +41,6 @@ class Painter {
  private:
   void set(const Eigen::Matrix4f& model, const Look& look);
   GlProgram program_;
-  GLint transform_, turn_, palette_, tint_, alpha_, lit_, kept_, sky_, earth_, sun_, sun_direction_;
   Eigen::Matrix4f view_projection_ = Eigen::Matrix4f::Identity();
 };
 

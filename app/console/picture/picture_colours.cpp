@@ -20,7 +20,7 @@ Rgb rgb_of(ImU32 colour) {
 }
 
 /// What has a meaning has the same colour on the whole screen.
-void set_meanings(PictureColours& c, const widgets::Palette& palette) {
+void set_meanings(PictureColours& c, const Palette& palette) {
   c.commanded = c.virtual_wall = rgb_of(palette.series[0]);
   c.hand = rgb_of(palette.series[2]);
   c.beside = rgb_of(palette.series[3]);
@@ -45,7 +45,7 @@ PictureColours light_picture_colours() {
   c.stale = rgb(0xB4B7BB);
   c.dust = rgb(0xBFB5A6);
   c.target_balls = {rgb(0xE000C0), rgb(0x00C030)};
-  set_meanings(c, widgets::light_palette());
+  set_meanings(c, light_palette());
   return c;
 }
 
@@ -65,7 +65,7 @@ PictureColours dark_picture_colours() {
   c.stale = rgb(0x5E646B);
   c.dust = rgb(0x8A8174);
   c.target_balls = {rgb(0xE000C0), rgb(0x00C030)};
-  set_meanings(c, widgets::dark_palette());
+  set_meanings(c, dark_palette());
   return c;
 }
 

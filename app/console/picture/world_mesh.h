@@ -15,7 +15,7 @@ struct WorldMeshes {
   Mesh ground;         ///< A slab under the machine, where the scene has ground: what is not known is not drawn.
   Mesh grid;           ///< Lines on it.
   Mesh solids;         ///< Walls, pieces, pipes.
-  Mesh soil;           ///< Shown transparent: what is dug for lies in it.
+  Mesh soil;           ///< std::string transparent: what is dug for lies in it.
   Mesh cracks;         ///< Lines on walls that can break.
   Mesh virtual_walls;  ///< Lines: border and hatching; ticks on the forbidden side, right of the scene's line.
 };

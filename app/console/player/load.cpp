@@ -75,13 +75,13 @@ class Reader {
   [[nodiscard]] const std::vector<recording::Event>& events() const noexcept { return events_; }
   /// What of the wires is not shown, or not all there; empty: nothing.
   [[nodiscard]] std::string complaint() const {
-    std::string words;
+    std::string text;
     if (damaged_ > 0)
-      words = "steps whose wires were changed after they were recorded, and are left out: " + std::to_string(damaged_);
+      text = "steps whose wires were changed after they were recorded, and are left out: " + std::to_string(damaged_);
     if (lost_ > 0)
-      words += (words.empty() ? "" : "; ") + std::string("events of the wires that found no room in the recording: ") +
-               std::to_string(lost_);
-    return words;
+      text += (text.empty() ? "" : "; ") + std::string("events of the wires that found no room in the recording: ") +
+              std::to_string(lost_);
+    return text;
   }
 
  private:
@@ -208,9 +208,9 @@ std::vector<EventRow> watched_events(const Run& run) {
                 .warning = standing.hand.warning},
                nullptr);
     for (ConsoleEvent event; ring->pop(event);) {
-      EventBook words;  // a full book keeps an alarm and drops what comes after it
-      words.add(event);
-      rows.push_back(words.rows().back());
+      EventBook text;  // a full book keeps an alarm and drops what comes after it
+      text.add(event);
+      rows.push_back(text.rows().back());
     }
   }
   return rows;

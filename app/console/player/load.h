@@ -24,8 +24,8 @@ struct Played {
   std::optional<DeviceDescription> device;
   std::optional<sim::WorldDescription> world;  ///< Of a simulated session, as at its start.
   Run run;
-  /// In the order of their times: those recorded, and where the program told none those that the console would have
-  /// listed.
+  /// In the order of their times: those that were recorded. Where the program recorded none, those that the console
+  /// would have listed.
   std::vector<EventRow> events;
   std::vector<std::string> notes;  ///< What is wrong with the files; a line each.
 };

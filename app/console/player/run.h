@@ -28,16 +28,16 @@ class Run {
   /// When the operator's side first heard the machine; first() where it is not recorded, or never did.
   [[nodiscard]] Time first_heard() const noexcept;
 
-  /// What the console's screens showed, or would have shown, at this time: what was newest then. Without what the link
-  /// did of late. What is not recorded is NaN; of a time in a gap that is all but the machine's last pose.
+  /// What the console's screens showed, or would have shown, at this time: what was newest then, without what the link
+  /// did of late. What is not recorded is NaN: in a gap all but the machine's last pose.
   [[nodiscard]] ConsoleView view(Time at) const;
   /// Puts in what the link did in the ten seconds before, as far as that is recorded without a hole.
   void show_link(Time at, LinkSide& link) const;
-  /// Since when what the link did up to this time can be counted: from the beginning, or from the end of a hole;
-  /// nullopt: nothing has come since.
+  /// From when on all messages up to this time are recorded: the beginning, or the end of the last hole. nullopt: none
+  /// has come since.
   [[nodiscard]] std::optional<Time> counted_from(Time at) const noexcept;
-  /// The machine's step whose message is the newest at this time; where less than 100 ms are missing, the one before
-  /// these. nullptr: none, or not recorded.
+  /// The machine's step whose message is the newest at this time. Where up to 100 ms of steps are missing, the last one
+  /// before them. nullptr: none, or not recorded.
   [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
   [[nodiscard]] const HandStep* hand_at(Time at) const noexcept;
 
@@ -45,8 +45,8 @@ class Run {
   [[nodiscard]] std::optional<Time> step_after(Time at) const noexcept;
   [[nodiscard]] std::optional<Time> step_before(Time at) const noexcept;
 
-  /// Holes of more than 100 ms in either side's steps, each up to the first message behind it of a step that is
-  /// recorded, or until the link has been silent for 250 ms.
+  /// Holes of more than 100 ms in the steps of either side. A gap ends with the first message behind it whose step is
+  /// recorded, or when the link has been silent for 250 ms.
   [[nodiscard]] const std::vector<Gap>& gaps() const noexcept { return gaps_; }
   /// Within the recording, and in none of its gaps.
   [[nodiscard]] bool recorded(Time at) const noexcept;

@@ -83,8 +83,8 @@ struct RunData {
   std::vector<Receipt> receipts;
   std::vector<Arrival> arrivals;
   std::vector<StatusRow> statuses;
-  std::vector<Gap> operator_holes, machine_holes;  ///< From one step whose wires are recorded to the next, where any of
-                                                   ///< the steps between them has none.
+  std::vector<Gap> operator_holes, machine_holes;  ///< From one step with recorded wires to the next, where some of
+                                                   ///< the steps between have none.
 
   // What is not later than the one before is left out: rows are searched by their times.
   void add(const master::MasterState& state);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <string>
@@ -18,20 +19,20 @@ namespace {
 /// What the block on the left says.
 struct Headline {
   std::string word, below;
-  widgets::Icon icon = widgets::Icon::kLink;
+  Icon icon = Icon::kLink;
   ImU32 fill = 0;
   bool alarm = false;  ///< Flashes.
   ImU32 edge = 0;      ///< Of a frame around it; 0: none.
 };
 
 /// What else there is to know of a machine in this mode.
-void add_notes(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, Headline& says) {
+void add_notes(const Ui& ui, const ConsoleView& view, const JointLoads& loads, Headline& says) {
   const std::string presses = still_pressing(view, loads), own_end = shut_in(view, loads);
   if (!presses.empty()) {
     // The fullest cylinder alone; the reason beside it has them all.
     const bool by_oil = presses.starts_with("still pressing");
     says.below = by_oil ? presses.substr(0, presses.find(',')) : "still pressing";
-    if (view.machine.mode == Mode::kReady) says.icon = widgets::Icon::kWarning;  // a tick would say that all is well
+    if (view.machine.mode == Mode::kReady) says.icon = Icon::kWarning;  // a tick would say that all is well
     says.edge = ui.theme.colours.notice;
   } else if (!own_end.empty()) {
     says.below = own_end;
@@ -47,28 +48,27 @@ struct Asked {
   bool stop = false;     ///< Stop is pressed.
 };
 
-Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
-                  const Asked& asked) {
-  const widgets::Palette& c = ui.theme.colours;
-  const widgets::Freshness fresh = machine_freshness(view).after(ui.view_age_s);
+Headline headline(const Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded, const Asked& asked) {
+  const Palette& c = ui.theme.colours;
+  const Freshness fresh = machine_freshness(view).after(ui.view_age_s);
   const Mode mode = view.machine.mode;
-  const std::string age = widgets::shown_duration(fresh.age_s).c_str();
-  if (!recorded) return {"NO DATA", "not recorded", widgets::Icon::kRing, c.raised, false};
-  if (view.sensors_alone) return {"SENSORS", "imported table", widgets::Icon::kRing, c.raised, false};
-  if (!fresh.heard) return {"NO LINK", "", widgets::Icon::kLink, c.raised, false};
+  const std::string age = shown_duration(fresh.age_s);
+  if (!recorded) return {"NO DATA", "not recorded", Icon::kRing, c.raised, false};
+  if (view.sensors_alone) return {"SENSORS", "imported table", Icon::kRing, c.raised, false};
+  if (!fresh.heard) return {"NO LINK", "", Icon::kLink, c.raised, false};
   // It reports OFF only as it starts and in its last message: nothing is lost then.
-  if (fresh.stale() && mode == Mode::kOff) return {"OFF", age + " old", mode_icon(mode), c.raised, false};
+  if (fresh.stale() && mode == Mode::kOff) return {"OFF", age + " old", look_of(mode).icon, c.raised, false};
   // An old mode is no mode.
-  const std::string was = std::string("was ") + mode_word(mode) + ", " + age + " old";
-  if (ui.loop_silent()) return {"CONSOLE HANGS", was, widgets::Icon::kWarning, c.stop, true};
-  if (fresh.stale()) return {"LINK LOST", was, widgets::Icon::kLink, c.stop, true};
-  Headline says{mode_word(mode), "", mode_icon(mode), ui.theme.mode_colour(mode),
+  const std::string was = std::string("was ") + look_of(mode).word + ", " + age + " old";
+  if (ui.loop_silent()) return {"CONSOLE HANGS", was, Icon::kWarning, c.stop, true};
+  if (fresh.stale()) return {"LINK LOST", was, Icon::kLink, c.stop, true};
+  Headline says{look_of(mode).word, "", look_of(mode).icon, ui.theme.mode_colour(mode),
                 mode == Mode::kFault || mode == Mode::kEStop};
   // Nothing is broken, so that it does not flash; but nothing else that stands still is as loud.
-  if (stopped(view)) says = {"STOPPED", "", widgets::Icon::kStop, c.stop, false};
+  if (stopped(view)) says = {"STOPPED", "", Icon::kStop, c.stop, false};
   // The machine is ready, but not for whoever is here.
   if (mode == Mode::kReady && asked.blocked)
-    says = {mode_word(mode), "not led from here yet", widgets::Icon::kHand, c.notice, false};
+    says = {look_of(mode).word, "not led from here yet", Icon::kHand, c.notice, false};
   add_notes(ui, view, loads, says);
   if (stopped(view)) says.edge = c.stop_text;
   if (asked.stop && led(mode)) {  // not confirmed yet
@@ -79,12 +79,12 @@ Headline headline(const widgets::Ui& ui, const ConsoleView& view, const JointLoa
 }
 
 /// @param recorded false: a hole in the recording that is played.
-void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded,
-                const Asked& asked, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  ImDrawList& list = widgets::canvas();
+void mode_block(const Ui& ui, const ConsoleView& view, const JointLoads& loads, bool recorded, const Asked& asked,
+                const Area& area) {
+  const Theme& t = ui.theme;
+  ImDrawList& list = canvas();
   const Headline says = headline(ui, view, loads, recorded, asked);
-  const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : widgets::text_on(says.fill);
+  const ImU32 on = says.fill == t.colours.raised ? t.colours.muted : text_on(says.fill);
   list.AddRectFilled(area.min, area.max, says.fill, t.px(8));
   if (says.alarm && !ui.steady && std::fmod(ui.now_s, 1.0) < 0.5)
     list.AddRect({area.min.x + t.px(3), area.min.y + t.px(3)}, {area.max.x - t.px(3), area.max.y - t.px(3)}, on,
@@ -94,72 +94,69 @@ void mode_block(const widgets::Ui& ui, const ConsoleView& view, const JointLoads
     list.AddRect({area.min.x + half, area.min.y + half}, {area.max.x - half, area.max.y - half}, says.edge, t.px(7), 0,
                  2 * half);
   }
-  widgets::draw_icon(list, says.icon, {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
+  draw_icon(list, says.icon, {area.min.x + t.px(38), area.centre().y}, t.px(34), on);
   const float x = area.min.x + t.px(70), y = area.centre().y;
-  if (says.below.empty())
-    return widgets::put_text(t.fonts.display, on, {x, y}, widgets::Align::kLeft, says.word.c_str());
-  widgets::put_text(t.fonts.title, on, {x, y - t.px(10)}, widgets::Align::kLeft, says.word.c_str());
-  widgets::put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, widgets::Align::kLeft,
-                    ui.units.as_shown(says.below).c_str());
+  if (says.below.empty()) return put_text(t.fonts.display, on, {x, y}, Align::kLeft, says.word);
+  put_text(t.fonts.title, on, {x, y - t.px(10)}, Align::kLeft, says.word);
+  put_text(t.fonts.mono_small, on, {x, y + t.px(14)}, Align::kLeft, ui.units.as_shown(says.below));
 }
 
 struct Tag {
-  widgets::Icon icon;
+  Icon icon;
   std::string text;
   ImU32 fill;              ///< 0: none, a small mark.
   bool to_accept = false;  ///< Until it is pressed.
 };
 
 /// From the right: how good the link is, and what this session is.
-std::vector<Tag> session_tags(const widgets::Ui& ui, const ConsoleView& view, const UiState& state) {
-  const widgets::Theme& t = ui.theme;
+std::vector<Tag> session_tags(const Ui& ui, const ConsoleView& view, const UiState& state) {
+  const Theme& t = ui.theme;
   std::vector<Tag> tags;
-  const ImU32 quiet = widgets::mix(t.colours.surface, t.colours.border, 0.6F);
+  const ImU32 quiet = mix(t.colours.surface, t.colours.border, 0.6F);
   if (const auto link = link_verdict(view.link, ui.view_age_s)) {
     const ImU32 fill = link->quality == LinkQuality::kGood   ? quiet
                        : link->quality == LinkQuality::kFair ? t.colours.notice
                                                              : t.colours.stop;
-    tags.push_back({widgets::Icon::kLink, std::string("link ") + name(link->quality) + ": " + link->words, fill});
+    tags.push_back({Icon::kLink, std::string("link ") + name(link->quality) + ": " + link->text, fill});
   }
   // What is seen all day is seen no more: a person accepts it, once for each machine.
   const bool accepted = state.accepted_uncalibrated == view.status.machine.text();
   if (view.status_heard && !view.status.calibrated && accepted)
-    tags.push_back({widgets::Icon::kNone, "uncalibrated", 0});
+    tags.push_back({Icon::kNone, "uncalibrated", 0});
   else if (view.status_heard && !view.status.calibrated)
-    tags.push_back({widgets::Icon::kWarning, "UNCALIBRATED: OK?", t.colours.notice, true});
+    tags.push_back({Icon::kWarning, "UNCALIBRATED: OK?", t.colours.notice, true});
   if (view.simulated || (view.status_heard && view.status.simulated))
-    tags.push_back({widgets::Icon::kCircle, "SIMULATED", widgets::mix(t.colours.surface, t.colours.accent, 0.35F)});
-  if (view.paused) tags.push_back({widgets::Icon::kPause, "PAUSED", t.colours.notice});
+    tags.push_back({Icon::kCircle, "SIMULATED", mix(t.colours.surface, t.colours.accent, 0.35F)});
+  if (view.paused) tags.push_back({Icon::kPause, "PAUSED", t.colours.notice});
   if (state.muted)
-    tags.push_back({widgets::Icon::kNone, "SOUND OFF", quiet});
+    tags.push_back({Icon::kNone, "SOUND OFF", quiet});
   else if (!state.sound_problem.empty())
-    tags.push_back({widgets::Icon::kWarning, "NO SOUND", t.colours.notice});
+    tags.push_back({Icon::kWarning, "NO SOUND", t.colours.notice});
   return tags;
 }
 
 /// @return whether it was pressed.
-bool put_tag(const widgets::Ui& ui, const Tag& tag, const widgets::Area& place) {
-  const widgets::Theme& t = ui.theme;
+bool put_tag(const Ui& ui, const Tag& tag, const Area& place) {
+  const Theme& t = ui.theme;
   const float y = place.centre().y;
   if (tag.fill == 0) {
-    widgets::put_text(t.fonts.small, t.colours.muted, place.centre(), widgets::Align::kCentre, tag.text.c_str());
+    put_text(t.fonts.small, t.colours.muted, place.centre(), Align::kCentre, tag.text);
     return false;
   }
-  widgets::chip(ui, {place.min.x, y}, tag.icon, tag.text.c_str(), tag.fill);
+  chip(ui, {place.min.x, y}, tag.icon, tag.text, tag.fill);
   if (!tag.to_accept || place.width() < 1 || place.height() < 1) return false;
-  const widgets::Area pressed{{place.min.x, y - t.px(14)}, {place.max.x, y + t.px(14)}};
+  const Area pressed{{place.min.x, y - t.px(14)}, {place.max.x, y + t.px(14)}};
   ImGui::SetCursorScreenPos(pressed.min);
   const bool accepts = ImGui::InvisibleButton(tag.text.c_str(), pressed.size());
-  widgets::focus_ring(ui, pressed, t.px(14));
+  focus_ring(ui, pressed, t.px(14));
   return accepts;
 }
 
 /// In a row that ends at the area's right. @return how many have room there.
-std::size_t put_tags(const widgets::Ui& ui, const ConsoleView& view, std::span<const Tag> tags, UiState& state,
-                     widgets::Area& area) {
+std::size_t put_tags(const Ui& ui, const ConsoleView& view, std::span<const Tag> tags, UiState& state, Area& area) {
   std::size_t count = 0;
   for (const Tag& tag : tags) {
-    const float width = widgets::chip_width(ui, tag.text.c_str());
+    const float width = chip_width(ui, tag.text);
     if (width > area.width()) break;
     if (put_tag(ui, tag, area.cut_right(width, ui.theme.unit())))
       state.accepted_uncalibrated = view.status.machine.text();
@@ -169,20 +166,20 @@ std::size_t put_tags(const widgets::Ui& ui, const ConsoleView& view, std::span<c
 }
 
 /// On the right: tags above, the light of the recording below, and beside it the tags that have no room above.
-void draw_tags(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
+void draw_tags(const Ui& ui, const ConsoleData& data, UiState& state, Area& area) {
+  const Theme& t = ui.theme;
   constexpr float kMostShare = 0.5F;  // of the banner; the line that says what to do needs the rest
   const std::vector<Tag> tags = session_tags(ui, data.view, state);
   if (data.player != nullptr) return (void)put_tags(ui, data.view, tags, state, area);
-  const RecordingText words = recording_text(data.recording, to_seconds(data.view.now));
+  const RecordingText text = recording_text(data.recording, to_seconds(data.view.now));
   const float most = kMostShare * area.width();
   float all = 0;
-  for (const Tag& tag : tags) all += widgets::chip_width(ui, tag.text.c_str()) + t.unit();
-  const float light = std::min(recording_width(ui, words) + t.unit(), all > most ? most / 2 : most);
-  widgets::Area block = area.cut_right(std::min(most, std::max(all, light)), t.unit()).inset(0, t.px(5));
-  widgets::Area upper = block.cut_top(block.height() / 2);
+  for (const Tag& tag : tags) all += chip_width(ui, tag.text) + t.unit();
+  const float light = std::min(recording_width(ui, text) + t.unit(), all > most ? most / 2 : most);
+  Area block = area.cut_right(std::min(most, std::max(all, light)), t.unit()).inset(0, t.px(5));
+  Area upper = block.cut_top(block.height() / 2);
   const std::size_t above = put_tags(ui, data.view, tags, state, upper);
-  draw_recording(ui, data.recording, words, block.cut_right(light, t.unit()));
+  draw_recording(ui, data.recording, text, block.cut_right(light, t.unit()));
   (void)put_tags(ui, data.view, std::span(tags).subspan(above), state, block);
 }
 
@@ -208,18 +205,17 @@ std::string unheard_remedy(const ConsoleView& view, double silence_s) {
 }
 
 Silence silence(const ConsoleView& view, double view_age_s) {
-  const auto for_so_long = [](double seconds) { return std::string(widgets::shown_duration(seconds).c_str()); };
-  if (view_age_s > widgets::kLoopSilent_s)
-    return {"this console's own loop has not run for " + for_so_long(view_age_s),
+  if (view_age_s > kLoopSilent_s)
+    return {"this console's own loop has not run for " + shown_duration(view_age_s),
             "close the console and start it again"};
   if (!view.link.heard)
     return {"nothing received from the machine's side yet", "check that it runs and does not serve another operator"};
-  const widgets::Freshness fresh = machine_freshness(view).after(view_age_s);
+  const Freshness fresh = machine_freshness(view).after(view_age_s);
   // It reports OFF only as it starts and in its last message.
   if (fresh.stale() && view.machine.mode == Mode::kOff)
-    return {"the machine's side has ended, " + for_so_long(fresh.age_s) + " ago", "start it again to continue"};
+    return {"the machine's side has ended, " + shown_duration(fresh.age_s) + " ago", "start it again to continue"};
   if (fresh.stale())
-    return {"nothing received from the machine for " + for_so_long(fresh.age_s), unheard_remedy(view, fresh.age_s)};
+    return {"nothing received from the machine for " + shown_duration(fresh.age_s), unheard_remedy(view, fresh.age_s)};
   return {};
 }
 
@@ -261,10 +257,10 @@ std::string blocking_text(const ConsoleView& view, HandSource hand) {
 std::vector<std::string> led_notes(const ConsoleView& view, const JointLoads& loads) {
   std::vector<std::string> notes;
   for (const std::string& end : end_texts(loads)) notes.push_back(end + ", move it the other way");
-  if (const BlindPress press = blind_press(view, loads); !press.words.empty())
-    notes.push_back(press.words);
-  else if (const LessFelt less = less_felt(view); !less.words.empty())
-    notes.push_back(less.words);
+  if (const BlindPress press = blind_press(view, loads); !press.text.empty())
+    notes.push_back(press.text);
+  else if (const LessFelt less = less_felt(view); !less.text.empty())
+    notes.push_back(less.text);
   return notes;
 }
 
@@ -273,9 +269,9 @@ std::string following(const ConsoleView& view, const JointLoads& loads, const st
   const std::string follows =
       view.led_by_scenario ? "the machine follows the scenario's operator" : "the machine follows the hand";
   const std::vector<std::string> notes = led_notes(view, loads);
-  std::string words = limited.empty() ? follows : limited;
-  for (const std::string& note : notes) words += "; " + note;
-  return notes.empty() && limited.empty() && !view.led_by_scenario ? words + "; letting go of enable stops it" : words;
+  std::string text = limited.empty() ? follows : limited;
+  for (const std::string& note : notes) text += "; " + note;
+  return notes.empty() && limited.empty() && !view.led_by_scenario ? text + "; letting go of enable stops it" : text;
 }
 
 /// Of what grew old while this console did not run: that.
@@ -303,63 +299,29 @@ std::string what_blocks(const ConsoleView& view, const AtWindow& person, const J
 }
 
 /// In the largest type in which all of it has room: one large line, else smaller ones.
-void draw_reason(const widgets::Ui& ui, const widgets::Area& area, const std::string& reason) {
-  const widgets::Theme& t = ui.theme;
-  if (widgets::text_width(t.fonts.title, reason.c_str()) <= area.width())
-    return widgets::put_text(t.fonts.title, t.colours.text, {area.min.x, area.centre().y}, widgets::Align::kLeft,
-                             reason.c_str());
-  const auto height = [&](const ImFont* font) {
-    return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), reason.c_str()).y;
-  };
+void draw_reason(const Ui& ui, const Area& area, const std::string& reason) {
+  const Theme& t = ui.theme;
+  if (text_width(t.fonts.title, reason) <= area.width())
+    return put_text(t.fonts.title, t.colours.text, area, Align::kLeft, reason);
+  const auto height = [&](const ImFont* font) { return text_height(font, area.width(), reason); };
   const ImFont* font = height(t.fonts.body) <= area.height() ? t.fonts.body : t.fonts.small;
   const float spare = std::max(0.F, area.height() - height(font));
-  widgets::put_lines(font, t.colours.text, area.inset(0, spare / 2), reason.c_str());
+  put_lines(font, t.colours.text, area.inset(0, spare / 2), reason);
 }
 
 }  // namespace
 
-const char* mode_word(Mode mode) noexcept {
-  switch (mode) {
-    case Mode::kOff:
-      return "OFF";
-    case Mode::kSelfTest:
-      return "SELF-TEST";
-    case Mode::kReady:
-      return "READY";
-    case Mode::kAligning:
-      return "ALIGNING";
-    case Mode::kEngaged:
-      return "ENGAGED";
-    case Mode::kHold:
-      return "HOLD";
-    case Mode::kFault:
-      return "FAULT";
-    case Mode::kEStop:
-      return "E-STOP";
-  }
-  return "?";
-}
-
-widgets::Icon mode_icon(Mode mode) noexcept {
-  switch (mode) {
-    case Mode::kOff:
-      return widgets::Icon::kRing;
-    case Mode::kSelfTest:
-      return widgets::Icon::kWrench;
-    case Mode::kReady:
-      return widgets::Icon::kCheck;
-    case Mode::kAligning:
-      return widgets::Icon::kHand;
-    case Mode::kEngaged:
-      return widgets::Icon::kArm;
-    case Mode::kHold:
-      return widgets::Icon::kPause;
-    case Mode::kFault:
-      return widgets::Icon::kWarning;
-    case Mode::kEStop:
-      return widgets::Icon::kStop;
-  }
-  return widgets::Icon::kNone;
+const ModeLook& look_of(Mode mode) noexcept {
+  static constexpr auto kLooks = std::to_array<ModeLook>({{"OFF", Icon::kRing},
+                                                          {"SELF-TEST", Icon::kWrench},
+                                                          {"READY", Icon::kCheck},
+                                                          {"ALIGNING", Icon::kHand},
+                                                          {"ENGAGED", Icon::kArm},
+                                                          {"HOLD", Icon::kPause},
+                                                          {"FAULT", Icon::kWarning},
+                                                          {"E-STOP", Icon::kStop}});
+  static_assert(kLooks.size() == number_of_words(Mode{}));
+  return kLooks[static_cast<std::size_t>(mode)];
 }
 
 std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person,
@@ -368,7 +330,7 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
   // Who has pressed Stop must know whether it came through.
   if (stop && !unheard.what.empty())
     return "Stop is pressed, but " + unheard.what + ": do not rely on it, use the machine's own E-stop";
-  const bool paused = view.paused && view_age_s <= widgets::kLoopSilent_s;
+  const bool paused = view.paused && view_age_s <= kLoopSilent_s;
   // A machine that received it says so, or has stopped for another reason.
   const SlaveMessage& m = view.machine;
   const bool confirmed = m.fault.code == ReasonCode::kOperatorStop || m.blocking.code == ReasonCode::kOperatorStop;
@@ -398,9 +360,9 @@ bool stopped(const ConsoleView& view) noexcept {
   return view.machine.mode == Mode::kFault && view.machine.fault.code == ReasonCode::kOperatorStop;
 }
 
-void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
-  widgets::canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+void draw_banner(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
   if (data.player != nullptr) draw_replay_block(ui, area.cut_left(t.px(176), t.unit()));
   const AtWindow person{data.facts.hand, state.typing, state.enable_ignored, state.pad_ignored, state.pull_ignored};
   const InputSide& input = data.view.input;

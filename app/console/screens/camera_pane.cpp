@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 
 #include "app/console/picture/camera.h"
@@ -74,7 +75,7 @@ void CameraAlign::solve() {
   fit_ = estimation::fit_camera(sights, start_, width_px_, height_px_, reach_m_);
 }
 
-std::string CameraAlign::words() const {
+std::string CameraAlign::text() const {
   const std::string what = "Align " + start_.name + ": click the middle of the bucket's tip with the machine at rest. ";
   if (!refused_click_.empty()) return what + refused_click_;
   if (!fit_.refused.empty()) return what + fit_.refused;
@@ -99,21 +100,28 @@ std::vector<CameraAlign::Mark> CameraAlign::marks() const {
 namespace {
 
 /// Across the picture, larger than anything else on screen.
-void write_alarm(const widgets::Ui& ui, const widgets::Area& area, const std::string& alarm) {
-  const widgets::Theme& t = ui.theme;
+void write_alarm(const Ui& ui, const Area& area, const std::string& alarm) {
+  const Theme& t = ui.theme;
   const ImFont* font = t.fonts.display;
   const float wanted = 1.5F * font->FontSize;
-  const float width = font->CalcTextSizeA(wanted, 1e9F, 0, alarm.c_str()).x;
+  const float width = font->CalcTextSizeA(wanted, FLT_MAX, 0, alarm.c_str()).x;
   const float size = wanted * std::min(1.F, (area.width() - t.unit(4)) / std::max(width, 1.F));
-  const ImVec2 text = font->CalcTextSizeA(size, 1e9F, 0, alarm.c_str());
-  const ImVec2 at{std::round(area.centre().x - text.x / 2), std::round(area.centre().y - text.y / 2)};
-  widgets::canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()},
-                                  {at.x + text.x + t.unit(2), at.y + text.y + t.unit()}, t.colours.stop, t.px(8));
-  widgets::canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
+  const ImVec2 large = font->CalcTextSizeA(size, FLT_MAX, 0, alarm.c_str());
+  const ImVec2 at{std::round(area.centre().x - large.x / 2), std::round(area.centre().y - large.y / 2)};
+  canvas().AddRectFilled({at.x - t.unit(2), at.y - t.unit()}, {at.x + large.x + t.unit(2), at.y + large.y + t.unit()},
+                         t.colours.stop, t.px(8));
+  canvas().AddText(font, size, at, t.colours.stop_text, alarm.c_str());
+}
+
+/// On a ground of its own.
+void put_note(const Ui& ui, const Area& area, const std::string& text) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled({area.min.x - t.unit(0.5F), area.min.y - t.unit(0.5F)}, area.max, t.colours.surface, t.px(6));
+  put_lines(t.fonts.small, t.colours.text, area, text);
 }
 
 /// Where the middle of the pixel under the mouse is in a picture, which is drawn in whole pixels.
-Eigen::Vector2d share_at_mouse(const widgets::Area& picture) {
+Eigen::Vector2d share_at_mouse(const Area& picture) {
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 s = io.DisplayFramebufferScale;
   const picture::Viewport port = picture::viewport_of(picture);
@@ -128,13 +136,13 @@ std::string video_alarm(video::VideoState state, double age_s) {
   const char* what = state == video::VideoState::kFrozen ? "FROZEN"
                      : state == video::VideoState::kLate ? "LATE"
                                                          : nullptr;
-  return what == nullptr ? std::string() : widgets::shown("VIDEO %s %.1f s", what, age_s).c_str();
+  return what == nullptr ? std::string() : fmt::format("VIDEO {} {:.1f} s", what, age_s);
 }
 
 std::string camera_title(const ImFont* font, float width, const std::string& name, const std::string& age) {
-  if (age.empty()) return widgets::fitted_text(font, width, name.c_str());
+  if (age.empty()) return fitted_text(font, width, name);
   const std::string behind = "  " + age;
-  return widgets::fitted_text(font, width - widgets::text_width(font, behind.c_str()), name.c_str()) + behind;
+  return fitted_text(font, width - text_width(font, behind), name) + behind;
 }
 
 void CameraPane::add(CameraFeed feed) {
@@ -172,9 +180,9 @@ std::optional<estimation::CameraFit> CameraPane::align(const MachineDescription&
 }
 
 /// On the picture, and the marks of those before: a cross where the tip was clicked, a ring where the fit sees it.
-void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture) {
-  const widgets::Theme& t = ui.theme;
-  widgets::pointer_area("align", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+void CameraPane::take_clicks(const Ui& ui, const Camera& camera, const Area& picture) {
+  const Theme& t = ui.theme;
+  pointer_area("align", picture, ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   if (ImGui::IsItemActivated() && ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
     align_->undo();
   } else if (ImGui::IsItemActivated()) {
@@ -187,14 +195,12 @@ void CameraPane::take_clicks(const widgets::Ui& ui, const Camera& camera, const 
   const float arm = t.px(7);
   for (const CameraAlign::Mark& mark : align_->marks()) {
     const ImVec2 c = at(mark.clicked);
-    widgets::canvas().AddLine({c.x - arm, c.y}, {c.x + arm, c.y}, t.colours.notice, t.px(2));
-    widgets::canvas().AddLine({c.x, c.y - arm}, {c.x, c.y + arm}, t.colours.notice, t.px(2));
-    if (mark.fitted != mark.clicked) widgets::canvas().AddCircle(at(mark.fitted), arm, t.colours.notice, 0, t.px(2));
+    canvas().AddLine({c.x - arm, c.y}, {c.x + arm, c.y}, t.colours.notice, t.px(2));
+    canvas().AddLine({c.x, c.y - arm}, {c.x, c.y + arm}, t.colours.notice, t.px(2));
+    if (mark.fitted != mark.clicked) canvas().AddCircle(at(mark.fitted), arm, t.colours.notice, 0, t.px(2));
   }
-  const widgets::Area below = widgets::Area(picture).inset(t.unit()).cut_bottom(t.px(66));
-  widgets::canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
-                                  t.colours.surface, t.px(6));
-  widgets::put_lines(t.fonts.small, t.colours.text, below, align_->words().c_str());
+  const Area below = Area(picture).inset(t.unit()).cut_bottom(t.px(66));
+  put_note(ui, below, align_->text());
 }
 
 void CameraPane::next() {
@@ -228,7 +234,7 @@ std::optional<double> CameraPane::aspect() const {
   return camera.video ? camera.video->aspect() : 16.0 / 9;
 }
 
-void CameraPane::place(const widgets::Ui& ui, const widgets::Area& picture) {
+void CameraPane::place(const Ui& ui, const Area& picture) {
   const Camera& camera = cameras_[shown_];
   placed_ = {picture,
              large(),
@@ -241,34 +247,30 @@ void CameraPane::place(const widgets::Ui& ui, const widgets::Area& picture) {
   if (align_ && large() && placed_->live) take_clicks(ui, camera, picture);
 }
 
-void CameraPane::write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const {
-  const widgets::Theme& t = ui.theme;
+void CameraPane::write(const Ui& ui, const Camera& camera, const Area& area) const {
+  const Theme& t = ui.theme;
   const CameraWatch& watch = camera.watch;
   const bool live = watch.state() == video::VideoState::kLive;
-  widgets::Area words = area.inset(t.unit());
-  const widgets::Area head = words.cut_top(t.px(28), t.unit());
-  const widgets::Shown age =
-      live ? widgets::shown("%s%.2f s", watch.age_is_relative() ? "+" : "", watch.age_s()) : widgets::Shown{};
-  const std::string title =
-      camera_title(t.fonts.small, head.width() - widgets::chip_width(ui, ""), watch.name(), age.c_str());
-  const float left =
-      head.min.x + t.unit() +
-      widgets::chip(ui, {head.min.x, head.centre().y}, live ? widgets::Icon::kDot : widgets::Icon::kWarning,
-                    title.c_str(), live ? t.colours.surface : t.colours.notice);
+  Area rest = area.inset(t.unit());
+  const Area head = rest.cut_top(t.px(28), t.unit());
+  const std::string age =
+      live ? fmt::format("{}{:.2f} s", watch.age_is_relative() ? "+" : "", watch.age_s()) : std::string{};
+  const std::string title = camera_title(t.fonts.small, head.width() - chip_width(ui, ""), watch.name(), age);
+  const float left = head.min.x + t.unit() +
+                     chip(ui, {head.min.x, head.centre().y}, live ? Icon::kDot : Icon::kWarning, title,
+                          live ? t.colours.surface : t.colours.notice);
   if (live && watch.damaged()) {
-    const std::string damage = widgets::fitted_text(t.fonts.small, head.max.x - left - widgets::chip_width(ui, ""),
-                                                    "DAMAGED: packets lost, parts may be old");
-    widgets::chip(ui, {left, head.centre().y}, widgets::Icon::kWarning, damage.c_str(), t.colours.notice);
+    const std::string damage =
+        fitted_text(t.fonts.small, head.max.x - left - chip_width(ui, ""), "DAMAGED: packets lost, parts may be old");
+    chip(ui, {left, head.centre().y}, Icon::kWarning, damage, t.colours.notice);
   }
   if (live) return;
   const std::string alarm = video_alarm(watch.state(), watch.age_s());
   if (!alarm.empty()) write_alarm(ui, area, alarm);
   const std::string problem = !watch.problem().empty() ? watch.problem() : alarm.empty() ? "no picture yet" : "";
   if (problem.empty()) return;
-  const widgets::Area below = words.cut_bottom(std::min(words.height(), t.px(66)));
-  widgets::canvas().AddRectFilled({below.min.x - t.unit(0.5F), below.min.y - t.unit(0.5F)}, {below.max.x, below.max.y},
-                                  t.colours.surface, t.px(6));
-  widgets::put_lines(t.fonts.small, t.colours.text, below, problem.c_str());
+  const Area below = rest.cut_bottom(std::min(rest.height(), t.px(66)));
+  put_note(ui, below, problem);
 }
 
 }  // namespace knuckle::console::screens

@@ -38,7 +38,7 @@ class CameraAlign {
   void undo();
 
   /// What to do, and what came of it so far; one or two lines.
-  [[nodiscard]] std::string words() const;
+  [[nodiscard]] std::string text() const;
   /// Where each tip was clicked, and where the fit sees it; shares.
   struct Mark {
     Eigen::Vector2d clicked, fitted;
@@ -102,12 +102,12 @@ class CameraPane {
   /// Of the chosen camera's picture; nullopt: there is no camera.
   [[nodiscard]] std::optional<double> aspect() const;
   /// Where the chosen camera's picture goes, and what is said of it. Once a frame, on the screen that has the pane.
-  void place(const widgets::Ui& ui, const widgets::Area& picture);
+  void place(const Ui& ui, const Area& picture);
 
   /// What place() has found, until draw_done().
   struct Placed {
-    widgets::Area picture;  ///< Of the camera; its whole width and height are in it.
-    bool large = false;     ///< It fills the pane, the machine is the small one.
+    Area picture;        ///< Of the camera; its whole width and height are in it.
+    bool large = false;  ///< It fills the pane, the machine is the small one.
     bool live = false;
     bool damaged = false;
     double aspect = 0;
@@ -126,15 +126,15 @@ class CameraPane {
     std::unique_ptr<picture::VideoView> video;  ///< Made with the first picture.
     bool had_picture() const noexcept { return watch.state() != video::VideoState::kNone; }
   };
-  void write(const widgets::Ui& ui, const Camera& camera, const widgets::Area& area) const;
-  void take_clicks(const widgets::Ui& ui, const Camera& camera, const widgets::Area& picture);
+  void write(const Ui& ui, const Camera& camera, const Area& area) const;
+  void take_clicks(const Ui& ui, const Camera& camera, const Area& picture);
 
   std::vector<Camera> cameras_;
   std::vector<Taken> taken_;
   std::size_t shown_ = 0;  ///< The camera that is shown, large or small.
   bool machine_large_ = false;
   std::optional<CameraAlign> align_;  ///< Of the camera that is shown.
-  std::string given_up_;              ///< Whose aligning was, since the last watch().
+  std::string given_up_;              ///< The camera whose alignment was given up since the last watch().
   std::optional<Placed> placed_, drawn_;
 };
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -11,61 +13,59 @@ namespace {
 using State = RecordingLight::State;
 constexpr std::uint64_t kLittle_bytes = 2'000'000'000;  // a few hours of one program's recording
 
-float icon_width(const widgets::Theme& t) {
+float icon_width(const Theme& t) {
   return t.px(22);
 }
-float note_gap(const widgets::Theme& t) {
+float note_gap(const Theme& t) {
   return t.unit();
 }
 
 std::string free_text(std::uint64_t bytes) {
-  return widgets::shown("%.1f GB free", 1e-9 * static_cast<double>(bytes)).c_str();
+  return fmt::format("{:.1f} GB free", 1e-9 * static_cast<double>(bytes));
 }
 
 }  // namespace
 
 RecordingText recording_text(const RecordingLight& light, double elapsed_s) {
-  RecordingText words;
-  const auto append = [&words](const std::string& more) { words.note += (words.note.empty() ? "" : ", ") + more; };
+  RecordingText text;
+  const auto append = [&text](const std::string& more) { text.note += (text.note.empty() ? "" : ", ") + more; };
   if (light.state == State::kOff) {
-    words.light = "NOT RECORDED";
+    text.light = "NOT RECORDED";
   } else if (light.state == State::kStopped) {
-    words.light = "REC STOPPED: " + light.why;
+    text.light = "REC STOPPED: " + light.why;
   } else {
     const auto s = static_cast<long>(std::clamp(elapsed_s, 0.0, 1e9));
-    words.light = widgets::shown("REC %ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60).c_str();
+    text.light = fmt::format("REC {}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
     if (light.free_bytes > 0) append(free_text(light.free_bytes));
   }
   if (light.steps_lost > 0) append(std::to_string(light.steps_lost) + " steps lost");
-  return words;
+  return text;
 }
 
-float recording_width(const widgets::Ui& ui, const RecordingText& words) {
-  const widgets::Theme& t = ui.theme;
-  const float light = icon_width(t) + widgets::text_width(t.fonts.mono_small, words.light.c_str());
-  if (words.note.empty()) return light;
-  return light + note_gap(t) + widgets::text_width(t.fonts.small, words.note.c_str());
+float recording_width(const Ui& ui, const RecordingText& text) {
+  const Theme& t = ui.theme;
+  const float light = icon_width(t) + text_width(t.fonts.mono_small, text.light);
+  if (text.note.empty()) return light;
+  return light + note_gap(t) + text_width(t.fonts.small, text.note);
 }
 
-void draw_recording(const widgets::Ui& ui, const RecordingLight& light, const RecordingText& words,
-                    const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Palette& c = t.colours;
+void draw_recording(const Ui& ui, const RecordingLight& light, const RecordingText& text, const Area& area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
   const bool amiss = light.state == State::kStopped || (light.state == State::kOff && light.real);
-  const widgets::Icon icon = light.state == State::kOn        ? widgets::Icon::kDot
-                             : light.state == State::kStopped ? widgets::Icon::kWarning
-                                                              : widgets::Icon::kRing;
+  const Icon icon = light.state == State::kOn        ? Icon::kDot
+                    : light.state == State::kStopped ? Icon::kWarning
+                                                     : Icon::kRing;
   const ImU32 colour = light.state == State::kOn ? c.stop : amiss ? c.notice : c.muted;
-  widgets::Area rest = area;
-  const widgets::Area place = rest.cut_left(icon_width(t));
-  widgets::draw_icon(widgets::canvas(), icon, {place.min.x + t.px(8), place.centre().y}, t.px(14), colour);
-  const ImU32 text = light.state == State::kOn ? c.text : colour;
-  const float wide = widgets::text_width(t.fonts.mono_small, words.light.c_str());
-  widgets::put_fitted(t.fonts.mono_small, text, rest.cut_left(std::min(wide + 1, rest.width()), note_gap(t)),
-                      words.light.c_str());
-  if (words.note.empty() || rest.width() <= 0) return;
+  Area rest = area;
+  const Area place = rest.cut_left(icon_width(t));
+  draw_icon(canvas(), icon, {place.min.x + t.px(8), place.centre().y}, t.px(14), colour);
+  const ImU32 text_colour = light.state == State::kOn ? c.text : colour;
+  const float wide = text_width(t.fonts.mono_small, text.light);
+  put_fitted(t.fonts.mono_small, text_colour, rest.cut_left(std::min(wide + 1, rest.width()), note_gap(t)), text.light);
+  if (text.note.empty() || rest.width() <= 0) return;
   const bool noted = light.steps_lost > 0 || light.free_bytes < kLittle_bytes;
-  widgets::put_fitted(t.fonts.small, noted ? c.notice : c.muted, rest, words.note.c_str());
+  put_fitted(t.fonts.small, noted ? c.notice : c.muted, rest, text.note);
 }
 
 namespace {
@@ -82,166 +82,144 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPlayerPointing{
      {"Mouse", "time line, plots, events: go to that time"},
      {"Mouse", "wheel zooms, right drag pans; orbit: drag turns"}}};
 
-void rail_entry(const widgets::Ui& ui, const ScreenOnRail& entry, std::size_t open, UiState& state,
-                const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Palette& c = t.colours;
+void rail_entry(const Ui& ui, const ScreenOnRail& entry, std::size_t open, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
   const bool chosen = state.screen == entry.screen;
   const KeyBinding& key = key_of(entry.screen);
   ImGui::SetCursorScreenPos(area.min);
   if (ImGui::InvisibleButton(key.what, area.size())) state.screen = entry.screen;
   if (chosen || ImGui::IsItemHovered())
-    widgets::canvas().AddRectFilled(
-        area.min, area.max, widgets::mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F), t.px(8));
-  widgets::focus_ring(ui, area, t.px(8));
+    canvas().AddRectFilled(area.min, area.max, mix(c.background, chosen ? c.accent : c.raised, chosen ? 0.28F : 0.8F),
+                           t.px(8));
+  focus_ring(ui, area, t.px(8));
   const ImU32 colour = chosen ? c.text : c.muted;
   const float x = area.centre().x, middle = area.centre().y;
-  widgets::draw_icon(widgets::canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28),
-                     widgets::ink(chosen ? c.accent : c.muted));
-  widgets::put_text(t.fonts.small, colour, {x, middle + t.px(18)}, widgets::Align::kCentre, key.what);
-  widgets::put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, widgets::Align::kRight,
-                    key.keys);
+  draw_icon(canvas(), entry.icon, {x, middle - t.px(13)}, t.px(28), ink(chosen ? c.accent : c.muted));
+  put_text(t.fonts.small, colour, {x, middle + t.px(18)}, Align::kCentre, key.what);
+  put_text(t.fonts.small, c.muted, {area.max.x - t.px(6), area.min.y + t.px(12)}, Align::kRight, key.keys);
   if (open == 0) return;
-  const widgets::Shown count = open > 99 ? widgets::shown("99+") : widgets::shown("%zu", open);
+  const std::string count = open > 99 ? "99+" : fmt::format("{}", open);
   const ImVec2 at{area.min.x + t.px(18), area.min.y + t.px(14)};
-  widgets::canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop,
-                                  t.px(9));
-  widgets::put_text(t.fonts.mono_small, c.stop_text, at, widgets::Align::kCentre, count.c_str());
+  canvas().AddRectFilled({at.x - t.px(14), at.y - t.px(9)}, {at.x + t.px(14), at.y + t.px(9)}, c.stop, t.px(9));
+  put_text(t.fonts.mono_small, c.stop_text, at, Align::kCentre, count);
 }
 
-void hand_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
+void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
   const OperatorSide& hand = data.view.hand;
-  const widgets::Card card(ui, "HAND", area);
-  widgets::Area rest = card.inside();
-  const widgets::Area head = rest.cut_top(t.px(24), t.unit(0.5F));
+  const Card card(ui, "HAND", area);
+  Area rest = card.inside();
+  const Area head = rest.cut_top(t.px(24), t.unit(0.5F));
   const HandSource source = data.facts.hand;
-  const widgets::Icon icon = data.view.led_by_scenario         ? widgets::Icon::kPlay
-                             : source == HandSource::kKeyboard ? widgets::Icon::kKeyboard
-                             : source == HandSource::kGamepad  ? widgets::Icon::kGamepad
-                                                               : widgets::Icon::kHand;
-  widgets::draw_icon(widgets::canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22),
-                     widgets::ink(t.colours.text));
+  const Icon icon = data.view.led_by_scenario         ? Icon::kPlay
+                    : source == HandSource::kKeyboard ? Icon::kKeyboard
+                    : source == HandSource::kGamepad  ? Icon::kGamepad
+                                                      : Icon::kHand;
+  draw_icon(canvas(), icon, {head.min.x + t.px(11), head.centre().y}, t.px(22), ink(t.colours.text));
   const char* word = source == HandSource::kKeyboard  ? "Keyboard"
                      : source == HandSource::kGamepad ? "Gamepad"
                                                       : "Haptic device";
-  widgets::Area words = head;
-  words.cut_left(t.px(32));
-  widgets::put_fitted(t.fonts.body, t.colours.text, words, data.view.led_by_scenario ? "Scenario" : word);
+  Area name = head;
+  name.cut_left(t.px(32));
+  put_fitted(t.fonts.body, t.colours.text, name, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
-    widgets::put_lines(t.fonts.small, t.colours.bad, rest, as_shown(ui, data, text(hand.device)).c_str());
+    put_lines(t.fonts.small, t.colours.bad, rest, as_shown(ui, data, text(hand.device)));
     return;
   }
   const char* present = source == HandSource::kDevice || data.view.led_by_scenario ? "Hand on the device" : "In use";
   const std::array<std::pair<const char*, bool>, 3> lamps{
       {{present, hand.presence}, {"Enable", hand.enable}, {"Clutch", hand.clutch}}};
   for (const auto& [label, on] : lamps)
-    widgets::lamp(ui, rest.cut_top(t.px(24), t.px(2)), label, on,
-                  on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);
+    lamp(ui, rest.cut_top(t.px(24), t.px(2)), label, on,
+         on && hand.clutch && label == lamps[2].first ? t.colours.notice : t.colours.good);
 }
 
-bool small_slider(const widgets::Ui& ui, widgets::Area& rest, const char* label, float& value, float high,
-                  const char* format) {
-  const widgets::Theme& t = ui.theme;
-  widgets::Area row = rest.cut_top(t.px(32), t.unit(0.5F));
-  widgets::put_label(t, row, label);
+bool small_slider(const Ui& ui, Area& rest, const char* label, float& value, float high, const char* format) {
+  const Theme& t = ui.theme;
+  Area row = rest.cut_top(t.px(32), t.unit(0.5F));
+  put_label(t, row, label);
   row.cut_left(t.px(56));
-  return widgets::slider(ui, row, widgets::shown("##%s", label).c_str(), value, 0, high,
-                         {.format = format, .value_width = t.px(58)});
+  return slider(ui, row, fmt::format("##{}", label).c_str(), value, 0, high,
+                {.format = format, .value_width = t.px(58)});
 }
 
-void simulation_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "SIMULATION", area);
-  widgets::Area rest = card.inside();
-  widgets::value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Session",
-                     widgets::shown("%.1f", data.view.simulated_s).c_str(), "s");
+void simulation_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "SIMULATION", area);
+  Area rest = card.inside();
+  value_row(ui, rest.cut_top(t.px(22), t.unit(0.5F)), "Session", fmt::format("{:.1f}", data.view.simulated_s), "s");
   SimulationChoice& choice = state.simulation;
-  static constexpr std::size_t kMost = 32;
-  std::array<const char*, kMost> names{};
-  const std::size_t count = std::min(kMost, data.facts.scenarios.size());
-  for (std::size_t i = 0; i < count; ++i) names[i] = data.facts.scenarios[i].c_str();
-  widgets::stepper(ui, rest.cut_top(t.px(32), t.unit(0.5F)), "scenario", choice.scenario,
-                   std::span(names).first(count));
+  stepper(ui, rest.cut_top(t.px(32), t.unit(0.5F)), "scenario", choice.scenario, data.facts.scenarios);
   choice.link_chosen |= small_slider(ui, rest, "Delay", choice.delay_ms, 400, "%.0f ms");
   choice.link_chosen |= small_slider(ui, rest, "Jitter", choice.jitter_ms, 100, "%.0f ms");
   choice.link_chosen |= small_slider(ui, rest, "Loss", choice.loss_percent, 50, "%.0f %%");
-  widgets::toggle(ui, rest.cut_top(t.px(28), t.unit(0.5F)), "Scenario drives", choice.demo);
-  const widgets::Area buttons = rest.cut_top(t.px(36));
-  const widgets::Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
-  if (widgets::button(ui, left, state.paused ? widgets::Icon::kPlay : widgets::Icon::kPause,
-                      state.paused ? "Resume" : "Pause", state.paused))
+  toggle(ui, rest.cut_top(t.px(28), t.unit(0.5F)), "Scenario drives", choice.demo);
+  const Area buttons = rest.cut_top(t.px(36));
+  const Area left = buttons.column(0, 2, t.unit()), right = buttons.column(1, 2, t.unit());
+  if (button(ui, left, state.paused ? Icon::kPlay : Icon::kPause, state.paused ? "Resume" : "Pause", state.paused))
     state.paused = !state.paused;
   // Stands out while what is chosen is not what runs.
-  if (widgets::button(ui, right, widgets::Icon::kReset, "Reset", !(choice == state.running))) ++state.reset_count;
+  if (button(ui, right, Icon::kReset, "Reset", !(choice == state.running))) ++state.reset_count;
 }
 
-void connection_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "MACHINE", area, machine_freshness(data.view));
-  widgets::Area rest = card.inside();
-  widgets::put_fitted(t.fonts.body, t.colours.text, rest.cut_top(t.px(24), t.unit(0.5F)),
-                      data.facts.machine.name.c_str());
-  widgets::put_fitted(t.fonts.mono_small, t.colours.muted, rest.cut_top(t.px(22), t.unit(0.5F)),
-                      data.facts.peer.c_str());
-  widgets::value_row(ui, rest.cut_top(t.px(22)), "Round trip",
-                     widgets::shown("%.1f", data.view.link.round_trip_s * 1e3).c_str(), "ms");
-  widgets::value_row(ui, rest.cut_top(t.px(22)), "Loss", widgets::shown("%.1f", data.view.link.loss * 100).c_str(),
-                     "%");
+void connection_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "MACHINE", area, machine_freshness(data.view));
+  Area rest = card.inside();
+  put_fitted(t.fonts.body, t.colours.text, rest.cut_top(t.px(24), t.unit(0.5F)), data.facts.machine.name);
+  put_fitted(t.fonts.mono_small, t.colours.muted, rest.cut_top(t.px(22), t.unit(0.5F)), data.facts.peer);
+  value_row(ui, rest.cut_top(t.px(22)), "Round trip", fmt::format("{:.1f}", data.view.link.round_trip_s * 1e3), "ms");
+  value_row(ui, rest.cut_top(t.px(22)), "Loss", fmt::format("{:.1f}", data.view.link.loss * 100), "%");
 }
 
 }  // namespace
 
-void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
+void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
   const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
   const std::size_t open = data.events.open(Severity::kWarning);
   for (const ScreenOnRail& entry : kScreens)
     rail_entry(ui, entry, entry.screen == Screen::kEvents ? open : 0, state, area.cut_top(height, t.px(2)));
-  widgets::Area hints = area.cut_bottom(t.px(88));
+  Area hints = area.cut_bottom(t.px(88));
   const std::array<std::pair<const char*, const char*>, 4> keys{
       {{"F9", t.light ? "Dark" : "Light"}, {"F10", "Units"}, {"F11", "Full"}, {"F12", "Help"}}};
   for (const auto& [key, what] : keys) {
-    widgets::Area row = hints.cut_top(t.px(22));
-    widgets::put_text(t.fonts.small, t.colours.muted, {row.min.x + t.px(6), row.centre().y}, widgets::Align::kLeft,
-                      key);
-    widgets::put_text(t.fonts.small, t.colours.muted, {row.max.x - t.px(4), row.centre().y}, widgets::Align::kRight,
-                      what);
+    Area row = hints.cut_top(t.px(22));
+    put_text(t.fonts.small, t.colours.muted, {row.min.x + t.px(6), row.centre().y}, Align::kLeft, key);
+    put_text(t.fonts.small, t.colours.muted, {row.max.x - t.px(4), row.centre().y}, Align::kRight, what);
   }
 }
 
-void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Palette& c = t.colours;
+void draw_stop(const Ui& ui, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
   ImGui::SetCursorScreenPos(area.min);
   // Acts when it is pressed, not when it is released.
   ImGui::InvisibleButton("Stop", area.size());
   if (ImGui::IsItemActivated()) state.stop = true;
-  const ImU32 fill = state.stop ? widgets::mix(c.stop, c.background, 0.45F) : c.stop;
-  widgets::canvas().AddRectFilled(area.min, area.max,
-                                  ImGui::IsItemHovered() ? widgets::mix(fill, c.stop_text, 0.08F) : fill, t.px(10));
-  widgets::canvas().AddRect(area.min, area.max, state.stop ? c.notice : widgets::mix(c.stop, c.stop_text, 0.35F),
-                            t.px(10), 0, t.px(state.stop ? 3.F : 1.5F));
-  widgets::focus_ring(ui, area.inset(t.px(4)), t.px(7));
+  const ImU32 fill = state.stop ? mix(c.stop, c.background, 0.45F) : c.stop;
+  canvas().AddRectFilled(area.min, area.max, ImGui::IsItemHovered() ? mix(fill, c.stop_text, 0.08F) : fill, t.px(10));
+  canvas().AddRect(area.min, area.max, state.stop ? c.notice : mix(c.stop, c.stop_text, 0.35F), t.px(10), 0,
+                   t.px(state.stop ? 3.F : 1.5F));
+  focus_ring(ui, area.inset(t.px(4)), t.px(7));
   const ImVec2 middle = area.centre();
   if (state.stop) {
-    widgets::draw_icon(widgets::canvas(), widgets::Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
-    return widgets::put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, widgets::Align::kCentre,
-                             "STOP PRESSED");
+    draw_icon(canvas(), Icon::kLock, {middle.x, middle.y - t.px(20)}, t.px(26), c.stop_text);
+    return put_text(t.fonts.title, c.stop_text, {middle.x, middle.y + t.px(18)}, Align::kCentre, "STOP PRESSED");
   }
-  widgets::draw_icon(widgets::canvas(), widgets::Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
-  widgets::put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, widgets::Align::kLeft,
-                    "STOP");
-  widgets::put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, widgets::Align::kLeft,
-                    state.typing && !state.typing_number ? "Esc" : "Space, Esc");
+  draw_icon(canvas(), Icon::kStop, {area.min.x + t.px(48), middle.y}, t.px(50), c.stop_text);
+  put_text(t.fonts.display, c.stop_text, {area.min.x + t.px(86), middle.y - t.px(6)}, Align::kLeft, "STOP");
+  put_text(t.fonts.small, c.stop_text, {area.min.x + t.px(88), middle.y + t.px(24)}, Align::kLeft,
+           state.typing && !state.typing_number ? "Esc" : "Space, Esc");
 }
 
-void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
+void draw_side_column(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
   const float gap = t.px(10);
   draw_stop(ui, state, area.cut_bottom(t.px(96), gap));
   // Never where Stop is: a second, hasty click must not release it.
-  if (state.stop && button(ui, area.cut_bottom(t.px(40), gap), widgets::Icon::kNone, "Release (Ctrl+Backspace)"))
+  if (state.stop && button(ui, area.cut_bottom(t.px(40), gap), Icon::kNone, "Release (Ctrl+Backspace)"))
     state.stop = false;
   hand_card(ui, data, area.cut_top(t.px(152), gap));
   if (data.view.simulated)
@@ -250,21 +228,20 @@ void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& s
     connection_card(ui, data, area.cut_top(t.px(152)));
 }
 
-void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  widgets::canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
-  widgets::canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
-  widgets::Area rest = area.inset(t.unit(3), t.unit(2));
-  widgets::put_text(t.fonts.title, t.colours.text, {rest.min.x, rest.min.y + t.px(14)}, widgets::Align::kLeft, "Keys");
-  widgets::put_text(t.fonts.small, t.colours.muted, {rest.max.x, rest.min.y + t.px(14)}, widgets::Align::kRight,
-                    "F12 closes");
+void draw_help(const Ui& ui, bool playing, const Area& area) {
+  const Theme& t = ui.theme;
+  canvas().AddRectFilled(area.min, area.max, t.colours.surface, t.px(8));
+  canvas().AddRect(area.min, area.max, t.colours.accent, t.px(8), 0, t.px(1.5F));
+  Area rest = area.inset(t.unit(3), t.unit(2));
+  put_text(t.fonts.title, t.colours.text, {rest.min.x, rest.min.y + t.px(14)}, Align::kLeft, "Keys");
+  put_text(t.fonts.small, t.colours.muted, {rest.max.x, rest.min.y + t.px(14)}, Align::kRight, "F12 closes");
   rest.cut_top(t.px(38));
-  const widgets::Area note = rest.cut_bottom(t.px(48), t.unit());
-  widgets::put_lines(
-      t.fonts.small, t.colours.notice, note,
-      playing ? "A recording is played: nothing is sent, nothing can be stopped or led from here."
-              : "Stop is software: it requests a stop over the link. It is not an emergency stop; the machine has "
-                "its own, hard-wired.");
+  const Area note = rest.cut_bottom(t.px(48), t.unit());
+  put_lines(t.fonts.small, t.colours.notice, note,
+            playing
+                ? "A recording is played: nothing is sent, nothing can be stopped or led from here."
+                : "Stop is software: it requests a stop over the link. It is not an emergency stop; the machine has "
+                  "its own, hard-wired.");
   std::vector<std::pair<const char*, const char*>> rows;
   const auto add = [&rows](const KeyBinding& b) {
     if (*b.keys != '\0') rows.emplace_back(b.keys, b.what);
@@ -277,13 +254,13 @@ void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area) {
   const std::size_t half = (rows.size() + 1) / 2;
   std::size_t i = 0;
   const auto line = [&](const char* keys, const char* what) {
-    widgets::Area column = rest.column(i < half ? 0 : 1, 2, t.unit(2));
-    widgets::Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
-    widgets::put_text(t.fonts.mono_small, t.colours.accent, {row.min.x, row.centre().y}, widgets::Align::kLeft, keys);
+    Area column = rest.column(i < half ? 0 : 1, 2, t.unit(2));
+    Area row = column.row(static_cast<int>(i % half), static_cast<int>(half), 0);
+    put_text(t.fonts.mono_small, t.colours.accent, row, Align::kLeft, keys);
     row.cut_left(t.px(124));
     const ImFont* font = t.fonts.small;
-    const float height = font->CalcTextSizeA(font->FontSize, 1e9F, row.width(), what).y;
-    widgets::put_lines(font, t.colours.text, row.inset(0, (row.height() - height) / 2), what);
+    const float height = text_height(font, row.width(), what);
+    put_lines(font, t.colours.text, row.inset(0, (row.height() - height) / 2), what);
     ++i;
   };
   for (const auto& [keys, what] : rows) line(keys, what);
@@ -303,14 +280,14 @@ void open_canvas() {
   ImGui::PopStyleVar(2);
 }
 
-DrawnScreen draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state) {
-  const widgets::Theme& t = ui.theme;
+DrawnScreen draw_console(const Ui& ui, const ConsoleData& data, UiState& state) {
+  const Theme& t = ui.theme;
   const float gap = t.px(10);
-  widgets::Area rest = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(gap);
+  Area rest = Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(gap);
   draw_banner(ui, data, state, rest.cut_top(t.px(72), gap));
   if (data.player != nullptr) draw_timeline(ui, data, rest.cut_bottom(t.px(66), gap));
   draw_rail(ui, data, state, rest.cut_left(t.px(92), gap));
-  const widgets::Area column = rest.cut_right(t.px(236), gap);
+  const Area column = rest.cut_right(t.px(236), gap);
   if (data.player != nullptr)
     draw_player_column(ui, data, column);
   else

@@ -40,7 +40,7 @@ void PayloadTotal::watch(const SlaveMessage& machine, Time now) {
   load_kg_ = load_sigma_kg_ = 0;
 }
 
-std::string as_shown(const widgets::Ui& ui, const ConsoleData& data, const std::string& text) {
+std::string as_shown(const Ui& ui, const ConsoleData& data, const std::string& text) {
   return ui.units.as_shown(with_node_names(text, data.facts.machine.bus));
 }
 

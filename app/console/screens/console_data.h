@@ -14,7 +14,7 @@
 #include "app/console/link_watch.h"
 #include "app/console/picture/machine_panel.h"
 #include "app/console/screens/camera_pane.h"
-#include "app/console/screens/distances.h"
+#include "app/console/screens/measures.h"
 #include "app/console/screens/plot_window.h"
 #include "app/console/widgets/widgets.h"
 #include "core/loop_health.h"
@@ -51,8 +51,6 @@ class PayloadTotal {
   Time since_ = kNever, seen_ = kNever;  ///< Carried, or released.
 };
 
-using console::HandSource;
-
 class PlayerPanel;
 
 struct ConsoleFacts {
@@ -88,20 +86,20 @@ struct ConsoleData {
   return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
 }
 /// As shown: in the person's units, and with the names of the machine's nodes.
-[[nodiscard]] std::string as_shown(const widgets::Ui& ui, const ConsoleData& data, const std::string& text);
+[[nodiscard]] std::string as_shown(const Ui& ui, const ConsoleData& data, const std::string& text);
 /// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
 [[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
 void choose_time(const ConsoleData& data, Time at);
 
 /// How fresh the machine's newest message is, and its status beside it.
-[[nodiscard]] inline widgets::Freshness machine_freshness(const ConsoleView& view) {
+[[nodiscard]] inline Freshness machine_freshness(const ConsoleView& view) {
   return {view.link.heard, view.link.silence_s, kLinkLost_s};
 }
-/// How fresh what its sensors say is: pose, pressures, force, payload. It continues to send the last values when they
-/// are mute.
-[[nodiscard]] inline widgets::Freshness measured_freshness(const ConsoleView& view) {
+/// How fresh what its sensors say is: pose, pressures, force, payload. A machine whose sensors are mute goes on sending
+/// their last values.
+[[nodiscard]] inline Freshness measured_freshness(const ConsoleView& view) {
   const SlaveMessage& m = view.machine;
-  widgets::Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.stamp.sent_at - m.sensor_at)));
+  Freshness fresh = machine_freshness(view).after(std::max(0.0, to_seconds(m.stamp.sent_at - m.sensor_at)));
   fresh.heard = fresh.heard && m.sensor_at >= Time{};
   return fresh;
 }
@@ -110,12 +108,12 @@ void choose_time(const ConsoleData& data, Time at);
                                                const Kinematics& kinematics) {
   return measured_freshness(view).stale() ? JointLoads{} : joint_loads(view.machine, machine, kinematics);
 }
-[[nodiscard]] inline widgets::Freshness status_freshness(const ConsoleView& view) {
+[[nodiscard]] inline Freshness status_freshness(const ConsoleView& view) {
   constexpr double kLimit_s = 0.5;  // sent 20 times a second
   return {view.status_heard, view.status_age_s, kLimit_s};
 }
 /// The same of valve commands, spools and why the force is not known better.
-[[nodiscard]] inline widgets::Freshness valves_freshness(const ConsoleView& view) {
+[[nodiscard]] inline Freshness valves_freshness(const ConsoleView& view) {
   return view.status_of_steps ? machine_freshness(view) : status_freshness(view);
 }
 

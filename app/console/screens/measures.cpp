@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
-#include "app/console/widgets/widgets.h"
+#include "app/console/machine_text.h"
+#include "app/console/screens/console_data.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -21,12 +23,12 @@ struct Field {
 };
 
 /// @return whether what is typed has changed the value.
-bool number_row(const widgets::Ui& ui, widgets::Area row, const Field& field, double& value, Measures& measures) {
-  const widgets::Theme& t = ui.theme;
-  widgets::put_label(t, row, field.label);
+bool number_row(const Ui& ui, Area row, const Field& field, double& value, Measures& measures) {
+  const Theme& t = ui.theme;
+  put_label(t, row, field.label);
   row.cut_left(t.px(52));
-  const widgets::Area unit = row.cut_right(t.px(20), t.px(4));
-  widgets::put_label(t, unit, field.unit);
+  const Area unit = row.cut_right(t.px(20), t.px(4));
+  put_label(t, unit, field.unit);
   double shown = value * field.shown_per_unit;
   ImGui::SetCursorScreenPos(row.min);
   ImGui::SetNextItemWidth(row.width());
@@ -82,35 +84,88 @@ void Measures::say(const std::string& line) {
   said_s = -1;
 }
 
-void draw_said(const widgets::Ui& ui, Measures& measures, widgets::Area& area) {
+void draw_said(const Ui& ui, Measures& measures, Area& area) {
   constexpr double kShown_s = 8;
   if (measures.said_s < 0) measures.said_s = ui.now_s;
   if (measures.said.empty() || ui.now_s - measures.said_s > kShown_s) return;
-  const widgets::Theme& t = ui.theme;
-  area.cut_top(widgets::put_lines(t.fonts.small, t.colours.notice, area, ui.units.as_shown(measures.said).c_str()),
-               t.px(4));
+  const Theme& t = ui.theme;
+  area.cut_top(put_lines(t.fonts.small, t.colours.notice, area, ui.units.as_shown(measures.said)), t.px(4));
 }
 
-void draw_grade_panel(const widgets::Ui& ui, Measures& measures, const widgets::Area& tools) {
-  const widgets::Theme& t = ui.theme;
-  widgets::Area rest = tools.inset(t.unit(1.5F), t.unit());
+void draw_grade_panel(const Ui& ui, Measures& measures, const Area& tools) {
+  const Theme& t = ui.theme;
+  Area rest = tools.inset(t.unit(1.5F), t.unit());
   rest.cut_top(t.px(58));
   rest.min.x = std::max(rest.min.x, rest.max.x - t.px(186));
-  widgets::toggle(ui, rest.cut_top(t.px(26), t.px(4)), "Grade line", measures.grade_on);
+  toggle(ui, rest.cut_top(t.px(26), t.px(4)), "Grade line", measures.grade_on);
   if (!measures.grade_on) return;
-  const double per_m = ui.units.convert(widgets::Quantity::kLength, 1);
+  const double per_m = ui.units.convert(Quantity::kLength, 1);
   double height_m = measures.grade.point_m.y() - measures.zero_m();
   if (number_row(ui, rest.cut_top(t.px(26), t.px(4)),
-                 {"height", "##height", "%.2f", ui.units.unit(widgets::Quantity::kLength), per_m, kHighest_m}, height_m,
+                 {"height", "##height", "%.2f", ui.units.unit(Quantity::kLength), per_m, kHighest_m}, height_m,
                  measures))
     measures.grade.point_m.y() = measures.zero_m() + height_m;
   (void)number_row(ui, rest.cut_top(t.px(26), t.px(4)), {"slope", "##slope", "%.1f", "%", 100, kSteepest},
                    measures.grade.slope, measures);
-  const widgets::Area buttons = rest.cut_top(t.px(28));
-  if (widgets::button(ui, buttons.column(0, 2, t.px(4)), widgets::Icon::kNone, "to tip (T)"))
-    measures.take = Measures::Take::kGradePoint;
-  if (widgets::button(ui, buttons.column(1, 2, t.px(4)), widgets::Icon::kNone, "slope (Y)", false, measures.has_point))
+  const Area buttons = rest.cut_top(t.px(28));
+  if (button(ui, buttons.column(0, 2, t.px(4)), Icon::kNone, "to tip (T)")) measures.take = Measures::Take::kGradePoint;
+  if (button(ui, buttons.column(1, 2, t.px(4)), Icon::kNone, "slope (Y)", false, measures.has_point))
     measures.take = Measures::Take::kGradeSlope;
+}
+
+std::optional<ContactTrail::Touch> ContactTrail::watch(const ConsoleView& view, const Kinematics& kinematics,
+                                                       double reach_m) {
+  const bool touches = force_text(view).contact;
+  const bool begins = touches && !touched_;
+  touched_ = touches;
+  if (!touches) return std::nullopt;
+  const PlanarVector tip_m = kinematics.tip(view.machine.position_rad);
+  const Point& newest = points_[(next_ + kMost - 1) % kMost];
+  const Touch touch{view.now, tip_m, begins || (tip_m - newest.at_m).norm() >= kApart * reach_m};
+  add(touch);
+  return touch;
+}
+
+void ContactTrail::add(const Touch& touch) {
+  tip_m_ = touch.tip_m;
+  if (!touch.apart) return;
+  points_[next_] = {touch.tip_m, touch.at};
+  next_ = (next_ + 1) % kMost;
+}
+
+double ContactTrail::freshness(const Point& point, Time now) noexcept {
+  if (point.at == kNever || point.at > now) return 0;
+  return std::max(0.0, 1 - to_seconds(now - point.at) / to_seconds(kKept));
+}
+
+std::vector<Distance> distances(const PlanarVector& tip_m, const Measures& by, const LimitsDescription& limits,
+                                const ContactTrail& last) {
+  constexpr double kFar_m = 1e3;  // a wall that the machine file does not set
+  std::vector<Distance> all{{by.ground_m ? "above chosen ground" : "above the boom's pin", tip_m.y() - by.zero_m()},
+                            {"reach", tip_m.x()}};
+  if (by.grade_on) all.push_back({"over the grade line", tip_m.y() - by.grade.height_m(tip_m.x()), true});
+  const auto walls = std::to_array<Distance>({{"to the floor", tip_m.y() - limits.floor_m},
+                                              {"to the ceiling", limits.ceiling_m - tip_m.y()},
+                                              {"to the reach limit", limits.reach_m - tip_m.x()}});
+  const auto nearest =
+      std::min_element(walls.begin(), walls.end(), [](const Distance& a, const Distance& b) { return a.m < b.m; });
+  if (nearest->m < kFar_m) all.push_back(*nearest);
+  if (last.tip_m()) all.push_back({"to the last contact", (tip_m - *last.tip_m()).norm()});
+  return all;
+}
+
+void draw_distances(const Ui& ui, const ConsoleData& data, const Measures& measures, const Area& area) {
+  if (measured_freshness(data.view).after(ui.view_age_s).stale()) return;
+  const Theme& t = ui.theme;
+  const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
+  const float number = area.min.x + t.px(70), label = number + t.unit();
+  float y = area.min.y + t.px(12);
+  for (const Distance& d : distances(tip_m, measures, data.facts.machine.limits, data.contacts)) {
+    put_text(t.fonts.mono_small, t.colours.text, {number, y}, Align::kRight,
+             fmt::format("{}{}", d.has_sign && d.m >= 0 ? "+" : "", ui.units.text(Quantity::kLength, d.m)));
+    put_fitted(t.fonts.small, t.colours.muted, {{label, y - t.px(9)}, {area.max.x, y + t.px(9)}}, d.label);
+    y += t.px(20);
+  }
 }
 
 }  // namespace knuckle::console::screens

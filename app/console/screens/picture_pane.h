@@ -19,26 +19,25 @@ struct PaneContents {
 };
 
 struct PicturePane {
-  widgets::Area machine;                ///< Its picture. Figures of the grid: on the right of it, and below.
-  std::optional<widgets::Area> camera;  ///< The whole of a camera's picture.
-  widgets::Area tools;                  ///< Title, switches, the grade line's settings.
-  widgets::Area distances, legend;
-  widgets::Area pad;  ///< Empty: none.
+  Area machine;                ///< Its picture. Figures of the grid: on the right of it, and below.
+  std::optional<Area> camera;  ///< The whole of a camera's picture.
+  Area tools;                  ///< Title, switches, the grade line's settings.
+  Area distances, legend;
+  Area pad;  ///< Empty: none.
 };
-[[nodiscard]] PicturePane divide(const widgets::Theme& theme, widgets::Area pane, const PaneContents& has);
+[[nodiscard]] PicturePane divide(const Theme& theme, Area pane, const PaneContents& has);
 
 /// The largest area of this aspect inside another, at its top.
-[[nodiscard]] widgets::Area fitted(const widgets::Area& into, double aspect);
+[[nodiscard]] Area fitted(const Area& into, double aspect);
 
 // What is drawn over the machine's picture to judge distances by: the chosen ground, the grade line, where the bucket
 // touched something, what it carries, and where it is when it is out of the picture; and beside it figures of the grid.
 
 /// The grid of the side view; nothing in another.
-[[nodiscard]] std::optional<picture::Grid> shown_grid(const widgets::Units& units, const UiState& state,
-                                                      const picture::Camera& camera, const widgets::Area& picture);
+[[nodiscard]] std::optional<picture::Grid> shown_grid(const Units& units, const UiState& state,
+                                                      const picture::Camera& camera, const Area& picture);
 
 /// @param picture where the machine's picture is. @param figures of the grid are drawn right of it and below.
-void draw_marks(const widgets::Ui& ui, const ConsoleData& data, const UiState& state, const widgets::Area& picture,
-                bool figures);
+void draw_marks(const Ui& ui, const ConsoleData& data, const UiState& state, const Area& picture, bool figures);
 
 }  // namespace knuckle::console::screens

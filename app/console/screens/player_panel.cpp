@@ -136,7 +136,7 @@ void PlayerPanel::pass(double seconds) {
     beside_view_ = beside_->run.view(there);
   }
   if (!plots_.show(at)) return;
-  const auto of_step = [](std::int64_t step) { return Time(step * from_seconds(widgets::History::kStep_s)); };
+  const auto of_step = [](std::int64_t step) { return Time(step * from_seconds(History::kStep_s)); };
   plots_.fill([&](std::int64_t step) { return sample(played_.run, of_step(step)); });
   if (beside_)
     plots_.fill_beside(beside_->name.c_str(),
@@ -151,10 +151,10 @@ void PlayerPanel::show_loads(Time at) {
   }
 }
 
-widgets::History::Sample PlayerPanel::sample(const player::Run& run, Time at) const {
+History::Sample PlayerPanel::sample(const player::Run& run, Time at) const {
   if (!run.recorded(at)) return {};
   const ConsoleView view = run.view(at);
-  return widgets::History::sample_of(view, !measured_freshness(view).stale(), !valves_freshness(view).stale());
+  return History::sample_of(view, !measured_freshness(view).stale(), !valves_freshness(view).stale());
 }
 
 bool PlayerPanel::in_gap() const noexcept {

@@ -14,21 +14,21 @@
 #include "app/console/player/load.h"
 #include "app/console/player/run.h"
 #include "app/console/screens/console_data.h"
-#include "app/console/screens/distances.h"
+#include "app/console/screens/measures.h"
 #include "app/console/screens/plot_window.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::screens {
 
-// What the console keeps of a session while it runs, of a recording at any time of it: loads carried, places of
-// contact, the minutes of the link. The whole of it is looked at once, as often as a window would.
+// What a console keeps of a session while it runs, for any time of a recording: loads carried, places of contact, the
+// minutes of the link. The whole recording is looked at once, as often as a window would.
 
 class KeptOfRun {
  public:
   KeptOfRun(const player::Run& run, const MachineDescription& machine, const Kinematics& kinematics);
 
-  /// What a console that was there from the beginning on has kept by this time.
+  /// Shows what a console that was there from the beginning has kept by this time.
   void show(Time at);
 
   [[nodiscard]] const PayloadTotal& payload() const noexcept { return payload_; }
@@ -86,7 +86,7 @@ class PlayerPanel {
   /// nullptr: nothing is beside, or not at this time.
   [[nodiscard]] const ConsoleView* beside_view() const noexcept { return beside_here_ ? &beside_view_ : nullptr; }
   /// The ten seconds around the cursor.
-  [[nodiscard]] const widgets::History& history() const noexcept { return plots_.history(); }
+  [[nodiscard]] const History& history() const noexcept { return plots_.history(); }
   /// For the plots of a frame; a click moves the time line at the next pass().
   [[nodiscard]] PlotWindow& plots() noexcept { return plots_; }
   /// As a console that was there from the beginning on had it at the cursor.
@@ -98,7 +98,7 @@ class PlayerPanel {
 
  private:
   void show_loads(Time at);
-  [[nodiscard]] widgets::History::Sample sample(const player::Run& run, Time at) const;
+  [[nodiscard]] History::Sample sample(const player::Run& run, Time at) const;
 
   player::Played played_;
   std::optional<Beside> beside_;

@@ -8,10 +8,10 @@
 namespace knuckle::console::screens {
 namespace {
 
-constexpr std::int64_t kHalf = widgets::History::kSamples / 2;
+constexpr std::int64_t kHalf = History::kSamples / 2;
 
 Time of_step(std::int64_t step) {
-  return Time(step * from_seconds(widgets::History::kStep_s));
+  return Time(step * from_seconds(History::kStep_s));
 }
 
 }  // namespace
@@ -29,23 +29,23 @@ const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at) {
 }
 
 bool PlotWindow::show(Time middle) {
-  const std::int64_t step = widgets::History::step_of(middle);
-  cursor_.share = static_cast<float>(0.5 + to_seconds(middle - of_step(step)) / widgets::History::kSpan_s);
+  const std::int64_t step = History::step_of(middle);
+  cursor_.share = static_cast<float>(0.5 + to_seconds(middle - of_step(step)) / History::kSpan_s);
   return std::exchange(middle_, step) != step;
 }
 
 float PlotWindow::share(Time at) const noexcept {
-  return static_cast<float>(0.5 + to_seconds(at - of_step(middle_)) / widgets::History::kSpan_s);
+  return static_cast<float>(0.5 + to_seconds(at - of_step(middle_)) / History::kSpan_s);
 }
 
 std::optional<Time> PlotWindow::clicked() {
   const float share = std::exchange(cursor_.clicked, -1.F);
   if (share < 0) return std::nullopt;
-  return of_step(middle_) + from_seconds((static_cast<double>(share) - 0.5) * widgets::History::kSpan_s);
+  return of_step(middle_) + from_seconds((static_cast<double>(share) - 0.5) * History::kSpan_s);
 }
 
-void PlotWindow::fill(widgets::History& history, const SampleAt& sample_at) const {
-  std::array<widgets::History::Sample, widgets::History::kSamples> samples;
+void PlotWindow::fill(History& history, const SampleAt& sample_at) const {
+  std::array<History::Sample, History::kSamples> samples;
   for (std::size_t i = 0; i < samples.size(); ++i)
     samples[i] = sample_at(middle_ - kHalf + static_cast<std::int64_t>(i));
   history.set(samples);
@@ -66,15 +66,15 @@ void LivePlots::update(const ConsoleView& view) {
   if (const auto at = window_.clicked()) chosen_ = at;
   if (chosen_ && *chosen_ > view.now) chosen_.reset();
   window_.cursor().chosen = chosen_.has_value();
-  window_.cursor().words = chosen_ ? ago_text(view.now - *chosen_) + " - End: now" : "";
-  const Time newest = view.now - kHalf * from_seconds(widgets::History::kStep_s);
+  window_.cursor().text = chosen_ ? ago_text(view.now - *chosen_) + " - End: now" : "";
+  const Time newest = view.now - kHalf * from_seconds(History::kStep_s);
   // The seconds behind a chosen time may still be to come.
   const bool moved = window_.show(chosen_.value_or(newest)), passed = window_.share(view.now) > 1;
   if (!moved && passed && std::exchange(whole_, true)) return;
   whole_ = passed;
   window_.fill([this](std::int64_t step) {
-    const widgets::History::Sample* sample = kept_.of_step(step);
-    return sample != nullptr ? *sample : widgets::History::Sample{};
+    const History::Sample* sample = kept_.of_step(step);
+    return sample != nullptr ? *sample : History::Sample{};
   });
 }
 

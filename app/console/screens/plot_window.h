@@ -19,7 +19,7 @@ namespace knuckle::console::screens {
 /// The window of plots, with their cursor.
 class PlotWindow {
  public:
-  using SampleAt = std::function<widgets::History::Sample(std::int64_t step)>;
+  using SampleAt = std::function<History::Sample(std::int64_t step)>;
 
   PlotWindow() = default;
   PlotWindow(const PlotWindow&) = delete;
@@ -33,16 +33,16 @@ class PlotWindow {
   /// The time that was clicked since the last call.
   [[nodiscard]] std::optional<Time> clicked();
 
-  [[nodiscard]] const widgets::History& history() const noexcept { return history_; }
-  [[nodiscard]] widgets::PlotCursor& cursor() noexcept { return cursor_; }
+  [[nodiscard]] const History& history() const noexcept { return history_; }
+  [[nodiscard]] PlotCursor& cursor() noexcept { return cursor_; }
   /// Where a time is, of the plots' width; beyond [0, 1] it is not in the window.
   [[nodiscard]] float share(Time at) const noexcept;
 
  private:
-  void fill(widgets::History& history, const SampleAt& sample_at) const;
+  void fill(History& history, const SampleAt& sample_at) const;
 
-  widgets::History history_, beside_;
-  widgets::PlotCursor cursor_;
+  History history_, beside_;
+  PlotCursor cursor_;
   std::int64_t middle_ = -1'000'000'000;  ///< In steps of the history; nothing was shown before.
 };
 
@@ -64,7 +64,7 @@ class LivePlots {
   [[nodiscard]] PlotWindow& window() noexcept { return window_; }
 
  private:
-  widgets::History kept_{static_cast<std::size_t>(kKept / from_seconds(widgets::History::kStep_s))};
+  History kept_{static_cast<std::size_t>(kKept / from_seconds(History::kStep_s))};
   PlotWindow window_;
   std::optional<Time> chosen_;
   bool whole_ = false;  ///< Filled since the last second shown was over.

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <string>
@@ -15,10 +17,8 @@ Cells of_joints(Cell cell) {
 }
 
 /// As many lines as it takes, from the top of what is left.
-void paragraph(const widgets::Theme& t, const ImFont* font, ImU32 colour, widgets::Area& rest,
-               const std::string& text) {
-  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, rest.width(), text.c_str()).y;
-  widgets::put_lines(font, colour, rest.cut_top(height, t.unit()), text.c_str());
+void paragraph(const Theme& t, const ImFont* font, ImU32 colour, Area& rest, const std::string& text) {
+  put_lines(font, colour, rest.cut_top(text_height(font, rest.width(), text), t.unit()), text);
 }
 
 /// Where the machine's side works by another file than this console was started with.
@@ -26,16 +26,16 @@ bool sides_differ(const ConsoleData& data) {
   return data.view.status_heard && data.view.status.calibrated != data.facts.machine.dynamics_calibration.has_value();
 }
 
-void origin_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
+void origin_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
   const MachineDescription& machine = data.facts.machine;
-  const widgets::Card card(ui, "CALIBRATION IN FORCE", area);
-  widgets::Area rest = card.inside();
-  const auto line = [&](const char* what, const std::string& words) {
-    widgets::Area row = rest.cut_top(t.px(26));
-    const widgets::Area name = row.cut_left(t.px(110));
-    widgets::put_label(t, name, what);
-    widgets::put_fitted(t.fonts.body, t.colours.text, row, words.c_str());
+  const Card card(ui, "CALIBRATION IN FORCE", area);
+  Area rest = card.inside();
+  const auto line = [&](const char* what, const std::string& text) {
+    Area row = rest.cut_top(t.px(26));
+    const Area name = row.cut_left(t.px(110));
+    put_label(t, name, what);
+    put_fitted(t.fonts.body, t.colours.text, row, text);
   };
   line("machine", machine.name);
   line("file", machine.source);
@@ -58,62 +58,58 @@ void origin_card(const widgets::Ui& ui, const ConsoleData& data, const widgets::
             "and --machine FILE puts it in force.");
 }
 
-void table_row(const widgets::Ui& ui, widgets::Area& rest, const char* what, const Cells& cells, const ImFont* font) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Area row = rest.cut_top(t.px(28));
-  widgets::put_fitted(t.fonts.body, t.colours.text, {row.min, {row.min.x + 0.4F * row.width(), row.max.y}}, what);
+void table_row(const Ui& ui, Area& rest, const char* what, const Cells& cells, const ImFont* font) {
+  const Theme& t = ui.theme;
+  const Area row = rest.cut_top(t.px(28));
+  put_fitted(t.fonts.body, t.colours.text, {row.min, {row.min.x + 0.4F * row.width(), row.max.y}}, what);
   for (int j = 0; j < kJoints; ++j) {
     const float x = row.min.x + row.width() * (0.6F + 0.2F * static_cast<float>(j));
-    widgets::put_text(font, t.colours.text, {x, row.centre().y}, widgets::Align::kRight,
-                      cells[static_cast<std::size_t>(j)].c_str());
+    put_text(font, t.colours.text, {x, row.centre().y}, Align::kRight, cells[static_cast<std::size_t>(j)]);
   }
 }
 
 /// With the half-width of its 95 % interval.
-std::string force_within(const widgets::Ui& ui, const DynamicsCalibration& dynamics, int joint, FrictionIndex which) {
+std::string force_within(const Ui& ui, const DynamicsCalibration& dynamics, int joint, FrictionIndex which) {
   constexpr double kTwoSided95 = 1.96;
   const int at = friction_index(joint, which);
   const double within_N = kTwoSided95 * std::sqrt(std::max(0.0, dynamics.covariance(at, at)));
-  return std::string(ui.units.text(widgets::Quantity::kForce, dynamics.parameters[at]).c_str()) + " ± " +
-         ui.units.text(widgets::Quantity::kForce, within_N).c_str();
+  return ui.units.text(Quantity::kForce, dynamics.parameters[at]) + " ± " + ui.units.text(Quantity::kForce, within_N);
 }
 
-void accuracy_card(const widgets::Ui& ui, const MachineDescription& machine, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "HOW SURE IT IS", area);
-  widgets::Area rest = card.inside();
+void accuracy_card(const Ui& ui, const MachineDescription& machine, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "HOW SURE IT IS", area);
+  Area rest = card.inside();
   const auto row = [&](const char* what, const Cells& cells) { table_row(ui, rest, what, cells, t.fonts.mono_small); };
   table_row(ui, rest, "", {"boom", "arm", "bucket"}, t.fonts.small);
   if (const auto& dynamics = machine.dynamics_calibration) {
-    row("torque left over, held-out motion", of_joints([&](int j) {
-          return std::string(widgets::shown("%.0f N m", dynamics->residual_rms_Nm[j]).c_str());
-        }));
+    row("torque left over, held-out motion",
+        of_joints([&](int j) { return fmt::format("{:.0f} N m", dynamics->residual_rms_Nm[j]); }));
     row("friction, extending", of_joints([&](int j) { return force_within(ui, *dynamics, j, kCoulombExtend); }));
     row("friction, retracting", of_joints([&](int j) { return force_within(ui, *dynamics, j, kCoulombRetract); }));
   }
   const auto valve = [&](auto cell) {
     return of_joints([&](int j) {
       const auto& found = machine.valve_calibration[static_cast<std::size_t>(j)];
-      return found ? std::string(cell(*found).c_str()) : std::string("as drawn");
+      return found ? cell(*found) : "as drawn";
     });
   };
   row("dead band, extending",
-      valve([](const ValveCalibration& v) { return widgets::shown("%.1f %%", 100 * v.dead_band_extend); }));
+      valve([](const ValveCalibration& v) { return fmt::format("{:.1f} %", 100 * v.dead_band_extend); }));
   row("dead band, retracting",
-      valve([](const ValveCalibration& v) { return widgets::shown("%.1f %%", 100 * v.dead_band_retract); }));
-  row("valve's delay", valve([](const ValveCalibration& v) { return widgets::shown("%.0f ms", 1e3 * v.delay_s); }));
+      valve([](const ValveCalibration& v) { return fmt::format("{:.1f} %", 100 * v.dead_band_retract); }));
+  row("valve's delay", valve([](const ValveCalibration& v) { return fmt::format("{:.0f} ms", 1e3 * v.delay_s); }));
   rest.cut_top(t.unit());
   const auto& geometry = machine.geometry_calibration;
   paragraph(t, t.fonts.body, t.colours.text, rest,
             geometry ? "Lengths and pins are surveyed: the tip is within " +
-                           std::string(ui.units.text(widgets::Quantity::kSmallLength, geometry->tip_rms_m).c_str()) +
-                           " (RMS) of held-out poses."
+                           ui.units.text(Quantity::kSmallLength, geometry->tip_rms_m) + " (RMS) of held-out poses."
                      : "Lengths and pins are those of the drawing.");
 }
 
 }  // namespace
 
-DrawnScreen calibration_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
+DrawnScreen calibration_screen(const Ui& ui, const ConsoleData& data, UiState& /*state*/, Area area) {
   const float gap = ui.theme.px(10);
   origin_card(ui, data, area.cut_top(ui.theme.px(290), gap));
   accuracy_card(ui, data.facts.machine, area);

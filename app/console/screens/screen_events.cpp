@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <imgui_internal.h>
 
 #include <algorithm>
@@ -11,16 +12,8 @@ namespace {
 
 constexpr std::array<const char*, 3> kFilterTexts{"All", "Warnings", "Alarms"};
 
-widgets::Icon severity_icon(Severity severity) {
-  return severity == Severity::kInfo      ? widgets::Icon::kCircle
-         : severity == Severity::kWarning ? widgets::Icon::kWarning
-                                          : widgets::Icon::kStop;
-}
-
-ImU32 severity_colour(const widgets::Theme& t, Severity severity) {
-  return severity == Severity::kInfo      ? t.colours.accent
-         : severity == Severity::kWarning ? t.colours.notice
-                                          : t.colours.bad;
+Icon severity_icon(Severity severity) {
+  return severity == Severity::kInfo ? Icon::kCircle : severity == Severity::kWarning ? Icon::kWarning : Icon::kStop;
 }
 
 EventFilter chosen_filter(const UiState& state) {
@@ -37,30 +30,27 @@ void export_shown(const EventBook& events, const EventFilter& filter, UiState& s
   }
 }
 
-void acknowledge_button(const widgets::Ui& ui, const ConsoleData& data, const EventFilter& filter, widgets::Area& row) {
-  const widgets::Theme& t = ui.theme;
+void acknowledge_button(const Ui& ui, const ConsoleData& data, const EventFilter& filter, Area& row) {
+  const Theme& t = ui.theme;
   const std::vector<const EventRow*> rows = data.events.matching(filter);
   const bool open = std::any_of(rows.begin(), rows.end(), [](const EventRow* r) { return !r->acknowledged; });
-  const widgets::Area seen = row.cut_right(t.px(190), t.unit());
-  if (widgets::button(ui, seen, widgets::Icon::kCheck, filter.hides_some() ? "Acknowledge shown" : "Acknowledge all",
-                      false, open))
+  const Area seen = row.cut_right(t.px(190), t.unit());
+  if (button(ui, seen, Icon::kCheck, filter.hides_some() ? "Acknowledge shown" : "Acknowledge all", false, open))
     data.events.acknowledge(filter);
 }
 
-void tools(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area row) {
-  const widgets::Theme& t = ui.theme;
+void tools(const Ui& ui, const ConsoleData& data, UiState& state, Area row) {
+  const Theme& t = ui.theme;
   for (int i = 0; i < 3; ++i) {
-    const widgets::Area place = row.cut_left(t.px(i == 0 ? 56.F : 104.F), t.unit(0.5F));
-    if (widgets::button(ui, place, widgets::Icon::kNone, kFilterTexts[static_cast<std::size_t>(i)],
-                        state.events.least_severity == i))
+    const Area place = row.cut_left(t.px(i == 0 ? 56.F : 104.F), t.unit(0.5F));
+    if (button(ui, place, Icon::kNone, kFilterTexts[static_cast<std::size_t>(i)], state.events.least_severity == i))
       state.events.least_severity = i;
   }
-  const widgets::Area out = row.cut_right(t.px(130), t.unit());
+  const Area out = row.cut_right(t.px(130), t.unit());
   // This and the next act on what is shown, and say so where that is not all.
   const EventFilter filter = chosen_filter(state);
   const bool some = filter.hides_some();
-  if (widgets::button(ui, out, widgets::Icon::kNone, some ? "Export shown" : "Export CSV"))
-    export_shown(data.events, filter, state);
+  if (button(ui, out, Icon::kNone, some ? "Export shown" : "Export CSV")) export_shown(data.events, filter, state);
   if (data.player == nullptr) acknowledge_button(ui, data, filter, row);
   row.cut_left(t.unit(0.5F));
   ImGui::SetCursorScreenPos(row.min);
@@ -79,18 +69,17 @@ const EventRow* current_event(const ConsoleData& data) {
 }
 
 /// A click on a row goes to its time, where that is of the session on screen. The row of that time stands out.
-void go_to(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest, float height) {
-  const widgets::Theme& t = ui.theme;
+void go_to(const Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest, float height) {
+  const Theme& t = ui.theme;
   const bool current = newest != nullptr && newest->run == row.run && newest->at == row.at;
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const auto id = widgets::shown("##event%llu", static_cast<unsigned long long>(row.number));
+  const std::string id = fmt::format("##event{}", row.number);
   constexpr ImGuiSelectableFlags kFlags = ImGuiSelectableFlags_SpanAllColumns | ImGuiSelectableFlags_AllowItemOverlap;
   const bool pressed = ImGui::Selectable(id.c_str(), current, kFlags, {0, height - t.px(8)});
   ui.focus.add_last_item();
   if (pressed && row.run == data.view.run) choose_time(data, row.at);
   ImGui::SetCursorScreenPos(at);
-  if (current)
-    ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, widgets::mix(t.colours.surface, t.colours.accent, 0.28F));
+  if (current) ImGui::TableSetBgColor(ImGuiTableBgTarget_RowBg0, mix(t.colours.surface, t.colours.accent, 0.28F));
 }
 
 /// Keeps the row of the time that is looked at in sight while that moves.
@@ -116,68 +105,65 @@ bool out_of_reach(const ConsoleData& data, const EventRow& row) {
 }
 
 /// @param newest of the events up to the time that is looked at; nullptr: there is none.
-void event_row(const widgets::Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest) {
-  const widgets::Theme& t = ui.theme;
+void event_row(const Ui& ui, const ConsoleData& data, const EventRow& row, const EventRow* newest) {
+  const Theme& t = ui.theme;
   const bool old = out_of_reach(data, row);
-  const ImU32 colour = severity_colour(t, row.severity), ink = old ? t.colours.muted : t.colours.text;
+  const ImU32 colour = severity_colour(t, row.severity), text_colour = old ? t.colours.muted : t.colours.text;
   const float height = t.px(40);  // room for two small lines
   ImGui::TableNextRow(0, height);
   ImGui::TableNextColumn();
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float y = at.y + height / 2 - t.px(4);
   go_to(ui, data, row, newest, height);
-  ImDrawList& list = widgets::canvas();
-  widgets::draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), widgets::ink(colour));
-  widgets::put_text(t.fonts.small, colour, {at.x + t.px(26), y}, widgets::Align::kLeft, name(row.severity));
+  ImDrawList& list = canvas();
+  draw_icon(list, severity_icon(row.severity), {at.x + t.px(10), y}, t.px(17), ink(colour));
+  put_text(t.fonts.small, colour, {at.x + t.px(26), y}, Align::kLeft, name(row.severity));
   ImGui::TableNextColumn();
   const ImVec2 when = ImGui::GetCursorScreenPos();
-  widgets::put_text(t.fonts.mono_small, ink, {when.x, y}, widgets::Align::kLeft,
-                    event_time(row.at, data.facts.unix_ns_at_zero).c_str());
+  put_text(t.fonts.mono_small, text_colour, {when.x, y}, Align::kLeft, event_time(row.at, data.facts.unix_ns_at_zero));
   ImGui::TableNextColumn();
   const ImVec2 code = ImGui::GetCursorScreenPos();
-  widgets::put_fitted(t.fonts.mono_small, t.colours.muted,
-                      {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}},
-                      row.code.c_str());
+  put_fitted(t.fonts.mono_small, t.colours.muted,
+             {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}}, row.code);
   ImGui::TableNextColumn();
   const std::string text = as_shown(ui, data, row.text);
-  const ImVec2 words = ImGui::GetCursorScreenPos();
+  const ImVec2 place = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const ImFont* font = t.fonts.small;
-  const float tall = std::min(t.px(34), font->CalcTextSizeA(font->FontSize, 1e9F, width, text.c_str()).y);
-  if (widgets::text_width(t.fonts.body, text.c_str()) <= width)
-    widgets::put_text(t.fonts.body, ink, {words.x, y}, widgets::Align::kLeft, text.c_str());
+  const float tall = std::min(t.px(34), text_height(font, width, text));
+  if (text_width(t.fonts.body, text) <= width)
+    put_text(t.fonts.body, text_colour, {place.x, y}, Align::kLeft, text);
   else
-    widgets::put_lines(font, ink, {{words.x, y - tall / 2}, {words.x + width, y + t.px(19)}}, text.c_str());
+    put_lines(font, text_colour, {{place.x, y - tall / 2}, {place.x + width, y + t.px(19)}}, text);
   ImGui::TableNextColumn();
   if (row.severity == Severity::kInfo || data.player != nullptr) return;
-  const ImVec2 place = ImGui::GetCursorScreenPos();
+  const ImVec2 seen = ImGui::GetCursorScreenPos();
   if (row.acknowledged)
-    widgets::put_text(t.fonts.small, t.colours.muted, {place.x + t.px(4), y}, widgets::Align::kLeft, "seen");
-  else if (widgets::button(ui, {{place.x, y - t.px(13)}, {place.x + t.px(64), y + t.px(13)}}, widgets::Icon::kNone,
-                           widgets::shown("Ack##%llu", static_cast<unsigned long long>(row.number)).c_str()))
+    put_text(t.fonts.small, t.colours.muted, {seen.x + t.px(4), y}, Align::kLeft, "seen");
+  else if (button(ui, {{seen.x, y - t.px(13)}, {seen.x + t.px(64), y + t.px(13)}}, Icon::kNone,
+                  fmt::format("Ack##{}", row.number).c_str()))
     data.events.acknowledge(row.number);
 }
 
 std::string count_text(const EventBook& events, std::size_t shown) {
-  std::string words = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in total";
-  if (events.forgotten() > 0) words += ", " + std::to_string(events.forgotten()) + " older ones dropped";
-  if (events.forgotten_open() > 0)
-    words += ", " + std::to_string(events.forgotten_open()) + " of them not acknowledged";
-  return words;
+  std::string text = std::to_string(shown) + " shown, " + std::to_string(events.rows().size()) + " in total";
+  if (events.forgotten() > 0) text += ", " + std::to_string(events.forgotten()) + " older ones dropped";
+  if (events.forgotten_open() > 0) text += ", " + std::to_string(events.forgotten_open()) + " of them not acknowledged";
+  return text;
 }
 
 }  // namespace
 
-DrawnScreen events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
-  const widgets::Card card(ui, "EVENTS", area);
-  widgets::Area rest = card.inside();
+DrawnScreen events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "EVENTS", area);
+  Area rest = card.inside();
   tools(ui, data, state, rest.cut_top(t.px(34), t.unit()));
-  const widgets::Area foot = rest.cut_bottom(t.px(22), t.unit(0.5F));
+  const Area foot = rest.cut_bottom(t.px(22), t.unit(0.5F));
   const std::vector<const EventRow*> rows = data.events.matching(chosen_filter(state));
   const bool missed = data.events.forgotten_open() > 0;
-  widgets::put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
-                      (count_text(data.events, rows.size()) + state.export_result).c_str());
+  put_fitted(t.fonts.small, missed ? t.colours.notice : t.colours.muted, foot,
+             (count_text(data.events, rows.size()) + state.export_result));
   ImGui::SetCursorScreenPos(rest.min);
   constexpr ImGuiTableFlags kFlags =
       ImGuiTableFlags_ScrollY | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_NoSavedSettings;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <limits>
@@ -10,36 +12,30 @@
 namespace knuckle::console::screens {
 namespace {
 
-void time_left_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
+void time_left_card(const Ui& ui, const ConsoleView& view, const Area& area) {
+  const Theme& t = ui.theme;
   const LinkSide& link = view.link;
-  const widgets::Card card(ui, "TIME LEFT BEFORE NEUTRAL", area, machine_freshness(view));
-  widgets::Area rest = card.inside();
+  const Card card(ui, "TIME LEFT BEFORE NEUTRAL", area, machine_freshness(view));
+  Area rest = card.inside();
   const double left_s = std::max(0.0, link.neutral_after_s - link.silence_s - ui.view_age_s);
   const float share = link.neutral_after_s > 0 ? static_cast<float>(left_s / link.neutral_after_s) : 0;
   const ImU32 colour = share > 0.6F ? t.colours.good : share > 0.25F ? t.colours.notice : t.colours.bad;
-  widgets::Area line = rest.cut_top(t.px(42), t.unit());
-  const widgets::Shown number =
-      widgets::fixed(std::isnan(link.neutral_after_s) ? link.neutral_after_s : left_s * 1e3, 0);
-  widgets::put_text(t.fonts.mono_display, t.colours.text, {line.min.x, line.centre().y}, widgets::Align::kLeft,
-                    number.c_str());
-  const float x = line.min.x + widgets::text_width(t.fonts.mono_display, number.c_str()) + t.unit();
-  widgets::put_text(t.fonts.body, t.colours.muted, {x, line.centre().y + t.px(4)}, widgets::Align::kLeft,
-                    widgets::shown("ms of %s ms", widgets::fixed(link.neutral_after_s * 1e3, 0).c_str()).c_str());
-  widgets::bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
-  widgets::put_lines(t.fonts.small, t.colours.muted, rest,
-                     "Counted here from the newest packet received. The machine "
-                     "counts from the newest one it "
-                     "received, and closes its valves when its time is up.");
+  const std::string number = fixed(std::isnan(link.neutral_after_s) ? link.neutral_after_s : left_s * 1e3, 0);
+  put_large(ui, rest.cut_top(t.px(42), t.unit()), t.colours.text, number,
+            fmt::format("ms of {} ms", fixed(link.neutral_after_s * 1e3, 0)));
+  bar(ui, rest.cut_top(t.px(26), t.unit()), 0, share, colour);
+  put_lines(t.fonts.small, t.colours.muted, rest,
+            "Counted here from the newest packet received. The machine counts from the newest one it received, and "
+            "closes its valves when its time is up.");
 }
 
-void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets::Area& area) {
-  const widgets::Theme& t = ui.theme;
+void figures_card(const Ui& ui, const ConsoleView& view, const Area& area) {
+  const Theme& t = ui.theme;
   const LinkSide& link = view.link;
-  const widgets::Card card(ui, "LAST 10 SECONDS", area, machine_freshness(view));
-  widgets::Area rest = card.inside();
+  const Card card(ui, "LAST 10 SECONDS", area, machine_freshness(view));
+  Area rest = card.inside();
   const auto row = [&](const char* label, double value, int digits, const char* unit) {
-    widgets::value_row(ui, rest.cut_top(t.px(27)), label, widgets::fixed(value, digits).c_str(), unit);
+    value_row(ui, rest.cut_top(t.px(27)), label, fixed(value, digits), unit);
   };
   // Nothing of a link that was recorded at its other end alone.
   const double known = std::isnan(link.loss) ? link.loss : 1e3;
@@ -53,20 +49,19 @@ void figures_card(const widgets::Ui& ui, const ConsoleView& view, const widgets:
 
 /// A value of a measure, with its unit.
 std::string value_text(LinkMeasure measure, double value) {
-  if (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter)
-    return widgets::shown_duration(value).c_str();
-  return widgets::shown("%.0f %%", 100 * value).c_str();
+  if (measure == LinkMeasure::kRoundTrip || measure == LinkMeasure::kJitter) return shown_duration(value);
+  return fmt::format("{:.0f} %", 100 * value);
 }
 
 /// The last minutes of what the quality word is made of.
-void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure measure, const widgets::Area& area) {
+void minutes_card(const Ui& ui, const ConsoleData& data, LinkMeasure measure, const Area& area) {
   static constexpr std::array<const char*, kLinkMeasures> kTitles{
       "ROUND TRIP: MEDIAN; PALE: EACH; 10 MINUTES", "LOST, 10 MINUTES", "JITTER: 95 % ARE BELOW, 10 MINUTES",
       "WAIT, OF TIME TO NEUTRAL", "EACH ROUND TRIP, 10 MINUTES"};
-  const widgets::Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
+  const Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
   const LinkHistory& history = data.link_history;
   const QualityBounds& bounds = bounds_of(measure);
-  widgets::Bands bands;
+  Bands bands;
   const std::array<double, 3> all{bounds.fair, bounds.poor, bounds.bad};
   for (std::size_t i = 0; i < all.size(); ++i) {
     bands.bounds[i] = static_cast<float>(all[i]);
@@ -84,25 +79,25 @@ void minutes_card(const widgets::Ui& ui, const ConsoleData& data, LinkMeasure me
   bands.range = range_of(measure);
   if (measure == LinkMeasure::kRoundTrip) bands.behind = range_of(LinkMeasure::kNewestRoundTrip);
   bands.span_text = data.player != nullptr ? "-10 min to the cursor" : "-10 min to now";
-  widgets::band_plot(ui, card.inside(), bands);
+  band_plot(ui, card.inside(), bands);
 }
 
 }  // namespace
 
-DrawnScreen link_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& /*state*/, widgets::Area area) {
-  const widgets::Theme& t = ui.theme;
+DrawnScreen link_screen(const Ui& ui, const ConsoleData& data, UiState& /*state*/, Area area) {
+  const Theme& t = ui.theme;
   const float gap = t.px(10);
   const ConsoleView& view = data.view;
-  widgets::Area top = area.cut_top(t.px(196), gap);
+  Area top = area.cut_top(t.px(196), gap);
   figures_card(ui, view, top.cut_right(t.px(330), gap));
   minutes_card(ui, data, LinkMeasure::kSilence, top.cut_right(top.width() / 2, gap));
   time_left_card(ui, view, top);
   const auto plot = [&](int i, const char* title, LinkMeasure minutes, const Histogram& histogram,
-                        widgets::HistogramRange range) {
-    widgets::Area row = area.row(i, 3, gap);
+                        HistogramRange range) {
+    Area row = area.row(i, 3, gap);
     minutes_card(ui, data, minutes, row.cut_right(row.width() / 2, gap));
-    const widgets::Card card(ui, title, row, machine_freshness(view));
-    widgets::histogram_plot(ui, card.inside(), "10 s", histogram, range, t.colours.series[static_cast<std::size_t>(i)]);
+    const Card card(ui, title, row, machine_freshness(view));
+    histogram_plot(ui, card.inside(), "10 s", histogram, range, t.colours.series[static_cast<std::size_t>(i)]);
   };
   plot(0, "ROUND TRIP", LinkMeasure::kRoundTrip, view.link.round_trip, {262144ns, 2147483648ns});
   plot(1, "ARRIVAL", LinkMeasure::kJitter, view.link.arrival_jitter, {8192ns, 536870912ns});

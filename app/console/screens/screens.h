@@ -14,60 +14,62 @@
 
 namespace knuckle::console::screens {
 
-using DrawnScreen = std::optional<widgets::Area>;  ///< Where the machine's picture goes, on a screen that has one.
-DrawnScreen operate_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-DrawnScreen link_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-DrawnScreen real_time_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-DrawnScreen hydraulics_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
+using DrawnScreen = std::optional<Area>;  ///< Where the machine's picture goes, on a screen that has one.
+DrawnScreen operate_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+DrawnScreen link_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+DrawnScreen real_time_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+DrawnScreen hydraulics_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
 /// What is known of this machine beside its drawing, from where, and how surely.
-DrawnScreen calibration_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-DrawnScreen events_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-DrawnScreen history_screen(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
+DrawnScreen calibration_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+DrawnScreen events_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+DrawnScreen history_screen(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
 
 /// One on the rail; its name and its key are in keys.h.
 struct ScreenOnRail {
   Screen screen;
-  widgets::Icon icon;
-  DrawnScreen (*draw)(const widgets::Ui&, const ConsoleData&, UiState&, widgets::Area);
+  Icon icon;
+  DrawnScreen (*draw)(const Ui&, const ConsoleData&, UiState&, Area);
 };
 inline constexpr auto kScreens = std::to_array<ScreenOnRail>({
-    {Screen::kOperate, widgets::Icon::kArm, operate_screen},
-    {Screen::kLink, widgets::Icon::kLink, link_screen},
-    {Screen::kRealTime, widgets::Icon::kClock, real_time_screen},
-    {Screen::kHydraulics, widgets::Icon::kDrop, hydraulics_screen},
-    {Screen::kCalibration, widgets::Icon::kWrench, calibration_screen},
-    {Screen::kEvents, widgets::Icon::kList, events_screen},
-    {Screen::kHistory, widgets::Icon::kPlot, history_screen},
+    {Screen::kOperate, Icon::kArm, operate_screen},
+    {Screen::kLink, Icon::kLink, link_screen},
+    {Screen::kRealTime, Icon::kClock, real_time_screen},
+    {Screen::kHydraulics, Icon::kDrop, hydraulics_screen},
+    {Screen::kCalibration, Icon::kWrench, calibration_screen},
+    {Screen::kEvents, Icon::kList, events_screen},
+    {Screen::kHistory, Icon::kPlot, history_screen},
 });
 static_assert(kScreens.size() == static_cast<std::size_t>(Screen::kCount) &&
               std::is_sorted(kScreens.begin(), kScreens.end(),
                              [](const ScreenOnRail& a, const ScreenOnRail& b) { return a.screen < b.screen; }));
 
 /// Scales and assists: what is in use, and what is requested where that differs.
-void scales_card(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& area);
+void scales_card(const Ui& ui, const ConsoleData& data, UiState& state, const Area& area);
 
 /// Opens the one window of ImGui's, without a frame of its own and as large as ours; ImGui::End() closes it.
 void open_canvas();
 /// Everything on screen for one frame, into the open canvas.
-DrawnScreen draw_console(const widgets::Ui& ui, const ConsoleData& data, UiState& state);
+DrawnScreen draw_console(const Ui& ui, const ConsoleData& data, UiState& state);
 
-/// All limits being hit: chips in rows, or, where they have no room, their words alone. @return false where nothing is
-/// limited.
-bool limit_chips(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area);
+/// A slider speaks the person's unit, the state newtons. @param look without format and width.
+void force_slider(const Ui& ui, const Area& area, const char* id, float& force_N, const std::array<float, 2>& range_N,
+                  SliderLook look);
+/// All limits being hit.
+void limits_card(const Ui& ui, const ConsoleData& data, const Area& area);
 /// Why the force is not known better, in a few words, as reported by the machine's side.
 [[nodiscard]] std::string confidence_text(const ConsoleView& view);
 
 // What surrounds every screen: the rail that leads to the others, and the column with hand, session and Stop.
 
-void draw_rail(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-void draw_side_column(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
-void draw_stop(const widgets::Ui& ui, UiState& state, widgets::Area area);
+void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+void draw_side_column(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
+void draw_stop(const Ui& ui, UiState& state, Area area);
 /// @param playing a recording: its keys.
-void draw_help(const widgets::Ui& ui, bool playing, const widgets::Area& area);
+void draw_help(const Ui& ui, bool playing, const Area& area);
 
 // The line on top of every screen: mode, the one reason that blocks, and how old all of it is. Nothing ever covers it.
 
-void draw_banner(const widgets::Ui& ui, const ConsoleData& data, UiState& state, widgets::Area area);
+void draw_banner(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
 /// What the window itself knows of its person.
 struct AtWindow {
   HandSource hand = HandSource::kDevice;
@@ -81,9 +83,12 @@ struct AtWindow {
                                         const AtWindow& person = {}, const JointLoads& loads = {});
 /// By the operator's own Stop: nothing is broken.
 [[nodiscard]] bool stopped(const ConsoleView& view) noexcept;
-/// "SELF-TEST", ...
-[[nodiscard]] const char* mode_word(Mode mode) noexcept;
-[[nodiscard]] widgets::Icon mode_icon(Mode mode) noexcept;
+/// How a mode is called and marked.
+struct ModeLook {
+  const char* word;  ///< "SELF-TEST", ...
+  Icon icon;
+};
+[[nodiscard]] const ModeLook& look_of(Mode mode) noexcept;
 
 // The light of the recording: in the banner, so on every screen.
 
@@ -94,10 +99,9 @@ struct RecordingText {
 /// @param elapsed_s of the recording.
 [[nodiscard]] RecordingText recording_text(const RecordingLight& light, double elapsed_s);
 
-[[nodiscard]] float recording_width(const widgets::Ui& ui, const RecordingText& words);
+[[nodiscard]] float recording_width(const Ui& ui, const RecordingText& text);
 /// Ends with "..." where the area is too narrow.
-void draw_recording(const widgets::Ui& ui, const RecordingLight& light, const RecordingText& words,
-                    const widgets::Area& area);
+void draw_recording(const Ui& ui, const RecordingLight& light, const RecordingText& text, const Area& area);
 
 // Leading without a keyboard: buttons below the picture that enable and move one joint for as long as they are held, by
 // mouse or touch; and what turns them on.
@@ -105,18 +109,16 @@ void draw_recording(const widgets::Ui& ui, const RecordingLight& light, const Re
 /// The person leads by this window.
 [[nodiscard]] bool has_hold_pad(const ConsoleData& data);
 /// Its switch among the tools, and its buttons. @param buttons empty: none.
-void draw_hold_pad(const widgets::Ui& ui, const ConsoleData& data, UiState& state, const widgets::Area& tools,
-                   const widgets::Area& buttons);
+void draw_hold_pad(const Ui& ui, const ConsoleData& data, UiState& state, const Area& tools, const Area& buttons);
 
 // Force and oil pressures over time, for the screens that show them.
 
 /// @param mark_N a line across it; unknown: none.
-void force_plot(const widgets::Ui& ui, const ConsoleData& data, const widgets::Area& area,
-                double mark_N = widgets::History::kUnknown);
+void force_plot(const Ui& ui, const ConsoleData& data, const Area& area, double mark_N = History::kUnknown);
 /// Both sides of one cylinder.
-void pressure_plot(const widgets::Ui& ui, const ConsoleData& data, std::size_t joint, const widgets::Area& area);
+void pressure_plot(const Ui& ui, const ConsoleData& data, std::size_t joint, const Area& area);
 /// Of head and rod side.
-[[nodiscard]] std::array<ImU32, 2> side_colours(const widgets::Theme& theme);
+[[nodiscard]] std::array<ImU32, 2> side_colours(const Theme& theme);
 
 /// At which the oil of a cylinder escapes.
 [[nodiscard]] double lower_relief_Pa(const HydraulicsDescription& hydraulics) noexcept;
@@ -124,16 +126,17 @@ void pressure_plot(const widgets::Ui& ui, const ConsoleData& data, std::size_t j
 // Below every screen while a recording is played: its time line, and where on it the player is.
 
 /// Buttons, speed, time; events as marks, modes as a band, gaps hatched; scrubbed with the mouse.
-void draw_timeline(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
+void draw_timeline(const Ui& ui, const ConsoleData& data, Area area);
 /// What stands beside the screens instead of hand, session and Stop: what is played, and what is beside it.
-void draw_player_column(const widgets::Ui& ui, const ConsoleData& data, widgets::Area area);
+void draw_player_column(const Ui& ui, const ConsoleData& data, Area area);
 
+[[nodiscard]] ImU32 severity_colour(const Theme& theme, Severity severity) noexcept;
 /// Small for information, a triangle for a warning, a square for an alarm: the shape says as much as the colour.
-void event_mark(const widgets::Theme& theme, Severity severity, float x, const widgets::Area& lane);
+void event_mark(const Theme& theme, Severity severity, float x, const Area& lane);
 
 // Of the banner.
 /// That this is no live machine. As wide as it is high times so much.
-void draw_replay_block(const widgets::Ui& ui, const widgets::Area& area);
+void draw_replay_block(const Ui& ui, const Area& area);
 /// What stopped or limited the machine then.
 [[nodiscard]] std::string replay_reason(const ConsoleView& view, const PlayerPanel& player);
 

@@ -13,8 +13,6 @@
 
 namespace knuckle::console::screens {
 
-using console::Screen;
-
 /// What a simulated session starts with; taken up by the next reset.
 struct SimulationChoice {
   int scenario = 0;  ///< Index into ConsoleFacts::scenarios.
@@ -32,7 +30,7 @@ struct EventChoice {
 struct UiState {
   Screen screen = Screen::kOperate;
   bool light = false;
-  widgets::UnitSystem units = widgets::UnitSystem::kMetric;
+  UnitSystem units = UnitSystem::kMetric;
   bool help = false;
   bool side_view = true;
   Measures measures;

@@ -4,7 +4,7 @@
 
 #include "app/console/widgets/widgets.h"
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -196,4 +196,4 @@ void draw_icon(ImDrawList& list, Icon icon, ImVec2 centre, float size, ImU32 col
   }
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

@@ -9,7 +9,7 @@
 #include "app/console/machine_text.h"
 #include "app/console/named_fields.h"
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 double cylinder_speed_mps(const Kinematics& kinematics, const SlaveMessage& machine, int joint) noexcept {
   const auto cylinder = kinematics.cylinder_at(joint, machine.position_rad[joint]);
@@ -78,11 +78,11 @@ void time_axis(const Ui& ui, const Area& area, const HistogramRange& range, floa
     if (share < -0.001F || share > 1.001F) continue;
     const float x = area.min.x + share * area.width();
     canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.border));
-    const Shown words = tick < 0.9e-3 ? shown("%.0f \xC2\xB5s", tick * 1e6)
-                        : tick < 0.9  ? shown("%.0f ms", tick * 1e3)
-                                      : shown("%.0f s", tick);
+    const std::string text = tick < 0.9e-3 ? fmt::format("{:.0f} \xC2\xB5s", tick * 1e6)
+                             : tick < 0.9  ? fmt::format("{:.0f} ms", tick * 1e3)
+                                           : fmt::format("{:.0f} s", tick);
     const Align align = share < 0.05F ? Align::kLeft : share > 0.95F ? Align::kRight : Align::kCentre;
-    put_text(t.fonts.small, t.colours.muted, {x, y}, align, words.c_str());
+    put_text(t.fonts.small, t.colours.muted, {x, y}, align, text);
   }
 }
 
@@ -138,11 +138,11 @@ void trace(const Theme& t, const Area& area, const History& history, const Line&
 }
 
 /// Words in a plot, on a ground of their own: a curve behind them would make them hard to read.
-void put_label(const Theme& t, ImU32 colour, ImVec2 at, Align align, const std::string& words) {
-  const float width = text_width(t.fonts.small, words.c_str()), half = t.fonts.small->FontSize * 0.5F;
+void put_label(const Theme& t, ImU32 colour, ImVec2 at, Align align, const std::string& text) {
+  const float width = text_width(t.fonts.small, text), half = t.fonts.small->FontSize * 0.5F;
   const float left = align == Align::kLeft ? at.x : at.x - width;
   canvas().AddRectFilled({left - t.px(2), at.y - half}, {left + width + t.px(2), at.y + half}, ink(t.colours.raised));
-  put_text(t.fonts.small, colour, at, align, words.c_str());
+  put_text(t.fonts.small, colour, at, align, text);
 }
 
 /// Which line is which.
@@ -162,7 +162,7 @@ void plot_cursor(const Ui& ui, const Area& area, PlotCursor& cursor) {
   if (cursor.chosen) {
     canvas().AddLine({x, area.min.y}, {x, area.max.y}, ink(t.colours.text), t.px(1.5F));
     put_label(t, t.colours.notice, {x + t.unit(0.5F), area.min.y + t.fonts.small->FontSize * 0.55F}, Align::kLeft,
-              cursor.words);
+              cursor.text);
   }
   if (area.width() < 1 || area.height() < 1) return;
   ImGui::PushID(static_cast<int>(area.min.y));
@@ -185,13 +185,13 @@ void histogram_plot(const Ui& ui, const Area& area, const char* label, const His
   const Theme& t = ui.theme;
   Area rest = area;
   const Area head = rest.cut_top(t.fonts.body->FontSize, t.unit(0.5F));
-  put_text(t.fonts.body, t.colours.text, {head.min.x, head.centre().y}, Align::kLeft, label);
-  const auto words = [](Duration value) { return shown_duration(to_seconds(value)); };
-  const std::string summary =
-      histogram.count() == 0 ? (ui.replay ? "not recorded" : "nothing measured yet")
-                             : fmt::format("median {}  99 % below {}  max {}", words(histogram.quantile(0.5)).c_str(),
-                                           words(histogram.quantile(0.99)).c_str(), words(histogram.max()).c_str());
-  put_text(t.fonts.mono_small, t.colours.text, {head.max.x, head.centre().y}, Align::kRight, summary.c_str());
+  put_text(t.fonts.body, t.colours.text, head, Align::kLeft, label);
+  const auto text = [](Duration value) { return shown_duration(to_seconds(value)); };
+  const std::string summary = histogram.count() == 0
+                                  ? (ui.replay ? "not recorded" : "nothing measured yet")
+                                  : fmt::format("median {}  99 % below {}  max {}", text(histogram.quantile(0.5)),
+                                                text(histogram.quantile(0.99)), text(histogram.max()));
+  put_text(t.fonts.mono_small, t.colours.text, head, Align::kRight, summary);
   const Area axis = rest.cut_bottom(t.fonts.small->FontSize * 1.2F);
   canvas().AddRectFilled(rest.min, rest.max, ink(t.colours.raised), t.px(3));
   time_axis(ui, rest, range, axis.centre().y);
@@ -242,7 +242,7 @@ void band_plot(const Ui& ui, const Area& area, const Bands& bands) {
     put_text(t.fonts.small, c.muted, {area.min.x + t.unit(0.5F), middle}, Align::kLeft, bands.names[band]);
     if (band >= bands.bounds.size()) continue;
     canvas().AddLine({area.min.x, top}, {area.max.x, top}, ink(c.border), t.px(1));
-    put_text(t.fonts.small, c.muted, {area.min.x + t.px(54), top + half}, Align::kLeft, bands.bound_text[band].c_str());
+    put_text(t.fonts.small, c.muted, {area.min.x + t.px(54), top + half}, Align::kLeft, bands.bound_text[band]);
   }
   put_text(t.fonts.small, c.muted, {area.max.x - t.unit(0.5F), area.min.y + half + t.px(1)}, Align::kRight,
            bands.span_text);
@@ -274,4 +274,4 @@ void history_plot(const Ui& ui, const Area& area, const History& history, std::s
   put_label(t, t.colours.muted, {area.min.x + inset, area.max.y - half}, Align::kLeft, axis.low_label);
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

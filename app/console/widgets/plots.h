@@ -15,7 +15,7 @@
 #include "core/histogram.h"
 #include "machine/kinematics.h"
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 // A few signals of late, for plots: ten seconds of them, or all that is kept of a session that runs.
 
@@ -85,8 +85,7 @@ struct Line {
 
 struct Axis {
   double low = -1, high = 1;
-  const char* low_label = "";
-  const char* high_label = "";
+  std::string low_label, high_label;
   double mark = History::kUnknown;  ///< A line across, such as a limit; unknown: none.
   bool legend = false;              ///< The lines' names are written into the plot; else they stand beside it.
 };
@@ -97,7 +96,7 @@ struct PlotCursor {
   float share = 0.5F;               ///< Where the chosen time is, of the plot's width.
   const History* beside = nullptr;  ///< The same window of another run, dashed; nullptr: there is none.
   const char* beside_name = "";
-  std::string words;   ///< Beside its line, such as how long ago; empty: nothing.
+  std::string text;    ///< Beside its line, such as how long ago; empty: nothing.
   float clicked = -1;  ///< Share where the mouse is held in this frame; negative: nowhere.
 };
 
@@ -118,4 +117,4 @@ struct Bands {
 };
 void band_plot(const Ui& ui, const Area& area, const Bands& bands);
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 namespace {
 
 constexpr std::array<const char*, 3> kFiles{"B612-Regular.otf", "B612-Bold.otf", "B612Mono-Bold.otf"};
@@ -161,26 +161,17 @@ ImU32 mix(ImU32 a, ImU32 b, float share_of_b) noexcept {
       {x.x + (y.x - x.x) * s, x.y + (y.y - x.y) * s, x.z + (y.z - x.z) * s, x.w + (y.w - x.w) * s});
 }
 
-ImU32 Theme::mode_colour(Mode mode) const noexcept {
-  switch (mode) {
-    case Mode::kOff:
-      return rgb(0x5B6874);
-    case Mode::kSelfTest:
-      return rgb(0x7C6BB0);
-    case Mode::kReady:
-      return rgb(0x0072B2);
-    case Mode::kAligning:
-      return rgb(0xF0E442);
-    case Mode::kEngaged:
-      return rgb(0x009E73);
-    case Mode::kHold:
-      return rgb(0xE69F00);
-    case Mode::kFault:
-      return rgb(0xD55E00);
-    case Mode::kEStop:
-      return rgb(0xC9261C);
-  }
-  return colours.muted;
+ImU32 Theme::mode_colour(Mode mode) noexcept {
+  static constexpr auto kColours = std::to_array<ImU32>({rgb(0x5B6874),    // off
+                                                         rgb(0x7C6BB0),    // self-test
+                                                         rgb(0x0072B2),    // ready
+                                                         rgb(0xF0E442),    // aligning
+                                                         rgb(0x009E73),    // engaged
+                                                         rgb(0xE69F00),    // hold
+                                                         rgb(0xD55E00),    // fault
+                                                         rgb(0xC9261C)});  // E-stop
+  static_assert(kColours.size() == number_of_words(Mode{}));
+  return kColours[static_cast<std::size_t>(mode)];
 }
 
 void apply_style(const Theme& theme) {
@@ -191,13 +182,12 @@ void apply_style(const Theme& theme) {
   style.ItemSpacing = {theme.unit(), theme.unit()};
   style.ItemInnerSpacing = {theme.unit(), theme.unit(0.5F)};
   style.CellPadding = {theme.unit(), theme.unit(0.5F)};
-  style.WindowRounding = style.ChildRounding = style.PopupRounding = theme.px(8);
-  style.FrameRounding = style.GrabRounding = style.TabRounding = theme.px(5);
+  style.WindowRounding = style.ChildRounding = theme.px(8);
+  style.FrameRounding = style.GrabRounding = theme.px(5);
   style.ScrollbarRounding = theme.px(6);
   style.ScrollbarSize = theme.px(12);
   style.GrabMinSize = theme.px(14);
   style.WindowBorderSize = style.ChildBorderSize = style.FrameBorderSize = 0;
-  style.PopupBorderSize = 1;
   style.DisabledAlpha = 0.5F;
 
   const auto set = [&style](ImGuiCol which, ImU32 colour) {
@@ -207,21 +197,15 @@ void apply_style(const Theme& theme) {
   set(ImGuiCol_TextDisabled, c.muted);
   set(ImGuiCol_WindowBg, c.background);
   set(ImGuiCol_ChildBg, c.surface);
-  set(ImGuiCol_PopupBg, c.raised);
   set(ImGuiCol_Border, c.border);
   set(ImGuiCol_FrameBg, c.raised);
   set(ImGuiCol_FrameBgHovered, mix(c.raised, c.accent, 0.15F));
   set(ImGuiCol_FrameBgActive, mix(c.raised, c.accent, 0.25F));
   set(ImGuiCol_SliderGrab, c.accent);
   set(ImGuiCol_SliderGrabActive, c.accent);
-  set(ImGuiCol_CheckMark, c.accent);
-  set(ImGuiCol_Button, c.raised);
-  set(ImGuiCol_ButtonHovered, mix(c.raised, c.accent, 0.2F));
-  set(ImGuiCol_ButtonActive, mix(c.raised, c.accent, 0.35F));
   set(ImGuiCol_Header, mix(c.surface, c.accent, 0.25F));
   set(ImGuiCol_HeaderHovered, mix(c.surface, c.accent, 0.2F));
   set(ImGuiCol_HeaderActive, mix(c.surface, c.accent, 0.35F));
-  set(ImGuiCol_Separator, c.border);
   set(ImGuiCol_ScrollbarBg, c.surface);
   set(ImGuiCol_ScrollbarGrab, c.border);
   set(ImGuiCol_ScrollbarGrabHovered, c.muted);
@@ -229,10 +213,9 @@ void apply_style(const Theme& theme) {
   set(ImGuiCol_TableHeaderBg, c.raised);
   set(ImGuiCol_TableBorderLight, c.border);
   set(ImGuiCol_TableBorderStrong, c.border);
-  set(ImGuiCol_TableRowBgAlt, mix(c.surface, c.raised, 0.5F));
   set(ImGuiCol_TextSelectedBg, mix(c.surface, c.accent, 0.4F));
   set(ImGuiCol_NavHighlight, c.text);
   ImGui::GetStyle() = style;
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

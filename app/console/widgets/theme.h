@@ -11,7 +11,7 @@
 
 #include "transport/link_messages.h"
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 // A rectangle on the screen that layouts cut into smaller ones.
 
@@ -108,7 +108,7 @@ struct Theme {
   [[nodiscard]] float px(float design_pixels) const noexcept { return design_pixels * scale; }
   /// The one distance that all others are multiples of.
   [[nodiscard]] float unit(float times = 1) const noexcept { return 8 * times * scale; }
-  [[nodiscard]] ImU32 mode_colour(Mode mode) const noexcept;
+  [[nodiscard]] static ImU32 mode_colour(Mode mode) noexcept;
 };
 
 /// Hands colours and measures to Dear ImGui's own widgets.
@@ -123,4 +123,4 @@ void apply_style(const Theme& theme);
   return ImGui::GetColorU32(colour);
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

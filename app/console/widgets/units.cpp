@@ -1,15 +1,16 @@
 #include "app/console/widgets/units.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <optional>
 #include <string_view>
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 namespace {
 
 struct Entry {
@@ -65,7 +66,7 @@ std::string rounded(double value, int said) {
   const double size = std::abs(value);
   const int digits = size >= 99.95 ? 0 : size >= 9.995 ? 1 : size >= 0.9995 ? 2 : 3;
   const int behind = size > 0 ? said - 1 - static_cast<int>(std::floor(std::log10(size))) : 0;
-  return shown("%.*f", std::clamp(behind, digits, 9), value).c_str();
+  return fmt::format("{:.{}f}", value, std::clamp(behind, digits, 9));
 }
 
 /// A number in a text.
@@ -105,28 +106,28 @@ const char* Units::unit(Quantity quantity) const noexcept {
   return entry(system, quantity).unit;
 }
 
-Shown Units::number(Quantity quantity, double si) const noexcept {
-  if (!std::isfinite(si)) return shown("-");
+std::string Units::number(Quantity quantity, double si) const {
+  if (!std::isfinite(si)) return "-";
   const Entry& e = entry(system, quantity);
   const double half_digit = 0.5 * std::pow(10.0, -e.digits);
   const double value = si * e.per_si;
-  return shown("%.*f", e.digits, std::abs(value) < half_digit ? 0.0 : value);  // never "-0"
+  return fixed(std::abs(value) < half_digit ? 0.0 : value, e.digits);  // never "-0"
 }
 
-Shown Units::text(Quantity quantity, double si) const noexcept {
-  return shown("%s %s", number(quantity, si).c_str(), unit(quantity));
+std::string Units::text(Quantity quantity, double si) const {
+  return number(quantity, si) + " " + unit(quantity);
 }
 
 std::string Units::as_shown(const std::string& metric) const {
   if (system == UnitSystem::kMetric) return metric;
-  std::string words;
+  std::string text;
   const char* at = metric.c_str();
   const char* const end = at + metric.size();
   while (at < end) {
     const bool begins = at == metric.c_str() || (!in_unit(at[-1]) && at[-1] != '.' && at[-1] != '_');
     const std::optional<Said> number = begins ? number_at(at, end) : std::nullopt;
     if (!number) {
-      words += *at++;
+      text += *at++;
       continue;
     }
     const std::optional<Said> to = range_end(number->end, end);
@@ -137,40 +138,28 @@ std::string Units::as_shown(const std::string& metric) const {
     const std::string_view named(unit, static_cast<std::size_t>(after - unit));
     const auto* word = std::find_if(kWords.begin(), kWords.end(), [&](const Word& w) { return w.metric == named; });
     if (word == kWords.end()) {
-      words.append(at, number->end);
+      text.append(at, number->end);
       at = number->end;
       continue;
     }
-    words += rounded(number->value * word->factor, number->digits) + " ";
-    if (to) words += "to " + rounded(to->value * word->factor, to->digits) + " ";
-    words += word->imperial;
+    text += rounded(number->value * word->factor, number->digits) + " ";
+    if (to) text += "to " + rounded(to->value * word->factor, to->digits) + " ";
+    text += word->imperial;
     at = after;
   }
-  return words;
+  return text;
 }
 
-Shown shown(const char* format, ...) noexcept {
-  Shown result;
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(result.text.data(), result.text.size(), format, arguments);
-  va_end(arguments);
-  return result;
+std::string fixed(double value, int digits) {
+  return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, digits);
 }
 
-Shown fixed(double value, int digits) noexcept {
-  return std::isnan(value) ? shown("-") : shown("%.*f", digits, value);
-}
-
-Shown shown_duration(double seconds) noexcept {
-  if (!std::isfinite(seconds)) return shown("-");
+std::string shown_duration(double seconds) {
+  if (!std::isfinite(seconds)) return "-";
   const double size = std::abs(seconds);
-  if (size < 0.9995e-3) return shown("%.0f \xC2\xB5s", seconds * 1e6);
-  if (size < 9.95e-3) return shown("%.2f ms", seconds * 1e3);
-  if (size < 99.95e-3) return shown("%.1f ms", seconds * 1e3);
-  if (size < 0.9995) return shown("%.0f ms", seconds * 1e3);
-  if (size < 99.95) return shown("%.1f s", seconds);
-  return shown("%.0f s", seconds);
+  if (size < 0.9995e-3) return fmt::format("{:.0f} \xC2\xB5s", seconds * 1e6);
+  if (size < 0.9995) return fmt::format("{:.{}f} ms", seconds * 1e3, size < 9.95e-3 ? 2 : size < 99.95e-3 ? 1 : 0);
+  return fmt::format("{:.{}f} s", seconds, size < 99.95 ? 1 : 0);
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

@@ -1,11 +1,10 @@
 // The one place where SI turns into what a person reads.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 enum class UnitSystem : std::uint8_t { kMetric, kImperial };
 
@@ -22,12 +21,6 @@ enum class Quantity : std::uint8_t {
   kEnergy,       ///< J; ft lbf
 };
 
-/// Text in place: screens make a hundred of them each frame and nothing is allocated.
-struct Shown {
-  std::array<char, 32> text{};
-  [[nodiscard]] const char* c_str() const noexcept { return text.data(); }
-};
-
 struct Units {
   UnitSystem system = UnitSystem::kMetric;
 
@@ -35,19 +28,17 @@ struct Units {
   [[nodiscard]] double convert(Quantity quantity, double si) const noexcept;
   [[nodiscard]] const char* unit(Quantity quantity) const noexcept;
   /// "1234", with the digits that are of use; a dash where it is no number.
-  [[nodiscard]] Shown number(Quantity quantity, double si) const noexcept;
+  [[nodiscard]] std::string number(Quantity quantity, double si) const;
   /// "1234 N"
-  [[nodiscard]] Shown text(Quantity quantity, double si) const noexcept;
+  [[nodiscard]] std::string text(Quantity quantity, double si) const;
   /// A text of the loops, the machine's side or a wizard, which all speak metric: each number with a unit in it in the
   /// units shown, with as many digits as are of use.
   [[nodiscard]] std::string as_shown(const std::string& metric) const;
 };
 
-/// printf into a Shown; longer text is cut.
-[[nodiscard]] [[gnu::format(printf, 1, 2)]] Shown shown(const char* format, ...) noexcept;
 /// So many digits behind the point; a dash where it is no number.
-[[nodiscard]] Shown fixed(double value, int digits) noexcept;
+[[nodiscard]] std::string fixed(double value, int digits);
 /// A duration with the unit that fits: "0.4 ms", "1.2 s", "12 us".
-[[nodiscard]] Shown shown_duration(double seconds) noexcept;
+[[nodiscard]] std::string shown_duration(double seconds);
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 void FocusOrder::add_last_item() {
   const ImGuiLastItemData& item = GImGui->LastItemData;
@@ -66,61 +66,70 @@ namespace {
 
 constexpr float kGreyed = 0.42F;
 
-/// How much of the text fits into this width, cut before a UTF-8 character.
-const char* cut_at(const ImFont* font, float width, const char* text) {
-  const char* rest = text;
-  font->CalcTextSizeA(font->FontSize, width, 0, text, nullptr, &rest);
-  return rest;
+ImVec2 text_size(const ImFont* font, float width, std::string_view text) {
+  return font->CalcTextSizeA(font->FontSize, FLT_MAX, width, text.data(), text.data() + text.size());
 }
 
 }  // namespace
 
-float text_width(const ImFont* font, const char* text) {
-  return font->CalcTextSizeA(font->FontSize, 1e9F, 0, text).x;
+float text_width(const ImFont* font, std::string_view text) {
+  return text_size(font, 0, text).x;
 }
 
-void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text) {
+float text_height(const ImFont* font, float width, std::string_view text) {
+  return text_size(font, width, text).y;
+}
+
+void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, std::string_view text) {
   const float width = align == Align::kLeft ? 0 : text_width(font, text);
   const float x = align == Align::kRight ? at.x - width : align == Align::kCentre ? at.x - width / 2 : at.x;
-  canvas().AddText(font, font->FontSize, {std::round(x), std::round(at.y - font->FontSize / 2)}, ink(colour), text);
+  canvas().AddText(font, font->FontSize, {std::round(x), std::round(at.y - font->FontSize / 2)}, ink(colour),
+                   text.data(), text.data() + text.size());
 }
 
-void put_label(const Theme& theme, const Area& area, const char* text) {
-  put_text(theme.fonts.small, theme.colours.muted, {area.min.x, area.centre().y}, Align::kLeft, text);
+void put_text(const ImFont* font, ImU32 colour, const Area& area, Align align, std::string_view text) {
+  const ImVec2 centre = area.centre();
+  const float x = align == Align::kRight ? area.max.x : align == Align::kCentre ? centre.x : area.min.x;
+  put_text(font, colour, ImVec2(x, centre.y), align, text);
 }
 
-std::string fitted_lines(const ImFont* font, const Area& area, const char* text) {
-  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), text).y;
+void put_label(const Theme& theme, const Area& area, std::string_view text) {
+  put_text(theme.fonts.small, theme.colours.muted, area, Align::kLeft, text);
+}
+
+std::string fitted_lines(const ImFont* font, const Area& area, std::string_view text) {
   const int lines = static_cast<int>(area.height() / font->FontSize);
-  if (height <= area.height() || lines < 1) return text;
-  const char *line = text, *const end = text + std::strlen(text);
+  if (text_height(font, area.width(), text) <= area.height() || lines < 1) return std::string(text);
+  const char *line = text.data(), *const end = line + text.size();
   for (int i = 1; i < lines; ++i) {
     line = font->CalcWordWrapPositionA(1, line, end, area.width());
     while (line < end && (*line == ' ' || *line == '\n')) ++line;
   }
-  return std::string(text, line) + fitted_text(font, area.width(), line);
+  return std::string(text.data(), line) + fitted_text(font, area.width(), std::string_view(line, end));
 }
 
-float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
+float put_lines(const ImFont* font, ImU32 colour, const Area& area, std::string_view text) {
   const std::string shown = fitted_lines(font, area, text);
   canvas().PushClipRect(area.min, area.max, true);
   canvas().AddText(font, font->FontSize, {std::round(area.min.x), std::round(area.min.y)}, ink(colour), shown.c_str(),
                    nullptr, area.width());
   canvas().PopClipRect();
-  return font->CalcTextSizeA(font->FontSize, 1e9F, area.width(), shown.c_str()).y;
+  return text_height(font, area.width(), shown);
 }
 
-std::string fitted_text(const ImFont* font, float width, const char* text) {
-  if (text_width(font, text) <= width) return text;
-  constexpr const char* kDots = "...";
-  return std::string(text, cut_at(font, width - text_width(font, kDots), text)) + kDots;
+std::string fitted_text(const ImFont* font, float width, std::string_view text) {
+  if (text_width(font, text) <= width) return std::string(text);
+  constexpr std::string_view kDots = "...";
+  const char* rest = text.data();  // behind what fits, before a UTF-8 character
+  font->CalcTextSizeA(font->FontSize, width - text_width(font, kDots), 0, rest, rest + text.size(), &rest);
+  return std::string(text.data(), rest).append(kDots);
 }
 
-void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text) {
-  put_text(font, colour, {area.min.x, area.centre().y}, Align::kLeft, fitted_text(font, area.width(), text).c_str());
+void put_fitted(const ImFont* font, ImU32 colour, const Area& area, std::string_view text) {
+  put_text(font, colour, area, Align::kLeft, fitted_text(font, area.width(), text));
 }
 
-Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshness) {
+Card::Card(const Ui& ui, std::string_view title, const Area& area, Freshness freshness) {
   const Theme& t = ui.theme;
   const Palette& c = t.colours;
   freshness = freshness.after(ui.view_age_s);
@@ -129,15 +138,16 @@ Card::Card(const Ui& ui, const char* title, const Area& area, Freshness freshnes
   inside_ = area.inset(t.unit(1.5F), t.unit(1.25F));
   Area head = inside_.cut_top(t.fonts.small->FontSize, t.unit(0.75F));
   if (greyed_) {
-    const Shown age = freshness.heard ? shown("%s old", shown_duration(freshness.age_s).c_str())
-                                      : shown(ui.replay ? "not recorded" : "no data yet");
-    const float width = text_width(t.fonts.small, age.c_str());
+    const std::string age = freshness.heard ? shown_duration(freshness.age_s) + " old"
+                            : ui.replay     ? "not recorded"
+                                            : "no data yet";
+    const float width = text_width(t.fonts.small, age);
     const Area tag = head.cut_right(width + t.unit(2.5F), t.unit());
     draw_icon(canvas(), Icon::kClock, {tag.min.x + t.unit(), tag.centre().y}, t.px(14), c.notice);
-    put_text(t.fonts.small, c.notice, {tag.max.x, tag.centre().y}, Align::kRight, age.c_str());
+    put_text(t.fonts.small, c.notice, tag, Align::kRight, age);
   }
   put_fitted(t.fonts.small, c.muted, head, title);
-  ImGui::PushID(title);
+  ImGui::PushID(title.data(), title.data() + title.size());
   ImGui::PushClipRect(inside_.min, {area.max.x, area.max.y}, true);
   if (greyed_) ImGui::PushStyleVar(ImGuiStyleVar_Alpha, kGreyed);
 }
@@ -148,11 +158,11 @@ Card::~Card() {
   ImGui::PopID();
 }
 
-void value_row(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit) {
+void value_row(const Ui& ui, const Area& area, std::string_view label, std::string_view number, std::string_view unit) {
   const Theme& t = ui.theme;
   const float y = area.centre().y;
   float right = area.max.x;
-  if (*unit != '\0') {
+  if (!unit.empty()) {
     put_text(t.fonts.small, t.colours.muted, {right, y}, Align::kRight, unit);
     right -= text_width(t.fonts.small, unit) + t.unit(0.5F);
   }
@@ -161,17 +171,22 @@ void value_row(const Ui& ui, const Area& area, const char* label, const char* nu
   put_fitted(t.fonts.small, t.colours.muted, {area.min, {right, area.max.y}}, label);
 }
 
-void value_large(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit) {
+void put_large(const Ui& ui, const Area& area, ImU32 colour, std::string_view number, std::string_view unit) {
+  const Theme& t = ui.theme;
+  put_text(t.fonts.mono_display, colour, area, Align::kLeft, number);
+  const float x = area.min.x + text_width(t.fonts.mono_display, number) + t.unit();
+  put_text(t.fonts.body, t.colours.muted, {x, area.centre().y + t.px(4)}, Align::kLeft, unit);
+}
+
+void value_large(const Ui& ui, const Area& area, std::string_view label, std::string_view number,
+                 std::string_view unit) {
   const Theme& t = ui.theme;
   Area rest = area;
   put_fitted(t.fonts.small, t.colours.muted, rest.cut_top(t.fonts.small->FontSize * 1.1F), label);
-  const float y = rest.min.y + t.fonts.mono_display->FontSize * 0.55F;
-  put_text(t.fonts.mono_display, t.colours.text, {area.min.x, y}, Align::kLeft, number);
-  const float x = area.min.x + text_width(t.fonts.mono_display, number) + t.unit();
-  put_text(t.fonts.body, t.colours.muted, {x, y + t.px(4)}, Align::kLeft, unit);
+  put_large(ui, rest.cut_top(t.fonts.mono_display->FontSize * 1.1F), t.colours.text, number, unit);
 }
 
-void lamp(const Ui& ui, const Area& area, const char* label, bool on, ImU32 colour) {
+void lamp(const Ui& ui, const Area& area, std::string_view label, bool on, ImU32 colour) {
   const Theme& t = ui.theme;
   const float radius = t.px(7);
   const ImVec2 centre{area.min.x + radius, area.centre().y};
@@ -179,15 +194,15 @@ void lamp(const Ui& ui, const Area& area, const char* label, bool on, ImU32 colo
     canvas().AddCircleFilled(centre, radius, ink(colour));
   else
     canvas().AddCircle(centre, radius - t.px(1), ink(t.colours.muted), 0, t.px(1.5F));
-  Area words{{centre.x + radius + t.unit(), area.min.y}, area.max};
-  put_fitted(on ? t.fonts.body_bold : t.fonts.body, on ? t.colours.text : t.colours.muted, words, label);
+  const Area beside{{centre.x + radius + t.unit(), area.min.y}, area.max};
+  put_fitted(on ? t.fonts.body_bold : t.fonts.body, on ? t.colours.text : t.colours.muted, beside, label);
 }
 
-float chip_width(const Ui& ui, const char* text) {
+float chip_width(const Ui& ui, std::string_view text) {
   return text_width(ui.theme.fonts.small, text) + ui.theme.unit(4.5F);
 }
 
-float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 fill) {
+float chip(const Ui& ui, ImVec2 left_middle, Icon icon, std::string_view text, ImU32 fill) {
   const Theme& t = ui.theme;
   const float half = t.px(14), width = chip_width(ui, text);
   canvas().AddRectFilled({left_middle.x, left_middle.y - half}, {left_middle.x + width, left_middle.y + half},
@@ -241,12 +256,11 @@ bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool c
   if (chosen) canvas().AddRect(area.min, area.max, ink(c.accent), t.px(5), 0, t.px(1.5F));
   focus_ring(ui, area, t.px(5));
   const ImFont* font = chosen ? t.fonts.body_bold : t.fonts.body;
-  const char* end = std::strstr(label, "##");
-  const Shown words = shown("%.*s", end != nullptr ? static_cast<int>(end - label) : 31, label);
+  const std::string_view text(label, ImGui::FindRenderedTextEnd(label));  // what is behind ## is not shown
   const float mark = icon == Icon::kNone ? 0 : t.px(26);
-  const float left = area.centre().x - (text_width(font, words.c_str()) + mark) / 2;
+  const float left = area.centre().x - (text_width(font, text) + mark) / 2;
   if (icon != Icon::kNone) draw_icon(canvas(), icon, {left + t.px(9), area.centre().y}, t.px(18), ink(c.text));
-  put_text(font, c.text, {left + mark, area.centre().y}, Align::kLeft, words.c_str());
+  put_text(font, c.text, {left + mark, area.centre().y}, Align::kLeft, text);
   ImGui::EndDisabled();
   return pressed;
 }
@@ -267,8 +281,9 @@ bool slider(const Ui& ui, Area area, const char* id, float& value, float low, fl
   ImGui::PopStyleColor();
   ImGui::PopStyleVar();
   const ImU32 colour = look.marked ? t.colours.notice : t.colours.text;
-  put_text(t.fonts.mono_small, colour, {beside.max.x, beside.centre().y}, Align::kRight,
-           shown(look.format, static_cast<double>(value)).c_str());
+  std::array<char, 32> number{};  // of ImGui's format, which is printf's
+  ImFormatString(number.data(), number.size(), look.format, static_cast<double>(value));
+  put_text(t.fonts.mono_small, colour, beside, Align::kRight, number.data());
   return moved;
 }
 
@@ -288,9 +303,9 @@ bool toggle(const Ui& ui, const Area& area, const char* label, bool& value) {
   return pressed;
 }
 
-bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const char* const> words) {
+bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const std::string> texts) {
   const Theme& t = ui.theme;
-  const int count = static_cast<int>(words.size());
+  const int count = static_cast<int>(texts.size());
   if (count == 0) return false;
   const int before = index;
   Area rest = area;
@@ -299,10 +314,10 @@ bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::sp
   if (button(ui, rest.cut_right(t.px(30), t.unit(0.5F)), Icon::kNone, ">")) index = (index + 1) % count;
   ImGui::PopID();
   canvas().AddRectFilled(rest.min, rest.max, ink(t.colours.raised), t.px(5));
-  const char* word = words[static_cast<std::size_t>(std::clamp(index, 0, count - 1))];
-  const ImFont* font = text_width(t.fonts.body, word) > rest.width() ? t.fonts.small : t.fonts.body;
-  put_text(font, t.colours.text, rest.centre(), Align::kCentre, word);
+  const std::string& text = texts[static_cast<std::size_t>(std::clamp(index, 0, count - 1))];
+  const ImFont* font = text_width(t.fonts.body, text) > rest.width() ? t.fonts.small : t.fonts.body;
+  put_text(font, t.colours.text, rest, Align::kCentre, text);
   return index != before;
 }
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/console/widgets/theme.h"
@@ -14,7 +15,7 @@
 
 struct ImGuiWindow;
 
-namespace knuckle::console::widgets {
+namespace knuckle::console {
 
 // The console's icons, drawn as shapes: sharp at every scale, and no picture files to lose.
 
@@ -108,24 +109,28 @@ struct Freshness {
 enum class Align : std::uint8_t { kLeft, kCentre, kRight };
 
 // Text. Positions are of the text's middle line.
-[[nodiscard]] float text_width(const ImFont* font, const char* text);
-void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, const char* text);
+[[nodiscard]] float text_width(const ImFont* font, std::string_view text);
+/// Of the text in lines of this width, broken at blanks.
+[[nodiscard]] float text_height(const ImFont* font, float width, std::string_view text);
+void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, std::string_view text);
+/// On the area's middle line: at its left, its centre or its right.
+void put_text(const ImFont* font, ImU32 colour, const Area& area, Align align, std::string_view text);
 /// Small and muted, at the left of an area's middle line: what a value or a slider is called.
-void put_label(const Theme& theme, const Area& area, const char* text);
+void put_label(const Theme& theme, const Area& area, std::string_view text);
 /// Ends with "..." where it would have more lines, broken at blanks, than the area has room for.
-[[nodiscard]] std::string fitted_lines(const ImFont* font, const Area& area, const char* text);
+[[nodiscard]] std::string fitted_lines(const ImFont* font, const Area& area, std::string_view text);
 /// Broken into lines at blanks, as fitted_lines(). @return the height used.
-float put_lines(const ImFont* font, ImU32 colour, const Area& area, const char* text);
+float put_lines(const ImFont* font, ImU32 colour, const Area& area, std::string_view text);
 /// Ends with "..." where it would be wider.
-[[nodiscard]] std::string fitted_text(const ImFont* font, float width, const char* text);
+[[nodiscard]] std::string fitted_text(const ImFont* font, float width, std::string_view text);
 /// Ends with "..." where the area is too narrow.
-void put_fitted(const ImFont* font, ImU32 colour, const Area& area, const char* text);
+void put_fitted(const ImFont* font, ImU32 colour, const Area& area, std::string_view text);
 
 /// A titled box. What is in it is greyed, with its age beside the title, while it is stale; every screen shows data in
 /// cards alone, so nothing old looks new.
 class Card {
  public:
-  Card(const Ui& ui, const char* title, const Area& area, Freshness freshness = {});
+  Card(const Ui& ui, std::string_view title, const Area& area, Freshness freshness = {});
   ~Card();
   Card(const Card&) = delete;
   Card& operator=(const Card&) = delete;
@@ -137,14 +142,17 @@ class Card {
 };
 
 /// Label on the left, number in mono on the right, unit behind it.
-void value_row(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit);
+void value_row(const Ui& ui, const Area& area, std::string_view label, std::string_view number, std::string_view unit);
 /// The same with a number large enough to be read from two metres.
-void value_large(const Ui& ui, const Area& area, const char* label, const char* number, const char* unit);
+void value_large(const Ui& ui, const Area& area, std::string_view label, std::string_view number,
+                 std::string_view unit);
+/// The number and unit alone, on an area's middle line.
+void put_large(const Ui& ui, const Area& area, ImU32 colour, std::string_view number, std::string_view unit);
 /// Lamp with its word: filled and coloured where on, an empty ring where off.
-void lamp(const Ui& ui, const Area& area, const char* label, bool on, ImU32 colour);
+void lamp(const Ui& ui, const Area& area, std::string_view label, bool on, ImU32 colour);
 /// Rounded tag with an icon. @return its width.
-float chip(const Ui& ui, ImVec2 left_middle, Icon icon, const char* text, ImU32 fill);
-[[nodiscard]] float chip_width(const Ui& ui, const char* text);
+float chip(const Ui& ui, ImVec2 left_middle, Icon icon, std::string_view text, ImU32 fill);
+[[nodiscard]] float chip_width(const Ui& ui, std::string_view text);
 /// Horizontal bar from share_from to share_to of the area's width.
 void bar(const Ui& ui, const Area& area, float share_from, float share_to, ImU32 colour);
 /// Slanted lines across what is there: it is not known, or may be more. @param line_px of the design.
@@ -158,14 +166,14 @@ void pointer_area(const char* id, const Area& area, ImGuiButtonFlags buttons = I
 // What can be operated. @return true in the frame it was.
 bool button(const Ui& ui, const Area& area, Icon icon, const char* label, bool chosen = false, bool enabled = true);
 struct SliderLook {
-  const char* format;  ///< Of the value, which moves in steps of its last digit.
-  float value_width;   ///< Of the value's place beside the track, where the knob never covers it.
+  const char* format = "%g";  ///< Of the value, which moves in steps of its last digit.
+  float value_width = 0;      ///< Of the value's place beside the track, where the knob never covers it.
   bool locked = false, logarithmic = false;
   bool marked = false;  ///< The value stands out: it is not what is so.
 };
 bool slider(const Ui& ui, Area area, const char* id, float& value, float low, float high, const SliderLook& look);
 bool toggle(const Ui& ui, const Area& area, const char* label, bool& value);
-/// "< word >": steps through words without a list that would cover anything.
-bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const char* const> words);
+/// "< text >": steps through texts without a list that would cover anything.
+bool stepper(const Ui& ui, const Area& area, const char* id, int& index, std::span<const std::string> texts);
 
-}  // namespace knuckle::console::widgets
+}  // namespace knuckle::console

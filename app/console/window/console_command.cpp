@@ -8,7 +8,6 @@
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
-#include "app/console/window/console_options.h"
 #include "app/console/window/console_program.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/control_input.h"
@@ -70,9 +69,9 @@ screens::ConsoleFacts facts_of(const ConsoleOptions& o) {
   facts.device = device_for(facts.machine, o.session.device);
   facts.seed = o.session.seed;
   check_springs(facts.machine, facts.device);
-  facts.hand = o.device == "keyboard"  ? screens::HandSource::kKeyboard
-               : o.device == "gamepad" ? screens::HandSource::kGamepad
-                                       : screens::HandSource::kDevice;
+  facts.hand = o.device == "keyboard"  ? HandSource::kKeyboard
+               : o.device == "gamepad" ? HandSource::kGamepad
+                                       : HandSource::kDevice;
   facts.peer = o.simulate ? "simulated" : o.link.address.empty() ? o.link.dial.peer : o.link.address;
   facts.scenarios = playable_scenarios(read);
   if (std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario) == facts.scenarios.end())
@@ -103,7 +102,7 @@ Behind behind(const ConsoleOptions& o, const screens::ConsoleFacts& facts, std::
 void set_up(screens::UiState& state, const ConsoleOptions& o, const screens::ConsoleFacts& facts,
             const ConsoleHost& host) {
   state.screen = o.first_screen();
-  state.units = o.imperial ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;
+  state.units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
   state.export_path = "knuckle-events.csv";
   const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario);
   state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
@@ -175,7 +174,7 @@ int run(const ConsoleOptions& o) {
   Behind loops = behind(o, facts, candump.stream());
   facts.unix_ns_at_zero = loops.host->unix_ns_at_zero();
   ConsoleWindow window(o.window(), facts);
-  if (facts.hand == screens::HandSource::kGamepad && !window.window().gamepad())
+  if (facts.hand == HandSource::kGamepad && !window.window().gamepad())
     cli::refuse_option("--device", o.device, "no gamepad found: plug one in, or use --device keyboard");
   set_up(window.state(), o, facts, *loops.host);
   add_cameras(window, cameras);
@@ -227,8 +226,7 @@ cli::Command console_entry() {
             const auto options = std::make_shared<ConsoleOptions>();
             add_options(command, *options);
             return [command, options] {
-              options->scenario_given = command.given("--scenario");
-              options->seed_given = command.given("--seed");
+              options->given = [command](const char* option) { return command.given(option); };
               return run(*options);
             };
           }};

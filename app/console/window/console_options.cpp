@@ -4,10 +4,10 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
+#include <initializer_list>
 #include <map>
 #include <set>
 #include <string_view>
-#include <utility>
 
 #include "app/bringup/device_probe.h"
 #include "app/cli/command.h"
@@ -52,19 +52,16 @@ Size size_of(const std::string& text) {
   return size;
 }
 
+void refuse_given(const ConsoleOptions& o, std::initializer_list<const char*> options, const char* why) {
+  for (const char* option : options)
+    if (o.given(option)) cli::refuse_option(option, "", why);
+}
+
 /// Options that only a simulated session has a use for.
 void check_simulated_only(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 9> in_vain{{{"--scenario", o.scenario_given},
-                                                             {"--seed", o.seed_given},
-                                                             {"--delay-ms", o.session.delay_ms.has_value()},
-                                                             {"--jitter-ms", o.session.jitter_ms.has_value()},
-                                                             {"--loss", o.session.loss.has_value()},
-                                                             {"--demo", o.demo},
-                                                             {"--candump", !o.candump.empty()},
-                                                             {"--at", o.at_s.has_value()},
-                                                             {"--screenshot", !o.screenshot.empty()}}};
-  for (const auto& [option, given] : in_vain)
-    if (given) cli::refuse_option(option, "", "goes with --simulate");
+  refuse_given(
+      o, {"--scenario", "--seed", "--delay-ms", "--jitter-ms", "--loss", "--demo", "--candump", "--at", "--screenshot"},
+      "goes with --simulate");
 }
 
 void check_device(const ConsoleOptions& o) {
@@ -91,31 +88,12 @@ void check_window(const ConsoleOptions& o) {
 
 /// What is played takes everything from its files, and leads nothing.
 void check_replay(const ConsoleOptions& o) {
-  const std::array<std::pair<const char*, bool>, 23> in_vain{{{"--simulate", o.simulate},
-                                                              {"--connect", !o.link.address.empty()},
-                                                              {"--dial", !o.link.dial.rendezvous.empty()},
-                                                              {"--insecure", o.link.insecure > 0},
-                                                              {"--keys", !o.link.keys.empty()},
-                                                              {"--machine", !o.session.machine.empty()},
-                                                              {"--device", o.device != "keyboard"},
-                                                              {"--device-file", !o.session.device.empty()},
-                                                              {"--serial", !o.device_choice.serial.empty()},
-                                                              {"--usb-port", !o.device_choice.usb_port.empty()},
-                                                              {"--scenario", o.scenario_given},
-                                                              {"--seed", o.seed_given},
-                                                              {"--delay-ms", o.session.delay_ms.has_value()},
-                                                              {"--jitter-ms", o.session.jitter_ms.has_value()},
-                                                              {"--loss", o.session.loss.has_value()},
-                                                              {"--demo", o.demo},
-                                                              {"--mute", o.mute},
-                                                              {"--camera", !o.cameras.empty()},
-                                                              {"--candump", !o.candump.empty()},
-                                                              {"--json", !o.json.empty()},
-                                                              {"--log", !o.log.folder.empty()},
-                                                              {"--no-log", o.log.off},
-                                                              {"--log-pictures", o.pictures_per_s.has_value()}}};
-  for (const auto& [option, given] : in_vain)
-    if (given) cli::refuse_option(option, "", "does not go with --replay");
+  refuse_given(o, {"--simulate",    "--connect", "--dial",     "--insecure",    "--keys",   "--machine",
+                   "--device-file", "--serial",  "--usb-port", "--scenario",    "--seed",   "--delay-ms",
+                   "--jitter-ms",   "--loss",    "--demo",     "--mute",        "--camera", "--candump",
+                   "--json",        "--log",     "--no-log",   "--log-pictures"},
+               "does not go with --replay");
+  if (o.device != "keyboard") cli::refuse_option("--device", o.device, "does not go with --replay");
   if (o.changes.any() && !o.beside.empty())
     cli::refuse_option("--beside", o.beside.front(), "does not go with --with or --control: one run is shown beside");
   check_window(o);
@@ -278,7 +256,7 @@ WindowOptions ConsoleOptions::window() const {
           .full_speed = false};
 }
 
-screens::Screen ConsoleOptions::first_screen() const {
+Screen ConsoleOptions::first_screen() const {
   for (const screens::ScreenOnRail& one : screens::kScreens)
     if (option_of(one.screen) == screen) return one.screen;
   cli::refuse_option("--screen", screen, "must be " + screens_listed(" or "));

@@ -1,6 +1,7 @@
 // The options of `knuckle console`, checked before anything opens.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +21,7 @@ namespace knuckle::console::window {
 
 struct ConsoleOptions {
   bool simulate = false, demo = false, light = false, imperial = false, mute = false;
-  bool scenario_given = false, seed_given = false;
+  std::function<bool(const char* option)> given = [](const char*) { return false; };  ///< On the command line.
   session::SimulateOptions session;  ///< Machine and haptic device's file count with --connect, too.
   pairing::LinkOptions link;         ///< Its address is empty where the machine is simulated.
   recordings::LogOptions log;
@@ -38,7 +39,7 @@ struct ConsoleOptions {
   /// A haptic device, or a machine that is elsewhere: recorded unless turned off.
   [[nodiscard]] bool real() const { return !simulate || device == "hid" || device == "usb"; }
   [[nodiscard]] WindowOptions window() const;
-  [[nodiscard]] screens::Screen first_screen() const;
+  [[nodiscard]] Screen first_screen() const;
 };
 
 void add_options(const cli::OptionList& command, ConsoleOptions& options);

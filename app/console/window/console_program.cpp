@@ -98,7 +98,7 @@ void begin_anew(ConsoleWindow& window, ConsoleHost& host, EventBook& events, con
 
 void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, std::uint64_t& recorded, const ConsoleRun& run) {
   for (double at_s = 0; at_s < run.skip_to_s && run.keep_on();) {
-    at_s = std::min(run.skip_to_s, at_s + widgets::History::kStep_s);
+    at_s = std::min(run.skip_to_s, at_s + History::kStep_s);
     host.skip_to(at_s);
     window.watch(host.view());
     take_events(host, events, recorded, window.facts().hand);
@@ -167,7 +167,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
     const LoopHealth& health = host.health();
     if (run.link_news)
       for (const cli::News& news : run.link_news()) events.add(view.now, view.run, Severity::kInfo, "link", news.what);
-    if (window.facts().hand == screens::HandSource::kGamepad) {
+    if (window.facts().hand == HandSource::kGamepad) {
       const std::optional<GamepadState> gamepad = window.window().gamepad();
       window.take_gamepad(gamepad);
       if (gamepad.has_value() != gamepad_there)
@@ -219,7 +219,7 @@ screens::ConsoleFacts facts_of(const player::Played& played) {
   screens::ConsoleFacts facts;
   facts.machine = played.machine;
   if (played.device) facts.device = *played.device;
-  facts.hand = screens::HandSource::kDevice;
+  facts.hand = HandSource::kDevice;
   facts.peer = name_of(played.file);
   return facts;
 }
@@ -304,7 +304,7 @@ int run_player(const ConsoleOptions& o, const std::function<bool()>& keep_on) {
   panel.timeline().seek(o.at_s ? Time(from_seconds(*o.at_s)) : panel.played().run.first_heard());
   ConsoleWindow window(o.window(), facts_of(panel.played()));
   window.state().screen = o.first_screen();
-  window.state().units = o.imperial ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;
+  window.state().units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
   window.state().export_path = "knuckle-events.csv";
   if (panel.played().world) window.show_world(*panel.played().world);
   window.play(panel);

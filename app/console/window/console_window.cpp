@@ -157,7 +157,7 @@ void ConsoleWindow::make_sounds(bool muted) {
 
 void ConsoleWindow::sound(const ConsoleView& view, EventBook& events, double view_age_s) {
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  const widgets::Freshness fresh = screens::machine_freshness(view).after(view_age_s);
+  const Freshness fresh = screens::machine_freshness(view).after(view_age_s);
   const AlarmSound due = alarms_.step(view, fresh.heard && fresh.stale(), events.open(Severity::kAlarm) == 0, now_s);
   if (!sounds_) return;
   if (const std::string problem = sounds_->problem(); problem != std::exchange(state_.sound_problem, problem)) {
@@ -177,17 +177,17 @@ void ConsoleWindow::frame_of_player() {
 
 /// A window that has no room for any screen: one sentence, nobody leads, and Stop is a key or a click anywhere.
 void ConsoleWindow::draw_too_small(const ConsoleView& view) {
-  const widgets::Theme& t = window_.theme();
+  const Theme& t = window_.theme();
   screens::open_canvas();
   const bool live = player_ == nullptr;
   if (live && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) state_.stop = true;
-  const widgets::Area all = widgets::Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(t.px(6));
-  std::string words = fmt::format("This window is too small: {} x {} are needed", kLeastWidth, kLeastHeight);
+  const Area all = Area{{0, 0}, ImGui::GetIO().DisplaySize}.inset(t.px(6));
+  std::string text = fmt::format("This window is too small: {} x {} are needed", kLeastWidth, kLeastHeight);
   if (live)
-    words = state_.stop ? "Stop is pressed. " + words : words + ". Enable counts as let go; Stop: Space or a click";
+    text = state_.stop ? "Stop is pressed. " + text : text + ". Enable counts as let go; Stop: Space or a click";
   const ImFont* font = t.fonts.body;
-  const float height = font->CalcTextSizeA(font->FontSize, 1e9F, all.width(), words.c_str()).y;
-  widgets::put_lines(font, t.colours.text, all.inset(0, std::max(0.F, all.height() - height) / 2), words.c_str());
+  const float height = text_height(font, all.width(), text);
+  put_lines(font, t.colours.text, all.inset(0, std::max(0.F, all.height() - height) / 2), text);
   focus_.end_frame();
   machine_.take_mouse({}, state_.side_view, view);
   ImGui::End();
@@ -204,15 +204,15 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
     state_.measures.drop();
   else
     state_.measures.take_tip(tip_m);
-  if (state_.screen == screens::Screen::kOperate && zoom_ != 0) machine_.zoom(state_.side_view, zoom_, tip_m);
+  if (state_.screen == Screen::kOperate && zoom_ != 0) machine_.zoom(state_.side_view, zoom_, tip_m);
   zoom_ = 0;
   const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  const widgets::Ui ui{window_.theme(), focus_, {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
+  const Ui ui{window_.theme(), focus_, {state_.units}, now_s, view_age_s, steady_, player_ != nullptr};
   const JointLoads loads = screens::measured_freshness(view).after(view_age_s).stale() ? JointLoads{}
                            : player_ != nullptr                                        ? player_->loads()
                                                                                        : loads_;
   screens::open_canvas();
-  const std::optional<widgets::Area> picture = screens::draw_console(
+  const std::optional<Area> picture = screens::draw_console(
       ui,
       {facts_, kinematics_, view, loads, loop, player_ != nullptr ? player_->plots() : live_plots_.window(),
        live_plots_, player_ != nullptr ? player_->kept().link() : link_history_,
@@ -223,7 +223,7 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   // The tip of a machine that was recorded cannot be pulled.
   const bool no_mouse = !picture || (player_ != nullptr && state_.side_view);
   focus_.end_frame();
-  machine_.take_mouse(no_mouse ? widgets::Area{} : *picture, state_.side_view, view);
+  machine_.take_mouse(no_mouse ? Area{} : *picture, state_.side_view, view);
   // A pull that began otherwise enables nothing, whatever is switched while it lasts.
   if (!machine_.pulled().presence) pointer_may_enable_ = state_.hold_to_run && state_.side_view;
   pointer_may_enable_ = pointer_may_enable_ && state_.hold_to_run;
@@ -249,7 +249,7 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
 }
 
 /// The machine's, and a camera's: the small one last.
-void ConsoleWindow::draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
+void ConsoleWindow::draw_pictures(const Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                                   const ConsoleView& view) {
   const std::optional<screens::CameraPane::Placed>& camera = cameras_.placed();
   const auto draw_camera = [&] {
@@ -297,7 +297,7 @@ void ConsoleWindow::take_keys() {
   for (const KeyPress& press : window_.key_presses()) {
     const bool control = (press.modifiers & kControl) != 0;
     const auto asked_for = [&](const KeyBinding& b) {
-      return !b.held && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
+      return b.held == nullptr && b.key == press.key && (b.control == control || b.action == KeyAction::kStop);
     };
     const bool typing = ImGui::GetIO().WantTextInput;
     if (player_ != nullptr) {
@@ -393,15 +393,14 @@ void ConsoleWindow::act(const KeyBinding& binding) {
       cameras_.next();
       return;
     case KeyAction::kAlign:
-      align_asked_ = state_.screen == screens::Screen::kOperate;
+      align_asked_ = state_.screen == Screen::kOperate;
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;
       window_.set_light(state_.light);
       return;
     case KeyAction::kUnits:
-      state_.units =
-          state_.units == widgets::UnitSystem::kMetric ? widgets::UnitSystem::kImperial : widgets::UnitSystem::kMetric;
+      state_.units = state_.units == UnitSystem::kMetric ? UnitSystem::kImperial : UnitSystem::kMetric;
       return;
     case KeyAction::kFullScreen:
       window_.toggle_full_screen();
@@ -413,24 +412,14 @@ void ConsoleWindow::act(const KeyBinding& binding) {
       window_.change_scale(1 / kScaleStep);
       return;
     case KeyAction::kFocusOn:
-      focus_.ask(widgets::FocusOrder::Move::kOn);
+      focus_.ask(FocusOrder::Move::kOn);
       return;
     case KeyAction::kFocusBack:
-      focus_.ask(widgets::FocusOrder::Move::kBack);
+      focus_.ask(FocusOrder::Move::kBack);
       return;
     case KeyAction::kHelp:
       state_.help = !state_.help;
       return;
-    case KeyAction::kEnable:
-    case KeyAction::kClutch:
-    case KeyAction::kSlow:
-    case KeyAction::kBoomUp:
-    case KeyAction::kBoomDown:
-    case KeyAction::kArmOut:
-    case KeyAction::kArmIn:
-    case KeyAction::kBucketOut:
-    case KeyAction::kBucketIn:
-      return;  // held, not pressed
     case KeyAction::kEventBack:
     case KeyAction::kEventOn:
       live_jump_ = action;
@@ -438,33 +427,17 @@ void ConsoleWindow::act(const KeyBinding& binding) {
     case KeyAction::kEnd:
       live_plots_.choose(std::nullopt);
       return;
-    case KeyAction::kPlay:
-    case KeyAction::kStepBack:
-    case KeyAction::kStepOn:
-    case KeyAction::kSecondBack:
-    case KeyAction::kSecondOn:
-    case KeyAction::kSlower:
-    case KeyAction::kFaster:
-    case KeyAction::kBegin:
-      return;  // the player's
+    default:
+      return;  // held, or the player's
   }
 }
 
 HeldKeys ConsoleWindow::held_keys() const {
   HeldKeys held;
   if (ImGui::GetIO().WantTextInput) return held;
-  for (const KeyBinding& b : kKeys) {
-    if (!b.held || !window_.key_down(b.key)) continue;
-    if (b.action == KeyAction::kEnable) held.enable = keys_enable_was_up_;
-    if (b.action == KeyAction::kClutch) held.clutch = true;
-    if (b.action == KeyAction::kSlow) held.slow = true;
-    if (b.action == KeyAction::kBoomUp) held.boom_up = true;
-    if (b.action == KeyAction::kBoomDown) held.boom_down = true;
-    if (b.action == KeyAction::kArmOut) held.arm_out = true;
-    if (b.action == KeyAction::kArmIn) held.arm_in = true;
-    if (b.action == KeyAction::kBucketOut) held.bucket_out = true;
-    if (b.action == KeyAction::kBucketIn) held.bucket_in = true;
-  }
+  for (const KeyBinding& b : kKeys)
+    if (b.held != nullptr && window_.key_down(b.key)) held.*b.held = true;
+  held.enable = held.enable && keys_enable_was_up_;
   return held;
 }
 

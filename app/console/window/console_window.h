@@ -42,7 +42,7 @@ class ConsoleWindow {
   /// From now on alarms are heard, unless the person turns them off. @param muted they are turned off at first.
   void make_sounds(bool muted);
   /// Where the machine was drawn last; nullopt: nowhere.
-  [[nodiscard]] const std::optional<widgets::Area>& machine_picture() const noexcept { return machine_picture_; }
+  [[nodiscard]] const std::optional<Area>& machine_picture() const noexcept { return machine_picture_; }
   /// For the light on every screen.
   void show_recording(RecordingLight light) { recording_ = std::move(light); }
   /// Takes a view into histories and totals without drawing it.
@@ -73,7 +73,7 @@ class ConsoleWindow {
  private:
   void take_keys();
   void sound(const ConsoleView& view, EventBook& events, double view_age_s);
-  void draw_pictures(const widgets::Area& machine, const std::optional<picture::Grid>& grid, bool stale,
+  void draw_pictures(const Area& machine, const std::optional<picture::Grid>& grid, bool stale,
                      const ConsoleView& view);
   void note_picture(Time received);
   [[nodiscard]] bool draw_picture_only();
@@ -87,7 +87,7 @@ class ConsoleWindow {
   screens::ConsoleFacts facts_;
   Window window_;
   screens::UiState state_;
-  widgets::FocusOrder focus_;
+  FocusOrder focus_;
   Kinematics kinematics_;
   screens::LivePlots live_plots_;
   LinkHistory link_history_;
@@ -96,7 +96,7 @@ class ConsoleWindow {
   JointLoads loads_;  ///< Of the newest view of a session that runs.
   PushWatch push_watch_;
   picture::MachinePanel machine_;
-  std::optional<widgets::Area> machine_picture_;
+  std::optional<Area> machine_picture_;
   std::vector<std::shared_ptr<picture::SimulatedCamera>> simulated_cameras_;
   AlarmWatch alarms_;
   std::unique_ptr<video::SoundPlayer> sounds_;

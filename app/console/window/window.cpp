@@ -112,7 +112,7 @@ void Window::start_widgets() {
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 330");
   io.KeyMap[ImGuiKey_Space] = GLFW_KEY_ENTER;  // Enter activates: Space is Stop, and nothing else
-  io.KeyMap[ImGuiKey_Tab] = -1;                // widgets::FocusOrder does more
+  io.KeyMap[ImGuiKey_Tab] = -1;                // FocusOrder does more
   widgets_started_ = true;
 }
 
@@ -179,7 +179,7 @@ void Window::rebuild_fonts() {
   ImGui_ImplOpenGL3_DestroyFontsTexture();
   ImGui_ImplOpenGL3_CreateFontsTexture();
   io.FontDefault = theme_.fonts.body;
-  widgets::apply_style(theme_);
+  apply_style(theme_);
 }
 
 void Window::clear() {
@@ -234,8 +234,8 @@ void Window::write_png(const std::string& path) const {
 
 void Window::set_light(bool light) {
   theme_.light = light;
-  theme_.colours = light ? widgets::light_palette() : widgets::dark_palette();
-  if (theme_.fonts.body != nullptr) widgets::apply_style(theme_);
+  theme_.colours = light ? light_palette() : dark_palette();
+  if (theme_.fonts.body != nullptr) apply_style(theme_);
 }
 
 void Window::toggle_full_screen() {

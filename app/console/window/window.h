@@ -68,15 +68,15 @@ class Window {
   void swap();
   /// Whole frames take so long that a picture is not to wait for one; but the last one is less than 100 ms ago.
   [[nodiscard]] bool slow() const;
-  /// Waits until the next frame is due: at once where a picture comes, but no sooner than 8 ms after the last one
-  /// began.
-  /// @param next_picture when the next one is expected: a whole frame that would not be done by then, and so would keep
-  /// it waiting, waits for it; but no longer than until 60 ms after the last whole one began.
+  /// Waits until the next frame is due. A picture that comes is due at once, but no sooner than 8 ms after the last
+  /// frame began.
+  /// @param next_picture when the next one is expected. A whole frame that would not be done by then waits for the
+  /// picture first, at most until 60 ms after the last whole one began.
   void wait(video::Bell& pictures, std::chrono::steady_clock::time_point next_picture);
   /// What has been drawn since clear(), as PNG. @throws InputError where the file cannot be written.
   void write_png(const std::string& path) const;
 
-  [[nodiscard]] const widgets::Theme& theme() const noexcept { return theme_; }
+  [[nodiscard]] const Theme& theme() const noexcept { return theme_; }
   void set_light(bool light);
   /// Times what it is; takes effect with the next frame.
   void change_scale(float by) noexcept { scale_ = by * theme_.scale / monitor_scale_; }
@@ -99,8 +99,8 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   GrabWatch grab_;
-  widgets::FontFiles font_files_;
-  widgets::Theme theme_;
+  FontFiles font_files_;
+  Theme theme_;
   float scale_ = 0, monitor_scale_ = 1;
   bool widgets_started_ = false, full_speed_ = false, grabbed_ = false, too_small_ = false;
   int pad_ = -1;

@@ -9,6 +9,7 @@
 
 #include "app/console/console_loop.h"
 #include "app/console/link_watch.h"
+#include "app/console/named_fields.h"
 #include "app/session/session_head.h"
 #include "recording/recorder.h"
 #include "tests/console/console_rig.h"
@@ -75,7 +76,9 @@ TEST(PlayedRun, ShowsInEachStepWhatTheMachinesLoopKnewInItWhereOnlyThatWasRecord
     EXPECT_EQ(view.machine.limits, state.limits);
     EXPECT_EQ(view.machine.contact, state.contact);
     expect_near(view.machine.position_rad, state.joint_rad, kFloat);
+    expect_near(view.machine.ahead_rad, state.ahead_rad, kFloat);
     expect_near(view.machine.tip_force_N, state.tip_force_N, kFloat);
+    expect_near(view.machine.load_N, state.load_N, kFloat);
     EXPECT_NEAR(view.machine.payload_kg, state.payload_kg, 1e-6 * std::max(1.0, std::abs(state.payload_kg)));
     for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(view.machine.pressure_Pa[i], state.pressure_Pa[i], 1);
     expect_near(view.status.valve_command, state.valve_command, kFloat);
@@ -320,6 +323,38 @@ TEST(PlayedRun, HasTheMachinesModesInTheirOrder) {
   std::vector<Mode> modes;
   for (const auto& span : played.run.modes()) modes.push_back(span.mode);
   EXPECT_EQ(modes, (std::vector<Mode>{Mode::kSelfTest, Mode::kReady, Mode::kAligning, Mode::kEngaged, Mode::kFault}));
+}
+
+TEST(NamedFields, GoOverWhereNameAndTypeAreTheSameAndLeaveTheRestAsItIs) {
+  slave::SlaveState state;
+  state.mode = Mode::kHold;
+  state.confidence = 0.7;
+  state.ahead_rad = {0.1, 0.2, 0.3};
+  state.pressure_Pa[5] = 2e5;
+  state.fault = {ReasonCode::kSensorStale, 0x11, 41, 25};
+  state.joint_rad = {1, 2, 3};
+  SlaveMessage told;
+  told.sensor_at = Time(3s);
+  console::copy_named(state, told);
+  EXPECT_EQ(told.mode, Mode::kHold);
+  EXPECT_EQ(told.confidence, 0.7);
+  EXPECT_EQ(told.ahead_rad, state.ahead_rad);
+  EXPECT_EQ(told.pressure_Pa, state.pressure_Pa);
+  EXPECT_EQ(told.fault.code, ReasonCode::kSensorStale);
+  EXPECT_EQ(told.sensor_at, Time(3s));
+  EXPECT_EQ(told.position_rad, JointVector::Zero()) << "the state calls it otherwise";
+}
+
+TEST(NamedFields, OfWhichNothingIsKnownHaveNoNumber) {
+  SlaveMessage message;
+  message.mode = Mode::kReady;
+  message.stamp.sequence = 7;
+  console::make_unknown(message);
+  EXPECT_TRUE(std::isnan(message.confidence));
+  EXPECT_TRUE(message.position_rad.array().isNaN().all());
+  EXPECT_TRUE(std::isnan(message.pressure_Pa[5]));
+  EXPECT_EQ(message.mode, Mode::kReady);
+  EXPECT_EQ(message.stamp.sequence, 7u);
 }
 
 }  // namespace

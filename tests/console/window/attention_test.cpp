@@ -4,33 +4,20 @@
 #include <gtest/gtest.h>
 
 #include "app/console/screens/screens.h"
-#include "tests/console/window/canned_console.h"
-#include "tests/console/window/virtual_display.h"
+#include "tests/console/window/shown_console.h"
 // Last, as it defines common words as macros.
 #include <X11/Xlib.h>
 
 namespace knuckle::console::window {
 namespace {
 
-class Attention : public testing::Test {
+class Attention : public ShownConsole {
  protected:
-  void SetUp() override {
-    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-    console_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
-  }
   /// What the window asks for, once what the display was told has come about.
   ConsoleInput input() {
-    for (int i = 0; i < 3; ++i) {
-      console_->frame(view_, loop_, events_, 0);
-      console_->show();
-    }
+    frames(3);
     return console_->input(Time{});
   }
-  VirtualDisplay display_{"1280x800"};
-  std::unique_ptr<ConsoleWindow> console_;
-  ConsoleView view_ = canned_view();
-  LoopHealth loop_ = canned_loop();
-  EventBook events_;
 };
 
 TEST_F(Attention, IsThereFromTheStartWithoutAWindowManager) {
@@ -85,7 +72,7 @@ TEST_F(Attention, OfTheEnableKeyIsGoneWhileTextIsTypedAndUntilItIsPressedAnew) {
       (void)input();
     }
   };
-  console_->state().screen = screens::Screen::kEvents;
+  console_->state().screen = Screen::kEvents;
   (void)input();
   click("520 140");  // the filter
   ASSERT_TRUE(console_->state().typing);

@@ -34,9 +34,9 @@ class Banner : public ShownConsole {
   void expect_whole(const std::string& words) {
     int seen = 0;
     for (const DrawnText& text : drawn()) {
-      if (text.words.find(words.substr(0, 12)) == std::string::npos) continue;
+      if (text.text.find(words.substr(0, 12)) == std::string::npos) continue;
       ++seen;
-      EXPECT_NE(text.words.find(words), std::string::npos) << text.words << "\n is not\n" << words;
+      EXPECT_NE(text.text.find(words), std::string::npos) << text.text << "\n is not\n" << words;
       EXPECT_LE(text.cut_px, 0) << words;
       EXPECT_GE(text.min.y, 10) << words;
       EXPECT_LE(text.max.y, 82) << words;
@@ -74,7 +74,7 @@ TEST_F(Banner, NamesTheNodeInsteadOfItsNumber) {
   const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
   const auto says = [&texts](const char* words) {
     return std::any_of(texts.begin(), texts.end(),
-                       [words](const DrawnText& text) { return text.words.find(words) != std::string::npos; });
+                       [words](const DrawnText& text) { return text.text.find(words) != std::string::npos; });
   };
   EXPECT_TRUE(says("machine: fault, boom encoder: sensor has stopped"));
   EXPECT_FALSE(says("node 0x"));

@@ -28,7 +28,7 @@ class AlignByClicks : public testing::Test {
     ASSERT_TRUE(at);
     align_.click(at->cwiseQuotient(Eigen::Vector2d(width_px, height_px)), width_px, height_px);
   }
-  [[nodiscard]] bool says(const std::string& what) const { return align_.words().find(what) != std::string::npos; }
+  [[nodiscard]] bool says(const std::string& what) const { return align_.text().find(what) != std::string::npos; }
 
   const MachineDescription machine_ = canned_facts().machine;
   ConsoleView view_ = canned_view();
@@ -41,11 +41,11 @@ TEST_F(AlignByClicks, CountOnlyOnceTheMachineHasStoodStillForASecond) {
   view_.machine.velocity_radps.setZero();
   stand({0.55, -1.2, -0.5}, 20ms);
   click(1280, 720);
-  EXPECT_TRUE(says("stand still for a second")) << align_.words();
+  EXPECT_TRUE(says("stand still for a second")) << align_.text();
   EXPECT_TRUE(align_.marks().empty()) << "the picture is still one of the way there";
   stand({0.55, -1.2, -0.5}, 1s);
   click(1280, 720);
-  EXPECT_EQ(align_.marks().size(), 1u) << align_.words();
+  EXPECT_EQ(align_.marks().size(), 1u) << align_.text();
 }
 
 TEST_F(AlignByClicks, CountAsWhereInThePictureTheyWereWhateverItsSize) {

@@ -14,9 +14,8 @@
 #include "app/console/screens/picture_pane.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
-#include "tests/console/window/canned_console.h"
 #include "tests/console/window/drawn_texts.h"
-#include "tests/console/window/virtual_display.h"
+#include "tests/console/window/shown_console.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::console::window {
@@ -28,17 +27,15 @@ struct Pixel {
   [[nodiscard]] bool is_grey() const { return red == green && green == blue && red > 20; }
 };
 
-class CamerasInWindow : public testing::Test {
+class CamerasInWindow : public ShownConsole {
  protected:
   static constexpr Duration kNotYet = -10s;  // live, however slowly the window is drawn
   // Of the window of 1280x800: on the camera's picture and on the small one, clear of all words.
   static constexpr std::array<int, 2> kLarge{260, 300}, kSmall{610, 470}, kSmallCamera{610, 500};
 
   void SetUp() override {
-    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-    console_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
-    console_->hold_steady();
-    console_->show_world(canned_world());
+    ShownConsole::SetUp();
+    if (!IsSkipped()) console_->show_world(canned_world());
   }
   void add_camera(const std::string& name) {
     console_->cameras().add({name, [this] { return std::move(next_); }, [this] { return status_; }});
@@ -59,10 +56,7 @@ class CamerasInWindow : public testing::Test {
     next_->captured = next_->received = video::now() - ago;
   }
   void frames(int n = 3) {
-    for (int i = 0; i < n; ++i) {
-      console_->frame(view_, loop_, events_, 0);
-      console_->show();
-    }
+    ShownConsole::frames(n);
     console_->frame(view_, loop_, events_, 0);  // to be read
   }
   [[nodiscard]] static Pixel at(const std::array<int, 2>& place) {
@@ -94,13 +88,8 @@ class CamerasInWindow : public testing::Test {
   }
   [[nodiscard]] std::string last_event() const { return events_.rows().empty() ? "" : events_.rows().back().text; }
 
-  VirtualDisplay display_{"1280x800"};
-  std::unique_ptr<ConsoleWindow> console_;
   std::unique_ptr<video::Frame> next_;
   video::CameraStatus status_;
-  ConsoleView view_ = canned_view();
-  LoopHealth loop_ = canned_loop();
-  EventBook events_;
 };
 
 TEST_F(CamerasInWindow, FillTheLargestPaneWithTheMachineSmallInIt) {
@@ -201,12 +190,12 @@ TEST_F(CamerasInWindow, HaveTheirKeysAndWhatColoursMeanBesideEachOther) {
   ASSERT_TRUE(console_->cameras().large());
   const std::vector<DrawnText> all = texts_of([this] { frames(1); });
   const auto hint =
-      std::find_if(all.begin(), all.end(), [](const DrawnText& text) { return text.words == "V: view  X: machine"; });
+      std::find_if(all.begin(), all.end(), [](const DrawnText& text) { return text.text == "V: view  X: machine"; });
   ASSERT_NE(hint, all.end());
   for (const DrawnText& other : all) {
     const bool apart = other.max.x <= hint->min.x || other.min.x >= hint->max.x || other.max.y <= hint->min.y ||
                        other.min.y >= hint->max.y;
-    EXPECT_TRUE(apart || other.words == hint->words) << other.words;
+    EXPECT_TRUE(apart || other.text == hint->text) << other.text;
   }
 }
 
@@ -289,7 +278,7 @@ TEST_F(CamerasInWindow, LeaveTheirAgeToBeReadHoweverLongTheirNameIs) {
   for (const std::size_t length : {std::size_t{3}, std::size_t{30}, std::size_t{300}}) {
     const std::string title = screens::camera_title(font, 160, std::string(length, 'm'), "+0.04 s");
     EXPECT_TRUE(title.ends_with(age)) << title;
-    EXPECT_LE(widgets::text_width(font, title.c_str()), 160) << title;
+    EXPECT_LE(text_width(font, title), 160) << title;
     EXPECT_EQ(title.substr(0, 3), "mmm");
   }
   EXPECT_EQ(screens::camera_title(font, 160, "mast", "+0.04 s"), "mast  +0.04 s");
@@ -312,8 +301,8 @@ class AlignCamera : public CamerasInWindow {
     picture(kNotYet, 1280);
     frames();
   }
-  void press(const char* key) {
-    ASSERT_TRUE(xdotool(std::string("key ") + key));
+  void press(const std::string& key) {
+    ASSERT_TRUE(xdotool("key " + key));
     show();
   }
   /// The machine in this pose, for long enough.
@@ -371,12 +360,10 @@ class AlignCamera : public CamerasInWindow {
 TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
   red(true);
   red(false);
-  ASSERT_TRUE(xdotool("key k"));
-  show();
+  press("k");
   ASSERT_TRUE(console_->cameras().aligning());
   ASSERT_GE(click_poses(), 6);
-  ASSERT_TRUE(xdotool("key k"));
-  show();
+  press("k");
   EXPECT_FALSE(console_->cameras().aligning());
   EXPECT_NE(last_event().find("camera rear: aligned, residual "), std::string::npos) << last_event();
   EXPECT_NE(last_event().find("camera_rear.toml"), std::string::npos) << last_event();
@@ -397,12 +384,10 @@ TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
 TEST_F(AlignCamera, TakesNoClickWhileTheMachineMovesAndWritesNothingThatIsRefused) {
   red(true);
   red(false);
-  ASSERT_TRUE(xdotool("key k"));
-  show();
+  press("k");
   view_.machine.velocity_radps = {0, 0.1, 0};
   (void)click_poses();
-  ASSERT_TRUE(xdotool("key k"));
-  show();
+  press("k");
   EXPECT_NE(last_event().find("camera rear: not aligned: 0 of at least 6 poses"), std::string::npos) << last_event();
   EXPECT_EQ(folder_.count(), 0);
 }
@@ -433,7 +418,7 @@ TEST_F(AlignCamera, SaysInAnEventWhereItsKeyDoesNothingOrAnotherPictureEndsIt) {
   EXPECT_FALSE(console_->cameras().aligning()) << "the machine is large";
   EXPECT_EQ(last_event(), "nothing to align: no camera fills the pane (X makes another picture large)");
   press("x");
-  console_->state().screen = screens::Screen::kLink;
+  console_->state().screen = Screen::kLink;
   press("k");
   EXPECT_FALSE(console_->cameras().aligning()) << "the picture is not on this screen";
 }
@@ -466,11 +451,11 @@ TEST(VideoAlarm, SaysHowOldThePictureIs) {
 }
 
 TEST(CameraPicture, KeepsItsShape) {
-  const widgets::Area wide = screens::fitted({{100, 50}, {500, 450}}, 16.0 / 9);
+  const Area wide = screens::fitted({{100, 50}, {500, 450}}, 16.0 / 9);
   EXPECT_FLOAT_EQ(wide.width(), 400);
   EXPECT_FLOAT_EQ(wide.height(), 225);
   EXPECT_FLOAT_EQ(wide.min.y, 50);
-  const widgets::Area tall = screens::fitted({{100, 50}, {500, 150}}, 4.0 / 3);
+  const Area tall = screens::fitted({{100, 50}, {500, 150}}, 4.0 / 3);
   EXPECT_FLOAT_EQ(tall.height(), 100);
   EXPECT_FLOAT_EQ(tall.centre().x, 300);
 }

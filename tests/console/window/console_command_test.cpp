@@ -252,7 +252,7 @@ TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
 }
 
 TEST_F(LedConsole, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
-  window_->state().screen = screens::Screen::kEvents;
+  window_->state().screen = Screen::kEvents;
   frame();
   ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
   for (int i = 0; i < 3; ++i) frame();

@@ -10,7 +10,7 @@
 namespace knuckle::console::window {
 
 struct DrawnText {
-  std::string words;
+  std::string text;
   ImVec2 min, max;   ///< Where it is.
   float cut_px = 0;  ///< So much of it lies below what is shown of its surroundings.
 };

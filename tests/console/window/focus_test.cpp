@@ -176,7 +176,7 @@ TEST_F(KeyboardFocus, LeadsNoMachineByTabArrowsOrEnter) {
     does(std::string("key ") + screen);
     EXPECT_EQ(hand().enable, enabled);
     const std::size_t steps = walk_.items().size() + 1;
-    const screens::Screen shown = state().screen;
+    const Screen shown = state().screen;
     for (std::size_t i = 0; i < steps; ++i) {
       state().screen = shown;
       for (const char* key : {"Tab", "Return"}) {

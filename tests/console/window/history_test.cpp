@@ -56,10 +56,9 @@ TEST_F(LiveHistory, GoesFromEventToEventByTheKeysOfThePlayer) {
 TEST_F(LiveHistory, ShowsTheForceOfTheChosenTimeThoughItIsNoLongerAmongTheLastTenSeconds) {
   does("key F7");
   const auto most = [this] {
-    const widgets::History& shown = console_->live_plots().window().history();
+    const History& shown = console_->live_plots().window().history();
     double force_N = 0;
-    for (std::size_t i = 0; i < shown.size(); ++i)
-      force_N = std::fmax(force_N, widgets::known_force_N(shown.ago(i).machine));
+    for (std::size_t i = 0; i < shown.size(); ++i) force_N = std::fmax(force_N, known_force_N(shown.ago(i).machine));
     return force_N;
   };
   const Pixels now = pixels();
@@ -77,10 +76,10 @@ TEST_F(LiveHistory, SaysOnEveryScreenThatItsPlotsAreOfAnotherTime) {
     does(std::string("key ") + screen);
     console_->live_plots().choose(view_.now - 12s);
     frames();
-    EXPECT_EQ(console_->live_plots().window().cursor().words, "12 s ago - End: now");
+    EXPECT_EQ(console_->live_plots().window().cursor().text, "12 s ago - End: now");
     const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
     EXPECT_TRUE(std::ranges::any_of(texts, [](const DrawnText& text) {
-      return text.words.find("12 s ago") != std::string::npos && text.min.x > 114 && text.min.y > 180;
+      return text.text.find("12 s ago") != std::string::npos && text.min.x > 114 && text.min.y > 180;
     })) << screen;  // below the card that has the time in words
   }
   EXPECT_EQ(screens::ago_text(192s), "3 min 12 s ago");
@@ -93,7 +92,7 @@ TEST_F(LiveHistory, StaysAtATimeThatIsOlderThanWhatIsKept) {
   view_.now += 11min;
   frames();
   EXPECT_EQ(console_->live_plots().chosen(), event);
-  EXPECT_EQ(console_->live_plots().window().cursor().words.rfind("11 min", 0), 0U);
+  EXPECT_EQ(console_->live_plots().window().cursor().text.rfind("11 min", 0), 0U);
 }
 
 TEST_F(LiveHistory, HasNoGapAtTheRightWhereTheSecondsBehindAChosenTimeHaveCome) {
@@ -104,9 +103,9 @@ TEST_F(LiveHistory, HasNoGapAtTheRightWhereTheSecondsBehindAChosenTimeHaveCome) 
     console_->frame(view_, loop_, events_, 0);
     console_->show();
   }
-  const widgets::History& shown = console_->live_plots().window().history();
+  const History& shown = console_->live_plots().window().history();
   for (std::size_t ago = 0; ago < shown.size(); ++ago)
-    EXPECT_FALSE(std::isnan(widgets::known_force_N(shown.ago(ago).machine))) << ago;
+    EXPECT_FALSE(std::isnan(known_force_N(shown.ago(ago).machine))) << ago;
 }
 
 TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
@@ -115,7 +114,7 @@ TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
   console_->watch(view_);
   frames();
   const SlaveMessage& newest = console_->live_plots().window().history().ago(0).machine;
-  EXPECT_TRUE(std::isnan(widgets::known_force_N(newest)));
+  EXPECT_TRUE(std::isnan(known_force_N(newest)));
   EXPECT_FALSE(std::isnan(newest.pressure_Pa[0]));
 }
 

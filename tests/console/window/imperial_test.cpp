@@ -13,7 +13,7 @@ class Imperial : public ShownConsole {
  protected:
   [[nodiscard]] std::set<std::string> words() {
     std::set<std::string> all;
-    for (DrawnText& text : texts_of([this] { frames(2); })) all.insert(std::move(text.words));
+    for (DrawnText& text : texts_of([this] { frames(2); })) all.insert(std::move(text.text));
     return all;
   }
   /// Of what is drawn now.
@@ -61,7 +61,7 @@ TEST_F(Imperial, IsWhatEveryReasonAndTheBannerSay) {
 }
 
 TEST(Units, TurnTheNumbersInATextThatHaveAMetricUnitAndNoOthers) {
-  const widgets::Units imperial{widgets::UnitSystem::kImperial};
+  const Units imperial{UnitSystem::kImperial};
   EXPECT_EQ(imperial.as_shown("contact, 820 N"), "contact, 184 lbf");
   EXPECT_EQ(imperial.as_shown("limited (9.1 kW; limit 9 kW)"), "limited (12.2 hp; limit 12.1 hp)");
   EXPECT_EQ(imperial.as_shown("encoder preset: 512.0 mm before, 510.2 mm now"),
@@ -74,7 +74,7 @@ TEST(Units, TurnTheNumbersInATextThatHaveAMetricUnitAndNoOthers) {
   for (const char* same : {"node 0x22: 41 ms; limit 25 ms", "12 of stroke", "5 min", "3 nodes", "F10", "0.4 s", "30 %",
                            "wall.1.toml", "2 Notes", ""})
     EXPECT_EQ(imperial.as_shown(same), same);
-  EXPECT_EQ(widgets::Units{}.as_shown("820 N"), "820 N");
+  EXPECT_EQ(Units{}.as_shown("820 N"), "820 N");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
       const std::string words = screens::confidence_text(view_);
       int seen = 0;
       for (const DrawnText& text : texts_of([this] { frames(1); })) {
-        if (text.words.find(words) == std::string::npos) continue;
+        if (text.text.find(words) == std::string::npos) continue;
         ++seen;
         EXPECT_LE(text.cut_px, 0) << words;
       }
@@ -33,10 +33,10 @@ TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
   const std::string begin = screens::confidence_text(view_).substr(0, 20);
   int seen = 0;
   for (const DrawnText& text : texts_of([this] { frames(1); })) {
-    if (text.words.find(begin) == std::string::npos) continue;
+    if (text.text.find(begin) == std::string::npos) continue;
     ++seen;
     EXPECT_LE(text.cut_px, 0);
-    EXPECT_TRUE(text.words.ends_with("...")) << text.words;
+    EXPECT_TRUE(text.text.ends_with("...")) << text.text;
   }
   EXPECT_EQ(seen, 1);
 }
@@ -44,7 +44,7 @@ TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
 /// Of everything that is drawn in one frame.
 std::vector<std::string> text_of(const std::vector<DrawnText>& texts) {
   std::vector<std::string> all;
-  for (const DrawnText& text : texts) all.push_back(text.words);
+  for (const DrawnText& text : texts) all.push_back(text.text);
   return all;
 }
 
@@ -126,9 +126,9 @@ TEST_F(Words, AJointAtItsEndIsNamedInTheBannerAndAmongTheLimitsAndHasARingInTheP
   EXPECT_EQ(draws_exactly("bucket out: at its end"), 1);
   EXPECT_GT(count_near(pixels(), kPicture, theme().colours.notice), before + 50);
   for (const DrawnText& text : texts_of([this] { frames(1); }))
-    EXPECT_FALSE(text.words.find("at its end") != std::string::npos && text.max.x > kPicture.left &&
+    EXPECT_FALSE(text.text.find("at its end") != std::string::npos && text.max.x > kPicture.left &&
                  text.min.x < kPicture.right && text.max.y > kPicture.top && text.min.y < kPicture.bottom)
-        << "words lie over the machine: " << text.words;
+        << "words lie over the machine: " << text.text;
   view_.link.silence_s = 3;
   EXPECT_FALSE(draws("at its end")) << "nobody knows where it is now";
 }
@@ -163,7 +163,7 @@ TEST_F(Words, AnUncalibratedMachineStandsOutUntilThePersonAcceptsThatByMouseOrKe
   view_.status.machine = MachineName("another");
   EXPECT_EQ(draws_exactly("UNCALIBRATED: OK?"), 1) << "which is not the one that was accepted";
   for (const DrawnText& text : texts_of([this] { frames(1); })) {
-    if (text.words != "UNCALIBRATED: OK?") continue;
+    if (text.text != "UNCALIBRATED: OK?") continue;
     click(int(text.min.x + text.max.x) / 2, int(text.min.y + text.max.y) / 2);
     break;
   }

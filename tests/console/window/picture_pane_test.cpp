@@ -12,7 +12,7 @@
 namespace knuckle::console::window {
 namespace {
 
-bool apart(const widgets::Area& a, ImVec2 min, ImVec2 max) {
+bool apart(const Area& a, ImVec2 min, ImVec2 max) {
   return max.x <= a.min.x || min.x >= a.max.x || max.y <= a.min.y || min.y >= a.max.y;
 }
 
@@ -39,10 +39,10 @@ class PicturePane : public ShownConsole {
   void expect_nothing_over_the_machine() {
     std::vector<DrawnText> texts;
     const std::map<ImGuiID, DrawnItem> items = items_of([&] { texts = texts_of([this] { frames(1); }); });
-    const widgets::Area machine = console_->machine_picture().value();
+    const Area machine = console_->machine_picture().value();
     EXPECT_GT(machine.width(), 150);
     EXPECT_GT(machine.height(), 80);
-    for (const DrawnText& text : texts) EXPECT_TRUE(apart(machine, text.min, text.max)) << text.words;
+    for (const DrawnText& text : texts) EXPECT_TRUE(apart(machine, text.min, text.max)) << text.text;
     for (const auto& [id, item] : items)
       EXPECT_TRUE(item.name == "picture" || apart(machine, item.box.Min, item.box.Max)) << item.name;
   }
@@ -82,11 +82,11 @@ TEST_F(PicturePane, ShowsAllDistancesBesideIt) {
       const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
       for (const char* label : {"reach", "to the reach limit", "over the grade line"}) {
         const auto found =
-            std::find_if(texts.begin(), texts.end(), [label](const DrawnText& text) { return text.words == label; });
+            std::find_if(texts.begin(), texts.end(), [label](const DrawnText& text) { return text.text == label; });
         ASSERT_NE(found, texts.end()) << label;
         for (const DrawnText& other : texts)
           EXPECT_TRUE(&other == &*found || apart({other.min, other.max}, found->min, found->max))
-              << label << " and " << other.words << " at " << height;
+              << label << " and " << other.text << " at " << height;
       }
     }
   }
@@ -95,7 +95,7 @@ TEST_F(PicturePane, ShowsAllDistancesBesideIt) {
 TEST_F(PicturePane, TellsByAnArrowAtItsEdgeWhereTheBucketIsThatHasLeftIt) {
   const auto arrow = [this]() -> std::optional<ImVec2> {
     for (const DrawnText& text : texts_of([this] { frames(1); }))
-      if (text.words == "bucket" && !apart(console_->machine_picture().value(), text.min, text.max))
+      if (text.text == "bucket" && !apart(console_->machine_picture().value(), text.min, text.max))
         return ImVec2{(text.min.x + text.max.x) / 2, (text.min.y + text.max.y) / 2};
     return std::nullopt;
   };
@@ -140,7 +140,7 @@ TEST_F(PicturePane, HasAllLimitsBesideItHoweverManyThereAre) {
         const std::string last = colon == std::string::npos ? words : words.substr(colon + 2);
         const std::string first = colon == std::string::npos ? words : words.substr(0, colon);
         const bool there = std::any_of(texts.begin(), texts.end(), [&](const DrawnText& text) {
-          return text.words.find(first) != std::string::npos && text.words.find(last) != std::string::npos &&
+          return text.text.find(first) != std::string::npos && text.text.find(last) != std::string::npos &&
                  text.cut_px <= 0 && text.max.x < 1030 && text.max.y <= float(height);
         });
         EXPECT_TRUE(there) << words << " at " << height << ' ' << screen;

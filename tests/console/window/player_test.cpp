@@ -52,10 +52,10 @@ class Player : public testing::Test {
   }
   [[nodiscard]] bool shows(const std::string& words) {
     const auto all = texts_of([this] { frames(2); });
-    return std::any_of(all.begin(), all.end(), [&](const DrawnText& text) { return text.words == words; });
+    return std::any_of(all.begin(), all.end(), [&](const DrawnText& text) { return text.text == words; });
   }
   [[nodiscard]] Time cursor() const { return panel_->timeline().cursor(); }
-  [[nodiscard]] screens::Screen screen() const { return window_->state().screen; }
+  [[nodiscard]] Screen screen() const { return window_->state().screen; }
 
   VirtualDisplay display_{"1280x800"};
   ConsoleOptions options_;
@@ -86,7 +86,7 @@ TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
     EXPECT_EQ(cursor(), before + 1ms) << screen_key;
   }
   does("key F6");
-  EXPECT_EQ(screen(), screens::Screen::kEvents);
+  EXPECT_EQ(screen(), Screen::kEvents);
 }
 
 TEST_F(Player, IsOperatedByTheKeyboardAloneOnEveryScreen) {
@@ -175,8 +175,8 @@ TEST_F(Player, GoesWhereAPlotOrAnEventIsClicked) {
 TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
   panel_->timeline().seek(Time(1s));
   frames(2);
-  const widgets::History& history = panel_->history();
-  ASSERT_EQ(history.size(), widgets::History::kSamples);
+  const History& history = panel_->history();
+  ASSERT_EQ(history.size(), History::kSamples);
   EXPECT_TRUE(std::isnan(history.ago(0).status.valve_command[0])) << "five seconds later nothing was recorded";
   int known = 0;
   test::for_each_state<slave::SlaveState>(

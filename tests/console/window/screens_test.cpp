@@ -233,7 +233,7 @@ TEST(ScreensTexts, AreSeenWhole) {
     const std::vector<DrawnText> drawn = texts_of([&] { shown.frames(1); });
     for (const std::string& text : shot.texts)
       EXPECT_TRUE(std::any_of(drawn.begin(), drawn.end(),
-                              [&](const DrawnText& one) { return one.words == text && one.cut_px == 0; }))
+                              [&](const DrawnText& one) { return one.text == text && one.cut_px == 0; }))
           << "is not seen whole: " << text;
   }
 }

@@ -98,18 +98,18 @@ class ShownConsole : public testing::Test {
   }
   /// Where a point of the arm's plane is on the screen, before anything was zoomed.
   [[nodiscard]] Eigen::Vector2d seen_at(const PlanarVector& at_m) const {
-    const widgets::Area area = console_->machine_picture().value();
+    const Area area = console_->machine_picture().value();
     const auto pixel = picture::pixel_of(picture::side_camera(console_->facts().machine), picture::viewport_of(area),
                                          {at_m.x(), 0, at_m.y()});
     return Eigen::Vector2d(double(area.min.x), double(area.min.y)) + *pixel;
   }
   /// The machine's picture, without its border.
   [[nodiscard]] Box picture_box() const {
-    const widgets::Area area = console_->machine_picture().value();
+    const Area area = console_->machine_picture().value();
     return {int(area.min.x) + 2, int(area.min.y) + 2, int(area.max.x) - 2, int(area.max.y) - 2};
   }
   [[nodiscard]] screens::UiState& state() { return console_->state(); }
-  [[nodiscard]] const widgets::Theme& theme() { return console_->window().theme(); }
+  [[nodiscard]] const Theme& theme() { return console_->window().theme(); }
 
   VirtualDisplay display_{"1280x800"};
   std::unique_ptr<ConsoleWindow> console_;

@@ -34,11 +34,11 @@ class SmallWindow : public ShownConsole {
   }
   [[nodiscard]] std::vector<DrawnText> drawn() {
     std::vector<DrawnText> all = texts_of([this] { frames(1); });
-    std::erase_if(all, [](const DrawnText& text) { return text.words.starts_with("Debug"); });  // ImGui's, never shown
+    std::erase_if(all, [](const DrawnText& text) { return text.text.starts_with("Debug"); });  // ImGui's, never shown
     return all;
   }
   [[nodiscard]] static bool one_sentence(const std::vector<DrawnText>& texts) {
-    return texts.size() == 1 && texts[0].words.starts_with("This window is too small");
+    return texts.size() == 1 && texts[0].text.starts_with("This window is too small");
   }
 };
 
@@ -59,21 +59,21 @@ TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneSentence) {
     SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
     resize(width, height);
     const bool layout = width >= kLeastWidth && height >= kLeastHeight;
-    for (int screen = 0; screen <= static_cast<int>(screens::Screen::kCount); ++screen) {
+    for (int screen = 0; screen <= static_cast<int>(Screen::kCount); ++screen) {
       SCOPED_TRACE(screen);
-      state().help = screen == static_cast<int>(screens::Screen::kCount);
-      state().screen = static_cast<screens::Screen>(state().help ? 0 : screen);
+      state().help = screen == static_cast<int>(Screen::kCount);
+      state().screen = static_cast<Screen>(state().help ? 0 : screen);
       frames(2);
       const std::vector<DrawnText> texts = drawn();
       if (!layout) {
-        EXPECT_TRUE(one_sentence(texts)) << (texts.empty() ? "nothing" : texts.back().words);
+        EXPECT_TRUE(one_sentence(texts)) << (texts.empty() ? "nothing" : texts.back().text);
         continue;
       }
       const auto says = [&](const char* words) {
         return std::any_of(texts.begin(), texts.end(), [&](const DrawnText& text) {
           const bool inside =
               text.min.x >= 0 && text.min.y >= 0 && text.max.x <= float(width) && text.max.y <= float(height);
-          return text.words == words && inside;
+          return text.text == words && inside;
         });
       };
       EXPECT_TRUE(says("STOP") && says("ENGAGED"));
@@ -87,7 +87,7 @@ TEST_F(SmallWindow, SaysToTheEndHowToStopWhereThereIsAnyRoomForIt) {
     resize(width, height);
     const std::vector<DrawnText> texts = drawn();
     ASSERT_TRUE(one_sentence(texts));
-    EXPECT_TRUE(texts[0].words.ends_with("Stop: Space or a click")) << texts[0].words;
+    EXPECT_TRUE(texts[0].text.ends_with("Stop: Space or a click")) << texts[0].text;
     EXPECT_GE(texts[0].min.x, 0);
     EXPECT_GE(texts[0].min.y, 0);
     EXPECT_LE(texts[0].max.x, float(width));
@@ -104,12 +104,12 @@ TEST_F(SmallWindow, LetsNobodyLeadSaysSoAndStopsAsEver) {
   EXPECT_TRUE(console_->input(view_.now).too_small);
   const std::vector<DrawnText> texts = drawn();
   ASSERT_TRUE(one_sentence(texts));
-  EXPECT_NE(texts[0].words.find("960 x 540"), std::string::npos) << texts[0].words;
-  EXPECT_NE(texts[0].words.find("Enable counts as let go"), std::string::npos) << texts[0].words;
+  EXPECT_NE(texts[0].text.find("960 x 540"), std::string::npos) << texts[0].text;
+  EXPECT_NE(texts[0].text.find("Enable counts as let go"), std::string::npos) << texts[0].text;
   EXPECT_FALSE(console_->input(view_.now).stop);
   does("key space");
   EXPECT_TRUE(console_->input(view_.now).stop);
-  EXPECT_EQ(drawn()[0].words.rfind("Stop is pressed", 0), 0U);
+  EXPECT_EQ(drawn()[0].text.rfind("Stop is pressed", 0), 0U);
   does("keyup shift");
   state().stop = false;
   does("mousemove 300 200 mousedown 1");

@@ -399,7 +399,7 @@ TEST(ConfidenceText, AreThoseOfTheMachinesSideAndNotGuessedAt) {
 }
 
 TEST(Freshness, GrowsOldWithTheLoopsView) {
-  const widgets::Freshness fresh{.heard = true, .age_s = 0.1, .limit_s = 0.25};
+  const Freshness fresh{.heard = true, .age_s = 0.1, .limit_s = 0.25};
   EXPECT_FALSE(fresh.after(0.1).stale());
   EXPECT_TRUE(fresh.after(0.2).stale());
   EXPECT_DOUBLE_EQ(fresh.after(0.2).age_s, 0.3);
@@ -421,12 +421,12 @@ class HistoryOfSixtyFrames : public testing::Test {
     for (std::size_t i = 0; i < 20; ++i) n += std::isfinite(value(history_.ago(i))) ? 1 : 0;
     return n;
   }
-  static double command(const widgets::History::Sample& s) { return s.status.valve_command[kArm]; }
-  static double speed(const widgets::History::Sample& s) { return s.machine.velocity_radps[kArm]; }
-  static double energy(const widgets::History::Sample& s) { return s.hand_energy_J; }
+  static double command(const History::Sample& s) { return s.status.valve_command[kArm]; }
+  static double speed(const History::Sample& s) { return s.machine.velocity_radps[kArm]; }
+  static double energy(const History::Sample& s) { return s.hand_energy_J; }
 
   ConsoleView view_ = canned_view();
-  widgets::History history_;
+  History history_;
 };
 
 TEST_F(HistoryOfSixtyFrames, HasTwentySamplesASecondAndKnowsThemAll) {
