@@ -42,3 +42,4 @@ add_library(knuckle_header_check OBJECT EXCLUDE_FROM_ALL ${sources})
 target_link_libraries(knuckle_header_check PRIVATE knuckle_window knuckle_studies knuckle_mcap)
 target_compile_options(knuckle_header_check PRIVATE -O0 -g0)
 target_precompile_headers(knuckle_header_check PRIVATE <Eigen/Core>)
+set_target_properties(knuckle_header_check PROPERTIES UNITY_BUILD OFF)  # alone
