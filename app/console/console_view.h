@@ -10,13 +10,10 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "master/master_state.h"
 #include "sim/world.h"
 #include "transport/link_messages.h"
 #include "transport/machine_status.h"
-
-namespace knuckle::master {
-struct MasterState;
-}
 
 namespace knuckle::console {
 
