@@ -10,6 +10,7 @@
 #include "app/check/file_check.h"
 #include "app/console/picture/simulated_camera.h"
 #include "app/console/window/console_command.h"
+#include "app/eds/bus_command.h"
 #include "app/explain/explain_command.h"
 #include "app/export/export_command.h"
 #include "app/identify/identify.h"
@@ -64,6 +65,7 @@ cli::Program knuckle_program() {
           audit::audit_entry(),
           rendezvous::rendezvous_entry(),
           bringup::calibrate_device_entry(),
+          eds::bus_entry(),
           bringup::doctor_entry(),
           checking::check_entry(),
           bringup::commission_entry(),

@@ -26,13 +26,6 @@
 namespace knuckle::recordings {
 namespace {
 
-// Bytes of a text file as UTF-8, in whichever of the encodings that spreadsheets write.
-
-struct EncodedText {
-  std::string utf8;      ///< Without a byte order mark.
-  std::string encoding;  ///< That it was in: "UTF-8", "UTF-16", "Latin-1".
-};
-
 constexpr char32_t kReplacement = 0xfffd;
 
 void append(std::string& text, char32_t character) {
@@ -99,7 +92,8 @@ bool has_zeros_at(std::string_view bytes, std::size_t offset) {
   return looked >= 2 && 10 * zeros >= 9 * looked;
 }
 
-/// UTF-16 by its byte order mark, or by the zero bytes that text has in it; UTF-8 where it is that; else Latin-1.
+}  // namespace
+
 EncodedText to_utf8(std::string bytes) {
   using namespace std::string_view_literals;
   const std::string_view all = bytes;
@@ -114,6 +108,8 @@ EncodedText to_utf8(std::string bytes) {
   for (const char c : all) append(text, static_cast<std::uint8_t>(c));
   return {std::move(text), "Latin-1"};
 }
+
+namespace {
 
 constexpr std::array kDelimiters{',', ';', '\t', '|'};
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;   // parsed before a signal is looked for again

@@ -28,6 +28,14 @@ struct CsvFile {
   [[nodiscard]] double number(const std::string& cell) const;
 };
 
+struct EncodedText {
+  std::string utf8;      ///< Without a byte order mark.
+  std::string encoding;  ///< That it was in: "UTF-8", "UTF-16", "Latin-1".
+};
+/// Bytes of a text file. UTF-16 by its byte order mark, or by the zero bytes that text has in it; UTF-8 where it is
+/// that; else Latin-1.
+[[nodiscard]] EncodedText to_utf8(std::string bytes);
+
 /// Every row of the file. Of the usual delimiters (comma, semicolon, tab, bar) it is the one by which most of the
 /// columns that are wanted are there, and then the rows fit the header and hold numbers best.
 /// @throws InputError for a file that cannot be read, is empty, larger than kLargestCsv_MB or has quotes that do not

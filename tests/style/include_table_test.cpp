@@ -45,7 +45,7 @@ const std::vector<std::set<std::string>> kFloorsOfApp{
     {"app/cli"},
     {"app/pairing", "app/rendezvous", "app/audit", "app/motion", "app/recordings", "app/replay", "app/explain",
      "app/operators"},
-    {"app/session", "app/bringup"},
+    {"app/session", "app/bringup", "app/eds"},
     {"app/report"},
     {"app/battery", "app/identify", "app/export"},
     {"app/check", "app/programs", "app/studies"},

@@ -1,0 +1,323 @@
+#include "app/eds/device_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "app/recordings/csv_cells.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "machine/file_text.h"
+
+namespace knuckle::eds {
+namespace {
+
+constexpr std::size_t kLargest_MB = 4;
+constexpr std::uint32_t kMostSubindex = 254;
+constexpr std::uint16_t kUnsigned8 = 5;
+
+std::string lower(std::string_view text) {
+  std::string low(text);
+  std::transform(low.begin(), low.end(), low.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
+  return low;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// Whole, decimal or 0x...; nothing else. A leading zero is octal for some and decimal for others: not a number here.
+std::optional<std::int64_t> whole_number(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative) text.remove_prefix(1);
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  if (hex) text.remove_prefix(2);
+  if (text.empty() || (!hex && text.size() > 1 && text[0] == '0')) return std::nullopt;
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
+  if (error != std::errc() || end != text.data() + text.size() || value > 0xFFFFFFFF) return std::nullopt;
+  return negative ? -static_cast<std::int64_t>(value) : static_cast<std::int64_t>(value);
+}
+
+/// "0x180", "$NODEID+0x180", "0x180 + $NodeId", "$NODEID".
+std::optional<Value> value_of(std::string_view text) {
+  const std::string low = lower(text);
+  const std::string_view all = low;
+  const auto plus = all.find('+');
+  const std::string_view first = trimmed(all.substr(0, plus));
+  const std::string_view second = plus == std::string_view::npos ? "0" : trimmed(all.substr(plus + 1));
+  const bool first_is_id = first == "$nodeid", plus_node_id = first_is_id || second == "$nodeid";
+  if (plus != std::string_view::npos && !plus_node_id) return std::nullopt;
+  const auto number = whole_number(plus_node_id && first_is_id ? second : first);
+  return number ? std::optional<Value>({*number, plus_node_id}) : std::nullopt;
+}
+
+std::optional<Access> access_of(const std::string& text) {
+  const std::string access = lower(text);
+  if (access == "ro") return Access::kReadOnly;
+  if (access == "wo") return Access::kWriteOnly;
+  if (access == "rw" || access == "rwr" || access == "rww") return Access::kReadWrite;
+  if (access == "const") return Access::kConstant;
+  return std::nullopt;
+}
+
+struct Key {
+  std::string value;
+  int line = 0;
+};
+struct Section {
+  std::string name;  ///< As written.
+  int line = 0;
+  std::map<std::string, Key> keys;  ///< By their names in small letters.
+  [[nodiscard]] const Key* find(const char* key) const {
+    const auto at = keys.find(key);
+    return at == keys.end() || at->second.value.empty() ? nullptr : &at->second;
+  }
+};
+
+std::uint32_t key_of(canopen::Object object) {
+  return std::uint32_t{object.index} << 8 | object.subindex;
+}
+std::string text_of(std::uint32_t key) {
+  return fmt::format("0x{:04X}:{:02X}", key >> 8, key & 0xFF);
+}
+
+class Reader {
+ public:
+  Reader(std::string_view text, const std::string& source) {
+    file_.source = source;
+    split(recordings::to_utf8(std::string(text)).utf8, source);
+  }
+
+  DeviceFile read() {
+    for (const auto& [name, section] : sections_) object(section);
+    listed();
+    mapped();
+    device_info();
+    identity();
+    std::stable_sort(slips_.begin(), slips_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [line, what] : slips_) file_.slips.push_back(fmt::format("line {}: {}", line, what));
+    return std::move(file_);
+  }
+
+ private:
+  void slip(int line, std::string what) { slips_.emplace_back(line, std::move(what)); }
+  [[noreturn]] void refuse(int line, const std::string& key, const std::string& why) const {
+    throw InputError(fmt::format("{}: line {}: {}: {}", file_.source, line, key, why));
+  }
+
+  void split(std::string_view text, const std::string& source) {
+    if (text.find('\0') != std::string_view::npos)
+      throw InputError(source + ": is not an EDS file: it has bytes that no text has");
+    Section* open = nullptr;
+    for (int number = 1; !text.empty(); ++number) {
+      const auto end = text.find('\n');
+      const std::string_view line = trimmed(text.substr(0, end));
+      text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+      if (line.empty() || line[0] == ';' || line[0] == '#') continue;
+      if (line[0] == '[') {
+        open = section(line, number);
+      } else if (const auto equals = line.find('='); equals != std::string_view::npos && open != nullptr) {
+        const std::string key = printable(trimmed(line.substr(0, equals)));
+        const auto [at, is_new] =
+            open->keys.try_emplace(lower(key), Key{printable(trimmed(line.substr(equals + 1))), number});
+        if (!is_new) slip(number, fmt::format("{} stands twice in [{}]: the first is taken", key, open->name));
+      } else {
+        slip(number, "is neither a section nor a key: passed over");
+      }
+    }
+    if (sections_.empty()) throw InputError(source + ": is not an EDS file: it has no [section]");
+  }
+
+  Section* section(std::string_view line, int number) {
+    const auto close = line.find(']');
+    if (close == std::string_view::npos) refuse(number, printable(line.substr(0, 40)), "has no closing bracket");
+    const std::string name = printable(trimmed(line.substr(1, close - 1)));
+    const auto [at, is_new] = sections_.try_emplace(lower(name), Section{name, number, {}});
+    if (!is_new) slip(number, fmt::format("[{}] stands twice: read as one", name));
+    return &at->second;
+  }
+
+  /// [1018], [1018sub1]; other sections are none of an object.
+  void object(const Section& section) {
+    const std::string name = lower(section.name);
+    if (name.size() < 4 || name.find_first_not_of("0123456789abcdef") < 4) return;
+    std::uint32_t index = 0, sub = 0;
+    std::from_chars(name.data(), name.data() + 4, index, 16);
+    const std::string_view rest = std::string_view(name).substr(4);
+    if (!rest.empty()) {
+      if (!rest.starts_with("sub")) return;
+      const auto [end, error] = std::from_chars(rest.data() + 3, rest.data() + rest.size(), sub, 16);
+      if (error != std::errc() || end != rest.data() + rest.size() || sub > kMostSubindex)
+        return slip(section.line, fmt::format("[{}] is no object's name: passed over", section.name));
+    }
+    if (const Key* compact = section.find("compactsubobj")) {
+      this->compact(section, index, *compact);
+    } else if (section.find("datatype") != nullptr) {
+      file_.entries[index << 8 | sub] = entry(section);
+    } else if (section.find("subnumber") == nullptr) {
+      slip(section.line, fmt::format("[{}] has no DataType: passed over", section.name));
+    }
+  }
+
+  Entry entry(const Section& section) {
+    Entry entry;
+    entry.line = section.line;
+    if (const Key* name = section.find("parametername")) entry.name = name->value;
+    const Key* type = section.find("datatype");
+    const auto number = type != nullptr ? whole_number(type->value) : std::nullopt;
+    if (!number || *number < 1 || *number > 0xFFFF) {
+      refuse(type != nullptr ? type->line : section.line, "DataType of [" + section.name + "]",
+             "must be a number of CiA 301");
+    }
+    entry.data_type = static_cast<std::uint16_t>(*number);
+    if (const Key* access = section.find("accesstype")) {
+      const auto known = access_of(access->value);
+      if (!known) refuse(access->line, "AccessType of [" + section.name + "]", "must be ro, wo, rw, rwr, rww or const");
+      entry.access = *known;
+    } else {
+      slip(section.line, fmt::format("[{}] has no AccessType: taken as read-only", section.name));
+    }
+    if (const Key* mapping = section.find("pdomapping")) entry.mappable = whole_number(mapping->value).value_or(0) != 0;
+    if (const Key* value = section.find("defaultvalue")) entry.value = default_of(section, *value, entry.data_type);
+    return entry;
+  }
+
+  std::optional<Value> default_of(const Section& section, const Key& key, std::uint16_t data_type) {
+    const bool whole = data_type >= 1 && data_type <= 7;  // BOOLEAN to UNSIGNED32
+    const auto value = value_of(key.value);
+    if (whole && !value)
+      slip(key.line, fmt::format("DefaultValue of [{}] is not a number that can be read: not known", section.name));
+    return whole ? value : std::nullopt;
+  }
+
+  /// CompactSubObj = n: sub-indices 1...n are alike; [....Value] and [....Name] say where they differ.
+  void compact(const Section& section, std::uint32_t index, const Key& key) {
+    const auto count = whole_number(key.value);
+    if (!count || *count < 0 || *count > kMostSubindex)
+      refuse(key.line, "CompactSubObj of [" + section.name + "]", "must be within [0, 254]");
+    Entry all = entry(section);
+    Entry& number = file_.entries[index << 8] = all;
+    number.name = "number of entries";
+    number.data_type = kUnsigned8;
+    number.access = Access::kReadOnly;
+    number.value = Value{*count, false};
+    number.mappable = false;
+    const auto values = sections_.find(lower(section.name) + "value"),
+               names = sections_.find(lower(section.name) + "name");
+    for (std::uint32_t sub = 1; sub <= *count; ++sub) {
+      Entry& one = file_.entries[index << 8 | sub] = all;
+      const std::string at = std::to_string(sub);
+      if (values != sections_.end()) {
+        if (const Key* own = values->second.find(at.c_str()))
+          one.value = default_of(values->second, *own, one.data_type);
+      }
+      if (names != sections_.end()) {
+        if (const Key* own = names->second.find(at.c_str())) one.name = own->value;
+      }
+    }
+  }
+
+  /// [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects] against the sections that are there.
+  void listed() {
+    std::set<std::uint32_t> present, listed;
+    for (const auto& [key, entry] : file_.entries) present.insert(key >> 8);
+    int lists = 0;
+    for (const char* name : {"mandatoryobjects", "optionalobjects", "manufacturerobjects"}) {
+      const auto list = sections_.find(name);
+      if (list == sections_.end()) continue;
+      ++lists;
+      std::int64_t entries = 0;
+      for (const auto& [key, value] : list->second.keys) {
+        if (key == "supportedobjects") continue;
+        ++entries;
+        const auto index = whole_number(value.value);
+        if (!index || !present.contains(static_cast<std::uint32_t>(*index)))
+          slip(value.line, fmt::format("[{}] lists '{}', which has no section", list->second.name, value.value));
+        else
+          listed.insert(static_cast<std::uint32_t>(*index));
+      }
+      const Key* count = list->second.find("supportedobjects");
+      if (count != nullptr && whole_number(count->value) != entries)
+        slip(count->line, fmt::format("[{}] says {} objects and lists {}", list->second.name, count->value, entries));
+    }
+    if (lists == 0) return slip(1, "no list of objects: all sections are taken");
+    for (const auto& [key, entry] : file_.entries)
+      if ((key & 0xFF) == 0 && !listed.contains(key >> 8))
+        slip(entry.line, fmt::format("0x{:04X} has a section, but no list names it: taken", key >> 8));
+  }
+
+  /// What process data map as delivered must be there; those who do not want such a PDO are not stopped by it.
+  void mapped() {
+    for (const auto& [key, entry] : file_.entries) {
+      const std::uint32_t index = key >> 8;
+      const bool map = (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
+      if (!map || (key & 0xFF) == 0 || !entry.value || entry.value->number == 0) continue;
+      const auto target = static_cast<std::uint32_t>(entry.value->number) >> 8;
+      const bool dummy = target >> 8 >= 1 && target >> 8 <= 7;  // bytes to skip
+      if (!dummy && !file_.entries.contains(target))
+        slip(entry.line, fmt::format("{} maps {}, which the file does not have", text_of(key), text_of(target)));
+    }
+  }
+
+  void device_info() {
+    const auto info = sections_.find("deviceinfo");
+    if (info == sections_.end()) return slip(1, "no [DeviceInfo]: bit rates and LSS are not known");
+    for (const auto& [key, value] : info->second.keys) {
+      if (!key.starts_with("baudrate_") || whole_number(value.value).value_or(0) == 0) continue;
+      if (const auto kbps = whole_number(std::string_view(key).substr(9)); kbps && *kbps > 0 && *kbps <= 1000)
+        file_.bit_rates_kbps.push_back(static_cast<int>(*kbps));
+    }
+    std::sort(file_.bit_rates_kbps.begin(), file_.bit_rates_kbps.end());
+    if (const Key* name = info->second.find("vendorname")) file_.vendor_name = name->value;
+    if (const Key* name = info->second.find("productname")) file_.product_name = name->value;
+    if (const Key* lss = info->second.find("lss_supported")) file_.lss = whole_number(lss->value).value_or(0) != 0;
+  }
+
+  /// From the objects that start-up reads; [DeviceInfo] says it once more.
+  void identity() {
+    const auto of = [&](canopen::Object object, const char* info_key) -> std::uint32_t {
+      const Entry* entry = file_.find(object);
+      const auto info = sections_.find("deviceinfo");
+      const Key* key = info_key != nullptr && info != sections_.end() ? info->second.find(info_key) : nullptr;
+      const auto told = key != nullptr ? whole_number(key->value) : std::nullopt;
+      const bool has = entry != nullptr && entry->value && (entry->value->number != 0 || !told);
+      if (!has && !told)
+        throw InputError(file_.source + ": " + text_of(key_of(object)) +
+                         " has no value: who this device is, is not known");
+      if (has && told && entry->value->of(0) != static_cast<std::uint32_t>(*told)) {
+        slip(key->line, fmt::format("{} is 0x{:X}, and 0x{:X} in {}: the object's is taken", info_key,
+                                    static_cast<std::uint32_t>(*told), entry->value->of(0), text_of(key_of(object))));
+      }
+      return has ? entry->value->of(0) : static_cast<std::uint32_t>(*told);
+    };
+    file_.device_type = of(canopen::kDeviceType, nullptr);
+    file_.vendor = of(canopen::kVendorId, "vendornumber");
+    file_.product = of(canopen::kProductCode, "productnumber");
+  }
+
+  DeviceFile file_;
+  std::map<std::string, Section> sections_;  // by their names in small letters
+  std::vector<std::pair<int, std::string>> slips_;
+};
+
+}  // namespace
+
+const Entry* DeviceFile::find(canopen::Object object) const noexcept {
+  const auto at = entries.find(key_of(object));
+  return at == entries.end() ? nullptr : &at->second;
+}
+
+DeviceFile parse_device_file(std::string_view text, const std::string& source) {
+  return Reader(text, source).read();
+}
+
+DeviceFile read_device_file(const std::string& path) {
+  return parse_device_file(whole_file(path, kLargest_MB), path);
+}
+
+}  // namespace knuckle::eds

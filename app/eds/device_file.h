@@ -1,0 +1,56 @@
+// A vendor's device file (EDS, CiA 306): which objects a CANopen device has, who may write them, what they hold as
+// delivered. Slips that files in the field have are read and told; what cannot be understood is refused.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "transport/canopen.h"
+
+namespace knuckle::eds {
+
+enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConstant };
+
+/// A number that may depend on the node id: "$NODEID+0x180".
+struct Value {
+  std::int64_t number = 0;
+  bool plus_node_id = false;
+  /// @return its 32 bits.
+  [[nodiscard]] std::uint32_t of(std::uint8_t node) const noexcept {
+    return static_cast<std::uint32_t>(number + (plus_node_id ? node : 0));
+  }
+};
+
+/// One object, or one sub-index of it.
+struct Entry {
+  std::string name;
+  std::uint16_t data_type = 0;  ///< CiA 301: 5 is unsigned 8 bit, 6 and 7 are 16 and 32.
+  Access access = Access::kReadOnly;
+  std::optional<Value> value;  ///< As delivered; nothing where the file gives none, or one that is no whole number.
+  bool mappable = false;       ///< Into process data.
+  int line = 0;                ///< Where its section begins.
+};
+
+struct DeviceFile {
+  std::string source;  ///< The file's name.
+  std::string vendor_name, product_name;
+  std::uint32_t device_type = 0, vendor = 0, product = 0;
+  std::vector<int> bit_rates_kbps;  ///< Empty where the file says nothing of them.
+  bool lss = false;                 ///< Its node id can be set over the bus by CiA 305.
+  std::vector<std::string> slips;   ///< What the file says in a way that it should not: "line 12: ...".
+
+  [[nodiscard]] const Entry* find(canopen::Object object) const noexcept;
+  /// By index << 8 | sub-index.
+  std::map<std::uint32_t, Entry> entries;
+};
+
+/// @throws InputError, one line with file, line and key, where it is no device file or its identity is missing.
+[[nodiscard]] DeviceFile parse_device_file(std::string_view text, const std::string& source);
+[[nodiscard]] DeviceFile read_device_file(const std::string& path);
+
+}  // namespace knuckle::eds

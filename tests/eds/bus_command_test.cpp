@@ -1,0 +1,167 @@
+// `knuckle bus add`: a machine file with a device that is sold, or why it cannot be.
+#include "app/eds/bus_command.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "slave/node_setup.h"
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::eds {
+namespace {
+
+const std::string kDevices = test::source_dir() + "/../shared/data/devices/";
+
+std::string solar() {
+  return test::content(test::source_dir() + "/config/machines/solar015.toml");
+}
+MachineDescription machine() {
+  return parse_machine(solar(), "my.toml");
+}
+
+/// A device that has all that the start-up of this node writes and asks for.
+DeviceFile made_for(const std::string& node) {
+  DeviceFile device;
+  device.source = "a.eds";
+  const auto scripts = slave::node_scripts(machine());
+  const auto script = std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.name == node; });
+  for (const slave::SdoStep& step : script->script) {
+    Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
+    entry.access = step.kind == slave::SdoStep::Kind::kWrite ? Access::kReadWrite : Access::kReadOnly;
+    entry.value = Value{step.value, false};
+    entry.line = 1;
+  }
+  device.device_type = script->node.device_type;
+  device.vendor = 0x1234;
+  device.product = 0x5678;
+  return device;
+}
+bool tells(const std::vector<std::string>& lines, const std::string& what) {
+  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
+}
+std::string refused(const std::string& node, std::uint8_t id, const DeviceFile& device,
+                    const std::string& text = solar()) {
+  try {
+    (void)with_device(text, "my.toml", node, id, device);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(BusAdd, ChangesTheOneLineOfTheNodeAndNothingElse) {
+  const std::string text = with_device(solar(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
+  const MachineDescription after = parse_machine(text, "my.toml");
+  EXPECT_EQ(after.bus.valves[0].id, 0x50);
+  EXPECT_EQ(after.bus.valves[0].vendor, 0x1234U);
+  EXPECT_EQ(after.bus.valves[0].product, 0x5678U);
+  EXPECT_EQ(after.bus.valves[0].tpdo, 0);
+  std::istringstream was(solar()), is(text);
+  int changed = 0;
+  for (std::string a, b; std::getline(was, a) && std::getline(is, b);) changed += a != b ? 1 : 0;
+  EXPECT_EQ(changed, 1);
+}
+
+TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
+  DeviceFile device = made_for("tilt");
+  Entry& cob_id = device.entries[0x180001];
+  cob_id.access = Access::kReadOnly;
+  cob_id.value = Value{0x280, true};
+  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt.tpdo, 0x2B8);
+  cob_id.value = Value{0x180, true};
+  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt.tpdo, 0);
+}
+
+TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
+  const DeviceFile valve = made_for("boom_valve");
+  EXPECT_NE(refused("boom_valve", 0x11, valve).find("'bus.nodes.arm_valve.id'"), std::string::npos)
+      << refused("boom_valve", 0x11, valve);
+  EXPECT_NE(refused("swing_valve", 0x11, valve).find("has no node 'swing_valve'; its nodes: boom_valve"),
+            std::string::npos);
+  EXPECT_EQ(refused("tilt", 0x38, valve),
+            "a.eds: 0x1000:00 = 0x198: is a device of CiA 408; tilt must be one of CiA 410");
+  std::string table = solar();
+  const auto at = table.find("boom_valve           = {"), end = table.find('}', at);
+  table.replace(at, end - at + 1, "");
+  table += "\n[bus.nodes.boom_valve]\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
+  EXPECT_EQ(refused("boom_valve", 0x10, valve, table),
+            "my.toml: needs boom_valve = { ... } on one line in [bus.nodes]");
+}
+
+TEST(BusAdd, FindsNothingAgainstADeviceThatHasAllItsStartUpWants) {
+  for (const slave::NodeScript& node : slave::node_scripts(machine())) {
+    const Fit fit = fit_of(made_for(node.name), machine(), node.name);
+    EXPECT_TRUE(fit.obstacles.empty()) << node.name << ": " << fit.obstacles[0];
+    EXPECT_TRUE(fit.to_set.empty()) << node.name << ": " << fit.to_set[0];
+  }
+}
+
+TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
+  DeviceFile device = made_for("boom_valve");
+  device.bit_rates_kbps = {125, 250};
+  device.entries.erase(0x101601);
+  device.entries[0x140005].access = Access::kReadOnly;
+  device.entries[0x140005].value = Value{0, false};
+  device.entries[0x604200].value = Value{2, false};
+  const Fit fit = fit_of(device, machine(), "boom_valve");
+  EXPECT_EQ(fit.obstacles.size(), 4U);
+  EXPECT_TRUE(tells(fit.obstacles, "the bus has 500 kbit/s"));
+  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1016:01, which the device does not have"));
+  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1400:05, which can only be read"));
+  EXPECT_TRUE(tells(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
+  device.entries[0x604200].access = Access::kReadWrite;
+  EXPECT_TRUE(tells(fit_of(device, machine(), "boom_valve").to_set,
+                    "set 0x6042:00 of the device to 1: it is delivered with 2"));
+}
+
+/// The file of a device that fits.
+std::string eds_of(const DeviceFile& device) {
+  std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Slope\n";
+  const auto section = [&text](std::uint32_t key, const char* access, std::uint32_t value) {
+    text += fmt::format("[{:04X}sub{:X}]\nDataType=7\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
+                        access, value);
+  };
+  section(0x100000, "ro", device.device_type);
+  section(0x101801, "ro", device.vendor);
+  section(0x101802, "ro", device.product);
+  for (const auto& [key, entry] : device.entries)
+    if (key >> 8 != 0x1000 && key >> 8 != 0x1018)
+      section(key, entry.access == Access::kReadWrite ? "rw" : "ro", entry.value->of(0));
+  return text;
+}
+
+TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
+  std::ofstream(file) << solar();
+  std::ofstream(eds) << eds_of(made_for("tilt"));
+  const auto run = test::run_program(test::program("knuckle"),
+                                     {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
+  EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt.id, 0x39);
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar()) << "as it was before";
+}
+
+TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("my.toml"), valve = kDevices + "PVED-CC.eds";
+  if (!std::filesystem::exists(valve)) GTEST_SKIP() << "no ../shared/data/devices";
+  std::ofstream(file) << solar();
+  const auto run = test::run_program(test::program("knuckle"),
+                                     {"bus", "add", valve, "--id", "0x10", "--as", "boom_valve", "--machine", file});
+  EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+  EXPECT_NE(run.err.find("0x1016:01, which the device does not have"), std::string::npos) << run.err;
+  EXPECT_EQ(test::content(file), solar());
+  EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
+}
+
+}  // namespace
+}  // namespace knuckle::eds

@@ -1,0 +1,203 @@
+// A vendor's device file: what it says, the slips of files in the field, and what is refused.
+#include "app/eds/device_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace knuckle::eds {
+namespace {
+
+const std::string kHead = R"([DeviceInfo]
+VendorName=Maker
+VendorNumber=0x19
+ProductName=Valve
+ProductNumber=0x408
+BaudRate_125=0
+BaudRate_250=1
+BaudRate_500=1
+LSS_Supported=1
+[MandatoryObjects]
+SupportedObjects=2
+1=0x1000
+2=0x1018
+[1000]
+ParameterName=device type
+DataType=0x0007
+AccessType=ro
+DefaultValue=0x198
+[1018]
+SubNumber=3
+[1018sub1]
+DataType=7
+AccessType=ro
+DefaultValue=0x19
+[1018sub2]
+DataType=7
+AccessType=ro
+DefaultValue=0x408
+)";
+
+DeviceFile parse(const std::string& text) {
+  return parse_device_file(text, "a.eds");
+}
+std::string refused(const std::string& text) {
+  try {
+    (void)parse(text);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+bool tells(const DeviceFile& file, const std::string& what) {
+  return std::any_of(file.slips.begin(), file.slips.end(),
+                     [&](const std::string& slip) { return slip.find(what) != std::string::npos; });
+}
+
+TEST(DeviceFile, SaysWhoTheDeviceIsAndWhatTheBusMayBe) {
+  const DeviceFile file = parse(kHead);
+  EXPECT_EQ(file.device_type, 0x198U);
+  EXPECT_EQ(file.vendor, 0x19U);
+  EXPECT_EQ(file.product, 0x408U);
+  EXPECT_EQ(file.vendor_name, "Maker");
+  EXPECT_EQ(file.bit_rates_kbps, (std::vector<int>{250, 500}));
+  EXPECT_TRUE(file.lss);
+  EXPECT_TRUE(file.slips.empty()) << file.slips[0];
+}
+
+/// One object 0x1800:01 with this DefaultValue and data type.
+DeviceFile with_default(const std::string& value, const std::string& type = "0x0007") {
+  return parse(kHead + "[1800sub1]\nDataType=" + type + "\nAccessType=rw\nDefaultValue=" + value + "\n");
+}
+
+TEST(DeviceFile, ReadsNumbersInEverySpellingThatIsSure) {
+  struct Case {
+    const char* text;
+    std::int64_t number;
+    bool plus_node_id;
+  };
+  for (const Case& c : std::initializer_list<Case>{{"0x180", 0x180, false},
+                                                   {"0X1f", 0x1F, false},
+                                                   {"4294967295", 0xFFFFFFFF, false},
+                                                   {"-5", -5, false},
+                                                   {"0", 0, false},
+                                                   {"$NODEID", 0, true},
+                                                   {"$NODEID+0x180", 0x180, true},
+                                                   {"$NodeId + 384", 384, true},
+                                                   {"0x180+$NODEID", 0x180, true}}) {
+    const auto value = with_default(c.text).find({0x1800, 1})->value;
+    ASSERT_TRUE(value) << c.text;
+    EXPECT_EQ(value->number, c.number) << c.text;
+    EXPECT_EQ(value->plus_node_id, c.plus_node_id) << c.text;
+  }
+  EXPECT_EQ(with_default("$NODEID+0x180").find({0x1800, 1})->value->of(0x10), 0x190U);
+}
+
+TEST(DeviceFile, DoesNotGuessWhatANumberIs) {
+  for (const char* text : {"010", "0x", "12 34", "1.5", "0x1FFFFFFFF", "$NODEID-1", "$NODEIDx", "five", "+5"}) {
+    const DeviceFile file = with_default(text);
+    EXPECT_FALSE(file.find({0x1800, 1})->value) << text;
+    EXPECT_TRUE(tells(file, "DefaultValue of [1800sub1]")) << text;
+  }
+  const DeviceFile named = with_default("a name", "0x0009");  // a text has no number, and that is no slip
+  EXPECT_FALSE(named.find({0x1800, 1})->value);
+  EXPECT_TRUE(tells(named, "0x1800 has a section") || named.slips.empty());
+}
+
+TEST(DeviceFile, OfCompactSubObjectsHasEachWithItsOwnValueAndName) {
+  const DeviceFile file = parse(kHead + R"([6300]
+ParameterName=set-point
+DataType=3
+AccessType=rww
+PDOMapping=1
+DefaultValue=7
+CompactSubObj=3
+[6300Value]
+NrOfEntries=1
+2=9
+[6300Name]
+3=third
+)");
+  EXPECT_EQ(file.find({0x6300, 0})->value->number, 3);
+  EXPECT_EQ(file.find({0x6300, 0})->access, Access::kReadOnly);
+  EXPECT_EQ(file.find({0x6300, 1})->value->number, 7);
+  EXPECT_EQ(file.find({0x6300, 2})->value->number, 9);
+  EXPECT_EQ(file.find({0x6300, 3})->name, "third");
+  EXPECT_EQ(file.find({0x6300, 3})->access, Access::kReadWrite);
+  EXPECT_TRUE(file.find({0x6300, 3})->mappable);
+  EXPECT_EQ(file.find({0x6300, 4}), nullptr);
+}
+
+TEST(DeviceFile, IsReadWithTheLineEndsBytesAndCaseOfOtherComputers) {
+  std::string text = "; a comment\r\n# another\r\n" + kHead;
+  for (auto at = text.find("\n["); at != std::string::npos; at = text.find("\n[", at + 2)) text.replace(at, 1, "\r\n");
+  text += "[6042]\r\nPARAMETERNAME=Ventil f";
+  const std::string rest = "r\r\ndatatype=2\r\nACCESSTYPE=RW\r\n";
+  for (const std::string& whole : {text + "\xFC" + rest, "\xEF\xBB\xBF" + text + "\xC3\xBC" + rest}) {
+    const DeviceFile file = parse(whole);
+    EXPECT_EQ(file.vendor, 0x19U);
+    EXPECT_EQ(file.find({0x6042, 0})->name, "Ventil f\xC3\xBCr");
+    EXPECT_EQ(file.find({0x6042, 0})->access, Access::kReadWrite);
+  }
+}
+
+TEST(DeviceFile, TellsEverySlipWithItsLine) {
+  struct Case {
+    const char* more;
+    const char* told;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n",
+            "[OptionalObjects] lists '0x2000', which has no section"},
+           {"[OptionalObjects]\nSupportedObjects=3\n", "[OptionalObjects] says 3 objects and lists 0"},
+           {"[2000]\nDataType=7\nAccessType=rw\n", "0x2000 has a section, but no list names it"},
+           {"[2000]\nDataType=7\n", "[2000] has no AccessType: taken as read-only"},
+           {"[2000]\nParameterName=x\n", "[2000] has no DataType: passed over"},
+           {"[1000]\nDataType=7\n", "[1000] stands twice"},
+           {"[2000sub1]\nDataType=7\nDataType=6\nAccessType=ro\n", "DataType stands twice in [2000sub1]"},
+           {"[2000subFF]\nDataType=7\nAccessType=ro\n", "[2000subFF] is no object's name"},
+           {"what is this\n", "is neither a section nor a key"},
+           {"[1A01sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x33010010\n", "0x1A01:01 maps 0x3301:00"},
+           {"[1018sub2]\n[DeviceInfo]\nProductNumber=5\n", "ProductNumber stands twice"}}) {
+    const DeviceFile file = parse(kHead + c.more);
+    ASSERT_TRUE(tells(file, c.told)) << c.more << (file.slips.empty() ? "" : file.slips[0]);
+    EXPECT_EQ(file.slips[0].rfind("line ", 0), 0U) << file.slips[0];
+    EXPECT_EQ(file.vendor, 0x19U) << c.more;
+  }
+  const DeviceFile skipped = parse(kHead + "[1600sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x00030010\n");
+  EXPECT_FALSE(tells(skipped, "0x1600:01 maps")) << "two bytes to skip are an entry of CiA 301";
+}
+
+TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
+  std::string text = kHead;
+  text.replace(text.find("ProductNumber=0x408"), 19, "ProductNumber=0x409");
+  const DeviceFile other = parse(text);
+  EXPECT_EQ(other.product, 0x408U);
+  EXPECT_TRUE(tells(other, "productnumber is 0x409, and 0x408 in 0x1018:02"));
+  text = kHead;
+  text.erase(text.rfind("DefaultValue=0x408"));
+  EXPECT_EQ(parse(text).product, 0x408U) << "what an object does not say, the head does";
+}
+
+TEST(DeviceFile, RefusesInOneLineWithLineAndKey) {
+  struct Case {
+    std::string text, why;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"", "a.eds: is not an EDS file: it has no [section]"},
+           {std::string("[DeviceInfo]\n\0\n", 15), "a.eds: is not an EDS file: it has bytes that no text has"},
+           {"[1000]\nDataType=7\nAccessType=ro\nDefaultValue=1\n", "a.eds: 0x1018:01 has no value"},
+           {kHead + "[2000\nDataType=7\n", "a.eds: line 29: [2000: has no closing bracket"},
+           {kHead + "[2000]\nDataType=seven\n", "a.eds: line 30: DataType of [2000]: must be a number of CiA 301"},
+           {kHead + "[2000]\nDataType=7\nAccessType=maybe\n",
+            "a.eds: line 31: AccessType of [2000]: must be ro, wo, rw, rwr, rww or const"},
+           {kHead + "[2000]\nDataType=7\nAccessType=ro\nCompactSubObj=300\n",
+            "a.eds: line 32: CompactSubObj of [2000]: must be within [0, 254]"}}) {
+    EXPECT_EQ(refused(c.text).substr(0, c.why.size()), c.why);
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::eds
