@@ -197,6 +197,10 @@ class ForceEstimator {
   /// stays, but for the updates not yet learned.
   void restart_motion() noexcept { started_ = false; }
 
+  /// true: a person confirms that nothing touches the machine. Until false, a large force is no sign of contact, so the
+  /// bias filter learns it away; a sudden force still is one.
+  void expect_free_motion(bool free_motion_certain) noexcept { free_motion_certain_ = free_motion_certain; }
+
   /// true: the bucket may be loaded. Until false, the bias filter learns nothing, or it would learn the load.
   void hold_bias(bool maybe_loaded) noexcept { maybe_loaded_ = maybe_loaded; }
 
@@ -254,7 +258,7 @@ class ForceEstimator {
   double step_s_;
 
   bool started_ = false;
-  bool maybe_loaded_ = false;
+  bool free_motion_certain_ = false, maybe_loaded_ = false;
   Load carried_ = Load::Zero();
   JointVector last_angle_rad_ = JointVector::Zero();
   LowPass<double> pitch_;

@@ -156,12 +156,12 @@ void ForceEstimator::judge_contact() noexcept {
   const JointVector variance = free_ripple_[now] + turning_variance_ + swing_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
   const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
-  estimate_.significant = mahalanobis2_ > kTouch2;
+  estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
   if (alarm >= 0 || estimate_.significant) {
     estimate_.contact = true;
     untouched_s_ = 0;
     bias_.discard();
-  } else if (mahalanobis2_ < kClear2 || !estimate_.contact) {
+  } else if (mahalanobis2_ < kClear2 || free_motion_certain_ || !estimate_.contact) {
     untouched_s_ += step_s_;
   }
   if (untouched_s_ > kClearTime_s) estimate_.contact = false;

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "estimation/regressor.h"
 #include "estimation/tip_force.h"
 #include "tests/estimation/test_machine.h"
 #include "tests/estimation/twin.h"
@@ -280,11 +279,15 @@ TEST(Contact, FiveHundredNewtonStepIsSeenWithinATenthOfASecond) {
   EXPECT_FALSE(run.estimator().estimate().contact);
 }
 
-/// Masses an eighth more than drawn, of which gravity is known and inertia is not, and an arm that swings by `part` of
-/// 0.08 rad.
+/// Masses an eighth more than drawn, of which gravity has been learned, and an arm that swings by `part` of 0.08 rad.
 class HeavySwing {
  public:
-  HeavySwing() { run_.free_motion(5); }
+  HeavySwing() {
+    run_.estimator().expect_free_motion(true);
+    run_.free_motion(60);
+    run_.estimator().expect_free_motion(false);
+    run_.free_motion(5);
+  }
   const ForceEstimate& step(double part, const PlanarVector& tip_N = PlanarVector::Zero()) {
     run_.motion.swing_rad = part * JointVector(0.08, 0.03, 0.03);
     return run_.step(tip_N);
@@ -297,12 +300,7 @@ class HeavySwing {
     e.lag_s.fill(kUsualLag_s);
     return e;
   }
-  static MachineDescription weighed() {
-    MachineDescription machine = calibrated_twin(heavy(), 20);
-    machine.dynamics_calibration->parameters.segment<kJoints>(kInertia) /= heavy().mass_factor;
-    return machine;
-  }
-  Twin run_{heavy(), 1, weighed()};
+  Twin run_{heavy()};
 };
 
 // An eighth of the torque that accelerates masses is what hull and steel make of a hard swing near their own
