@@ -76,7 +76,9 @@ void MasterLoop::receive(Time now) noexcept {
 
 void MasterLoop::take(SlaveMessage message, Time arrived, Time now) noexcept {
   const LinkSession::Verdict verdict = session_.take(message.stamp, arrived);
-  if (verdict == LinkSession::Verdict::kForeign || verdict == LinkSession::Verdict::kOld) return;
+  if (verdict == LinkSession::Verdict::kForeign) return;
+  if (tap_.on_message != nullptr) tap_.on_message(tap_.context, message);
+  if (verdict == LinkSession::Verdict::kOld) return;
   if (verdict == LinkSession::Verdict::kBegins) {
     if (slave_) first_heard_at_ = now;
     status_.reset();  // it may be another machine

@@ -28,6 +28,13 @@ enum class FarEnd : std::uint8_t {
   kIsThisMachine,    ///< Whoever makes this loop makes the far end from the same description: nothing is checked.
 };
 
+/// Told of every SlaveMessage of the machine that is followed, in step(), copies and overtaken ones included; echoes by
+/// this side's clock.
+struct SlaveMessageTap {
+  void (*on_message)(void* context, const SlaveMessage& message) = nullptr;
+  void* context = nullptr;
+};
+
 /// What was set from outside; part of what a step is a function of.
 struct MasterSettings {
   bool stop = false, nobody = false, let_go = false;
@@ -62,6 +69,8 @@ class MasterLoop {
   void let_go() noexcept;
   /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
   [[nodiscard]] bool has_let_go() const noexcept;
+
+  void set_tap(SlaveMessageTap tap) noexcept { tap_ = tap; }
 
   // For displays and recordings; all of the last step.
   [[nodiscard]] const DeviceReading& device() const noexcept { return driver_.reading(); }
@@ -120,6 +129,7 @@ class MasterLoop {
   double force_scale_;
   MasterSettings settings_;
   int steps_since_let_go_ = 0;
+  SlaveMessageTap tap_;
   LinkInbox inbox_;
   LinkSession session_;
   std::optional<SlaveMessage> slave_;

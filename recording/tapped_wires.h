@@ -1,6 +1,5 @@
 // The three wires with the one tap that each has: whatever a loop reads or writes goes through unchanged, and onto its
-// tap. That of the CAN bus meters its load, too, and keeps copies of its frames for a log; that of the link lets a
-// display count what comes in.
+// tap. That of the CAN bus meters its load, too, and keeps copies of its frames for a log.
 #pragma once
 
 #include <algorithm>
@@ -113,15 +112,8 @@ class TappedHid final : public HidPort {
 
 class TappedLink final : public Link {
  public:
-  /// Told of every datagram that is received, in the thread of the loop; for displays, which count what comes.
-  struct Listener {
-    void (*on_datagram)(void* context, const Datagram& datagram) = nullptr;
-    void* context = nullptr;
-  };
   /// Both outlive this.
   TappedLink(Link& link, LoopTap& tap) noexcept : link_(link), tap_(tap) {}
-  /// Before the first step.
-  void listen(const Listener& listener) noexcept { listener_ = listener; }
 
   bool send(std::span<const std::uint8_t> bytes) noexcept override {
     const bool sent = link_.send(bytes);
@@ -133,7 +125,6 @@ class TappedLink final : public Link {
     if (!link_.receive(datagram)) return false;
     datagram.waited = std::clamp(datagram.waited, Duration::zero(), kLongest);
     tap_.add(WireEventKind::kLinkReceived, static_cast<std::uint32_t>(datagram.waited.count()), datagram.view());
-    if (listener_.on_datagram != nullptr) listener_.on_datagram(listener_.context, datagram);
     return true;
   }
   [[nodiscard]] bool emptied() const noexcept override {
@@ -147,7 +138,6 @@ class TappedLink final : public Link {
   static constexpr Duration kLongest = 4s;  // nanoseconds in 32 bits
   Link& link_;
   LoopTap& tap_;
-  Listener listener_;
   mutable bool emptied_ = true;  // as the tap has it
 };
 

@@ -123,7 +123,8 @@ struct SlaveState {
 
 /// After a step at `now`. Allocates nothing.
 [[nodiscard]] SlaveState state_of(Time now, const SlaveLoop& slave) noexcept;
-/// What of it the operator's side is told; stamp and sensors' time are the sender's.
+/// What of it the operator's side is told, but for the stamp, the sensors' time and the pressures: where there is no
+/// measurement, the sender tells those of its last one.
 [[nodiscard]] SlaveMessage message_of(const SlaveState& state) noexcept;
 
 }  // namespace knuckle::slave

@@ -136,6 +136,7 @@ void put_row(std::ostream& out, const EventRow& event, bool names) {
 
 const char* name(Severity severity) noexcept {
   constexpr std::array kNames{"info", "warning", "alarm"};
+  static_assert(kNames.size() == static_cast<std::size_t>(Severity::kAlarm) + 1);
   return kNames[static_cast<std::size_t>(severity)];
 }
 

@@ -7,7 +7,6 @@
 #include "machine/description.h"
 #include "master/master_state.h"
 #include "slave/loss_policy.h"
-#include "transport/link_header.h"
 
 namespace knuckle::console {
 namespace {
@@ -101,22 +100,12 @@ OperatorStation::OperatorStation(const StationSetup& setup, Link& link, HidPort*
       start_rad_(setup.start_rad),
       person_(setup.side.device, setup.side.machine, setup.limb),
       watch_(from_seconds(1 / setup.side.machine.bus.sync_Hz)),
-      session_(setup.side.start, kRestartSilence),
       side_(setup.side,
             device != nullptr ? *device
                               : hand_.emplace(setup.side.device, setup.limb, setup.seed, setup.hand_rad).cable.host(),
             link) {
-  side_.link.listen(
-      {[](void* self, const Datagram& datagram) { static_cast<OperatorStation*>(self)->count(datagram); }, this});
-}
-
-/// Every message of the machine that is followed, copies and overtaken ones included.
-void OperatorStation::count(const Datagram& datagram) noexcept {
-  if (link_kind(datagram.view()) != LinkKind::kSlave) return;
-  auto message = decode_slave(datagram.view());
-  if (!message || session_.take(message->stamp, stepped_at_ - datagram.waited) == LinkSession::Verdict::kForeign)
-    return;
-  watch_.note(*message);
+  side_.master.set_tap(
+      {[](void* watch, const SlaveMessage& message) { static_cast<LinkWatch*>(watch)->note(message); }, &watch_});
 }
 
 void OperatorStation::step(Time now, const HandInput& held) noexcept {
@@ -131,7 +120,6 @@ void OperatorStation::step(Time now, const sim::OperatorIntent& intent) noexcept
 }
 
 void OperatorStation::step_master(Time now) noexcept {
-  stepped_at_ = now;
   watch_.stamp(now);
   side_.step(now);
   if (side_.master.machine_status_at() == now) watch_.note(*side_.master.machine_status());

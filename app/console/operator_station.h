@@ -21,7 +21,6 @@
 #include "sim/person.h"
 #include "transport/hid_port.h"
 #include "transport/link.h"
-#include "transport/link_session.h"
 
 namespace knuckle::console {
 
@@ -102,7 +101,6 @@ class OperatorStation {
 
  private:
   void step_master(Time now) noexcept;
-  void count(const Datagram& datagram) noexcept;
   void show_link(Time now, LinkSide& link) noexcept;
 
   struct Scales {
@@ -114,8 +112,6 @@ class OperatorStation {
   std::optional<session::HandSide> hand_;
   PersonHand person_;
   LinkWatch watch_;
-  LinkSession session_;  // as the master loop's: what is of the machine that it follows
-  Time stepped_at_{};
   recording::OperatorSide side_;
   LinkSide shown_;  // histograms are gathered a few times a second
   Time shown_at_ = kNever;

@@ -219,6 +219,17 @@ TEST_F(ProgramRefuses, OutputsThatWouldReplaceAPrivateKeyOrAnAuditTrail) {
   for (const std::string file : {"link.csv", "new/key.pem"})
     expect({{"--json", path(file)}, {"--json", file, "private key"}});
   expect({{"--json", path("head")}, {"--json", "head", "audit trail"}});
+  const ProgramRun commission = run_program(
+      test::program("knuckle"), {"commission", "--simulate", "--machine", "solar015", "--out", path("peers.toml")});
+  EXPECT_EQ(commission.exit_code, 2);
+  EXPECT_NE(commission.err.find("peers.toml: is named like a file of the pairings"), std::string::npos)
+      << commission.err;
+  for (const std::string file : {"key.pem", "audit-000001.jsonl"}) {
+    const ProgramRun sweep = run_program(test::program("knuckle-studies"),
+                                         {"sweep", "--battery", "work", "--sessions", "1", "--json", path(file)});
+    EXPECT_EQ(sweep.exit_code, 2) << sweep.out << sweep.err;
+    EXPECT_NE(sweep.err.find(file + ": is named like"), std::string::npos) << sweep.err;
+  }
 }
 
 TEST_F(Program, SaysThatItsSummaryIsLost) {

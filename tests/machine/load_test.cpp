@@ -17,6 +17,7 @@
 #include "machine/toml_reader.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle {
 namespace {
@@ -401,6 +402,19 @@ TEST(FindConfig, TurnsNamesIntoPathsAndLeavesPathsAlone) {
 TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
   const std::string said = test::refusal([&] { (void)find_config("machine", "solar15"); });
   EXPECT_EQ(said, "unknown machine 'solar15': " + kConfig + "/machines has compact080, solar015");
+}
+
+TEST(FindConfig, NamesTheScenariosThereAre) {
+  const std::string said = test::refusal([&] { (void)find_config("scenario", "walk"); });
+  EXPECT_EQ(said.rfind("unknown scenario 'walk': " + kConfig + "/scenarios has ", 0), 0u) << said;
+  EXPECT_NE(said.find("wall_contact"), std::string::npos) << said;
+}
+
+TEST(WholeFile, LargerThanItMayBeIsRefusedBeforeItIsRead) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.file("a.toml"), std::ios::binary) << std::string(10'000'000, 'k') << " = 1";
+  EXPECT_EQ(test::refusal([&] { (void)load_machine(folder.file("a.toml")); }),
+            folder.file("a.toml") + ": must be at most 1 MB");
 }
 
 TEST(FindConfig, FollowsTheEnvironment) {

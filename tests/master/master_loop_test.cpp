@@ -355,6 +355,27 @@ TEST(MasterLoop, TakesTheNewestMessageAndIgnoresOvertakenOnes) {
   EXPECT_EQ(rig.loop.machine()->mode, Mode::kReady);
 }
 
+TEST(MasterLoop, ShowsItsTapEveryMessageCopiesAndOvertakenOnesIncluded) {
+  MasterRig rig;
+  rig.run(0.3);
+  std::vector<std::uint32_t> seen;
+  rig.loop.set_tap({[](void* numbers, const SlaveMessage& message) {
+                      static_cast<std::vector<std::uint32_t>*>(numbers)->push_back(message.stamp.sequence);
+                    },
+                    &seen});
+  const std::uint32_t newest = rig.machine.stamp.sequence;
+  Datagram garbage;
+  garbage.size = 3;
+  rig.network.b().send(garbage.view());
+  for (const std::uint32_t sequence : {newest + 2, newest + 1, newest + 2}) {
+    rig.machine.stamp.sequence = sequence;
+    rig.network.b().send(encode(rig.machine).view());
+  }
+  rig.run(0.002);
+  EXPECT_EQ(seen, (std::vector<std::uint32_t>{newest, newest + 2, newest + 1, newest + 2}));
+  EXPECT_EQ(rig.loop.machine()->stamp.sequence, newest + 2);
+}
+
 TEST(MasterLoop, LateCopyEndsNoSilence) {
   MasterRig rig;
   rig.engage();

@@ -29,7 +29,6 @@ struct BioDeleter {
 };
 using Memory = std::unique_ptr<BIO, BioDeleter>;
 
-/// OpenSSL fails here only where memory or its own installation does.
 std::string base32(const std::uint8_t* bytes, std::size_t groups) {
   static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";  // RFC 4648
   std::string text;

@@ -24,7 +24,7 @@ namespace {
 using recording::Topic;
 using recording::WireEventKind;
 
-constexpr Duration kLongest = 72h;  // of times in a session; 25 GB of rows
+constexpr Duration kLongest = 72h;  // of times in a session; 35 GB of rows
 
 /// Fills the rows entry by entry. What the operator's loop took of its datagrams it decides as that loop does.
 class Reader {
