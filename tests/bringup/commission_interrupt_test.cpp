@@ -105,5 +105,13 @@ TEST_F(InterruptedCommission, IsThatInTheMidstOfAMotionToo) {
   EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, test::solar(), end - 1ms, end).command);
 }
 
+TEST_F(InterruptedCommission, GoesOnWithWhatItHasKept) {
+  ASSERT_NO_FATAL_FAILURE(interrupt({}, "\n6. "));
+  const knuckle::test::ProgramRun resumed =
+      knuckle::test::run_program("/bin/sh", {"-c", command() + " --resume < /dev/null"});
+  EXPECT_NE(resumed.out.find("Goes on after step 5 of the run before"), std::string::npos)
+      << resumed.out << resumed.err;
+}
+
 }  // namespace
 }  // namespace knuckle::bringup
