@@ -119,6 +119,8 @@ class CdrReader {
     const std::int64_t seconds = get<std::int32_t>();
     return seconds * kSecond_ns + get<std::uint32_t>();
   }
+  /// What was read is no value of its field.
+  void refuse() noexcept { ok_ = false; }
   [[nodiscard]] bool ok() const noexcept { return ok_; }
   /// Behind what was read.
   [[nodiscard]] std::size_t at() const noexcept { return at_; }

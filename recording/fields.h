@@ -29,7 +29,10 @@ void put(CdrWriter& out, const T& value) noexcept {
 template <typename T>
 void get(CdrReader& in, T& value) noexcept {
   if constexpr (ScalarField<T>) {
-    value = scalar_of<T>(in.get<decltype(number_of(value))>());
+    const auto number = in.get<decltype(number_of(value))>();
+    if constexpr (std::is_enum_v<T>)
+      if (number >= number_of_words(T{})) in.refuse();
+    value = scalar_of<T>(number);
   } else if constexpr (VectorField<T>) {
     for (double& element : std::span(value.data(), static_cast<std::size_t>(value.size()))) in.get(element);
   } else {
@@ -37,7 +40,8 @@ void get(CdrReader& in, T& value) noexcept {
   }
 }
 
-/// A recorded message as a struct. @return whether it is one: of another length, it is of another version of Knuckle.
+/// A message in today's form (recording/states.h) as a struct. @return whether it is one: it has the length, and its
+/// modes and codes are known.
 template <typename T>
 [[nodiscard]] bool decode(std::span<const std::uint8_t> message, T& value) noexcept {
   CdrReader in(message);
@@ -86,12 +90,15 @@ template <typename T>
 
 }  // namespace detail
 
+/// As a field is called in a schema: in lower case, unit or not, as ROS 2 allows no other.
+[[nodiscard]] std::string schema_name(std::string_view field);
+
 /// Lines of a ROS 2 definition.
 class SchemaText {
  public:
   /// As it is.
   void line(std::string_view type, std::string_view name);
-  /// The name in lower case, as ROS 2 allows no other, unit or not. @param count of a fixed array; 0: no array.
+  /// @param count of a fixed array; 0: no array.
   void field(std::string_view type, std::size_t count, std::string_view name);
   /// A message within, defined behind all that uses it; once, however often it is.
   void inner(std::string_view type, std::string_view definition);

@@ -1,9 +1,13 @@
 #include "recording/recording.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "core/error.h"
+#include "master/master_state.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::recording {
 
@@ -66,13 +70,35 @@ std::optional<Entry> Recording::next() {
   return std::nullopt;
 }
 
-std::optional<Entry> Recording::entry_of(const mcap::Message& message) {
-  const auto& channels = parts_[part_]->topics().channels;
-  const auto channel = channels.find(message.channel_id);
-  if (channel == channels.end()) return std::nullopt;
+Recording::Source Recording::source_of(std::uint16_t channel_id) const {
+  const mcap::Topics& topics = parts_[part_]->topics();
+  const auto channel = topics.channels.find(channel_id);
+  if (channel == topics.channels.end()) return {};
   const auto name = std::find(kTopicNames.begin(), kTopicNames.end(), channel->second.topic);
-  if (name == kTopicNames.end()) return std::nullopt;
-  return Entry{static_cast<Topic>(name - kTopicNames.begin()), time_of(message.log_time_ns), message.data};
+  if (name == kTopicNames.end()) return {};
+  Source source{static_cast<Topic>(name - kTopicNames.begin()), std::nullopt};
+  const auto schema = topics.schemas.find(channel->second.schema_id);
+  if (schema == topics.schemas.end()) return source;
+  const std::string where = paths_[part_] + ": " + *name;
+  if (source.topic == Topic::kOperatorState)
+    source.translation = translation_to<master::MasterState>(schema->second.data, where);
+  if (source.topic == Topic::kMachineState)
+    source.translation = translation_to<slave::SlaveState>(schema->second.data, where);
+  return source;
+}
+
+std::optional<Entry> Recording::entry_of(const mcap::Message& message) {
+  const std::pair key(part_, message.channel_id);
+  auto found = sources_.find(key);
+  if (found == sources_.end()) found = sources_.emplace(key, source_of(message.channel_id)).first;
+  Source& source = found->second;
+  if (!source.topic) return std::nullopt;
+  Entry entry{*source.topic, time_of(message.log_time_ns), message.data, {}};
+  if (source.translation) {
+    entry.data = source.translation->translated(message.data);
+    entry.lacks = source.translation->lacks();
+  }
+  return entry;
 }
 
 void Recording::seek(Time from) {
@@ -101,11 +127,23 @@ std::vector<std::string> Recording::order_notes() const {
   std::vector<std::string> all;
   for (const auto& part : parts_)
     for (std::string& note : part->order_notes()) all.push_back(std::move(note));
+  for (const auto& [place, source] : sources_) {
+    if (!source.translation || source.translation->lacks().empty()) continue;
+    all.push_back(fmt::format("{}: {}: recorded by another version of Knuckle, without {}", paths_[place.first],
+                              kTopicNames[static_cast<std::size_t>(*source.topic)],
+                              fmt::join(source.translation->lacks(), ", ")));
+  }
   return all;
 }
 
 bool Recording::complete() const {
   return std::all_of(parts_.begin(), parts_.end(), [](const auto& part) { return part->complete(); });
+}
+
+void refuse_state(const Entry& entry, const Recording& recording) {
+  throw InputError(fmt::format("{}: {} at {:.3f} s: is no state: damaged, or of another version (recorded by {})",
+                               recording.source(), kTopicNames[static_cast<std::size_t>(entry.topic)],
+                               to_seconds(entry.at), recording.head().version));
 }
 
 std::vector<std::string> defects(const Recording& recording) {

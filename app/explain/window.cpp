@@ -3,28 +3,19 @@
 #include <algorithm>
 
 #include "app/cli/interrupt.h"
-#include "core/error.h"
-#include "recording/fields.h"
 #include "slave/modes.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::explain {
 namespace {
 
+using recording::state_in;
 using recording::Topic;
 
 constexpr Duration kSameStop = 3s;  // an operator's side that hears nothing has noticed what stopped the machine
 
 bool stopped(Mode mode) {
   return mode == Mode::kFault || mode == Mode::kEStop;
-}
-
-/// @throws InputError where it is none of this version's.
-template <typename State>
-State state_in(const recording::Entry& entry, const recording::Recording& recording) {
-  State state;
-  if (recording::decode(entry.data, state)) return state;
-  throw InputError(recording.source() + ": states of another version: recorded by Knuckle " + recording.head().version);
 }
 
 /// A stop begins with a fault that was not there in the step before.

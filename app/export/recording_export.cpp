@@ -20,7 +20,6 @@
 #include "core/time.h"
 #include "master/master_state.h"
 #include "recording/events.h"
-#include "recording/fields.h"
 #include "recording/wire_events.h"
 #include "slave/slave_state.h"
 #include "transport/timed_frame.h"
@@ -273,13 +272,9 @@ class StateOutputs {
     if (csv != nullptr) table_.emplace(*csv, fields_of<State>());
   }
 
-  /// @throws InputError where it is none of this version's.
-  void take(const Entry& entry, const std::string& source) {
-    State state;
-    if (!recording::decode(entry.data, state))
-      throw InputError(fmt::format("{}: {} at {:.3f} s: {} bytes are not the {} of this version of Knuckle", source,
-                                   recording::kTopicNames[static_cast<std::size_t>(entry.topic)], to_seconds(entry.at),
-                                   entry.data.size(), State::kSchemaName));
+  /// @throws InputError where it is no state.
+  void take(const Entry& entry, const recording::Recording& recording) {
+    const auto state = recording::state_in<State>(entry, recording);
     if (hdf5_ != nullptr && !datasets_) datasets_.emplace(*hdf5_, group_, fields_of<State>());
     if (datasets_) datasets_->add(&state);
     if (table_) table_->add(&state);
@@ -363,10 +358,10 @@ void export_recording(recording::Recording& recording, const RecordingOutputs& o
     if (entry->at > outputs.to) continue;  // the sides follow each other in chunks: others may be earlier
     switch (entry->topic) {
       case Topic::kMachineState:
-        if (machine.wanted()) machine.take(*entry, recording.source());
+        if (machine.wanted()) machine.take(*entry, recording);
         break;
       case Topic::kOperatorState:
-        if (operators.wanted()) operators.take(*entry, recording.source());
+        if (operators.wanted()) operators.take(*entry, recording);
         break;
       case Topic::kMachineWires:
         if (outputs.candump != nullptr) frames += write_frames(*outputs.candump, *entry, recording.head().link_version);

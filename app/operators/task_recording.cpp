@@ -9,7 +9,6 @@
 #include "machine/kinematics.h"
 #include "master/device_kinematics.h"
 #include "master/master_state.h"
-#include "recording/fields.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
 #include "recording/wire_events.h"
@@ -69,22 +68,14 @@ class TaskReader {
  private:
   void take(const recording::Entry& entry) {
     const recording::Head& head = recording_.head();
-    if (entry.topic == Topic::kMachineState && head.has_machine) take(entry.at, state<slave::SlaveState>(entry));
-    if (entry.topic == Topic::kOperatorState && head.has_operator) take(entry.at, state<master::MasterState>(entry));
+    if (entry.topic == Topic::kMachineState && head.has_machine)
+      take(entry.at, recording::state_in<slave::SlaveState>(entry, recording_));
+    if (entry.topic == Topic::kOperatorState && head.has_operator)
+      take(entry.at, recording::state_in<master::MasterState>(entry, recording_));
     if (entry.topic == Topic::kOperatorWires && !head.has_machine) take_told(entry);
     if (entry.topic != Topic::kEvents) return;
     auto event = recording::decode_log(entry.data, head.started_unix_ns);
     if (event && event->kind == "bookmark") task_.bookmarks.push_back(std::move(*event));
-  }
-
-  template <typename State>
-  [[nodiscard]] State state(const recording::Entry& entry) const {
-    State state;
-    recording::CdrReader in(entry.data);
-    get(in, state);
-    if (!in.ok() || in.at() != entry.data.size())
-      throw InputError(task_.source + ": its states are of another version of Knuckle: " + recording_.head().version);
-    return state;
   }
 
   void take(Time at, const slave::SlaveState& state) {

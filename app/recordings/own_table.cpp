@@ -10,7 +10,6 @@
 #include "app/recordings/recording_reader.h"
 #include "core/error.h"
 #include "core/units.h"
-#include "recording/fields.h"
 #include "recording/recording.h"
 #include "slave/slave_state.h"
 
@@ -153,9 +152,7 @@ MappedTable table_of_recording(const std::vector<std::string>& parts, const std:
   std::size_t backwards = 0;
   while (const auto entry = recording.next()) {
     if (entry->topic != recording::Topic::kMachineState) continue;
-    slave::SlaveState state;
-    if (!recording::decode(entry->data, state))
-      throw InputError(path + ": /machine/state is not that of this version of Knuckle");
+    const auto state = recording::state_in<slave::SlaveState>(*entry, recording);
     ++table.rows_read;
     if (table.time_s.empty()) first = state.at;
     const double time_s = to_seconds(state.at - first);

@@ -1,10 +1,12 @@
 // Any file as a recording: refused in one line, or read to its end, from its beginning and from a time on; what is
-// damaged is told in lines. What is not damaged comes in the order of time.
+// damaged is told in lines. What is not damaged comes in the order of time. Any schema is refused or read as a state's.
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "recording/mcap/reader.h"
+#include "recording/states.h"
+#include "slave/slave_state.h"
 #include "tests/fuzz/file_in_memory.h"
 #include "tests/fuzz/require.h"
 
@@ -54,6 +56,12 @@ void read(const std::string& path) {
   require(later.messages == later.later && later.later <= again.later);
   require(reader.damages().size() <= 101);
   for (const std::string& line : reader.damages()) require_line(line);
+  for (const auto& [id, schema] : reader.topics().schemas) {
+    refused_or([&schema] {
+      auto translation = recording::translation_to<slave::SlaveState>(schema.data, "file");
+      if (translation) (void)translation->translated(recording::kCdrHeader);
+    });
+  }
   require(reader.order_notes().size() <= 2);
   for (const std::string& line : reader.order_notes()) require_line(line);
 }

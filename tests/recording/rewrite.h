@@ -23,16 +23,20 @@ namespace knuckle::test {
 /// What to do with a message: it may be changed; false leaves it out.
 using EditMessage = std::function<bool(const std::string& topic, std::vector<std::uint8_t>& message)>;
 
-/// @param to must not exist. @param head that it gets. @throws std::runtime_error where it cannot be written.
+/// @param to must not exist. @param head that it gets. @param edit_topics may be empty. @throws std::runtime_error
+/// where it cannot be written.
 inline void rewrite(const std::string& from, const std::string& to, const recording::Head& head,
-                    mcap::Compression compression, const EditMessage& edit) {
+                    mcap::Compression compression, const EditMessage& edit,
+                    const std::function<void(mcap::Topics&)>& edit_topics = {}) {
   constexpr std::size_t kChunkBytes = std::size_t{8} << 20;
   const auto require = [&](bool written) {
     if (!written) throw std::runtime_error(to + " cannot be written");
   };
   mcap::Reader reader(from);
   mcap::FileWriter writer;
-  require(writer.open(to, reader.topics()));
+  mcap::Topics topics = reader.topics();
+  if (edit_topics) edit_topics(topics);
+  require(writer.open(to, topics));
   require(writer.note(metadata_of(head)));
   for (const mcap::Attachment& attachment : attachments_of(head)) require(writer.attach(attachment));
   mcap::ChunkBuilder chunk;

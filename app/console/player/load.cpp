@@ -10,7 +10,6 @@
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/events.h"
-#include "recording/fields.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
 #include "slave/slave_loop.h"
@@ -51,13 +50,13 @@ class Reader {
           take_machine_wires(*wires);
         break;
       case Topic::kOperatorState: {
-        const auto state = state_in<master::MasterState>(entry);
+        const auto state = recording::state_in<master::MasterState>(entry, recording_);
         check_time(state.at);
         data_.add(state);
         break;
       }
       case Topic::kMachineState: {
-        const auto state = state_in<slave::SlaveState>(entry);
+        const auto state = recording::state_in<slave::SlaveState>(entry, recording_);
         const bool told = sent_at_ == state.at;
         check_time(state.at);
         data_.add(state, told ? &sent_ : nullptr);
@@ -93,14 +92,6 @@ class Reader {
     ++damaged_;
     return std::nullopt;
   }
-  template <typename State>
-  [[nodiscard]] State state_in(const recording::Entry& entry) const {
-    State state;
-    if (recording::decode(entry.data, state)) return state;
-    throw InputError(recording_.source() + ": states of another version: recorded by Knuckle " +
-                     recording_.head().version);
-  }
-
   /// @throws InputError where it is no time of a session.
   void check_time(Time at) const {
     if (at < Time(-1h) || at > Time(kLongest))

@@ -319,10 +319,9 @@ const ModeLook& look_of(Mode mode) noexcept {
                                                           {"ENGAGED", Icon::kArm},
                                                           {"HOLD", Icon::kPause},
                                                           {"FAULT", Icon::kWarning},
-                                                          {"E-STOP", Icon::kStop},
-                                                          {"?", Icon::kRing}});  // a recording's own
-  static_assert(kLooks.size() == number_of_words(Mode{}) + 1);
-  return kLooks[std::min(static_cast<std::size_t>(mode), kLooks.size() - 1)];
+                                                          {"E-STOP", Icon::kStop}});
+  static_assert(kLooks.size() == number_of_words(Mode{}));
+  return kLooks[static_cast<std::size_t>(mode)];
 }
 
 std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person,

@@ -169,10 +169,9 @@ ImU32 Theme::mode_colour(Mode mode) noexcept {
                                                          rgb(0x009E73),    // engaged
                                                          rgb(0xE69F00),    // hold
                                                          rgb(0xD55E00),    // fault
-                                                         rgb(0xC9261C),    // E-stop
-                                                         rgb(0x5B6874)});  // none of these, in a recording
-  static_assert(kColours.size() == number_of_words(Mode{}) + 1);
-  return kColours[std::min(static_cast<std::size_t>(mode), kColours.size() - 1)];
+                                                         rgb(0xC9261C)});  // E-stop
+  static_assert(kColours.size() == number_of_words(Mode{}));
+  return kColours[static_cast<std::size_t>(mode)];
 }
 
 void apply_style(const Theme& theme) {

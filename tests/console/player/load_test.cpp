@@ -159,7 +159,7 @@ TEST(PlayedFile, IsRefusedInOneLineWhereThereIsNothingToPlay) {
             if (topic == "/machine/state") message.push_back(0);
             return true;
           });
-  expect_refused(other, "states of another version");
+  expect_refused(other, "/machine/state at 0.005 s: is no state: damaged, or of another version");
   recording::Head head = head_of(recorded("press"));
   head.machine_file.clear();
   const std::string unknown = folder.file("unknown.mcap");
