@@ -294,14 +294,19 @@ void write_kim(const MachineDescription& machine, const BaselineData& data, std:
 
 }  // namespace
 
-void write_baseline_report(const std::string& method, const MachineDescription& machine, const BaselineData& data,
+void write_baseline_report(Paper paper, const MachineDescription& machine, const BaselineData& data,
                            std::ostream& out) {
-  if (method == "static")
-    write_static(machine, data, out);
-  else if (method == "malaguti")
-    write_malaguti(machine, data, out);
-  else
-    write_kim(machine, data, out);
+  switch (paper) {
+    case Paper::kStatic:
+      write_static(machine, data, out);
+      break;
+    case Paper::kMalaguti:
+      write_malaguti(machine, data, out);
+      break;
+    case Paper::kKim:
+      write_kim(machine, data, out);
+      break;
+  }
   report::write_page_end(out);
 }
 

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <ostream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/motion/machine_run.h"
@@ -22,26 +24,33 @@ namespace knuckle::identify {
 
 // The two papers' experiments on the simulated machine, and what the simulator says their answers should have been.
 
+/// M's poses, M's digging, K's slow motion.
+enum class Paper : std::uint8_t { kStatic, kMalaguti, kKim };
+/// As it is called on command lines and in results: "static", "malaguti", "kim".
+[[nodiscard]] const char* name(Paper paper) noexcept;
+/// Nothing where none is called so.
+[[nodiscard]] std::optional<Paper> paper_named(std::string_view name) noexcept;
+
 struct BaselineRuns {
   std::vector<motion::MachineRecording> identification, verification;
 };
 
-/// Drives the machine as the paper of `method` did: "static" 170 poses and 40 others to verify with, "malaguti" 40 s of
-/// digging in the air and another 40 s to verify with, "kim" each joint slowly in turn and two verification runs.
+/// Drives the machine as the paper did: kStatic 170 poses and 40 others to verify with, kMalaguti 40 s of digging in
+/// the air and another 40 s to verify with, kKim each joint slowly in turn and two verification runs.
 /// @param machine as the controller of `run` sees it; @param seed of poses and digging.
 /// @throws std::runtime_error as MachineRun does.
-[[nodiscard]] BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine,
-                                        motion::MachineRun& run, std::uint64_t seed);
+[[nodiscard]] BaselineRuns run_baseline(Paper paper, const MachineDescription& machine, motion::MachineRun& run,
+                                        std::uint64_t seed);
 
 /// What the base parameters should be: projection of the torques that really moved the links on the regressor, along
 /// these runs. The cylinders' masses, which have no place of their own in it, are spread as they showed.
 [[nodiscard]] estimation::BaseParameters projected_parameters(const sim::MachineTruth& truth,
                                                               std::span<const motion::MachineRecording> runs);
 
-/// True values by the names that `method` gives its parameters; what a simulated machine has no such thing of (a
+/// True values by the names that the paper gives its parameters; what a simulated machine has no such thing of (a
 /// friction at the joint) is left out. Projected along the verification where there is one.
 /// @param machine as identified with: K's m2 and m3 are taken off as they were.
-[[nodiscard]] std::map<std::string, double> baseline_truth(const std::string& method, const MachineDescription& machine,
+[[nodiscard]] std::map<std::string, double> baseline_truth(Paper paper, const MachineDescription& machine,
                                                            const sim::MachineTruth& truth, const BaselineRuns& runs);
 
 /// How M's inertias depend on noise and settings: one row a variant, over several sampled machines.
@@ -85,18 +94,17 @@ struct BaselineData {
   std::vector<estimation::Recording> identification;
   std::vector<estimation::Recording> verification;  ///< Not identified with; may be empty.
   std::map<std::string, double> truth;              ///< baseline_truth of a simulated machine; else empty.
-  std::vector<InertiaBias> bias;                    ///< malaguti_bias, for "malaguti"; empty: left out.
+  std::vector<InertiaBias> bias;                    ///< malaguti_bias, for kMalaguti; empty: left out.
   estimation::Identification verdict{};             ///< As `knuckle identify` judged it: usable, and why not.
 };
 
-/// Identifies by `method` with the authors' settings and writes the page:
-/// "static": table 1 of M (for all three links) and the torques of every pose.
-/// "malaguti": tables 2 and 3, figures 3 and 4 of M, beside the same with a slower filter and a longer window.
-/// "kim": table 1, figures 4 to 8 of K.
+/// Identifies by the paper's method with the authors' settings and writes the page:
+/// kStatic: table 1 of M (for all three links) and the torques of every pose.
+/// kMalaguti: tables 2 and 3, figures 3 and 4 of M, beside the same with a slower filter and a longer window.
+/// kKim: table 1, figures 4 to 8 of K.
 /// Figures 3 and 4 are of the first verification, figure 8 of the last, or of the identification where there is none.
 /// @param machine as calibrated().
 /// @throws InputError where gnuplot is missing.
-void write_baseline_report(const std::string& method, const MachineDescription& machine, const BaselineData& data,
-                           std::ostream& out);
+void write_baseline_report(Paper paper, const MachineDescription& machine, const BaselineData& data, std::ostream& out);
 
 }  // namespace knuckle::identify

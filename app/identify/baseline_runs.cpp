@@ -1,5 +1,6 @@
 // The papers' methods on motion of ours, and the figures of their pages.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -26,6 +27,7 @@ using estimation::kMomentZ;
 using estimation::MalagutiOptions;
 using estimation::Recording;
 
+constexpr std::array<std::string_view, 3> kPapers{"static", "malaguti", "kim"};
 constexpr int kPoses = 170;  // some are lost near end stops or do not come to rest
 constexpr int kVerifyingPoses = 40;
 constexpr double kRest_s = 0.8;
@@ -60,19 +62,32 @@ void add(InertiaBias& row, const MachineDescription& machine, const Recording& r
 
 }  // namespace
 
-BaselineRuns run_baseline(const std::string& method, const MachineDescription& machine, motion::MachineRun& run,
-                          std::uint64_t seed) {
+const char* name(Paper paper) noexcept {
+  return kPapers[static_cast<std::size_t>(paper)].data();
+}
+
+std::optional<Paper> paper_named(std::string_view name) noexcept {
+  const auto found = std::find(kPapers.begin(), kPapers.end(), name);
+  if (found == kPapers.end()) return std::nullopt;
+  return static_cast<Paper>(found - kPapers.begin());
+}
+
+BaselineRuns run_baseline(Paper paper, const MachineDescription& machine, motion::MachineRun& run, std::uint64_t seed) {
   BaselineRuns runs;
-  if (method == "static") {
-    runs.identification.push_back(run.stops(estimation::static_poses(machine, kPoses, seed), kRest_s));
-    runs.verification.push_back(run.stops(estimation::static_poses(machine, kVerifyingPoses, seed + 1000), kRest_s));
-  } else if (method == "malaguti") {
-    runs.identification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed)));
-    runs.verification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed + 1000)));
-  } else {
-    runs.identification.push_back(run.follow(estimation::kim_slow_motion(machine)));
-    runs.verification.push_back(run.follow(estimation::kim_verification_1(machine)));
-    runs.verification.push_back(run.follow(estimation::kim_verification_2(machine)));
+  switch (paper) {
+    case Paper::kStatic:
+      runs.identification.push_back(run.stops(estimation::static_poses(machine, kPoses, seed), kRest_s));
+      runs.verification.push_back(run.stops(estimation::static_poses(machine, kVerifyingPoses, seed + 1000), kRest_s));
+      break;
+    case Paper::kMalaguti:
+      runs.identification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed)));
+      runs.verification.push_back(run.follow(estimation::malaguti_dig_like_motion(machine, seed + 1000)));
+      break;
+    case Paper::kKim:
+      runs.identification.push_back(run.follow(estimation::kim_slow_motion(machine)));
+      runs.verification.push_back(run.follow(estimation::kim_verification_1(machine)));
+      runs.verification.push_back(run.follow(estimation::kim_verification_2(machine)));
+      break;
   }
   return runs;
 }
@@ -101,12 +116,12 @@ BaseParameters projected_parameters(const sim::MachineTruth& truth, std::span<co
   return estimation::solve_least_squares(problem).parameters;
 }
 
-std::map<std::string, double> baseline_truth(const std::string& method, const MachineDescription& machine,
+std::map<std::string, double> baseline_truth(Paper paper, const MachineDescription& machine,
                                              const sim::MachineTruth& truth, const BaselineRuns& runs) {
   const BaseParameters base =
       projected_parameters(truth, runs.verification.empty() ? runs.identification : runs.verification);
   std::map<std::string, double> values;
-  if (method == "kim") {
+  if (paper == Paper::kKim) {
     constexpr double kDegPerRad = 180 / std::numbers::pi;
     const double m3 = machine.links[kBucket].mass_kg, m2 = machine.links[kArm].mass_kg;
     const JointVector later(machine.links[kBoom].length_m * (m2 + m3), machine.links[kArm].length_m * m3, 0);
@@ -118,7 +133,7 @@ std::map<std::string, double> baseline_truth(const std::string& method, const Ma
     }
     return values;
   }
-  const bool still = method == "static";
+  const bool still = paper == Paper::kStatic;
   for (int i = kBucket, s = 1; i >= (still ? kBoom : kArm); --i, s += 2) {
     values[(still ? "S" : "phi_S") + std::to_string(s)] = base[kMomentX + i];
     values[(still ? "S" : "phi_S") + std::to_string(s + 1)] = base[kMomentZ + i];
@@ -147,7 +162,7 @@ std::vector<InertiaBias> malaguti_bias(const MachineDescription& machine, std::u
     const sim::MachineTruth truth = sim::sample_truth(machine, seed);
     motion::MachineRun run(machine, truth, {}, middle_of_range(machine), seed);
     const motion::MachineRecording made = run.follow(estimation::malaguti_dig_like_motion(machine, seed));
-    const auto values = baseline_truth("malaguti", machine, truth, {{made}, {}});
+    const auto values = baseline_truth(Paper::kMalaguti, machine, truth, {{made}, {}});
     add(rows[0], machine, made.recording, {}, values);
     add(rows[1], machine, with_exact_rods(made, truth, 0, seed), {}, values);
     add(rows[2], machine, with_exact_rods(made, truth, kNoise_m, seed), {}, values);

@@ -46,15 +46,16 @@ MethodRun baseline(const Result& result, const MachineDescription& machine) {
           }};
 }
 
-MethodRun run_method(const std::string& method, const MachineDescription& machine,
-                     const std::vector<Recording>& recordings, const estimation::FullOptions& options) {
-  if (method == "static") {
-    estimation::StaticOptions all_links;
-    all_links.first_link = kBoom;
-    return baseline(estimation::identify_static(machine, recordings, all_links), machine);
-  }
-  if (method == "malaguti") return baseline(estimation::identify_malaguti(machine, recordings), machine);
-  if (method == "kim") return baseline(estimation::identify_kim(machine, recordings), machine);
+MethodRun run_paper(Paper paper, const MachineDescription& machine, const std::vector<Recording>& recordings) {
+  if (paper == Paper::kMalaguti) return baseline(estimation::identify_malaguti(machine, recordings), machine);
+  if (paper == Paper::kKim) return baseline(estimation::identify_kim(machine, recordings), machine);
+  estimation::StaticOptions all_links;
+  all_links.first_link = kBoom;
+  return baseline(estimation::identify_static(machine, recordings, all_links), machine);
+}
+
+MethodRun run_full(const MachineDescription& machine, const std::vector<Recording>& recordings,
+                   const estimation::FullOptions& options) {
   const estimation::FullResult result = estimation::identify_full(machine, recordings, options);
   MethodRun run{result.summary, result.dynamics, {}};
   run.compare = [=, dynamics = result.dynamics](const Recording& recording) {
@@ -133,55 +134,57 @@ CalibrationMatrix ensemble_error(const IdentifyOptions& options, const MachineDe
 
 /// The full method's own report, or the paper's tables and figures again.
 void write_page(const IdentifyOptions& options, const IdentifyData& data, const Identified& result, std::ostream& out) {
-  if (options.method == "full") return write_identify_report(data, result, out);
-  write_baseline_report(options.method, calibrated(data.machine),
+  const auto paper = paper_named(options.method);
+  if (!paper) return write_identify_report(data, result, out);
+  write_baseline_report(*paper, calibrated(data.machine),
                         {data.training, data.hold_out, data.truth, result.bias, result.summary}, out);
 }
 
-/// For the page of "malaguti"; of other machines than the one surveyed, so all nominal.
+/// For the page of kMalaguti; of other machines than the one surveyed, so all nominal.
 std::vector<InertiaBias> inertia_bias(const IdentifyOptions& options, const IdentifyData& data,
                                       const std::function<void(double)>& progress) {
   constexpr int kMachines = 10;
-  if (!options.simulate || options.method != "malaguti" || options.report.empty()) return {};
+  if (!options.simulate || paper_named(options.method) != Paper::kMalaguti || options.report.empty()) return {};
   return malaguti_bias(drawing_of(data.machine), options.seed, kMachines, progress);
 }
 
 }  // namespace
 
-Identified identify(const IdentifyData& given, const std::string& method, const estimation::FullOptions& options,
+Identified identify(const IdentifyData& given, std::optional<Paper> paper, const estimation::FullOptions& options,
                     const std::function<void(double)>& progress) {
   const auto done = [&](double share) {
     if (progress) progress(share);
   };
   done(0);
   Identified result;
-  result.method = method;
+  result.method = paper ? name(*paper) : "full";
   result.machine = given.machine;
   const MachineDescription machine = calibrated(given.machine);
   IdentifyData data = given;
-  const TimeSkew skew = method == "full" ? take_off_skew(machine, data) : TimeSkew{};
+  const TimeSkew skew = paper ? TimeSkew{} : take_off_skew(machine, data);
   done(0.3);
-  const MethodRun run = run_method(method, machine, data.training, options);
+  const MethodRun run = paper ? run_paper(*paper, machine, data.training) : run_full(machine, data.training, options);
   result.summary = run.summary;
   done(0.6);
   const bool solved = !run.summary.parameters.empty();
-  if (solved) validate(data, run, method, result);
+  if (solved) validate(data, run, result.method, result);
   judge(result);
   if (!skew.what.empty()) tell(skew, result.summary);
-  if (method == "full") {
+  if (!paper) {
     result.nominal = nominal_values(machine);
     result.machine.dynamics_calibration = run.dynamics;
     result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
-    for (const char* paper : {"malaguti", "kim"}) {
-      const MethodRun other = run_method(paper, machine, data.training, options);
-      if (solved && other.summary.usable) validate(data, other, paper, result);
+    for (const Paper other_paper : {Paper::kMalaguti, Paper::kKim}) {
+      const MethodRun other = run_paper(other_paper, machine, data.training);
+      if (solved && other.summary.usable) validate(data, other, name(other_paper), result);
     }
     done(0.8);
     const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
     if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
       result.valves = learn_valves(result.machine, data.training);
   }
-  result.machine.calibration_provenance = {method, cli::now_utc(), data.sha256, data.source, cli::program_version()};
+  result.machine.calibration_provenance = {result.method, cli::now_utc(), data.sha256, data.source,
+                                           cli::program_version()};
   done(1);
   return result;
 }
@@ -206,8 +209,9 @@ int identify_command(const IdentifyOptions& options) {
       full.model_error = cli::watched(
           interrupt, "ensemble", [&](const auto& progress) { return ensemble_error(options, data.machine, progress); });
     }
-    result = cli::watched(interrupt, "identify",
-                          [&](const auto& progress) { return identify(data, options.method, full, progress); });
+    result = cli::watched(interrupt, "identify", [&](const auto& progress) {
+      return identify(data, paper_named(options.method), full, progress);
+    });
     result.bias = cli::watched(interrupt, "inertias",
                                [&](const auto& progress) { return inertia_bias(options, data, progress); });
   } catch (const InputError&) {

@@ -24,14 +24,14 @@ struct Identified {
   std::vector<HoldOut> hold_out;                          ///< The method's first, then the papers' on the same data.
   std::vector<estimation::TorqueComparison> comparisons;  ///< The method's, one a held-out recording.
   std::optional<estimation::ValveResult> valves;          ///< Where recordings hold valve commands.
-  std::vector<InertiaBias> bias;                          ///< For "malaguti" of simulated machines.
+  std::vector<InertiaBias> bias;                          ///< For kMalaguti of simulated machines.
   std::vector<double> nominal;  ///< What the drawing says of each parameter; NaN where it says nothing.
   MachineDescription machine;   ///< With every calibration that is usable, and where it came from.
 };
 
-/// @param options of the full method, such as an ensemble's model error.
+/// @param paper nothing: by the full method. @param options of the full method, such as an ensemble's model error.
 /// @param progress done share in [0, 1]; may throw to end it.
-[[nodiscard]] Identified identify(const IdentifyData& data, const std::string& method,
+[[nodiscard]] Identified identify(const IdentifyData& data, std::optional<Paper> paper,
                                   const estimation::FullOptions& options = {},
                                   const std::function<void(double)>& progress = {});
 

@@ -252,20 +252,20 @@ Driven drive_full(const IdentifyOptions& options, const MachineDescription& nomi
           {}};
 }
 
-Driven drive_paper(const IdentifyOptions& options, const MachineDescription& nominal, const sim::MachineTruth& truth,
-                   const std::function<void(double)>& progress) {
+Driven drive_paper(Paper paper, const IdentifyOptions& options, const MachineDescription& nominal,
+                   const sim::MachineTruth& truth, const std::function<void(double)>& progress) {
   const MachineDescription machine = calibrated(nominal);
   const CommissionPlan plan = commission_plan(options);
   motion::MachineRun run(machine, truth, {}, middle_of_range(machine), options.seed);
   run.watch([&](double elapsed_s) { progress(std::min(1.0, elapsed_s / plan.duration_s())); });
   Driven driven;
   driven.survey = rounded(run.survey(estimation::survey_poses(machine, plan.survey_poses), plan.survey_sigma_m));
-  const BaselineRuns paper = run_baseline(options.method, machine, run, options.seed);
-  for (const motion::MachineRecording& made : paper.identification)
-    driven.training.push_back(named(options.method + "_" + std::to_string(driven.training.size() + 1), made));
-  for (const motion::MachineRecording& made : paper.verification)
+  const BaselineRuns runs = run_baseline(paper, machine, run, options.seed);
+  for (const motion::MachineRecording& made : runs.identification)
+    driven.training.push_back(named(std::string(name(paper)) + "_" + std::to_string(driven.training.size() + 1), made));
+  for (const motion::MachineRecording& made : runs.verification)
     driven.hold_out.push_back(named("verification_" + std::to_string(driven.hold_out.size() + 1), made));
-  driven.truth = baseline_truth(options.method, machine, truth, paper);
+  driven.truth = baseline_truth(paper, machine, truth, runs);
   return driven;
 }
 
@@ -345,8 +345,9 @@ IdentifyData drive_for_data(const IdentifyOptions& options, const std::function<
   data.machine = load_machine(find_config("machine", options.machine));
   const sim::MachineTruth truth = session::truth_for(data.machine, options.truth, options.family, options.seed);
   Keeper keeper(options.record);
-  Driven driven = options.method == "full" ? drive_full(options, data.machine, truth, progress, posed)
-                                           : drive_paper(options, data.machine, truth, progress);
+  const auto paper = paper_named(options.method);
+  Driven driven = paper ? drive_paper(*paper, options, data.machine, truth, progress)
+                        : drive_full(options, data.machine, truth, progress, posed);
   calibrate_from(driven.survey, data);
   const auto take = [&](std::vector<Recording>& from, std::vector<Recording>& into) {
     for (Recording& recording : from) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "app/cli/output_file.h"
+#include "app/identify/baseline_report.h"
 #include "app/recordings/csv_mapping.h"
 #include "app/session/truth_file.h"
 
@@ -14,7 +15,6 @@ namespace knuckle::identify {
 namespace {
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kMethods{"full", "static", "malaguti", "kim"};
 constexpr double kShortest_s = 20, kLongest_s = 1200;
 
 struct Given {
@@ -154,7 +154,7 @@ void check_places(const IdentifyOptions& o) {
 
 void check(const Given& given, const cli::OptionList& command) {
   const IdentifyOptions& o = given.options;
-  if (std::find(kMethods.begin(), kMethods.end(), o.method) == kMethods.end())
+  if (o.method != "full" && !paper_named(o.method))
     cli::refuse_option("--method", o.method, "must be full, static, malaguti or kim");
   if (o.method != "full" && !o.out.empty())
     cli::refuse_option("--out", o.out, "only --method full identifies all that a calibrated machine file needs");

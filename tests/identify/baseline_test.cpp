@@ -19,17 +19,17 @@ const MachineDescription& machine() {
   return loaded;
 }
 
-std::string page(const std::string& method, const BaselineData& data) {
+std::string page(Paper paper, const BaselineData& data) {
   std::ostringstream out;
-  write_baseline_report(method, machine(), data, out);
+  write_baseline_report(paper, machine(), data, out);
   return out.str();
 }
 
 const JointVector kStart(0.3, -1.5, -0.9);
 
-BaselineRuns driven(const std::string& method, const sim::MachineTruth& truth) {
+BaselineRuns driven(Paper paper, const sim::MachineTruth& truth) {
   motion::MachineRun run(machine(), truth, {}, kStart, 1);
-  return run_baseline(method, machine(), run, 1);
+  return run_baseline(paper, machine(), run, 1);
 }
 
 std::vector<estimation::Recording> recordings(const std::vector<motion::MachineRecording>& runs) {
@@ -52,10 +52,10 @@ double ratio(const estimation::Identification& summary, const std::map<std::stri
 
 TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
   const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
-  const BaselineRuns runs = driven("kim", truth);
+  const BaselineRuns runs = driven(Paper::kKim, truth);
   BaselineData data{recordings(runs.identification),
                     recordings(runs.verification),
-                    baseline_truth("kim", machine(), truth, runs),
+                    baseline_truth(Paper::kKim, machine(), truth, runs),
                     {}};
   const estimation::KimResult result = identify_kim(machine(), data.identification);
   ASSERT_TRUE(result.summary.usable);
@@ -71,13 +71,13 @@ TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
   EXPECT_LT(std::sqrt(squares / count), 100);
   EXPECT_GT(std::sqrt(squares / count), 10);  // friction without Coulomb cannot be that good
   data.verdict = result.summary;
-  const std::string text = page("kim", data);
+  const std::string text = page(Paper::kKim, data);
   expect_all(text,
              {">usable<", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg", "98.65 kg m, 11.48",
               "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8", "</svg>", "</html>"});
   data.verdict.usable = false;
   data.verdict.reasons = {"held-out motion speaks against it"};
-  expect_all(page("kim", data), {">not usable<", "at most 25 %", "held-out motion speaks against it", "Table 1"});
+  expect_all(page(Paper::kKim, data), {">not usable<", "at most 25 %", "held-out motion speaks against it", "Table 1"});
 }
 
 TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
@@ -97,10 +97,10 @@ TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
 
 TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
   const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
-  const BaselineRuns runs = driven("malaguti", truth);
+  const BaselineRuns runs = driven(Paper::kMalaguti, truth);
   const BaselineData data{recordings(runs.identification),
                           recordings(runs.verification),
-                          baseline_truth("malaguti", machine(), truth, runs),
+                          baseline_truth(Paper::kMalaguti, machine(), truth, runs),
                           {}};
   const estimation::MalagutiResult result = identify_malaguti(machine(), data.identification);
   ASSERT_TRUE(result.summary.usable);
@@ -110,7 +110,7 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
   EXPECT_LT(fit.nrmse[kArm], 0.15);
   EXPECT_LT(fit.nrmse[kBucket], 0.15);
   EXPECT_TRUE(std::isnan(fit.nrmse[kBoom]));
-  const std::string text = page("malaguti", data);
+  const std::string text = page(Paper::kMalaguti, data);
   expect_all(text, {"Table 2: Parameter estimation in dynamic conditions", "φ<sub>D1</sub>, bucket J", "kg m/s^2",
                     "Table 3", "26.7 %", "Figure 3", "Figure 4", "repaired", "</svg>"});
 }
@@ -118,14 +118,14 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
 TEST(Baselines, FewPosesAreReportedAsNotUsable) {
   BaselineData none;
   none.verdict = estimation::identify_static(machine(), {}).summary;
-  const std::string text = page("static", none);
+  const std::string text = page(Paper::kStatic, none);
   expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
 }
 
 TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
   const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
-  const BaselineRuns runs = driven("static", truth);
-  const auto values = baseline_truth("static", machine(), truth, runs);
+  const BaselineRuns runs = driven(Paper::kStatic, truth);
+  const auto values = baseline_truth(Paper::kStatic, machine(), truth, runs);
   const estimation::StaticResult result = identify_static(machine(), recordings(runs.identification));
   EXPECT_TRUE(result.summary.usable);
   EXPECT_GE(result.poses, 150);
@@ -146,7 +146,7 @@ TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {
   for (CylinderDescription& cylinder : light.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0.01;
   light.bucket_linkage.rocker_mass_kg = light.bucket_linkage.coupler_mass_kg = 0.01;
   const sim::MachineTruth truth = sim::nominal_truth(light);
-  const BaselineRuns runs = driven("malaguti", truth);
+  const BaselineRuns runs = driven(Paper::kMalaguti, truth);
   const estimation::BaseParameters expected = estimation::base_parameters(light);
   const estimation::BaseParameters found = projected_parameters(truth, runs.identification);
   EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.5) << found.transpose() << "\n" << expected.transpose();

@@ -161,13 +161,13 @@ TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
   IdentifyData data;
   data.machine = recorded_machine();
   data.training = data.hold_out = {recorded_motion()};
-  EXPECT_TRUE(identify(data, "full").summary.usable);
+  EXPECT_TRUE(identify(data, std::nullopt).summary.usable);
   Recording unknown = recorded_motion();
   std::fill(unknown.usable.begin(), unknown.usable.end(), std::uint8_t{0});
   for (const std::vector<Recording>& nothing :
        {std::vector<Recording>{}, {recordings::part_of(recorded_motion(), 0, 20)}, {unknown}}) {
     data.hold_out = nothing;
-    const Identified result = identify(data, "full");
+    const Identified result = identify(data, std::nullopt);
     EXPECT_FALSE(result.summary.usable);
     EXPECT_TRUE(names(result.summary.reasons.at(0), "no held-out recording")) << result.summary.reasons.at(0);
   }
@@ -182,10 +182,10 @@ TEST(Identify, TakesOffTheSkewOfPressuresAndLengthsAndSaysSo) {
   IdentifyData data;
   data.machine = recorded_machine();
   data.training = data.hold_out = {recorded_motion()};
-  const Identified straight = identify(data, "full");
+  const Identified straight = identify(data, std::nullopt);
   for (const std::string& reason : straight.summary.reasons) EXPECT_FALSE(names(reason, "than lengths")) << reason;
   data.training = data.hold_out = {skewed(-0.1)};
-  const Identified result = identify(data, "full");
+  const Identified result = identify(data, std::nullopt);
   EXPECT_TRUE(result.summary.usable);
   EXPECT_TRUE(names(result.summary.reasons.back(), " ms earlier than lengths: corrected"))
       << result.summary.reasons.back();
@@ -200,12 +200,12 @@ TEST(Identify, RefusesMoreSkewThanCanBeTakenOffAndRecordingsOfDifferentSkew) {
   for (const auto& [lag_s, told] :
        {std::pair{0.3, "250 ms or more later"}, std::pair{-0.3, "250 ms or more earlier"}}) {
     data.training = {skewed(lag_s)};
-    const Identified result = identify(data, "full");
+    const Identified result = identify(data, std::nullopt);
     EXPECT_FALSE(result.summary.usable);
     EXPECT_TRUE(names(result.summary.reasons.at(0), told)) << result.summary.reasons.at(0);
   }
   data.training = {recorded_motion(), skewed(0.15)};
-  const Identified mixed = identify(data, "full");
+  const Identified mixed = identify(data, std::nullopt);
   EXPECT_FALSE(mixed.summary.usable);
   EXPECT_TRUE(names(mixed.summary.reasons.at(0), "not sampled by one clock")) << mixed.summary.reasons.at(0);
 }
@@ -305,6 +305,25 @@ TEST_F(IdentifyProgram, NamesWhatIsWrongWithTheCommandOrItsFiles) {
     EXPECT_EQ(run.exit_code, 2) << named;
     EXPECT_TRUE(names(run.err, named)) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+}
+
+TEST_F(IdentifyProgram, ByAPapersMethodThatDoesNotExplainHeldOutMotionIsNotUsableAndSaysWhy) {
+  write("a.csv", recorded_motion());
+  auto other = recorded_motion();
+  for (std::size_t i = 0; i < other.samples.size(); ++i)
+    for (const std::size_t head : {0U, 2U, 4U})
+      other.samples[i].pressure_Pa[head] += 8e5 * (1 + std::sin(2.5 * other.step_s * static_cast<double>(i)));
+  write("b.csv", other);
+  for (const std::string method : {"static", "malaguti", "kim"}) {
+    const ProgramRun run =
+        identify({path("a.csv"), "--hold-out", path("b.csv"), "--method", method, "--json", path(method + ".json")});
+    EXPECT_EQ(run.exit_code, 1) << method << run.out << run.err;
+    const nlohmann::json result = json(method + ".json");
+    EXPECT_EQ(result["method"], method);
+    EXPECT_FALSE(result["usable"]);
+    ASSERT_FALSE(result["reasons"].empty()) << method;
+    for (const auto& reason : result["reasons"]) EXPECT_TRUE(names(run.out, reason.get<std::string>())) << run.out;
   }
 }
 
