@@ -170,10 +170,10 @@ TEST(BiasFilter, ASwingIsNoContactWhileTheLagIsUnknown) {
   for (const double swing_radps : {12.0, 16.0}) {
     SCOPED_TRACE(swing_radps);
     run.motion.swing_radps = swing_radps;
-    for (double part = 0; part < 1; part += 0.2 * kStep_s) {
-      run.motion.swing_rad =
-          std::pow(std::sin(std::numbers::pi * part), 2) * JointVector(0.08, 0.03, 0.03) * 12 / swing_radps;
-      ASSERT_FALSE(run.step(PlanarVector::Zero()).contact) << "at " << part;
+    constexpr double kGrowth_radps = 0.2 * std::numbers::pi;
+    for (double phase = 0; phase < std::numbers::pi; phase += kGrowth_radps * kStep_s) {
+      run.motion.grow_swing(JointVector(0.08, 0.03, 0.03) * 12 / swing_radps, phase, kGrowth_radps);
+      ASSERT_FALSE(run.step(PlanarVector::Zero()).contact) << "at " << phase;
     }
   }
 }

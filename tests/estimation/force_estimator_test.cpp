@@ -279,45 +279,51 @@ TEST(Contact, FiveHundredNewtonStepIsSeenWithinATenthOfASecond) {
   EXPECT_FALSE(run.estimator().estimate().contact);
 }
 
-/// Masses an eighth more than drawn, of which gravity has been learned, and an arm that swings by `part` of 0.08 rad.
+/// Masses more than drawn, of which gravity has been learned, and an arm that swings by up to 0.08 rad.
 class HeavySwing {
  public:
-  HeavySwing() {
+  HeavySwing(double mass_factor, double free_s) : run_(heavy(mass_factor)) {
     run_.estimator().expect_free_motion(true);
     run_.free_motion(60);
     run_.estimator().expect_free_motion(false);
-    run_.free_motion(5);
+    run_.free_motion(free_s);
   }
-  const ForceEstimate& step(double part, const PlanarVector& tip_N = PlanarVector::Zero()) {
-    run_.motion.swing_rad = part * JointVector(0.08, 0.03, 0.03);
+  /// @param phase_rad pi / 2: it swings most. @param phase_radps 0: so it stays.
+  const ForceEstimate& step(double phase_rad, double phase_radps, const PlanarVector& tip_N = PlanarVector::Zero()) {
+    run_.motion.grow_swing(JointVector(0.08, 0.03, 0.03), phase_rad, phase_radps);
     return run_.step(tip_N);
   }
 
  private:
-  static SyntheticErrors heavy() {
+  static SyntheticErrors heavy(double mass_factor) {
     SyntheticErrors e = real_sensors();
-    e.mass_factor = 1.12;
+    e.mass_factor = mass_factor;
     e.lag_s.fill(kUsualLag_s);
     return e;
   }
-  Twin run_{heavy()};
+  Twin run_;
 };
 
 // An eighth of the torque that accelerates masses is what hull and steel make of a hard swing near their own
-// frequencies.
-TEST(Contact, MassesThatAreNotKnownAreNoneWhenTheySwing) {
-  HeavySwing run;
-  ASSERT_FALSE(run.step(0).contact);
-  for (double part = 0; part < 1; part += 0.2 * kStep_s)
-    ASSERT_FALSE(run.step(std::pow(std::sin(std::numbers::pi * part), 2)).contact) << "at " << part;
+// frequencies. The longer free motion lasts, the less of it is left to chance.
+TEST(Contact, MassesThatAreNotKnownAreNoneWhenTheySwingHoweverLongMotionWasFree) {
+  constexpr double kGrowth_radps = 0.2 * std::numbers::pi;
+  for (const double mass_factor : {1.12, 1.2}) {
+    for (const double free_s : {5, 30, 120}) {
+      HeavySwing run(mass_factor, free_s);
+      for (double phase = 0; phase < std::numbers::pi; phase += kGrowth_radps * kStep_s)
+        ASSERT_FALSE(run.step(phase, kGrowth_radps).contact) << mass_factor << ", " << free_s << " s, at " << phase;
+    }
+  }
 }
 
 TEST(Contact, APushIsSeenInASwing) {
-  HeavySwing run;
-  for (double part = 0; part < 1; part += 0.5 * kStep_s) run.step(part * part);
-  ASSERT_FALSE(run.step(1).contact);
+  constexpr double kGrowth_radps = 0.25 * std::numbers::pi, kMost_rad = std::numbers::pi / 2;
+  HeavySwing run(1.12, 5);
+  for (double phase = 0; phase < kMost_rad; phase += kGrowth_radps * kStep_s) run.step(phase, kGrowth_radps);
+  ASSERT_FALSE(run.step(kMost_rad, 0).contact);
   int n = 0;
-  while (!run.step(1, {-2400, 1800}).contact && n < 100) ++n;
+  while (!run.step(kMost_rad, 0, {-2400, 1800}).contact && n < 100) ++n;
   EXPECT_LE(n * kStep_s, 0.05);
 }
 

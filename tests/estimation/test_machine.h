@@ -63,6 +63,13 @@ struct SineMotion {
   JointVector omega_radps = JointVector(0.5, 0.62, 0.71);
   JointVector swing_rad = JointVector::Zero();  ///< On top of it, as an arm swings on its oil.
   double swing_radps = 12;
+  JointVector growth_radps = JointVector::Zero(), growth_radps2 = JointVector::Zero();  ///< Rates of swing_rad.
+  /// The swing grows with the square of a sine. @param phase_rad of that sine: at pi / 2 it is largest.
+  void grow_swing(const JointVector& most_rad, double phase_rad, double phase_radps) {
+    swing_rad = std::pow(std::sin(phase_rad), 2) * most_rad;
+    growth_radps = phase_radps * std::sin(2 * phase_rad) * most_rad;
+    growth_radps2 = 2 * phase_radps * phase_radps * std::cos(2 * phase_rad) * most_rad;
+  }
   struct Point {
     JointVector angle, rate, acceleration;
   };
@@ -71,9 +78,11 @@ struct SineMotion {
     p.angle = middle_rad + amplitude_rad.cwiseProduct(JointVector((omega_radps * t).array().sin()));
     p.rate = amplitude_rad.cwiseProduct(omega_radps).cwiseProduct(JointVector((omega_radps * t).array().cos()));
     p.acceleration = -omega_radps.array().square() * (p.angle - middle_rad).array();
-    p.angle += swing_rad * std::sin(swing_radps * t);
-    p.rate += swing_rad * swing_radps * std::cos(swing_radps * t);
-    p.acceleration -= swing_rad * swing_radps * swing_radps * std::sin(swing_radps * t);
+    const double sine = std::sin(swing_radps * t), cosine = std::cos(swing_radps * t);
+    p.angle += swing_rad * sine;
+    p.rate += swing_rad * swing_radps * cosine + growth_radps * sine;
+    p.acceleration +=
+        (growth_radps2 - swing_rad * swing_radps * swing_radps) * sine + 2 * swing_radps * growth_radps * cosine;
     return p;
   }
 };
