@@ -89,6 +89,27 @@ TEST_F(Program, JsonOnStandardOutputIsAloneThere) {
   EXPECT_NE(run.err.find("not judged"), std::string::npos);  // the summary made room
 }
 
+TEST_F(Program, TheTableHasARowForEachStepOfTheMachinesSideOneAfterTheOther) {
+  EXPECT_EQ(simulate(brief({"--csv", path("a.csv")})).exit_code, 0);
+  std::ifstream table(path("a.csv"));
+  std::string line;
+  std::vector<double> times_s;
+  std::getline(table, line);
+  EXPECT_EQ(line.rfind("time_s,", 0), 0U) << line;
+  while (std::getline(table, line)) times_s.push_back(std::stod(line));
+  ASSERT_EQ(times_s.size(), 400U) << "2 s at 200 Hz";
+  for (std::size_t i = 1; i < times_s.size(); ++i) ASSERT_NEAR(times_s[i] - times_s[i - 1], 0.005, 1e-9) << i;
+}
+
+TEST_F(Program, InRealTimeTheResultSaysHowTheLoopsRan) {
+  const ProgramRun run = simulate(brief({"--realtime", "--json", "-"}));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json.at("schema"), "knuckle-session/2");
+  EXPECT_GE(json.at("timing").at("simulated_s"), 2);
+  for (const char* loop : {"slave", "master"}) EXPECT_TRUE(json.at("realtime").at(loop).contains("wake_us")) << loop;
+}
+
 TEST_F(Program, CandumpHoldsTheWholeBus) {
   EXPECT_LE(simulate(brief({"--candump", path("bus.log")})).exit_code, 1);
   std::ifstream log(path("bus.log"));

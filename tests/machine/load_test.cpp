@@ -410,7 +410,7 @@ TEST(FindConfig, NamesTheScenariosThereAre) {
   EXPECT_NE(said.find("wall_contact"), std::string::npos) << said;
 }
 
-TEST(WholeFile, LargerThanItMayBeIsRefusedBeforeItIsRead) {
+TEST(WholeFile, LargerThanItMayBeIsRefused) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("a.toml"), std::ios::binary) << std::string(10'000'000, 'k') << " = 1";
   EXPECT_EQ(test::refusal([&] { (void)load_machine(folder.file("a.toml")); }),

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/bad_toml.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
@@ -129,6 +130,9 @@ TEST(StudyPlan, IsReadWithItsFilesBesideIt) {
 
 TEST(StudyPlan, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(refusal_of(kOne), "accepted");
+  const test::TemporaryFolder folder;
+  const std::string path = folder.file("plan.toml");
+  test::expect_bad_tomls_refused(path, kOne + kLoad + "6}\n", [&] { (void)load_plan(path); });
   EXPECT_NE(refusal_of("").find("at least one [[recording]] is needed"), std::string::npos);
   EXPECT_NE(refusal_of(kOne + "age = 40\n").find("age"), std::string::npos);
   EXPECT_NE(refusal_of(kOne + kOne).find("is listed before"), std::string::npos);

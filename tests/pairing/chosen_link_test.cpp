@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
+#include "tests/support/bad_toml.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/link_messages.h"
@@ -43,6 +46,18 @@ TEST(ChosenLink, StrangersAreToldOfOnceHoweverManyKeysAndAddressesTheyUse) {
   const auto refused = std::count_if(news.begin(), news.end(),
                                      [](const auto& n) { return n.what.find("refused") != std::string::npos; });
   EXPECT_EQ(refused, 1);
+}
+
+TEST(ChosenLink, RefusesWhateverElseTheCredentialsOfARelayHoldInOneLineThatNamesTheFile) {
+  const test::TemporaryFolder temporary;
+  const KeyFolder folder(temporary.file("keys"));
+  const secure::Identity own = folder.make("desk");
+  DialOptions options;
+  options.rendezvous = options.turn = "127.0.0.1:1";
+  std::ofstream(folder.turn_file()).close();
+  std::filesystem::permissions(folder.turn_file(), std::filesystem::perms(0600));
+  test::expect_bad_tomls_refused(folder.turn_file(), "user = \"me\"\npassword = \"mine\"\n",
+                                 [&] { (void)make_dialler(options, secure::Role::kOperator, folder, own, {}); });
 }
 
 TEST(ChosenLink, APlainLinkTakesAHostByItsNameAndStaysOnThisComputerUnlessAskedTwice) {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "tests/support/bad_toml.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
@@ -142,6 +143,14 @@ TEST_F(Folder, KeepsWhatItKnowsOfEachFarEnd) {
   EXPECT_EQ(read[1].expires_utc, observer.expires_utc);
   EXPECT_TRUE(read[1].observer && !read[0].observer && !read[2].observer);
   EXPECT_TRUE(read[2].revoked && !read[0].revoked && !read[1].revoked);
+}
+
+TEST_F(Folder, RefusesWhateverElseAPeersFileHoldsInOneLineThatNamesIt) {
+  (void)folder.make("site arm");
+  add(peer("desk 1"));
+  add(peer("desk 2"));
+  const auto read = [this] { (void)folder.peers(); };
+  test::expect_bad_tomls_refused(folder.peers_file(), test::content(folder.peers_file()), read, true);
 }
 
 TEST_F(Folder, SaysWhatIsWrongInAPeersFile) {

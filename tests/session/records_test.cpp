@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "app/session/fault_injection.h"
 #include "app/session/frame_log.h"
 #include "app/session/record_windows.h"
 #include "app/session/session.h"
+#include "app/session/session_logs.h"
 #include "app/session/session_record.h"
 #include "app/session/session_result.h"
 #include "core/fields.h"
@@ -46,6 +49,41 @@ TEST(Recorder, HasRoomForTheFramesOfTheFastestBus) {
   bus.sync_Hz = 250;
   bus.set_point_every_nth_sync = bus.valve_status_every_nth_sync = 1;
   EXPECT_GE(most_frames(bus, 10), 10 * 250 * (1 + 6 + 3 + 1 + 2 * 3));
+}
+
+/// Node by node a millisecond apart, the frames of one cycle.
+template <typename Nodes, typename IdOf>
+Time put_frames(const Nodes& nodes, const IdOf& id_of, Time at, MachineLog& log) {
+  for (const auto& node : nodes) {
+    CanFrame frame;
+    frame.id = id_of(node);
+    log.note(at += 1ms, frame);
+  }
+  return at;
+}
+
+TEST(SessionLogs, ALatencyBeginsWithTheLastPressureOfACycleAndEndsWithItsLastSetPoint) {
+  const SessionSetup setup = short_session();
+  const BusDescription& bus = setup.machine.bus;
+  SessionLogs logs(setup);
+  const Time pressures = put_frames(
+      bus.pressures, [](const auto& node) { return node.tpdo_id(); }, Time(100ms), logs.machine);
+  logs.slave.measured.push_back({Time(150ms), Time(150ms)});
+  logs.slave.acted.push_back({Time(120ms), Time(160ms)});
+  const Time set_points = put_frames(
+      bus.valves, [](const auto& node) { return node.rpdo_id(); }, Time(160ms), logs.machine);
+  logs.master.felt.push_back({Time(150ms), Time(190ms)});
+  const SessionOutcome outcome = logs.hand_over(setup.machine, operator_of(setup), Time(1s), [](Time at) {
+    return Cause{at, {}};
+  });
+  std::map<std::string, double> longest_ms;
+  for (const HopLatency& hop : outcome.hops)
+    if (hop.samples > 0) longest_ms[hop.hop] = hop.latency_us.max / 1000;
+  const std::map<std::string, double> expected{{"pressure_to_slave", 1000 * to_seconds(Time(150ms) - pressures)},
+                                               {"pressure_to_hand", 1000 * to_seconds(Time(190ms) - pressures)},
+                                               {"hand_to_valve", 1000 * to_seconds(set_points - Time(120ms))}};
+  ASSERT_EQ(longest_ms.size(), expected.size());
+  for (const auto& [hop, ms] : expected) EXPECT_NEAR(longest_ms[hop], ms, 1e-6) << hop;
 }
 
 TEST(Verdict, IsFailedByALostRecordWhateverTheScenarioAsks) {

@@ -145,7 +145,12 @@ TEST_F(SweepProgram, WorkRunsStockScenariosAndEachIsTheSameInAShard) {
   work({"--json", folder_.file("work.json")});
   const auto json = nlohmann::ordered_json::parse(content(folder_.file("work.json")));
   ASSERT_EQ(json["rows"].size(), 2U);
-  for (const auto& row : json["rows"]) EXPECT_FALSE(row["metrics"].empty()) << row;
+  for (const auto& row : json["rows"]) {
+    EXPECT_FALSE(row["metrics"].empty()) << row;
+    const std::string scenario = row["drawn"].value("scenario", "none");
+    EXPECT_TRUE(std::filesystem::exists(test::source_dir() + "/config/scenarios/" + scenario + ".toml"))
+        << row["drawn"];
+  }
 
   work({"--shard", "2/2", "--rows", folder_.file("rows")});
   const std::string rows = content(folder_.file("rows"));
