@@ -61,6 +61,7 @@ struct Rig {
       if (crowded) {
         SlaveMessage stranger = slave;
         stranger.stamp = LinkSession({77, 3h}, 200ms).stamp(1, now);
+        stranger.stamp.echoed = slave.stamp.echoed;  // as one would that hears this side as well
         network.b().send(encode(slave).view());
         network.b().send(encode(stranger).view());
       }
