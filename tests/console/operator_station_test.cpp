@@ -61,7 +61,9 @@ struct Rig {
       if (crowded) {
         SlaveMessage stranger = slave;
         stranger.stamp = LinkSession({77, 3h}, 200ms).stamp(1, now);
-        stranger.stamp.echoed = slave.stamp.echoed;  // as one would that hears this side as well
+        // As one's that hears this side as well.
+        stranger.stamp.echoed = slave.stamp.echoed;
+        stranger.stamp.echoed_session = slave.stamp.echoed_session;
         network.b().send(encode(slave).view());
         network.b().send(encode(stranger).view());
       }
