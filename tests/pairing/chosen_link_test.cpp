@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "tests/support/bad_toml.h"
@@ -54,8 +52,6 @@ TEST(ChosenLink, RefusesWhateverElseTheCredentialsOfARelayHoldInOneLineThatNames
   const secure::Identity own = folder.make("desk");
   DialOptions options;
   options.rendezvous = options.turn = "127.0.0.1:1";
-  std::ofstream(folder.turn_file()).close();
-  std::filesystem::permissions(folder.turn_file(), std::filesystem::perms(0600));
   test::expect_bad_tomls_refused(folder.turn_file(), "user = \"me\"\npassword = \"mine\"\n",
                                  [&] { (void)make_dialler(options, secure::Role::kOperator, folder, own, {}); });
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <sstream>
@@ -57,8 +58,7 @@ inline std::vector<BadToml> bad_tomls(const std::string& good) {
     all.push_back({key + " twice", with(i, lines[i] + '\n' + lines[i])});
     all.push_back({key + " of a wrong type", with(i, key + " = { a = [1979-05-27] }")});
     if (first == '"' || std::isalpha(static_cast<unsigned char>(first)) != 0) continue;
-    for (const char* none : {"nan", "inf", "-inf", "1e400", "\"1\"", "true"})
-      all.push_back({key + " = " + none, with(i, key + " = " + none)});
+    for (const char* none : {"nan", "inf", "\"1\""}) all.push_back({key + " = " + none, with(i, key + " = " + none)});
   }
   return all;
 }
@@ -68,7 +68,9 @@ inline std::vector<BadToml> bad_tomls(const std::string& good) {
 inline void expect_bad_tomls_refused(const std::string& path, const std::string& good,
                                      const std::function<void()>& load, bool empty_is_good = false) {
   const auto said = [&](const std::string& text) {
-    std::ofstream(path, std::ios::binary | std::ios::trunc) << text;
+    std::filesystem::remove(path);  // a file that is made anew is not waited for by the disk, a shortened one is
+    std::ofstream(path, std::ios::binary) << text;
+    std::filesystem::permissions(path, std::filesystem::perms(0600));
     return refusal(load);
   };
   ASSERT_EQ(said(good), "accepted");
