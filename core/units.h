@@ -1,4 +1,4 @@
-// Units of files, wires and screens, in SI: a number in one of them times its unit is SI.
+// Units of files, wires and screens, in SI: a number in one of them times its unit is SI. And the number for no value.
 #pragma once
 
 #include <limits>

@@ -62,7 +62,7 @@ std::string with_toml_value(const std::string& line, const std::string& value) {
   const auto equals = line.find('=');
   const auto comment = line.find('#', equals);
   std::string changed = line.substr(0, equals + 1) + " " + value;
-  if (comment == std::string::npos) return changed;
+  if (comment == std::string::npos) return line.ends_with('\r') ? changed + '\r' : changed;
   changed.resize(std::max(changed.size() + 1, comment), ' ');
   return changed + line.substr(comment);
 }

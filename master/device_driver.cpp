@@ -126,7 +126,7 @@ void DeviceDriver::check_identity(const DeviceIdentity& identity) noexcept {
 Duration DeviceDriver::age_of(const DeviceState& state, Time now) noexcept {
   const Duration passed = std::chrono::microseconds(
       reported_ ? static_cast<std::int64_t>(static_cast<std::int32_t>(state.device_time_us - last_device_us_))
-                : std::int64_t(state.device_time_us));
+                : static_cast<std::int64_t>(state.device_time_us));
   device_time_ = reported_ ? device_time_ + passed : passed;
   last_device_us_ = state.device_time_us;
   const Duration travel = now.time_since_epoch() - device_time_;
@@ -181,13 +181,11 @@ Reason DeviceDriver::judge(Time now) const noexcept {
   if (!reported_) {
     const Duration mute = now - attached_at_;
     if (mute <= kRestartAge) return {ReasonCode::kStartingUp, 0, 0, 0};
-    return {ReasonCode::kDeviceStale, 0, static_cast<float>(1e3 * to_seconds(mute)),
-            static_cast<float>(1e3 * to_seconds(kReportAgeLimit))};
+    return {ReasonCode::kDeviceStale, 0, to_ms(mute), to_ms(kReportAgeLimit)};
   }
   const Duration age = now - reading_.measured_at;
   if (age > kReportAgeLimit) {
-    return {ReasonCode::kDeviceStale, 0, static_cast<float>(1e3 * to_seconds(age)),
-            static_cast<float>(1e3 * to_seconds(kReportAgeLimit))};
+    return {ReasonCode::kDeviceStale, 0, to_ms(age), to_ms(kReportAgeLimit)};
   }
   if (newest_.fault != 0 || (newest_.status & kDeviceLatched) != 0) {
     return {ReasonCode::kDeviceFault, 0, static_cast<float>(newest_.fault), 0};

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 #include <string_view>
 #include <type_traits>
 
 #include "core/fields.h"
+#include "core/units.h"
 
 namespace knuckle::console {
 
@@ -27,7 +27,6 @@ void copy_named(const From& from, To& to) noexcept {
 template <typename Listed>
 void make_unknown(Listed& all) noexcept {
   Listed::fields(all, [](std::string_view, auto& member, auto&&...) {
-    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     using Member = std::remove_cvref_t<decltype(member)>;
     if constexpr (std::is_same_v<Member, double>) member = kUnknown;
     if constexpr (VectorField<Member>) std::fill_n(member.data(), member.size(), kUnknown);

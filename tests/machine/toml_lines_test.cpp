@@ -25,6 +25,11 @@ TEST(TomlLines, ChangeAValueAndKeepTheCommentInItsPlace) {
   EXPECT_EQ(with_toml_value("a =1", "25"), "a = 25");
 }
 
+TEST(TomlLines, KeepTheLineEndsOfTheFile) {
+  for (const std::string line : {"a = 1\r", "a = 1  # why\r"}) EXPECT_TRUE(with_toml_value(line, "25").ends_with('\r'));
+  EXPECT_EQ(with_toml_value("a = 1\r", "25"), "a = 25\r");
+}
+
 TEST(TomlLines, TakeOutARecordAndKeepTheTablesOfOthersBehindIt) {
   const std::string kept = "name = \"a\"  # mine\n\n[recorder]\nb = 1\n", own = "# Written by x.\n";
   for (const std::string record : {"[record]\nb = 2\n\n[record.c]\nd = 3\n", "[[record.c]]\nd = 3\n",
