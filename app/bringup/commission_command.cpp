@@ -127,8 +127,9 @@ void write_progress(const std::string& file, const WizardProgress& progress, con
 
 WizardProgress read_progress(const std::string& file, const ProgressOf& of) {
   const auto refuse = [&file](const std::string& why) {
-    throw InputError(file + ": " + why + ": begin anew, without --resume");
+    cli::refuse_option("--resume", file, why + ": begin anew, without --resume");
   };
+  if (std::error_code none; !std::filesystem::exists(file, none)) refuse("no earlier run to go on with is kept there");
   const std::string text = whole_file(file, kLargest_MB);
   try {
     const OrderedJson json = parsed(text);
@@ -291,8 +292,7 @@ int run_commission(CommissionCommandOptions options) {
       result = run_wizard(
           machine, access, person, record, [&] { neutral_where_interrupted(interrupt); }, progress.resume());
       out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
-      older = cli::keep_older(options.out);
-      out.commit();
+      older = out.commit_keeping_older();
       progress.done();
     });
     told << "\nwritten: " << options.out << (older.empty() ? "" : "; the previous file was kept as " + older) << '\n';

@@ -186,6 +186,20 @@ std::string place_of(const std::string& file) {
   return nameless ? file : real.string();
 }
 
+/// What a file holds that no output may replace, whatever it is called; nullptr: nothing of the kind.
+const char* kept_content(const std::string& file, bool may_be_recording) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(file, none)) return nullptr;
+  std::string start(4096, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(in.gcount()));
+  const auto has = [&start](const char* text) { return start.find(text) != std::string::npos; };
+  if (start.starts_with("-----BEGIN ") && has("PRIVATE KEY-----")) return "holds a private key";
+  if (start.starts_with("{\"n\":") && has("\"mono_s\":") && has("\"before\":")) return "holds an audit trail";
+  return !may_be_recording && start.starts_with("\x89MCAP0\r\n") ? "holds a recording" : nullptr;
+}
+
 }  // namespace
 
 int run_program(const Program& program, const std::vector<std::string>& arguments) {
@@ -258,34 +272,36 @@ void check_folder(const std::string& option, const std::string& folder) {
 
 void Places::configuration(const std::string& option, const std::string& name_or_file) {
   std::error_code none;  // its loader says why
-  if (std::filesystem::exists(name_or_file, none)) take(option, name_or_file, false);
+  if (std::filesystem::exists(name_or_file, none)) take(option, name_or_file, Use::kInput);
 }
 
 void Places::output(const std::string& option, const std::string& file) {
-  take(option, file, true);
+  take(option, file, Use::kOutput);
   if (!file.empty() && std::filesystem::path(place_of(file)).extension() == ".toml")
     refuse_option(option, file, std::string("is named like a machine or other configuration file") + kOtherName);
 }
 
 void Places::configuration_output(const std::string& option, const std::string& file) {
-  take(option, file, true);
+  take(option, file, Use::kOutput);
   std::error_code none;
   const bool special = std::filesystem::exists(file, none) && !std::filesystem::is_regular_file(file, none);
   if (!file.empty() && !is_standard_output(file) && !special && !file.ends_with(".toml"))
     refuse_option(option, file, "must end in .toml, as all machine and device files do");
 }
 
-void Places::take(const std::string& option, const std::string& file, bool output) {
+void Places::take(const std::string& option, const std::string& file, Use use) {
   if (file.empty()) return;
   const std::string path = place_of(file);
-  if (output) {
-    for (const KeptName kept : kept_names)
-      if (const char* why = kept(path)) refuse_option(option, file, std::string(why) + kOtherName);
-  }
   const auto [other, is_new] = taken_.emplace(path, option);
-  if (is_new || !output) return;
-  refuse_option(option, file,
-                "already taken by " + other->second + (path == "-" ? ": only one output can be standard output" : ""));
+  if (use == Use::kInput) return;
+  if (!is_new) {
+    const char* const stream = path == "-" ? ": only one output can be standard output" : "";
+    refuse_option(option, file, "already taken by " + other->second + stream);
+  }
+  const char* why = kept_content(path, use == Use::kRecording);
+  for (const KeptName kept : kept_names)
+    if (why == nullptr) why = kept(path);
+  if (why != nullptr) refuse_option(option, file, std::string(why) + kOtherName);
 }
 
 }  // namespace knuckle::cli

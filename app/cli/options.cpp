@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <type_traits>
 
@@ -36,10 +37,17 @@ template <typename Number>
 std::string number_error(const std::string& text) {
   Number number{};
   if (is_number(text, number)) return "";
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (read.ec == std::errc::result_out_of_range && read.ptr == text.data() + text.size() &&
+      std::is_floating_point_v<Number>)
+    return "is larger or smaller than any number of this computer";
   std::string with_point = text;
   std::replace(with_point.begin(), with_point.end(), ',', '.');
   const bool comma = with_point != text && is_number(with_point, number);
-  return std::string("is not a number") + (comma ? ": decimals need a point, not a comma" : "");
+  if (std::is_unsigned_v<Number>)
+    return "must be a whole number from 0 to " + std::to_string(std::numeric_limits<Number>::max());
+  return std::string(std::is_integral_v<Number> ? "is not a whole number" : "is not a number") +
+         (comma ? ": decimals need a point, not a comma" : "");
 }
 
 template <typename Value>
@@ -65,8 +73,7 @@ void add_check(CLI::Option& option, const ValueError& error, const std::string& 
 }  // namespace
 
 std::string seed_error(const std::string& value) {
-  std::uint64_t seed = 0;
-  return is_number(value, seed) ? "" : "must be a whole number from 0 to 18446744073709551615";
+  return number_error<std::uint64_t>(value);
 }
 
 ValueError count_within(int low, int high) {

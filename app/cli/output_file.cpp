@@ -12,6 +12,8 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <thread>
 #include <utility>
 
@@ -66,6 +68,12 @@ off_t whole_lines(int descriptor) {
   return 0;
 }
 
+bool same_content(const std::string& one, const std::string& other) {
+  using Bytes = std::istreambuf_iterator<char>;
+  std::ifstream a(one, std::ios::binary), b(other, std::ios::binary);
+  return a && b && std::equal(Bytes(a), Bytes(), Bytes(b), Bytes());
+}
+
 }  // namespace
 
 bool is_standard_output(const std::string& target) {
@@ -110,6 +118,8 @@ void OutputFile::open_beside() {
   descriptor_ = create_beside(place, name);
   if (descriptor_ >= 0) {
     temporary_ = name;
+    struct stat older {};
+    if (::stat(target_.c_str(), &older) == 0) (void)!fchmod(descriptor_, older.st_mode & 0777U);
     return;
   }
   const int error = errno;
@@ -140,21 +150,37 @@ bool OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::commit() {
-  stream_.flush();
-  if (error_ != 0) fail(error_);
+  finish();
   if (!temporary_.empty()) put_in_place();
+}
+
+std::string OutputFile::commit_keeping_older() {
+  finish();
+  if (temporary_.empty() || same_content(temporary_, target_)) return {};
+  std::string kept = keep_older(target_);
+  put_in_place();
+  return kept;
 }
 
 void OutputFile::commit_whole_lines() {
   if (temporary_.empty()) return;
   if (ftruncate(descriptor_, whole_lines(descriptor_)) != 0) fail(errno);
+  close_whole();
   put_in_place();
 }
 
+void OutputFile::finish() {
+  stream_.flush();
+  check(error_);
+  if (!temporary_.empty()) close_whole();
+}
+
+/// Some disks say only now that they are full.
+void OutputFile::close_whole() {
+  if (close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+}
+
 void OutputFile::put_in_place() {
-  const int closed = close(descriptor_), error = errno;  // some disks say only now that they are full
-  descriptor_ = -1;
-  if (closed != 0) fail(error);
   if (rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
   made_.clear();
@@ -167,6 +193,10 @@ void OutputFile::close_descriptor() noexcept {
 
 std::string OutputFile::refusal(int error) const {
   return option_ + " " + target_ + ": cannot be written: " + std::strerror(error);
+}
+
+void OutputFile::check(int error) const {
+  if (error != 0 && error != EPIPE) fail(error);
 }
 
 void OutputFile::fail(int error) const {

@@ -15,8 +15,8 @@ namespace knuckle::cli {
 class OutputFile {
  public:
   /// Opens a temporary file in the target's folder, which is made where it is missing; the target itself is untouched
-  /// until commit(). What is_standard_output() is written to directly; a target that is no regular file (a pipe,
-  /// /dev/null) is written to directly. A named pipe waits for its reader.
+  /// until commit(), and keeps its mode. What is_standard_output() is written to directly; a target that is no regular
+  /// file (a pipe, /dev/null) is written to directly. A named pipe waits for its reader.
   /// @param option named in messages, such as "--csv".
   /// @throws InputError where the target cannot be written, Interrupted where a signal came before a pipe's reader.
   OutputFile(std::string option, const std::string& target);
@@ -29,6 +29,9 @@ class OutputFile {
   [[nodiscard]] std::ostream& stream() noexcept { return stream_; }
   /// Puts the finished file in place. @throws InputError where the disk refused what was written.
   void commit();
+  /// As commit(); what the target held is then kept (keep_older). Where it holds the same already, it stays as it is.
+  /// @return the name of what was kept; empty where there was none or nothing changed.
+  std::string commit_keeping_older();
 
   // For what is written to the descriptor instead of the stream.
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
@@ -38,11 +41,15 @@ class OutputFile {
   [[nodiscard]] std::string refusal(int error) const;
   /// @throws InputError refusal().
   [[noreturn]] void fail(int error) const;
+  /// As fail(), unless there is no error, or the one who read a pipe reads no more: he has lost nothing.
+  void check(int error) const;
 
  private:
   void open_beside();
   void make_folder(const std::string& folder);
   bool write(std::string_view text);
+  void finish();
+  void close_whole();
   void put_in_place();
   void close_descriptor() noexcept;
 

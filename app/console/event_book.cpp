@@ -206,9 +206,7 @@ std::string EventBook::export_csv(const std::string& path, const EventFilter& fi
   cli::OutputFile file("export", path);
   put_row(file.stream(), {}, true);
   for (const EventRow* row : matching(filter)) put_row(file.stream(), *row, false);
-  const std::string kept = cli::keep_older(path);
-  file.commit();
-  return kept;
+  return file.commit_keeping_older();
 }
 
 namespace {

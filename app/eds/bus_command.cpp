@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <set>
@@ -43,6 +44,16 @@ NamedNode node_of(const BusDescription& bus, const std::string& name, const std:
   throw InputError(source + ": has no node '" + name + "'; its nodes: " + names_of(nodes));
 }
 
+/// @throws InputError where the controller or a node other than this one has the id.
+void check_free(const BusDescription& bus, std::uint8_t id, const std::string& node, const std::string& source) {
+  const auto nodes = named_nodes(bus);
+  const auto other = std::find_if(nodes.begin(), nodes.end(),
+                                  [&](const NamedNode& one) { return one.node.id == id && one.name != node; });
+  if (id != bus.controller_id && other == nodes.end()) return;
+  cli::refuse_option("--id", fmt::format("0x{:02X}", id),
+                     "is the id of " + (other == nodes.end() ? "the controller" : other->name) + " in " + source);
+}
+
 /// The identifier of a PDO that the device sends or hears under, where it can only be read and is not the usual one.
 std::string fixed_frame(const DeviceFile& device, canopen::Object cob_id, const char* key, std::uint32_t usual,
                         std::uint8_t id) {
@@ -61,7 +72,9 @@ std::string object_text(canopen::Object object, const Entry* entry) {
 
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
-  const NamedNode named = node_of(parse_machine(machine_text, machine_source).bus, node, machine_source);
+  const BusDescription bus = parse_machine(machine_text, machine_source).bus;
+  const NamedNode named = node_of(bus, node, machine_source);
+  check_free(bus, id, node, machine_source);
   const auto profile = static_cast<std::uint16_t>(device.device_type & 0xFFFF);
   if (profile != profile_of(named.role)) {
     throw InputError(fmt::format("{}: 0x1000:00 = 0x{:X}: is a device of CiA {}; {} must be one of CiA {}",
@@ -73,13 +86,21 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   if (named.role == NodeRole::kValve || named.role == NodeRole::kEnable)
     entry += fixed_frame(device, canopen::kRpdo1CobId, "rpdo", canopen::rpdo1_id(id), id);
   bool found = false;
+  int number = 0, own_table = 0;
   std::string text =
       edited_toml(machine_text, [&](const std::string& table, const std::string& key, std::string& line) {
+        ++number;
+        if (key == "[bus.nodes." + node + "]") own_table = number;
         if (table != "[bus.nodes]" || key != node) return;
         line = with_toml_value(line, entry + " }");
         found = true;
       });
-  if (!found) throw InputError(machine_source + ": needs " + node + " = { ... } on one line in [bus.nodes]");
+  if (!found) {
+    throw InputError(
+        machine_source + ": " +
+        (own_table > 0 ? fmt::format("line {}: [bus.nodes.{}] is a table of its own: ", own_table, node) : "") +
+        "needs " + node + " = { ... } on one line in [bus.nodes]");
+  }
   (void)parse_machine(text, machine_source);  // as every program will read it
   return text;
 }
@@ -139,12 +160,18 @@ std::uint8_t node_id(const std::string& text) {
 int run_bus(const BusOptions& o) {
   const std::uint8_t id = node_id(o.id);
   cli::check_readable("FILE", o.file);
+  if (std::error_code none; !std::filesystem::exists(o.machine, none) && has_config("machine", o.machine)) {
+    cli::refuse_option("--machine", o.machine,
+                       "is a machine that comes with Knuckle: copy its file first: cp " +
+                           find_config("machine", o.machine) + " my_machine.toml");
+  }
   cli::check_readable("--machine", o.machine);
   cli::Places places;
   places.input("FILE", o.file);
   places.configuration_output("--machine", o.machine);
   const DeviceFile device = read_device_file(o.file);
-  const std::string text = with_device(whole_file(o.machine, kLargestMachine_MB), o.machine, o.as, id, device);
+  const std::string before = whole_file(o.machine, kLargestMachine_MB);
+  const std::string text = with_device(before, o.machine, o.as, id, device);
   const Fit fit = fit_of(device, parse_machine(text, o.machine), o.as);
   for (const std::string& slip : device.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
   for (const std::string& obstacle : fit.obstacles)
@@ -154,11 +181,11 @@ int run_bus(const BusOptions& o) {
     return 1;
   }
   cli::OutputFile out("--machine", o.machine);
-  const std::string before = cli::keep_older(o.machine);
   out.stream() << text;
-  out.commit();
+  const std::string kept = out.commit_keeping_older();
   std::cout << o.as << " is " << device.vendor_name << ' ' << device.product_name << ", node "
-            << fmt::format("0x{:02X}", id) << ", in " << o.machine << " (before: " << before << ")\n";
+            << fmt::format("0x{:02X}", id) << ", in " << o.machine
+            << (text == before ? " (it was so already: nothing changed)" : " (before: " + kept + ")") << '\n';
   for (const std::string& step : fit.to_set) std::cout << "to do: " << step << '\n';
   return 0;
 }

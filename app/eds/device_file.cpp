@@ -69,6 +69,12 @@ struct Key {
   std::string value;
   int line = 0;
 };
+/// "1018", "1018sub1".
+bool object_name(const std::string& name) {
+  return name.size() >= 4 && name.find_first_not_of("0123456789abcdef") >= 4 &&
+         (name.size() == 4 || name.compare(4, 3, "sub") == 0);
+}
+
 struct Section {
   std::string name;  ///< As written.
   int line = 0;
@@ -95,6 +101,7 @@ class Reader {
 
   DeviceFile read() {
     for (const auto& [name, section] : sections_) object(section);
+    check_end();
     listed();
     mapped();
     device_info();
@@ -114,6 +121,7 @@ class Reader {
     if (text.find('\0') != std::string_view::npos)
       throw InputError(source + ": is not an EDS file: it has bytes that no text has");
     Section* open = nullptr;
+    cut_ = !text.empty() && text.back() != '\n';
     for (int number = 1; !text.empty(); ++number) {
       const auto end = text.find('\n');
       const std::string_view line = trimmed(text.substr(0, end));
@@ -126,6 +134,8 @@ class Reader {
         const auto [at, is_new] =
             open->keys.try_emplace(lower(key), Key{printable(trimmed(line.substr(equals + 1))), number});
         if (!is_new) slip(number, fmt::format("{} stands twice in [{}]: the first is taken", key, open->name));
+      } else if (cut_ && text.empty()) {
+        refuse(number, printable(line.substr(0, 40)), "the file ends in the middle of this line");
       } else {
         slip(number, "is neither a section nor a key: passed over");
       }
@@ -145,12 +155,11 @@ class Reader {
   /// [1018], [1018sub1]; other sections are none of an object.
   void object(const Section& section) {
     const std::string name = lower(section.name);
-    if (name.size() < 4 || name.find_first_not_of("0123456789abcdef") < 4) return;
+    if (!object_name(name)) return;
     std::uint32_t index = 0, sub = 0;
     std::from_chars(name.data(), name.data() + 4, index, 16);
     const std::string_view rest = std::string_view(name).substr(4);
     if (!rest.empty()) {
-      if (!rest.starts_with("sub")) return;
       const auto [end, error] = std::from_chars(rest.data() + 3, rest.data() + rest.size(), sub, 16);
       if (error != std::errc() || end != rest.data() + rest.size() || sub > kMostSubindex)
         return slip(section.line, fmt::format("[{}] is no object's name: passed over", section.name));
@@ -222,6 +231,17 @@ class Reader {
     }
   }
 
+  /// The last section of a file that was cut off lacks what every object has.
+  void check_end() const {
+    const auto last = std::max_element(sections_.begin(), sections_.end(),
+                                       [](const auto& a, const auto& b) { return a.second.line < b.second.line; });
+    const Section& section = last->second;
+    const bool whole = section.find("subnumber") != nullptr ||
+                       (section.find("datatype") != nullptr && section.find("accesstype") != nullptr);
+    if (object_name(last->first) && !whole)
+      refuse(section.line, "[" + section.name + "]", "the file ends in it, before its DataType and AccessType");
+  }
+
   /// [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects] against the sections that are there.
   void listed() {
     std::set<std::uint32_t> present, listed;
@@ -236,7 +256,11 @@ class Reader {
         if (key == "supportedobjects") continue;
         ++entries;
         const auto index = whole_number(value.value);
-        if (!index || !present.contains(static_cast<std::uint32_t>(*index)))
+        const bool missing = !index || !present.contains(static_cast<std::uint32_t>(*index));
+        if (missing && (cut_ || std::string_view(name) == "mandatoryobjects"))
+          refuse(value.line, fmt::format("[{}] lists '{}'", list->second.name, value.value),
+                 "has no section: is the file complete?");
+        if (missing)
           slip(value.line, fmt::format("[{}] lists '{}', which has no section", list->second.name, value.value));
         else
           listed.insert(static_cast<std::uint32_t>(*index));
@@ -283,9 +307,12 @@ class Reader {
     const auto of = [&](canopen::Object object, const char* info_key) -> std::uint32_t {
       const Entry* entry = file_.find(object);
       const auto info = sections_.find("deviceinfo");
-      const Key* key = info_key != nullptr && info != sections_.end() ? info->second.find(info_key) : nullptr;
+      const Key* key =
+          info_key != nullptr && info != sections_.end() ? info->second.find(lower(info_key).c_str()) : nullptr;
       const auto told = key != nullptr ? whole_number(key->value) : std::nullopt;
       const bool has = entry != nullptr && entry->value && (entry->value->number != 0 || !told);
+      if (!has && key != nullptr && !told)
+        refuse(key->line, std::string(info_key) + " of [DeviceInfo]", "must be a whole number from 0 to 0xFFFFFFFF");
       if (!has && !told)
         throw InputError(file_.source + ": " + text_of(key_of(object)) +
                          " has no value: who this device is, is not known");
@@ -296,13 +323,14 @@ class Reader {
       return has ? entry->value->of(0) : static_cast<std::uint32_t>(*told);
     };
     file_.device_type = of(canopen::kDeviceType, nullptr);
-    file_.vendor = of(canopen::kVendorId, "vendornumber");
-    file_.product = of(canopen::kProductCode, "productnumber");
+    file_.vendor = of(canopen::kVendorId, "VendorNumber");
+    file_.product = of(canopen::kProductCode, "ProductNumber");
   }
 
   DeviceFile file_;
   std::map<std::string, Section> sections_;  // by their names in small letters
   std::vector<std::pair<int, std::string>> slips_;
+  bool cut_ = false;  // the last line has no end
 };
 
 }  // namespace

@@ -125,13 +125,9 @@ std::string calibrated_machine_text(std::string_view machine_file, const Machine
   return out.str();
 }
 
-std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
-                                     cli::OutputFile& file) {
-  const std::string text = calibrated_machine_text(whole_file(machine.source, kLargestToml_MB), machine);
-  file.stream() << text;
-  const std::string kept = cli::keep_older(target);
-  file.commit();
-  return kept;
+std::string write_calibrated_machine(const MachineDescription& machine, cli::OutputFile& file) {
+  file.stream() << calibrated_machine_text(whole_file(machine.source, kLargestToml_MB), machine);
+  return file.commit_keeping_older();
 }
 
 }  // namespace knuckle::identify

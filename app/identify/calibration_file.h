@@ -14,12 +14,11 @@ namespace knuckle::identify {
 /// @throws InputError where the result, read back, is refused: a calibration that no machine can have.
 [[nodiscard]] std::string calibrated_machine_text(std::string_view machine_file, const MachineDescription& machine);
 
-/// Writes it to `target` from machine.source. A file already there is kept: FILE.toml as FILE.N.toml, the next free
-/// number. At any moment `target` is the old file or the new one, whole.
+/// Writes it from machine.source. A file already there is kept: FILE.toml as FILE.N.toml, the next free number. At any
+/// moment the target is the old file or the new one, whole.
 /// @return where the old one was kept; empty if there was none.
-/// @param file opened at `target` before the work is done, so that a bad place is known then.
+/// @param file opened before the work is done, so that a bad place is known then.
 /// @throws InputError naming the file that cannot be read or written.
-std::string write_calibrated_machine(const MachineDescription& machine, const std::string& target,
-                                     cli::OutputFile& file);
+std::string write_calibrated_machine(const MachineDescription& machine, cli::OutputFile& file);
 
 }  // namespace knuckle::identify

@@ -226,7 +226,7 @@ int identify_command(const IdentifyOptions& options) {
                            : std::cout;
   told << identify_summary(data, result);
   if (out && result.summary.usable) {
-    const std::string kept = write_calibrated_machine(result.machine, options.out, *out);
+    const std::string kept = write_calibrated_machine(result.machine, *out);
     told << "  written: " << options.out << (kept.empty() ? "" : ", the older one kept as " + kept) << '\n';
   } else if (out) {
     told << "  " << options.out << " not written: not usable\n";

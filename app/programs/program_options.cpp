@@ -47,7 +47,7 @@ void AskedOutput::commit(cli::BackgroundWriter::Deadline deadline) {
   open_->writer.finish(deadline);
   if (const int error = open_->writer.refusal(); error != 0) {
     if (content_ == Content::kRecords) open_->file.commit_whole_lines();
-    open_->file.fail(error);
+    return open_->file.check(error);
   }
   if (content_ == Content::kResult && records_lost() > 0)
     throw InputError(name_ + ": cannot be written: no reader took it in time");

@@ -253,6 +253,23 @@ TEST_F(ProgramRefuses, OutputsThatWouldReplaceAPrivateKeyOrAnAuditTrail) {
   }
 }
 
+TEST_F(ProgramRefuses, OutputsThatWouldReplaceAKeyATrailOrARecordingOfAnotherName) {
+  struct Case {
+    const char *content, *why;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"-----BEGIN PRIVATE KEY-----\nMC4C\n", "holds a private key"},
+           {"-----BEGIN CERTIFICATE-----\nMC4C\n-----END CERTIFICATE-----\n-----BEGIN EC PRIVATE KEY-----\n",
+            "holds a private key"},
+           {"{\"n\":1,\"utc\":\"2026-11-21T05:00:00.000Z\",\"mono_s\":1.5,\"event\":\"file\",\"before\":\"00\"}\n",
+            "holds an audit trail"},
+           {"\x89MCAP0\r\n\x01", "holds a recording"}}) {
+    std::ofstream(path("mine.bin")) << c.content;
+    expect({{"--json", path("mine.bin")}, {"--json", "mine.bin", c.why}});
+    EXPECT_EQ(content(path("mine.bin")), c.content);
+  }
+}
+
 TEST_F(Program, SaysThatItsSummaryIsLost) {
   for (const std::string arguments : {"--help", "simulate --scenario free_motion --duration 0.1"}) {
     const ProgramRun run = run_program("/bin/sh", {"-c", test::program("knuckle") + " " + arguments + " > /dev/full"});

@@ -17,7 +17,7 @@ namespace {
 struct Digging {
   double slow = 0;
   std::uint64_t seed = 0;
-  std::uint32_t machines = 0;
+  std::uint32_t machines = 0, weight = 0;
   std::optional<int> jobs;
   std::vector<double> depths;
   std::vector<std::string> places;
@@ -32,6 +32,7 @@ std::function<int()> declare_dig(const OptionList& c) {
   c.add_option("--slow", kDug->slow, "Speed");
   c.add_option("--seed", kDug->seed, "Seed").check(seed_error);
   c.add_option("--machines", kDug->machines, "How many").check(ensemble_size_error);
+  c.add_option("--weight", kDug->weight, "Of what is dug");
   c.add_option("--jobs", kDug->jobs, "At once").check(count_within(0, 1024));
   c.add_option("--depth", kDug->depths, "Each").one_value_each();
   c.add_option("--place", kDug->places, "Each").one_value_each();
@@ -59,9 +60,11 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
         {{"--slow", "1,5"}, "--slow 1,5: is not a number: decimals need a point, not a comma"},
         {{"--slow", "1,5x"}, "--slow 1,5x: is not a number"},
         {{"--slow", "2m"}, "--slow 2m: is not a number"},
+        {{"--slow", "1e400"}, "--slow 1e400: is larger or smaller than any number of this computer"},
         {{"--slow="}, "--slow: needs a value"},
         {{"--slow", "1", "--slow", "2"}, "--slow: is given more than once"},
         {{"--slow=1", "--slow=2"}, "--slow: is given more than once"},
+        {{"--weight", "-1"}, "--weight -1: must be a whole number from 0 to 4294967295"},
         {{"--depth", "1", "--depth", "two"}, "--depth two: is not a number"},
         {{"--seed", "-1"}, "--seed -1: must be a whole number from 0 to 18446744073709551615"},
         {{"--seed", "18446744073709551616"},

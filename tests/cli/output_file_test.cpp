@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
+#include "tests/support/file_size_limit.h"
+#include "tests/support/stalled_pipe.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::cli {
@@ -73,6 +76,45 @@ TEST(OutputFile, KeepsTheWholeLinesOfWhatTheDiskTook) {
   EXPECT_EQ(content(target), "");
 }
 
+TEST(OutputFile, KeepsTheModeOfTheFileItReplaces) {
+  const Folder folder;
+  const std::string target = folder.file("mine.toml");
+  std::ofstream(target) << "old";
+  for (const mode_t mode : {0640U, 0600U, 0664U}) {
+    ASSERT_EQ(chmod(target.c_str(), mode), 0);
+    OutputFile out("--out", target);
+    out.stream() << mode;
+    out.commit();
+    struct stat now {};
+    ASSERT_EQ(stat(target.c_str(), &now), 0);
+    EXPECT_EQ(now.st_mode & 07777U, mode);
+  }
+}
+
+TEST(OutputFile, KeepsTheOlderFileOnlyWhereANewOneTakesItsPlace) {
+  const Folder folder;
+  const std::string target = folder.file("mine.toml"), kept = folder.file("mine.1.toml");
+  const auto write = [&target](const std::string& text) {
+    OutputFile out("--out", target);
+    out.stream() << text;
+    return out.commit_keeping_older();
+  };
+  EXPECT_EQ(write("old"), "") << "there was none";
+  EXPECT_EQ(write("old"), "") << "nothing changed";
+  EXPECT_EQ(folder.count(), 1);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  {
+    const test::FileSizeLimit little(3);
+    EXPECT_THROW(write("newer"), InputError);
+  }
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(content(target), "old");
+  EXPECT_EQ(folder.count(), 1) << "a write that failed leaves no copy";
+  EXPECT_EQ(write("new"), std::filesystem::canonical(folder.path()) / "mine.1.toml");
+  EXPECT_EQ(content(target), "new");
+  EXPECT_EQ(content(kept), "old");
+}
+
 TEST(OutputFile, StopsWaitingForAPipesReaderWhenTold) {
   const Folder folder;
   const std::string pipe = folder.file("pipe");
@@ -93,6 +135,19 @@ TEST(OutputFile, SaysWhyTheDiskRefusesHoweverMuchIsWritten) {
       EXPECT_EQ(std::string(error.what()), "--candump /dev/full: cannot be written: No space left on device");
     }
   }
+}
+
+TEST(OutputFile, HasLostNothingWhereTheReaderOfAPipeReadsNoMore) {
+  const InterruptGuard pipes_only_fail;
+  test::StalledPipe pipe;
+  pipe.leave();
+  const int before = dup(STDOUT_FILENO);
+  dup2(pipe.writing_end(), STDOUT_FILENO);
+  OutputFile out("--csv", "-");
+  out.stream() << std::string(100'000, 'x');
+  EXPECT_NO_THROW(out.commit());
+  dup2(before, STDOUT_FILENO);
+  close(before);
 }
 
 TEST(OutputFile, WritesToDevicesInPlace) {

@@ -81,8 +81,6 @@ TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
 
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   const DeviceFile valve = made_for("boom_valve");
-  EXPECT_NE(refused("boom_valve", 0x11, valve).find("'bus.nodes.arm_valve.id'"), std::string::npos)
-      << refused("boom_valve", 0x11, valve);
   EXPECT_NE(refused("swing_valve", 0x11, valve).find("has no node 'swing_valve'; its nodes: boom_valve"),
             std::string::npos);
   EXPECT_EQ(refused("tilt", 0x38, valve),
@@ -91,8 +89,11 @@ TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   const auto at = table.find("boom_valve           = {"), end = table.find('}', at);
   table.replace(at, end - at + 1, "");
   table += "\n[bus.nodes.boom_valve]\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
-  EXPECT_EQ(refused("boom_valve", 0x10, valve, table),
-            "my.toml: needs boom_valve = { ... } on one line in [bus.nodes]");
+  EXPECT_EQ(
+      refused("boom_valve", 0x10, valve, table),
+      fmt::format("my.toml: line {}: [bus.nodes.boom_valve] is a table of its own: needs boom_valve = {{ ... }} on "
+                  "one line in [bus.nodes]",
+                  std::count(table.begin(), table.end(), '\n') - 4));
 }
 
 TEST(BusAdd, FindsNothingAgainstADeviceThatHasAllItsStartUpWants) {
@@ -119,6 +120,15 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
   device.entries[0x604200].access = Access::kReadWrite;
   EXPECT_TRUE(tells(fit_of(device, machine(), "boom_valve").to_set,
                     "set 0x6042:00 of the device to 1: it is delivered with 2"));
+}
+
+TEST(BusAdd, BlamesTheIdWhereAnotherHasIt) {
+  for (const auto& [id, whose] :
+       {std::pair{machine().bus.valves[1].id, "arm_valve"}, std::pair{machine().bus.controller_id, "the controller"}}) {
+    EXPECT_EQ(refused("boom_valve", id, made_for("boom_valve")),
+              fmt::format("--id 0x{:02X}: is the id of {} in my.toml", id, whose));
+  }
+  EXPECT_EQ(refused("boom_valve", machine().bus.valves[0].id, made_for("boom_valve")), "accepted") << "its own";
 }
 
 /// The file of a device that fits.
@@ -148,6 +158,15 @@ TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
   EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
   EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt.id, 0x39);
   EXPECT_EQ(test::content(folder.file("my.1.toml")), solar()) << "as it was before";
+  const auto again = test::run_program(test::program("knuckle"),
+                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
+  EXPECT_NE(again.out.find("nothing changed"), std::string::npos) << again.out;
+  EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
+  const auto stock = test::run_program(test::program("knuckle"),
+                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", "solar015"});
+  EXPECT_NE(stock.err.find("--machine solar015: is a machine that comes with Knuckle: copy its file first"),
+            std::string::npos)
+      << stock.err;
 }
 
 TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {

@@ -153,8 +153,8 @@ TEST(DeviceFile, TellsEverySlipWithItsLine) {
             "[OptionalObjects] lists '0x2000', which has no section"},
            {"[OptionalObjects]\nSupportedObjects=3\n", "[OptionalObjects] says 3 objects and lists 0"},
            {"[2000]\nDataType=7\nAccessType=rw\n", "0x2000 has a section, but no list names it"},
-           {"[2000]\nDataType=7\n", "[2000] has no AccessType: taken as read-only"},
-           {"[2000]\nParameterName=x\n", "[2000] has no DataType: passed over"},
+           {"[2000]\nDataType=7\n[Comments]\n", "[2000] has no AccessType: taken as read-only"},
+           {"[2000]\nParameterName=x\n[Comments]\n", "[2000] has no DataType: passed over"},
            {"[1000]\nDataType=7\n", "[1000] stands twice"},
            {"[2000sub1]\nDataType=7\nDataType=6\nAccessType=ro\n", "DataType stands twice in [2000sub1]"},
            {"[2000subFF]\nDataType=7\nAccessType=ro\n", "[2000subFF] is no object's name"},
@@ -175,10 +175,33 @@ TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
   text.replace(text.find("ProductNumber=0x408"), 19, "ProductNumber=0x409");
   const DeviceFile other = parse(text);
   EXPECT_EQ(other.product, 0x408U);
-  EXPECT_TRUE(tells(other, "productnumber is 0x409, and 0x408 in 0x1018:02"));
+  EXPECT_TRUE(tells(other, "ProductNumber is 0x409, and 0x408 in 0x1018:02"));
   text = kHead;
   text.erase(text.rfind("DefaultValue=0x408"));
   EXPECT_EQ(parse(text).product, 0x408U) << "what an object does not say, the head does";
+}
+
+/// kHead with one text, or two, in place of others.
+std::string with(const std::string& was, const std::string& is, const std::string& other = "",
+                 const std::string& other_is = "") {
+  std::string text = kHead;
+  text.replace(text.find(was), was.size(), is);
+  return other.empty() ? text : text.replace(text.find(other), other.size(), other_is);
+}
+
+TEST(DeviceFile, RefusesAFileThatWasCutOff) {
+  const std::string whole = kHead + "[OptionalObjects]\nSupportedObjects=1\n1=0x2000\n";
+  struct Case {
+    const char *end, *why;
+  };
+  for (const Case& c : std::initializer_list<Case>{
+           {"[2000]\nParameterName=x\n", "line 32: [2000]: the file ends in it, before its DataType and AccessType"},
+           {"[2000]\nDataType=7\n", "line 32: [2000]: the file ends in it, before its DataType and AccessType"},
+           {"[2000sub1]\nDataType=7\nAccessType=rw\nDefau", "line 35: Defau: the file ends in the middle of this line"},
+           {"[2001]\nDataType=7\nAccessType=rw\nDefaultValue=0x1",
+            "line 31: [OptionalObjects] lists '0x2000': has no section"}})
+    EXPECT_EQ(refused(whole + c.end).substr(0, 7 + std::string(c.why).size()), std::string("a.eds: ") + c.why);
+  EXPECT_EQ(refused(whole + "[2000]\nDataType=7\nAccessType=rw"), "accepted") << "no line feed at the end is no fault";
 }
 
 TEST(DeviceFile, RefusesInOneLineWithLineAndKey) {
@@ -189,6 +212,9 @@ TEST(DeviceFile, RefusesInOneLineWithLineAndKey) {
            {"", "a.eds: is not an EDS file: it has no [section]"},
            {std::string("[DeviceInfo]\n\0\n", 15), "a.eds: is not an EDS file: it has bytes that no text has"},
            {"[1000]\nDataType=7\nAccessType=ro\nDefaultValue=1\n", "a.eds: 0x1018:01 has no value"},
+           {with("VendorNumber=0x19", "VendorNumber=0x100000019", "DefaultValue=0x19\n", "\n"),
+            "a.eds: line 3: VendorNumber of [DeviceInfo]: must be a whole number from 0 to 0xFFFFFFFF"},
+           {with("2=0x1018", "2=0x1017"), "a.eds: line 13: [MandatoryObjects] lists '0x1017': has no section"},
            {kHead + "[2000\nDataType=7\n", "a.eds: line 29: [2000: has no closing bracket"},
            {kHead + "[2000]\nDataType=seven\n", "a.eds: line 30: DataType of [2000]: must be a number of CiA 301"},
            {kHead + "[2000]\nDataType=7\nAccessType=maybe\n",

@@ -19,7 +19,7 @@ namespace {
 /// @return where the older file was kept.
 std::string written(const MachineDescription& machine, const std::string& target) {
   cli::OutputFile file("--out", target);
-  return write_calibrated_machine(machine, target, file);
+  return write_calibrated_machine(machine, file);
 }
 namespace fs = std::filesystem;
 

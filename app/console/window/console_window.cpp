@@ -141,8 +141,7 @@ void ConsoleWindow::align_camera(const ConsoleView& view, EventBook& events) {
   try {
     cli::OutputFile file("camera", path);
     file.stream() << estimation::camera_block(*fit);
-    const std::string kept = cli::keep_older(path);
-    file.commit();
+    const std::string kept = file.commit_keeping_older();
     tell(Severity::kInfo, fmt::format("aligned, residual {:.1f} px; the block for the machine's file is in {}{}",
                                       fit->rms_px, path, kept.empty() ? "" : ", the one before in " + kept));
   } catch (const InputError& error) {
