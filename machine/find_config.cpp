@@ -63,6 +63,10 @@ std::string find_config(const std::string& kind, const std::string& name_or_path
   if (const std::string chosen = chosen_folder(); !chosen.empty() && !fs::is_directory(folder, ignored))
     throw InputError("KNUCKLE_CONFIG_DIR = " + chosen + ": has no folder '" + kind +
                      "s': must be a folder like config, or not set");
+  if (fs::is_regular_file(name_or_path, ignored)) {
+    throw InputError(kind + " '" + shortened(name_or_path) + "': is a file whose name does not end in .toml: write ./" +
+                     shortened(name_or_path) + " where it is meant");
+  }
   std::string all;
   for (const std::string& name : config_names(kind)) {
     all += (all.empty() ? "" : ", ") + name;

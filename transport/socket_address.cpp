@@ -52,11 +52,11 @@ std::optional<std::pair<std::string, std::string>> split(const std::string& addr
   return std::pair(host, address.substr(colon + 1));
 }
 
-std::uint16_t parse_port(const Given& given, const std::string& text) {
+std::uint16_t parse_port(const Given& given, const std::string& text, int least) {
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc() || end != text.data() + text.size())
-    refuse(given, "port \"" + text + "\" must be a whole number from 0 to 65535");
+  if (error != std::errc() || end != text.data() + text.size() || port < least)
+    refuse(given, "port \"" + text + "\" must be a whole number from " + std::to_string(least) + " to 65535");
   return port;
 }
 
@@ -69,7 +69,7 @@ std::vector<SocketAddress> resolve(const Given& given, bool names) {
     refuse(given, names ? "is not HOST:PORT such as arm.example.org:5683, 192.0.2.7:5683 or [2001:db8::7]:5683"
                         : "is not ADDR:PORT such as 127.0.0.1:5683 or [::1]:5683");
   const auto& [host, port] = *parts;
-  (void)parse_port(given, port);
+  (void)parse_port(given, port, 0);
   addrinfo hints{}, *found = nullptr;
   hints.ai_flags = AI_NUMERICSERV | (names ? 0 : AI_NUMERICHOST);
   hints.ai_socktype = SOCK_DGRAM;
@@ -125,8 +125,8 @@ std::string text(const SocketAddress& address) {
 HostAndPort parse_host_and_port(const std::string& address, const std::string& option) {
   const Given given{option, address};
   const auto parts = split(address);
-  if (!parts) refuse(given, "is not HOST:PORT such as relay.example.org:3478 or [2001:db8::7]:3478");
-  return {parts->first, parse_port(given, parts->second)};
+  if (!parts) refuse(given, "is not HOST:PORT: a name, 192.0.2.7 or [2001:db8::7], and a port from 1 to 65535");
+  return {parts->first, parse_port(given, parts->second, 1)};
 }
 
 SocketAddress parse_address(const std::string& address, const std::string& option) {

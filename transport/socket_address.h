@@ -33,7 +33,7 @@ struct HostAndPort {
   friend bool operator==(const HostAndPort&, const HostAndPort&) = default;
 };
 /// Of "HOST:PORT" or "[ADDR]:PORT"; nothing is looked up. @param option whose value it is, for the message.
-/// @throws InputError, one line, where it is neither.
+/// @throws InputError, one line, where it is neither, and for port 0.
 [[nodiscard]] HostAndPort parse_host_and_port(const std::string& address, const std::string& option = "link:");
 /// @param address "ADDR:PORT", "[ADDR]:PORT" for IPv6, in numbers. @param option whose value it is, for the message.
 /// @throws InputError, one line, where it is not.

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "app/cli/digest.h"
 #include "app/cli/output_file.h"
@@ -189,11 +190,12 @@ class Checker {
     const bool may_be_unfinished = newest && head_;  // Programs write a head before their first line.
     std::size_t end = lines.size();
     while (may_be_unfinished && end > 0 && !lines[end - 1].link) --end;
-    bool has_header = false;
+    bool has_header = false, in_unfinished = false;
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const auto& [text, link, unfinished] = lines[i];
-      if (unfinished || i >= end) {
-        note_unfinished(file, i + 1);
+      const bool goes_on = std::exchange(in_unfinished, unfinished || i >= end);
+      if (in_unfinished) {
+        if (!goes_on) note_unfinished(file, i + 1);
       } else if (!link) {
         broken(file, i + 1, "is no line of an audit trail");
       } else {
@@ -206,7 +208,7 @@ class Checker {
         check_line(file, i + 1, text, *link);
       }
     }
-    if (content.rest.empty()) return;
+    if (content.rest.empty() || (in_unfinished && may_be_unfinished)) return;
     const std::size_t line = lines.size() + 1;
     if (may_be_unfinished) return note_unfinished(file, line);
     broken(file, line,

@@ -140,9 +140,7 @@ void check(const DoctorOptions& o) {
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
   if (!o.link.address.empty() && (bus || device))
     cli::refuse_option("--connect", o.link.address, "check link, bus and device one after the other");
-  if (!o.link.address.empty() && parse_host_and_port(o.link.address, "--connect").port == 0)
-    cli::refuse_option("--connect", o.link.address,
-                       "port 0 cannot be used; give the port that the other side listens on");
+  if (!o.link.address.empty()) (void)parse_host_and_port(o.link.address, "--connect");
   if (o.link.address.empty() && !o.link.keys.empty()) cli::refuse_option("--keys", o.link.keys, "needs --connect");
   if (bus && device) cli::refuse_option("--device", o.device.back_end, "check bus and device one after the other");
   if (!device) check_no_device_choice(o.device.choice, "needs --device");

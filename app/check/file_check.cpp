@@ -86,6 +86,7 @@ struct FileKind {
   const char* name;
   std::vector<const char*> keys;
   void (*check)(const Subject& of, FileCheck& found);
+  bool of_machine = false;  ///< What it says depends on the machine it is for.
 };
 
 const std::vector<FileKind>& kinds() {
@@ -93,17 +94,19 @@ const std::vector<FileKind>& kinds() {
       {"machine",
        {"links", "mounts", "cylinders", "bucket_profile", "hydraulics", "sensors", "bus", "limits", "control"},
        check_machine},
-      {"device", {"joints", "feel", "watchdog_ms"}, check_device},
+      {"device", {"joints", "feel", "watchdog_ms"}, check_device, true},
       {"scenario",
        {"phase", "operator", "start_deg", "hand_deg", "reference_reach_m", "wall", "soil", "fault"},
-       check_scenario},
+       check_scenario,
+       true},
       {"link", {"both", "to_machine", "to_operator", "change", "outage", "address_change"}, check_link},
       {"mapping", {"channel", "time"}, check_mapping},
       {"grid", {"battery", "sessions", "rtt_ms", "jitter_ms", "loss", "family"}, check_grid},
       {"truth",
        {"boom", "arm", "bucket", "hull", "pressure_offset_bar", "encoder_offset_mm", "encoder_scale", "cross_talk",
         "pressure_lag_ms", "hull_pitch_deg", "tilt_offset_deg", "warm_up_K", "pump_ripple_bar", "viscosity_factor"},
-       check_truth},
+       check_truth,
+       true},
   };
   return kAll;
 }
@@ -111,6 +114,7 @@ const std::vector<FileKind>& kinds() {
 /// The one that most of the file's names are of.
 const FileKind& kind_of(const std::string& file) {
   const TomlTable content = TomlTable::read(file);
+  if (content.document().empty()) throw InputError(file + ": is empty: nothing to check");
   const auto names = [&content](const FileKind& kind) {
     return std::count_if(kind.keys.begin(), kind.keys.end(), [&](const char* key) { return content.has(key); });
   };
@@ -128,6 +132,8 @@ const FileKind& kind_of(const std::string& file) {
 
 FileCheck check_file(const std::string& file, const std::string& machine) {
   const FileKind& kind = kind_of(file);
+  if (!machine.empty() && !kind.of_machine)
+    cli::refuse_option("--machine", machine, fmt::format("does not go with a file of kind {}", kind.name));
   FileCheck found;
   found.kind = kind.name;
   try {

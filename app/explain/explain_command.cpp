@@ -129,10 +129,11 @@ int run(const Options& o) {
   const Report report = report_on(recording, sides_named(o.side));
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle explain: " << remark << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
-  if (!json) return 0;
-  json->stream() << json_of(report, recording).dump(2) << '\n';
-  json->commit();
-  return 0;
+  if (json) {
+    json->stream() << json_of(report, recording).dump(2) << '\n';
+    json->commit();
+  }
+  return recording.damages().empty() ? 0 : 1;
 }
 
 }  // namespace

@@ -194,7 +194,7 @@ int run(const Options& o) {
   }
   for (cli::OutputFile& file : files) file.commit();
   tell(o, recording ? &*recording : nullptr, pictures);
-  return 0;
+  return recording && !recording->damages().empty() ? 1 : 0;
 }
 
 void add_options(const cli::OptionList& command, Options& o) {

@@ -274,7 +274,8 @@ int pair(const Options& o, const KeyFolder& folder) {
   const cli::InterruptGuard interrupt;
   const bool listens = !o.listen.empty();
   PairingExchange exchange(listens ? secure::Role::kMachine : secure::Role::kOperator,
-                           listens ? std::vector{parse_address(o.listen)} : look_up(o.connect), identity);
+                           listens ? std::vector{parse_address(o.listen, "--listen")} : look_up(o.connect, "--connect"),
+                           identity);
   std::cout << "this computer: " << identity.name << " (" << secure::short_text(identity.fingerprint()) << ")\n"
             << (listens ? "waiting for the other computer on " + o.listen : "asking " + o.connect) << std::endl;
   if (!std::cout && o.code.empty()) throw InputError("standard output: cannot be written: nobody would see the code");

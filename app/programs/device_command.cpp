@@ -1,6 +1,13 @@
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
@@ -125,22 +132,38 @@ Json result_json(const Options& o, double started_unix_s, const DeviceProgramOut
   return json;
 }
 
-int write_descriptor(const std::string& target) {
-  cli::OutputFile file("--descriptor", target);
+int write_descriptor(const Options& o) {
+  const std::array in_vain{std::pair{"--gadget", &o.gadget}, std::pair{"--csv", &o.csv}, std::pair{"--json", &o.json}};
+  for (const auto& [option, value] : in_vain)
+    if (!value->empty()) cli::refuse_option(option, *value, "does not go with --descriptor, which only writes that");
+  cli::OutputFile file("--descriptor", o.descriptor);
   file.stream().write(reinterpret_cast<const char*>(kHidReportDescriptor.data()), kHidReportDescriptor.size());
   file.commit();
   return 0;
 }
 
+/// A gadget is made by the kernel's class hidg; any other device, such as /dev/null, would swallow what the hand does.
+void check_gadget(const std::string& file) {
+  struct stat device {};
+  if (::stat(file.c_str(), &device) != 0) return;  // the port says why when it opens it
+  std::error_code unknown;                         // no sysfs: nobody can tell
+  const auto subsystem = std::filesystem::read_symlink(
+      fmt::format("/sys/dev/char/{}:{}/subsystem", major(device.st_rdev), minor(device.st_rdev)), unknown);
+  if (S_ISCHR(device.st_mode) && !unknown && subsystem.filename() != "hidg")
+    cli::refuse_option("--gadget", file,
+                       "is a device of the class " + subsystem.filename().string() + ", not of a HID gadget (hidg)");
+}
+
 int run(const Options& o) {
   check_places(o);
-  if (!o.descriptor.empty()) return write_descriptor(o.descriptor);
+  if (!o.descriptor.empty()) return write_descriptor(o);
   check(o);
   const cli::InterruptGuard interrupt;
   const DeviceProgramSetup setup = set_up(o);
   AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
   std::optional<UdpLink> screen;
   if (!o.screen.empty()) screen.emplace(UdpLink::listen(o.screen));
+  check_gadget(o.gadget);
   HidFilePort cable("--gadget", o.gadget);
 
   ProgramConsole console("knuckle device");

@@ -51,9 +51,8 @@ std::vector<video::SenderSetup> check_cameras(const CameraOptions& o, int insecu
         "with --insecure pictures are not encrypted: they go to this computer's own addresses (127.0.0.1), or, in a "
         "lab, elsewhere where it is given twice (docs/camera.md)");
   const HostAndPort to = parse_host_and_port(o.to, "--video-to");
-  if (to.port == 0) cli::refuse_option("--video-to", o.to, "its port must be 1 to 65535");
   if (to.port + o.cameras.size() > 65536) cli::refuse_option("--video-to", o.to, "leaves no port for each camera");
-  const std::size_t link_port = listen.empty() ? 0 : parse_host_and_port(listen, "--listen").port;
+  const std::size_t link_port = listen.empty() ? 0 : parse_address(listen, "--listen").port();
   if (address.is_loopback() && link_port >= to.port && link_port < to.port + o.cameras.size())
     cli::refuse_option("--video-to", o.to,
                        "a camera's pictures would go to port " + std::to_string(link_port) + ", which is --listen's");

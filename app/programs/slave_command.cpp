@@ -79,6 +79,7 @@ void add_options(const cli::OptionList& c, Options& o) {
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
 void check_bus(const Options& o) {
   if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
+  if (o.simulate && o.wait_for_can) cli::refuse_option("--wait-for-can", "", "only goes with --can");
   if (o.simulate) return;
   if (o.can.empty()) cli::refuse_option("slave", "", "needs --can, or --simulate");
   if (o.machine.empty()) cli::refuse_option("--machine", "", "is required with --can");

@@ -84,7 +84,8 @@ void describe_head(const HeadTexts& head, const mcap::Reader& file, std::vector<
   if (!head.there()) {
     const bool begun = !file.complete() && file.library().starts_with("knuckle ");
     lines.push_back(begun ? "  kind      recording of Knuckle, cut off before what it is of"
-                          : "  kind      MCAP file of another program: " + shortened(file.library()));
+                          : "  kind      MCAP file of another program: " +
+                                (file.library().empty() ? "it does not say which" : shortened(file.library())));
     return;
   }
   lines.push_back(fmt::format("  kind      {} of {}", kind(head), sides(head)));
@@ -143,6 +144,7 @@ void add_remarks(const std::vector<std::string>& remarks, std::vector<std::strin
 
 std::string size_of_file(const std::string& path) {
   const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+  if (bytes < 1000) return fmt::format("{:.0f} bytes", bytes);
   return bytes < 1e6 ? fmt::format("{:.1f} kB", 1e-3 * bytes) : fmt::format("{:.1f} MB", 1e-6 * bytes);
 }
 

@@ -172,6 +172,15 @@ TEST_F(Audit, AnUnfinishedLastLineIsRecognisedAndTheChainGoesOn) {
       << "not even this may change";
 }
 
+TEST_F(Audit, AnUnfinishedPieceOfManyLinesIsToldOnce) {
+  write(3);
+  std::ofstream(file(), std::ios::app) << "\x01\n\x02\n\x03\n\x04";
+  const Check check = check_trail(folder);
+  EXPECT_EQ(check.broken(), "");
+  ASSERT_EQ(check.notes.size(), 1U);
+  EXPECT_NE(check.notes[0].find(file() + ":5: unfinished"), std::string::npos);
+}
+
 /// A whole line without its line feed: as far as a killed program came.
 TEST_F(Audit, AnUnfinishedLineThatLooksWholeIsNone) {
   write(3);

@@ -103,7 +103,7 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
       {"doctor --device hid --bit-rate 250", "needs --can"},
       {"doctor --connect 127.0.0.1", "--connect 127.0.0.1: "},
       {"doctor --connect ::1:5683", "--connect ::1:5683: "},
-      {"doctor --connect arm:0", "--connect arm:0: "},
+      {"doctor --connect arm:0", "--connect arm:0: port \"0\" must be a whole number from 1 to 65535"},
       {simulated + "--json " + path("r.toml"), "configuration"},
       {simulated + "--bit-rate 250", "without --machine"},
       {simulated + "--bit-rate 5", "10 to 1000"},

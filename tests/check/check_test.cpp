@@ -143,6 +143,14 @@ TEST_F(Check, OtherKindsTellAllTheirFaultsToo) {
 TEST_F(Check, WhatIsNoneOfTheKindsIsRefusedWithThem) {
   const std::string said = test::refusal([&] { (void)check_file(written("title = \"x\"\n"), ""); });
   EXPECT_NE(said.find("is none of the files that can be checked"), std::string::npos);
+  EXPECT_EQ(test::refusal([&] { (void)check_file(written(""), ""); }), file_ + ": is empty: nothing to check");
+}
+
+TEST_F(Check, AMachineIsRefusedForAFileThatIsOfNone) {
+  for (const auto& [file, kind] : {std::pair{"machines/solar015.toml", "machine"}, {"links/lte.toml", "link"}}) {
+    const std::string said = test::refusal([&, &name = file] { (void)check_file(kConfig + "/" + name, "compact080"); });
+    EXPECT_EQ(said, std::string("--machine compact080: does not go with a file of kind ") + kind);
+  }
 }
 
 TEST_F(Check, ComputedRangesAndRatesStandBesideTheFiles) {

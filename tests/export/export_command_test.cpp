@@ -71,6 +71,26 @@ TEST(ExportCommand, WritesEachRecordedPictureIntoItsFolderAndNowhereElse) {
             "knuckle: --pictures: " + file + " has no picture of a camera between 14 s and its end\n");
 }
 
+TEST(ExportCommand, FailsAsExplainDoesOfADamagedRecordingAndShowsWhatCouldBeRead) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("session.mcap"), csv = folder.file("machine.csv");
+  const auto run = [](const std::vector<std::string>& all) { return test::run_program(test::program("knuckle"), all); };
+  ASSERT_EQ(run({"simulate", "--scenario", "free_motion", "--duration", "3", "--log", file}).exit_code, 0);
+  const auto expect = [&](int code) {
+    const ProgramRun exported = run_export({file, "--csv", csv, "--side", "machine"}),
+                     explained = run({"explain", file});
+    EXPECT_EQ(exported.exit_code, code) << exported.err;
+    EXPECT_GT(content(csv).size(), 1000U);
+    EXPECT_EQ(explained.exit_code, code) << explained.err;
+    EXPECT_NE(explained.out, "");
+  };
+  expect(0);
+  std::string damaged = content(file);
+  damaged[damaged.size() / 2] ^= 1;
+  std::ofstream(file, std::ios::binary) << damaged;
+  expect(1);
+}
+
 TEST(ExportCommand, OverwritesNoInputAndNoOtherOutput) {
   const TemporaryFolder folder;
   const std::string machine = folder.file("machine.txt"), file = folder.file("out");

@@ -402,6 +402,13 @@ TEST(FindConfig, TurnsNamesIntoPathsAndLeavesPathsAlone) {
 TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
   const std::string said = test::refusal([&] { (void)find_config("machine", "solar15"); });
   EXPECT_EQ(said, "unknown machine 'solar15': " + kConfig + "/machines has compact080, solar015");
+  const test::TemporaryFolder folder;
+  std::ofstream(folder.file("a.txt")) << "x";
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  EXPECT_EQ(test::refusal([&] { (void)find_config("machine", "a.txt"); }),
+            "machine 'a.txt': is a file whose name does not end in .toml: write ./a.txt where it is meant");
+  std::filesystem::current_path(before);
 }
 
 TEST(FindConfig, NamesTheScenariosThereAre) {

@@ -164,13 +164,18 @@ TEST(CommandLine, TheDeviceIsRefusedWhatItCannotDo) {
             "--scenario wall_contact: needs --screen: the simulated operator must see the machine");
   EXPECT_EQ(program_refusal(with(null, {"--operator", "strong"})),
             "--operator strong: must be one of relaxed, normal, co_contracted, light_grip");
+  EXPECT_EQ(program_refusal(null), "--gadget /dev/null: is a device of the class mem, not of a HID gadget (hidg)");
   EXPECT_NE(program_refusal({"device", "--descriptor", "r.toml"}).find("configuration file"), std::string::npos);
+  for (const std::string option : {"--gadget", "--csv", "--json"})
+    EXPECT_EQ(program_refusal({"device", "--descriptor", "r.bin", option, "x"}),
+              option + " x: does not go with --descriptor, which only writes that");
 }
 
 TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
   const std::vector<BadInput> table{
       {{}, {"needs --can, or --simulate"}},
       {{"--simulate", "--can", "vcan0"}, {"--can vcan0: give --can or --simulate, not both"}},
+      {{"--simulate", "--wait-for-can"}, {"--wait-for-can: only goes with --can"}},
       {{"--can", "vcan0"}, {"--machine: is required with --can"}},
       {{"--can", "vcan0", "--machine", "solar015", "--scenario", "dismantle"},
        {"--scenario dismantle: only goes with"}},
