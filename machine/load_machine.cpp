@@ -467,7 +467,10 @@ MachineDescription read_machine(TomlTable file) {
 
 double worst_bus_load(const BusDescription& bus) noexcept {
   // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
-  const auto bits = [](int bytes) -> double { return 47 + 8 * bytes + (34 + 8 * bytes - 1) / 4; };
+  const auto bits = [](int bytes) -> double {
+    const int stuffed = (34 + 8 * bytes - 1) / 4;
+    return 47 + 8 * bytes + stuffed;
+  };
   constexpr int kNodes = 3 + 6 + 3 + 2;
   const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2) / bus.tilt_every_nth_sync;
   const double valves = 3 * bits(4) * (1.0 / bus.set_point_every_nth_sync + 1.0 / bus.valve_status_every_nth_sync);

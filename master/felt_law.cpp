@@ -304,9 +304,11 @@ AnyLaw make(ControlLaw law, const DeviceDescription::Feel& feel) noexcept {
 FeltLaw::FeltLaw(ControlLaw law, const DeviceDescription::Feel& feel) noexcept : law_(make(law, feel)), cues_(feel) {}
 
 PlanarVector FeltLaw::step(const FeltInputs& in, double dt_s) noexcept {
-  const PlanarVector force_N = std::visit([&](auto& law) { return law.step(in, dt_s); }, law_);
-  rendered_N_ = spring() ? spring()->contact_N() : law() == ControlLaw::kCues ? PlanarVector::Zero() : force_N;
-  if (law() == ControlLaw::kDirect || law() == ControlLaw::kCues) return force_N;
+  if (auto* direct = std::get_if<DirectLaw>(&law_)) return rendered_N_ = direct->step(in, dt_s);
+  if (auto* cues = std::get_if<CuesLaw>(&law_)) return cues->step(in, dt_s);
+  auto& echo = *std::get_if<EchoSpring>(&law_);
+  const PlanarVector force_N = echo.step(in, dt_s);
+  rendered_N_ = echo.contact_N();
   downgraded_ = downgrade_.step(in, dt_s);
   cues_share_ = std::clamp(cues_share_ + (downgraded_ ? dt_s : -dt_s) / kFade_s, 0.0, 1.0);
   const PlanarVector cue_N = cues_.step(in, dt_s);  // always: what has been touched already is no news later

@@ -87,7 +87,7 @@ std::vector<mcap::Attachment> attachments_of(const Head& head) {
 
 Head head_of(const mcap::Metadata& metadata, const std::string& source) {
   const Values values(metadata.values, source);
-  if (values.text("format") != kFormat) values.refuse("format", std::string("must be ") + kFormat);
+  if (values.text("format") != kFormat) values.refuse("format", "must be " + std::string(kFormat));
   Head head;
   head.link_version = values.number<int>("link_version");
   if (head.link_version < kOldestLinkVersion || head.link_version > kLinkVersion)

@@ -303,7 +303,7 @@ void Recorder::close(bool replaces) {
 }
 
 RecorderThread::RecorderThread(Recorder& recorder)
-    : recorder_(recorder), thread_([&recorder](const std::stop_token& stop) {
+    : thread_([&recorder](const std::stop_token& stop) {
         while (!stop.stop_requested()) {
           recorder.drain();
           std::this_thread::sleep_for(kDrainPeriod);

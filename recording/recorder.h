@@ -136,7 +136,6 @@ class RecorderThread {
   RecorderThread& operator=(const RecorderThread&) = delete;
 
  private:
-  Recorder& recorder_;
   std::jthread thread_;
 };
 

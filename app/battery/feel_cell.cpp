@@ -183,8 +183,8 @@ class Room {
   [[nodiscard]] bool sweeps_clear(const JointVector& start_rad, const Press& press) const {
     // Every corner of the box of angles that the sweep can reach, and the way from it.
     for (int corner = 0; corner < 27; ++corner) {
-      const JointVector share(corner % 3 - 1, corner / 3 % 3 - 1, corner / 9 - 1);
-      if (!clear(start_rad + share.cwiseProduct(kSweep_rad), press)) return false;
+      const Eigen::Vector3i way(corner % 3 - 1, corner / 3 % 3 - 1, corner / 9 - 1);
+      if (!clear(start_rad + way.cast<double>().cwiseProduct(kSweep_rad), press)) return false;
     }
     for (const double way : {0.25, 0.5, 0.75}) {
       if (!clear(start_rad + way * (press.approach_rad - start_rad), press)) return false;

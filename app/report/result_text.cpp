@@ -261,9 +261,6 @@ std::string moment_text(const CriterionResult& result) {
 
 namespace {
 
-using session::CriterionKind;
-using session::CriterionResult;
-
 std::string what_ran(const session::SessionResult& s) {
   const double speed = s.wall_s > 0 ? s.simulated_s / s.wall_s : 0.0;
   return fmt::format("{} on {}, seed {}: {:.1f} s simulated in {:.2f} s ({:.{}f} x real time)\n", s.scenario,

@@ -330,7 +330,8 @@ std::vector<CriterionResult> evaluate(const std::vector<Criterion>& criteria, co
   for (const Criterion& c : criteria) {
     const MetricEntry& entry = *find_metric(c.metric);
     const Metric& value = metrics.*entry.member;
-    CriterionResult result{c.metric, value, std::string(entry.unit), "", 0, c.kind, {}, {}, ""};
+    CriterionResult result{
+        c.metric, static_cast<const std::optional<double>&>(value), std::string(entry.unit), "", 0, c.kind, {}, {}, ""};
     const auto add = [&](const char* relation, double bound, bool met, bool exceeded) {
       result.relation = relation;
       result.bound = bound;

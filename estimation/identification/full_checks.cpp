@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include "core/units.h"
@@ -187,17 +186,16 @@ void add_lengths(Errors& errors, bool surveyed) {
 /// No term is left out of a law for nothing, but how far parameters move without it is what is known of how far they
 /// may be off because the law is only a law.
 void add_model(Errors& errors) {
-  const std::array<std::pair<const char*, bool FrictionColumns::*>, 4> terms{
-      {{"Dahl state", &FrictionColumns::dahl},
-       {"breakaway", &FrictionColumns::stribeck},
-       {"load share", &FrictionColumns::load},
-       {"friction of seals", &FrictionColumns::seal}}};
-  for (const auto& [name, term] : terms) {
+  const auto add = [&](const char* name, bool FrictionColumns::*term) {
     errors.push_back({Of::kModel, name, [term](FullInput& input) {
                         bool& on = input.options.regressor.friction.*term;
                         on = !on;
                       }});
-  }
+  };
+  add("Dahl state", &FrictionColumns::dahl);
+  add("breakaway", &FrictionColumns::stribeck);
+  add("load share", &FrictionColumns::load);
+  add("friction of seals", &FrictionColumns::seal);
   errors.push_back({Of::kModel, "weights", [](FullInput& input) { input.options.weighted = !input.options.weighted; }});
   errors.push_back({Of::kModel, "outliers", [](FullInput& input) { input.options.huber = 0; }});
 }

@@ -56,9 +56,9 @@ void read(const std::string& path) {
   require(later.messages == later.later && later.later <= again.later);
   require(reader.damages().size() <= 101);
   for (const std::string& line : reader.damages()) require_line(line);
-  for (const auto& [id, schema] : reader.topics().schemas) {
+  for (const auto& schema : reader.topics().schemas) {
     refused_or([&schema] {
-      auto translation = recording::translation_to<slave::SlaveState>(schema.data, "file");
+      auto translation = recording::translation_to<slave::SlaveState>(schema.second.data, "file");
       if (translation) (void)translation->translated(recording::kCdrHeader);
     });
   }

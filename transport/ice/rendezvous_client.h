@@ -19,12 +19,10 @@ class RendezvousClient {
 
   class Listener {
    public:
+    virtual ~Listener() = default;
     /// Somebody else is in the room, since now or before.
     virtual void somebody_in(const std::string& room) = 0;
     virtual void message(const std::string& room, const Bytes& bytes) = 0;
-
-   protected:
-    ~Listener() = default;
   };
 
   /// @param address "HOST:PORT", looked up at each dialling.

@@ -130,10 +130,8 @@ class DtlsSession {
   /// Where the datagrams of a handshake go.
   class Out {
    public:
+    virtual ~Out() = default;
     virtual void put(std::span<const std::uint8_t> bytes) = 0;
-
-   protected:
-    ~Out() = default;
   };
   enum class Progress : std::uint8_t { kUnderWay, kDone, kFailed };
 

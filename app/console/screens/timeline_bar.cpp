@@ -24,7 +24,7 @@ std::string clock_text(Time at) {
   const double s = to_seconds(at);
   const auto whole = static_cast<long>(std::floor(s));
   if (whole < 60) return fmt::format("{:.3f} s", s);
-  const double rest = s - static_cast<double>(whole / 60 * 60);
+  const double rest = s - static_cast<double>(whole - whole % 60);
   if (whole < 3600) return fmt::format("{}:{:06.3f}", whole / 60, rest);
   return fmt::format("{}:{:02}:{:06.3f}", whole / 3600, whole / 60 % 60, rest);
 }
