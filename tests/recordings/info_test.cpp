@@ -134,9 +134,10 @@ TEST_F(Info, OfATableOfAnotherProgramSaysWhatAMappingMakesOfItOrWhatStandsInIt) 
                                 "1766147457,0;20,5;d\n");
   const FileInfo bare = table_info(table, "");
   EXPECT_TRUE(bare.whole);
-  expect_says(bare,
-              {"B, 4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
-               "time, 2025-12-19 12:30:54 to 2025-12-19 12:30:57 UTC", "--map FILE.toml says what its columns are"});
+  expect_says(
+      bare,
+      {"bytes, 4 rows, 3 columns; delimiter ';', decimal mark ','", "Druck                         4  17.5 to 20.5",
+       "time, 2025-12-19 12:30:54 to 2025-12-19 12:30:57 UTC", "--map FILE.toml says what its columns are"});
   for (const char* odd : {"1766147457000000000", "1e300"}) {  // one in nanoseconds, or nonsense
     const std::string last =
         put("last.csv", std::string("Zeit,Druck\n1766147454,17\n1766147455,18\n1766147456,19\n") + odd + ",20\n");
