@@ -92,6 +92,7 @@ class Layout {
 
   /// Of "[3]"; 0: it is no such count, or too large.
   [[nodiscard]] static std::size_t count_in(std::string_view brackets) noexcept {
+    if (brackets.size() < 3) return 0;
     std::size_t count = 0;
     const char* const end = brackets.data() + brackets.size() - 1;
     const auto [behind, error] = std::from_chars(brackets.data() + 1, end, count);

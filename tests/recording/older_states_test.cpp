@@ -212,7 +212,7 @@ TEST(StateTranslation, FollowsTheAlignmentOfCdrIntoStructsWithinAndFindsFieldsBy
 
 TEST(StateTranslation, RefusesASchemaThatIsNoStatesNamingFileAndField) {
   for (const std::string field :
-       {"string text", "uint8[] data", "float64[0] none", "float64[-1] x", "float64[2",
+       {"string text", "uint8[] data", "float64[0] none", "float64[-1] x", "float64[ x", "float64[2",
         "float64[99999999999999999999] x", "float64[70000] x", "a/Inner[2] why", "a/Other why", "float64[2]] x"}) {
     const std::string said =
         test::refusal([&] { StateTranslation(field + " x\n" + kInner, "uint8 x\n", {}, "f: /t"); });
