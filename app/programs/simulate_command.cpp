@@ -63,7 +63,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
              "Stop when the bucket meets something stiff while digging");
   c.add_flag("-v,--verbose", o.verbose, "List in the summary also what was met");
   c.add_flag("--judge", o.judge,
-             "Let the scenario's requirements decide with any machine, seed and option, not only as shipped");
+             "Let the scenario's requirements decide with any machine and option, not only as shipped");
   c.add_flag("--realtime", o.realtime, "Run the loops in real-time threads over UDP loopback");
   c.add_option("--listen", o.listen, "With --realtime: address and port of the link's end at the machine");
   c.add_option("--connect", o.connect,

@@ -310,9 +310,10 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
     text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
   text += limits_line(s, verbose);
   text += block("FAILED:", by.failed, judged.metrics);
+  if (std::ranges::any_of(by.failed, [](const auto* r) { return r->kind == CriterionKind::kRequirement; }))
+    text += "  one session in 40 may miss a requirement: see what other seeds do\n";
   text +=
-      block("requirements not met; they decide with the default machine and seeds 1 to 20, or with --judge:", by.shown,
-            judged.metrics);
+      block("requirements not met; they decide with the default machine, or with --judge:", by.shown, judged.metrics);
   text += block(goals_text(judged) + ":", by.towards, judged.metrics);
   if (verbose) text += block("met:", by.met, judged.metrics) + block("not judged:", by.open, judged.metrics);
   text += verdict_text(judged) + "\n";

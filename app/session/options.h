@@ -48,9 +48,7 @@ struct SimulateOptions {
 };
 
 inline constexpr const char* kDefaultMachine = "solar015";
-inline constexpr std::uint64_t kStockSeeds = 20;  ///< 1 to this.
-/// Whether a scenario runs as its requirements were taken: on the default machine, with one of the stock seeds, and
-/// nothing else changed.
+/// Whether a scenario runs as its requirements were taken: on the default machine, and nothing else changed.
 [[nodiscard]] bool is_stock(const SimulateOptions& options);
 
 /// The operator's limb by its name, as --operator takes it; none given: fallback.

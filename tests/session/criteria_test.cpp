@@ -120,7 +120,7 @@ TEST(Verdict, IsThereWhereTheDurationLeavesTheScenarioItsTime) {
   EXPECT_TRUE(load_session(options).shortened);
 }
 
-TEST(StockSetUp, IsTheDefaultMachineWithSeeds1To20AndNothingElseChanged) {
+TEST(StockSetUp, IsTheDefaultMachineAndNothingElseChanged) {
   const auto with = [](const std::function<void(SimulateOptions&)>& change) {
     SimulateOptions options;
     change(options);
@@ -129,10 +129,8 @@ TEST(StockSetUp, IsTheDefaultMachineWithSeeds1To20AndNothingElseChanged) {
   EXPECT_TRUE(with([](auto&) {}));
   EXPECT_TRUE(with([](auto& o) { o.scenario = "/srv/my.toml"; }));
   EXPECT_TRUE(with([](auto& o) { o.machine = "solar015"; }));
-  EXPECT_TRUE(with([](auto& o) { o.seed = 20; }));
+  EXPECT_TRUE(with([](auto& o) { o.seed = 201; }));
   EXPECT_TRUE(with([](auto& o) { o.report = o.json = o.csv = o.candump = o.log = o.flights = "somewhere"; }));
-  EXPECT_FALSE(with([](auto& o) { o.seed = 0; }));
-  EXPECT_FALSE(with([](auto& o) { o.seed = 21; }));
   EXPECT_FALSE(with([](auto& o) { o.machine = "compact080"; }));
   EXPECT_FALSE(with([](auto& o) { o.device = "knuckle1"; }));
   EXPECT_FALSE(with([](auto& o) { o.truth = "truth.toml"; }));

@@ -195,6 +195,22 @@ TEST(Scenarios, NameIsTheFilesName) {
   }
 }
 
+/// Else what is worked towards may get worse unseen.
+TEST(Scenarios, HaveALooserRequirementBesideEachGoal) {
+  const auto beside = [](const Criterion& goal, const Criterion& other) {
+    return other.kind == CriterionKind::kRequirement && other.metric == goal.metric &&
+           ((goal.max && other.max && *other.max > *goal.max) || (goal.min && other.min && *other.min < *goal.min));
+  };
+  for (const auto& scenario : fs::directory_iterator(kConfig / "scenarios")) {
+    const std::vector<Criterion> criteria = load_scenario(scenario.path(), machine()).criteria;
+    for (const Criterion& goal : criteria) {
+      if (goal.kind != CriterionKind::kGoal) continue;
+      EXPECT_TRUE(std::ranges::any_of(criteria, [&](const Criterion& other) { return beside(goal, other); }))
+          << scenario.path() << ": " << goal.metric;
+    }
+  }
+}
+
 TEST_F(ScenarioFile, EveryKeyIsNeededUnlessItIsMarkedOptional) {
   ASSERT_EQ(refusal(kWhole), "");
   std::istringstream lines(kWhole);
