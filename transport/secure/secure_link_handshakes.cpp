@@ -39,6 +39,11 @@ SocketAddress host_of(SocketAddress address) noexcept {
   return address;
 }
 
+struct HeldOut final : DtlsSession::Out {
+  std::vector<std::vector<std::uint8_t>> datagrams;
+  void put(std::span<const std::uint8_t> bytes) override { datagrams.emplace_back(bytes.begin(), bytes.end()); }
+};
+
 }  // namespace
 
 void SecureLink::run() {
@@ -141,9 +146,11 @@ void SecureLink::hear(std::span<const std::uint8_t> bytes, const SocketAddress& 
   const auto known = std::find_if(handshakes_.begin(), handshakes_.end(),
                                   [&](const Handshake& one) { return one.session && one.address == from; });
   if (known != handshakes_.end()) {
-    HandshakeOut out(sockets_.unmarked, known->address);
-    const auto progress = known->session->hear(bytes, out);
+    // The last flight leaves when this end hears the new keys: the far end uses them as soon as it has it.
+    HeldOut held;
+    const auto progress = known->session->hear(bytes, held);
     if (!known->done) advance(*known, progress, now);
+    for (const std::vector<std::uint8_t>& one : held.datagrams) (void)sockets_.unmarked.send(one, known->address);
     return;
   }
   if (role_ != Role::kMachine || hear_observer(bytes, from, now) || hear_again(bytes, from)) return;
