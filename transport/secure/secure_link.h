@@ -197,7 +197,7 @@ class SecureLink final : public Link {
   void read_handshakes(Clock::time_point now);
   void hear(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now);
   void hear_stranger(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now);
-  [[nodiscard]] bool hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from);
+  [[nodiscard]] bool hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now);
   void hear_plain(const SocketAddress& from, Clock::time_point now);
   void hear_refusals();
   void suspect(const SocketAddress& address, Refusal refusal);
@@ -280,7 +280,12 @@ class SecureLink final : public Link {
   std::optional<Holder> holder_;
   std::optional<Fingerprint> granted_to_;
   std::vector<std::pair<Fingerprint, Clock::time_point>> asked_;  // lately
-  std::array<Tag, 2> tags_{};                                     // of the two newest sessions
+  std::array<Tag, 2> tags_{};                                     // of the newest session and the loop's
+  struct LastWords {                                              // machine's side: what ended its handshake
+    SocketAddress to;
+    std::vector<std::vector<std::uint8_t>> datagrams;
+    Clock::time_point said_at;
+  } last_words_;
   Clock::time_point made_at_{}, taken_at_{}, try_at_{}, granted_at_{}, peers_at_{};
   int hellos_left_ = 0;
   Clock::time_point hellos_at_{}, cookies_at_{}, plain_at_{};

@@ -27,6 +27,7 @@ constexpr auto kLookAtPeers = 1000ms;
 constexpr auto kNewCookies = 60s;
 constexpr int kProposals = 4;  // of what nobody confirms
 constexpr auto kSayPlain = 500ms;
+constexpr auto kSayLastAgain = 100ms;  // sooner nobody honest misses it
 constexpr int kMostRefusals = 64;
 
 /// Of IPv6, one host has a network of 64 bits.
@@ -146,14 +147,16 @@ void SecureLink::hear(std::span<const std::uint8_t> bytes, const SocketAddress& 
   const auto known = std::find_if(handshakes_.begin(), handshakes_.end(),
                                   [&](const Handshake& one) { return one.session && one.address == from; });
   if (known != handshakes_.end()) {
-    // The last flight leaves when this end hears the new keys: the far end uses them as soon as it has it.
+    // What ends it leaves when this end hears the new keys: the far end uses them as soon as it has heard it.
     HeldOut held;
     const auto progress = known->session->hear(bytes, held);
+    const bool controls = known->session->purpose() == Purpose::kControl;
     if (!known->done) advance(*known, progress, now);
     for (const std::vector<std::uint8_t>& one : held.datagrams) (void)sockets_.unmarked.send(one, known->address);
+    if (!known->session && controls) last_words_ = {known->address, std::move(held.datagrams), now};
     return;
   }
-  if (role_ != Role::kMachine || hear_observer(bytes, from, now) || hear_again(bytes, from)) return;
+  if (role_ != Role::kMachine || hear_observer(bytes, from, now) || hear_again(bytes, from, now)) return;
   hear_stranger(bytes, from, now);
 }
 
@@ -187,17 +190,14 @@ std::optional<std::vector<SecureLink::Handshake>::iterator> SecureLink::who_yiel
   return oldest;
 }
 
-/// The far end of the offered session may not have heard our last words: then it says its own again.
-bool SecureLink::hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from) {
-  Offer* offer = is_hello(bytes) ? nullptr : offered_.exchange(nullptr, std::memory_order_acquire);
-  if (offer == nullptr) return false;
-  const bool same = offer->address == from;
-  if (same) {
-    HandshakeOut out(sockets_.unmarked, offer->address);
-    (void)offer->session->hear(bytes, out);
-  }
-  offered_.store(offer, std::memory_order_release);
-  return same;
+/// The far end of the offered session may not have heard our last words: then it says its own again. The session itself
+/// is the loop's, which may take it at any time.
+bool SecureLink::hear_again(std::span<const std::uint8_t> bytes, const SocketAddress& from, Clock::time_point now) {
+  if (is_hello(bytes) || !(from == last_words_.to) || offered_.load(std::memory_order_relaxed) == nullptr) return false;
+  if (now - last_words_.said_at < kSayLastAgain) return true;
+  last_words_.said_at = now;
+  for (const std::vector<std::uint8_t>& one : last_words_.datagrams) (void)sockets_.unmarked.send(one, from);
+  return true;
 }
 
 /// A far end that runs with --insecure. All that comes of it are words: here, and there.
@@ -302,8 +302,9 @@ void SecureLink::offer(Handshake& handshake, Clock::time_point now) {
   granted_to_.reset();
   made_at_ = now;
   if (!renews) taken_at_ = now;  // handshakes alone, of a program whose loop is silent, keep nothing
-  // What another program seals is not even read from now on: the loop may learn of the change only later.
-  tags_ = {tag, renews ? tags_[0] : tag};
+  // What another program seals is not even read from now on: the loop may learn of the change only later. What comes by
+  // the loop's own keys is, also where the far end has never used those that were offered meanwhile.
+  tags_ = {tag, !renews ? tag : untaken ? tags_[1] : tags_[0]};
   sockets_.marked.hear_only_beginning_with(tags_);
   auto offer =
       std::make_unique<Offer>(Offer{std::move(handshake.session), handshake.address, peer, name_of(peer), renews});

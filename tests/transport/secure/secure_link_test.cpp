@@ -52,28 +52,6 @@ TEST_F(SecureLinkThreads, ASecondOperatorIsToldWhoHasControlUntilTheFirstLeaves)
   EXPECT_EQ(machine.count(LinkEvent::Kind::kClosed), 1);
 }
 
-TEST_F(SecureLinkThreads, NewKeysCostNoMessage) {
-  SecureLinkTiming often;
-  often.renew_keys = 200ms;
-  End op = desk(desk_identity(), often);
-  ASSERT_TRUE(talk(op));
-  const int before = machine.messages;
-  int sent = 0;
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    ++sent;
-    machine.step(2);
-    return machine.count(LinkEvent::Kind::kRenewed) >= 3 && op.count(LinkEvent::Kind::kRenewed) >= 3;
-  }));
-  (void)until([&] {
-    machine.step(2);
-    op.step(1);
-    ++sent;
-    return machine.messages - before >= sent - 1;
-  });
-  EXPECT_GE(machine.messages - before, sent - 1);
-}
-
 TEST_F(SecureLinkThreads, AnEndThatBeginsAnewTakesItsPlaceAgain) {
   {
     End op = desk();

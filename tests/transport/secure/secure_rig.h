@@ -37,9 +37,9 @@ inline Peers desks() {
   return {peer(desk_identity()), peer(other_identity())};
 }
 
-/// A few seconds at most; each end's loop runs meanwhile.
+/// A minute at least, where it does not come; each end's loop runs meanwhile.
 inline bool until(const std::function<bool()>& done) {
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 12'000; ++i) {
     if (done()) return true;
     ::poll(nullptr, 0, 5);
   }
