@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gst/app/gstappsrc.h>
 #include <gst/rtp/rtp.h>
+#include <gst/video/video.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,9 +18,11 @@ namespace knuckle::video {
 namespace {
 
 constexpr int kAf41 = 34;
-constexpr int kPacket_bytes = 1200;         // with all headers, and room for a tunnel's
-constexpr int kPicturesPerKeyPicture = 30;  // after a loss, the next key picture mends it
+constexpr int kPacket_bytes = 1200;             // with all headers, and room for a tunnel's
+constexpr int kPicturesPerKeyPicture = 30;      // after a loss, the next key picture mends it; ...
+constexpr Duration kAskForKeyPicture = 1200ms;  // ... where pictures come slowly, once the last one is as old as this
 constexpr int kJitterBuffer_ms = 30;
+constexpr int kSocketBuffer_bytes = 1 << 20;  // a key picture's packets come all at once
 constexpr guint kStampId = 1;
 constexpr const char* kGiven = "given";                                 // the element that given pictures go into
 constexpr std::uint64_t kUnixInNtp_s = 2'208'988'800;                   // 1970 by NTP's count
@@ -68,9 +71,11 @@ std::string pipeline_of(const SenderSetup& setup) {
 
 std::string receiver_of(std::uint16_t port, const std::string& address, bool sealed) {
   const std::string arriving = fmt::format(
-      "udpsrc address={} port={} caps=\"application/x-{},media=video,clock-rate=90000,encoding-name=H264,payload=96,"
+      "udpsrc address={} port={} buffer-size={} "
+      "caps=\"application/x-{},media=video,clock-rate=90000,encoding-name=H264,payload=96,"
       "extmap-{}={}\"{}",
-      address, port, sealed ? "srtp" : "rtp", kStampId, kStampUri, sealed ? fmt::format(" ! {}", kOpener) : "");
+      address, port, kSocketBuffer_bytes, sealed ? "srtp" : "rtp", kStampId, kStampUri,
+      sealed ? fmt::format(" ! {}", kOpener) : "");
   return fmt::format(
       "{} ! rtpjitterbuffer name=arrivals faststart-min-packets=1 drop-on-latency=true latency={} ! rtph264depay ! "
       "avdec_h264 "
@@ -98,11 +103,14 @@ class Sender::Writer {
   [[nodiscard]] PipelinePlan plan_of(const SenderSetup& setup);
   void prepare(GstElement* pipeline);
   void tend(GstElement* pipeline);
+  void ask_for_key_picture(GstPad* pad, GstBuffer* picture);
   static GstPadProbeReturn on_picture(GstPad* pad, GstPadProbeInfo* info, gpointer self);
 
   std::atomic<int> rate_kbps_;
   int set_kbps_ = 0;                // in the encoder that runs
   GstElement* pipeline_ = nullptr;  // the one that runs
+  Time key_at_{};                   // its last key picture, ...
+  bool key_asked_ = false;          // ... and whether the next one was asked for before its turn
   Sealer sealer_;
   std::mutex given_mutex_;   // of who gives and of the runner; neither is a loop
   Owned<GstElement> given_;  // where given pictures go, in the pipeline that runs
@@ -157,6 +165,18 @@ void Sender::Writer::tend(GstElement* pipeline) {
   set_kbps_ = wanted;
 }
 
+/// Who begins to look, or has lost a packet, waits for a key picture: not for long, however slowly pictures come.
+void Sender::Writer::ask_for_key_picture(GstPad* pad, GstBuffer* picture) {
+  const Time at = now();
+  if (GST_BUFFER_FLAG_IS_SET(picture, GST_BUFFER_FLAG_DELTA_UNIT) == FALSE) {
+    key_at_ = at;
+    key_asked_ = false;
+  } else if (!key_asked_ && at - key_at_ >= kAskForKeyPicture) {
+    GstEvent* ask = gst_video_event_new_upstream_force_key_unit(GST_CLOCK_TIME_NONE, FALSE, 0);
+    key_asked_ = gst_pad_push_event(pad, ask) != FALSE;
+  }
+}
+
 /// The payloader writes what is noted here into the packets' header.
 GstPadProbeReturn Sender::Writer::on_picture(GstPad* pad, GstPadProbeInfo* info, gpointer self) {
   auto* writer = static_cast<Writer*>(self);
@@ -166,6 +186,7 @@ GstPadProbeReturn Sender::Writer::on_picture(GstPad* pad, GstPadProbeInfo* info,
   gst_buffer_add_reference_timestamp_meta(buffer, scale, captured_ntp_ns(pad, buffer, writer->pipeline_),
                                           GST_CLOCK_TIME_NONE);
   gst_caps_unref(scale);
+  writer->ask_for_key_picture(pad, buffer);
   writer->runner_.count();
   return GST_PAD_PROBE_OK;
 }

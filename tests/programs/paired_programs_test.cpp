@@ -375,7 +375,7 @@ TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {
 
 TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfThatNameAlone) {
   pair("desk 1");
-  const std::uint16_t port = UdpLink::listen("127.0.0.1:0").port();
+  const std::uint16_t port = free_port();
   const RunningProgram machine(test::program("knuckle"),
                                slave({"--no-log", "--camera", "mast=videotestsrc is-live=true", "--video-to",
                                       "127.0.0.1:" + std::to_string(port)}));
@@ -391,11 +391,11 @@ TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfTh
 
 TEST_F(PairedProgramsThreads, NoPictureIsSentAnyMoreToAnOperatorWhoWasRevoked) {
   pair("desk 1");
-  const video::LossyWire wire(UdpLink::listen("127.0.0.1:0").port(), 1);  // counts all, and passes nothing on
+  const video::LossyWire wire(free_port(), 1);  // counts all, and passes nothing on
   const RunningProgram machine(test::program("knuckle"),
                                slave({"--no-log", "--camera", "mast=videotestsrc is-live=true", "--video-to",
                                       "127.0.0.1:" + std::to_string(wire.port())}));
-  Viewer viewer(address, keys("desk 1"), UdpLink::listen("127.0.0.1:0").port(), "mast");
+  Viewer viewer(address, keys("desk 1"), free_port(), "mast");
   ASSERT_TRUE(viewer.until([&] { return wire.lost() > 100; }));
   EXPECT_EQ(run_program(test::program("knuckle"), {"pair", "--keys", keys("machine"), "--revoke", "desk 1"}).exit_code,
             0);

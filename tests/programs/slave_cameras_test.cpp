@@ -4,14 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "core/error.h"
 #include "machine/load.h"
+#include "tests/support/free_address.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
-#include "transport/udp_link.h"
 #include "video/camera.h"
 
 namespace knuckle::programs {
@@ -87,15 +88,15 @@ TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {
 }
 
 TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {
-  const auto free = [] { return UdpLink::listen("127.0.0.1:0").port(); };
-  const std::uint16_t port = free();
+  const std::uint16_t port = test::free_port();
   video::Camera camera({"mast", video::receiver_of(port)});
-  const test::RunningProgram program(test::program("knuckle"),
-                                     {"slave", "--simulate", "--scenario", "wall_contact", "--insecure", "--no-log",
-                                      "--listen", "127.0.0.1:" + std::to_string(free()), "--camera", "mast=simulated",
-                                      "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "60"});
+  test::RunningProgram program(
+      test::program("knuckle"),
+      {"slave", "--simulate", "--scenario", "wall_contact", "--insecure", "--no-log", "--listen", "127.0.0.1:0",
+       "--camera", "mast=simulated", "--video-to", "127.0.0.1:" + std::to_string(port), "--duration", "300"});
   std::unique_ptr<video::Frame> frame;
-  for (int i = 0; i < 3000 && !frame; ++i, std::this_thread::sleep_for(10ms)) frame = camera.take();
+  while (!(frame = camera.take()) && !program.ends_within(10ms)) {
+  }
   ASSERT_NE(frame, nullptr) << camera.status().why.data();
   EXPECT_EQ(frame->width_px, kDrawnWidth_px);
   EXPECT_EQ(frame->stamp_from, video::StampFrom::kSender);
@@ -107,6 +108,8 @@ TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {
     most = std::max(most, red);
   }
   EXPECT_GT(most - least, 50);
+  program.signal(SIGTERM);  // killed, it would last for as long as the idle threads of OpenGL on a busy computer
+  EXPECT_EQ(program.wait().exit_code, 0);
 }
 
 }  // namespace

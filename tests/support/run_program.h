@@ -64,7 +64,7 @@ class RunningProgram {
     if (child_ > 0) kill(child_, number);
   }
   /// @return whether it has, asked now and again; wait() does not wait then.
-  [[nodiscard]] bool ends_within(std::chrono::seconds patience) const {
+  [[nodiscard]] bool ends_within(std::chrono::milliseconds patience) const {
     const auto give_up = std::chrono::steady_clock::now() + patience;
     for (;;) {
       siginfo_t ended{};
@@ -75,20 +75,24 @@ class RunningProgram {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }
-  /// SIGINT after it has said that it notes it. @return whether it came to that before it ended.
-  bool interrupt_when_it_listens() const {
+  /// Waits until it has said that it notes this signal. @return whether it came to that before it ended.
+  [[nodiscard]] bool comes_to_note(int number) const {
     while (!ends_within(std::chrono::seconds(0))) {
       std::ifstream status("/proc/" + std::to_string(child_) + "/status");
       for (std::string line; std::getline(status, line);) {
         constexpr std::string_view kCaught = "SigCgt:";
         if (!line.starts_with(kCaught)) continue;
-        if ((std::stoull(line.substr(kCaught.size()), nullptr, 16) >> (SIGINT - 1) & 1) == 0) continue;
-        signal(SIGINT);
-        return true;
+        if ((std::stoull(line.substr(kCaught.size()), nullptr, 16) >> (number - 1) & 1) != 0) return true;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return false;
+  }
+  /// SIGINT after that. @return whether it came to that before it ended.
+  bool interrupt_when_it_listens() const {
+    const bool notes = comes_to_note(SIGINT);
+    if (notes) signal(SIGINT);
+    return notes;
   }
   /// Until it has ended.
   ProgramRun wait() {
@@ -110,12 +114,12 @@ class RunningProgram {
   pid_t child_ = -1;
 };
 
-/// @param interrupt_after if not zero, sends SIGINT after so long.
+/// @param interrupt_after if not zero, sends SIGINT so long after it has begun to note it.
 inline ProgramRun run_program(const std::string& program, std::vector<std::string> arguments,
                               std::chrono::milliseconds interrupt_after = {}) {
   RunningProgram running(program, std::move(arguments));
   if (interrupt_after.count() > 0) {
-    std::this_thread::sleep_for(interrupt_after);
+    if (running.comes_to_note(SIGINT)) std::this_thread::sleep_for(interrupt_after);
     running.signal(SIGINT);
   }
   return running.wait();

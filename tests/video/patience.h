@@ -12,7 +12,7 @@ namespace knuckle::video {
 
 /// Until something is so; false where it did not come to be within any patience.
 inline bool comes(const std::function<bool()>& so) {
-  for (int i = 0; i < 3000; ++i, std::this_thread::sleep_for(10ms))
+  for (int i = 0; i < 12'000; ++i, std::this_thread::sleep_for(10ms))
     if (so()) return true;
   return false;
 }

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "tests/video/patience.h"
 #include "video/camera.h"
 #include "video/frame.h"
+#include "video/rtp_watch.h"
 
 namespace knuckle::video {
 namespace {
@@ -174,11 +176,12 @@ class GivenOverRtp : public testing::Test {
     const Duration unix_now = std::chrono::system_clock::now().time_since_epoch();
     const double wrong_s = std::abs(to_seconds(unix_now) + 2'208'988'800.0 - stamp_s);
     most_wrong_s_ = std::max(most_wrong_s_.load(), wrong_s);
+    if (begins_key_picture(std::span(packet).subspan(28))) ++key_pictures_;
     ++packets_;
   }
 
   std::atomic<double> most_wrong_s_{0};
-  std::atomic<int> packets_{0};
+  std::atomic<int> packets_{0}, key_pictures_{0};
   const std::shared_ptr<std::vector<std::uint8_t>> pixels_ =
       std::make_shared<std::vector<std::uint8_t>>(std::size_t{4} * kWidth * kHeight);
   LossyWire wire_{LossyWire(1, 0).port(), 0, {}, [this](const LossyWire::Bytes& packet) { read_stamp(packet); }};
@@ -215,6 +218,19 @@ TEST_F(GivenOverRtp, WhatWasCapturedBeforeItRanIsNotSent) {
   ASSERT_TRUE(comes([&] { return sender.pictures() > before; }));
   EXPECT_EQ(settled(), before + 1);
   EXPECT_LT(most_wrong_s_, 10);
+}
+
+TEST_F(GivenOverRtp, AKeyPictureComesSoonHoweverSlowlyPicturesDo) {
+  Sender sender(setup());
+  ASSERT_TRUE(comes([&] {
+    give(sender, now());
+    return key_pictures_ > 0;
+  }));
+  const int keys = key_pictures_;
+  const std::uint64_t before = sender.pictures();
+  for (; key_pictures_ == keys && sender.pictures() < before + 10; std::this_thread::sleep_for(700ms))
+    give(sender, now());
+  EXPECT_GT(key_pictures_, keys) << "none of " << sender.pictures() - before << " pictures";
 }
 
 TEST(SenderOverRtp, SaysWhatIsWrongWithItsCamera) {

@@ -16,6 +16,7 @@
 #include "app/console/hand_input.h"
 #include "machine/load.h"
 #include "tests/console/window/eyes.h"
+#include "tests/support/free_address.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -36,9 +37,6 @@ double rad(double degrees) {
   return degrees * M_PI / 180;
 }
 
-std::uint16_t free_port() {
-  return UdpLink::listen("127.0.0.1:0").port();
-}
 std::string here(std::uint16_t port) {
   return "127.0.0.1:" + std::to_string(port);
 }

@@ -17,9 +17,9 @@
 #include <thread>
 
 #include "tests/console/window/virtual_display.h"
+#include "tests/support/free_address.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
-#include "transport/udp_link.h"
 
 namespace knuckle::test {
 namespace {
@@ -118,7 +118,7 @@ class TwoPrograms : public testing::Test {
   }
   [[nodiscard]] std::string path(const std::string& name) const { return folder_ / name; }
   /// Tried every 50 ms.
-  static bool eventually(const std::function<bool()>& so, int tries = 200) {
+  static bool eventually(const std::function<bool()>& so, int tries = 1200) {
     for (; tries > 0 && !so(); --tries) std::this_thread::sleep_for(std::chrono::milliseconds(50));
     return so();
   }
@@ -141,7 +141,7 @@ class TwoPrograms : public testing::Test {
   }
 
   fs::path folder_ = fs::path(testing::TempDir()) / ("two_programs_" + std::to_string(getpid()));
-  std::string address_ = "127.0.0.1:" + std::to_string(UdpLink::listen("127.0.0.1:0").port());
+  std::string address_ = free_address();
   console::window::VirtualDisplay display_{"1280x800"};
   std::unique_ptr<WireWatch> wire_;
   std::unique_ptr<RunningProgram> machine_, console_;
