@@ -39,7 +39,7 @@ struct Audit : ::testing::Test {
   /// The next news of a trail that is expected to have some.
   static std::string news_of(AuditTrail& trail) {
     std::string news;
-    for (int i = 0; i < 2000 && news.empty(); ++i) {
+    for (int i = 0; i < 12'000 && news.empty(); ++i) {
       ::usleep(5000);
       news = trail.news();
     }

@@ -227,7 +227,7 @@ TEST_F(Audit, AFullDiskIsToldAndLosesNothingThatThereIsRoomFor) {
   for (int i = 0; i < 30; ++i) trail.note("more", {{"i", 100 + i}});
   disk.lift();
   EXPECT_NE(news_of(trail).find("is written again"), std::string::npos);
-  for (int i = 0; i < 500 && check_trail(folder).lines.back().find("\"lost\"") == std::string::npos; ++i) {
+  for (int i = 0; i < 6000 && check_trail(folder).lines.back().find("\"lost\"") == std::string::npos; ++i) {
     trail.note("after", {}, "after");
     ::usleep(5000);
   }

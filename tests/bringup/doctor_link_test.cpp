@@ -104,7 +104,7 @@ TEST_F(DoctorLinkThreads, NamesWhoHasControl) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
   });
-  for (int i = 0; i < 2000 && there.heard() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (int i = 0; i < 12'000 && there.heard() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   expect_says(doctor(there.address()), "note link " + there.address() + ": handshake succeeded with site arm (");
   expect_says(doctor(there.address()), "desk 2 has control there now");
   EXPECT_EQ(there.connected(), 1);
@@ -225,7 +225,7 @@ TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
                                 }));
   });
   expect_says(doctor(text(address)), "FAULT link " + text(address) + ": knuckle pair runs there, not knuckle slave");
-  for (int i = 0; i < 1000 && go_on; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (int i = 0; i < 12'000 && go_on; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   go_on = false;
   pair.join();
   expect_says(told, "another program than knuckle pair asks here");

@@ -132,6 +132,7 @@ TEST_F(ProgramStopThreads, TheOperatorsSideEndsWhileNobodyReadsWhatItSaysAndWrit
                          {"master", "--machine", "solar015", "--device", "none", "--connect", address_, "--insecure",
                           "--csv", "-", "--json", path("master.json")},
                          table.writing_end(), said.writing_end());
+  ASSERT_TRUE(program.comes_to_note(SIGTERM));
   std::this_thread::sleep_for(1s);
   program.signal(SIGTERM);
   ASSERT_TRUE(program.ends_within(kHangs));

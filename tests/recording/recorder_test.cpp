@@ -73,10 +73,10 @@ std::vector<recording::Event> events_in(const std::vector<std::string>& files) {
   return events;
 }
 
-/// How far a child that records came before it was killed, as it says itself.
-double record_until_killed(const std::string& folder, unsigned after_ms) {
-  auto* const drained_s =
-      static_cast<double*>(::mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+/// A child that records is killed once it has come so far. @return how far it had come, as it says itself.
+double record_until_killed(const std::string& folder, double until_s) {
+  auto* const drained_s = static_cast<volatile double*>(
+      ::mmap(nullptr, sizeof(double), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   *drained_s = 0;
   const pid_t child = ::fork();
   if (child == 0) {
@@ -87,11 +87,11 @@ double record_until_killed(const std::string& folder, unsigned after_ms) {
       *drained_s = recorded.session.elapsed_s();
     }
   }
-  ::usleep(after_ms * 1000);
+  while (*drained_s < until_s && ::waitpid(child, nullptr, WNOHANG) == 0) ::usleep(100);
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   const double reached_s = *drained_s;
-  ::munmap(drained_s, sizeof(double));
+  ::munmap(const_cast<double*>(drained_s), sizeof(double));
   return reached_s;
 }
 
@@ -245,7 +245,7 @@ TEST(Recorder, NewestRecordingsStayWhereTheClockIsBehindThoseThatAreThere) {
 TEST(Recorder, RecordingOfAKilledProgramIsTheNewestAlsoWhereTheClockIsBehind) {
   TemporaryFolder folder;
   const std::string old = put_part(folder, "2076-11-25T10-00-00Z", std::chrono::seconds(std::chrono::years(50)));
-  ASSERT_GT(record_until_killed(folder.path().string(), 200), 0);
+  ASSERT_GT(record_until_killed(folder.path().string(), 1), 0);
   const auto files = recording::files_in(folder.path().string());
   ASSERT_EQ(files.size(), 2u);
   EXPECT_EQ(files.front().path, old);
@@ -538,11 +538,11 @@ void expect_killed_recordings_open(int kills, unsigned seed) {
   int opened = 0;
   for (int i = 0; i < kills; ++i) {
     TemporaryFolder folder;
-    const auto after_ms = static_cast<unsigned>(20 + random() % 250);
-    const double reached_s = record_until_killed(folder.path().string(), after_ms);
+    const double until_s = std::uniform_real_distribution<double>(0, 12)(random);
+    const double reached_s = record_until_killed(folder.path().string(), until_s);
     const auto parts = paths_in(folder.path().string(), false);
     if (reached_s < 1.5) continue;  // killed before it had anything to keep
-    ASSERT_EQ(parts.size(), 1u) << "after " << after_ms << " ms";
+    ASSERT_EQ(parts.size(), 1u) << "after " << until_s << " s";
     Recording recording(parts);
     recording::Replay run(recording::setup_of(recording));
     while (const auto entry = recording.next()) run.take(*entry);
@@ -551,7 +551,7 @@ void expect_killed_recordings_open(int kills, unsigned seed) {
     EXPECT_TRUE(run.result().identical());
     EXPECT_FALSE(recording.complete());
     ASSERT_TRUE(recording.span());
-    EXPECT_GE(to_seconds(recording.span()->last), reached_s - 1) << "after " << after_ms << " ms";
+    EXPECT_GE(to_seconds(recording.span()->last), reached_s - 1) << "after " << until_s << " s";
     ++opened;
   }
   EXPECT_GE(opened, kills / 3);

@@ -78,7 +78,7 @@ TEST_F(RelayThreads, EndsInOrderOnSigtermAndAfterItsDuration) {
   const std::vector<std::string> arguments{"relay",  "--listen",         "127.0.0.1:0",  "--connect", "127.0.0.1:9",
                                            "--json", path("relay.json"), "--impairment", file};
   RunningProgram relay(test::program("knuckle"), arguments);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  ASSERT_TRUE(relay.comes_to_note(SIGTERM));
   relay.signal(SIGTERM);
   EXPECT_EQ(relay.wait().exit_code, 0);
   EXPECT_TRUE(result().at("first_datagram_at_s").is_null());

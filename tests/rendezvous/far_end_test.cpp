@@ -171,7 +171,7 @@ TEST_F(OneEnd, AsksTheTurnServerForItsAddressWhereThePathIsToBeWithoutRelay) {
   SocketAddress from;
   std::optional<UdpSocket::Arrival> question;
   pollfd waiting{turn.descriptor(), POLLIN, 0};
-  if (::poll(&waiting, 1, 10'000) == 1) question = turn.receive(bytes, from);
+  if (::poll(&waiting, 1, 60'000) == 1) question = turn.receive(bytes, from);
   ASSERT_TRUE(question) << "a TURN server knows the address outside a NAT, too";
   EXPECT_EQ(bytes[0], 0);
   EXPECT_EQ(bytes[1], 1) << "STUN's Binding (RFC 8489), not TURN's Allocate";

@@ -31,7 +31,7 @@ class Rendezvous : public testing::Test {
   }
   /// The server works on until it is so.
   [[nodiscard]] bool until(const std::function<bool()>& so) {
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 30'000; ++i) {
       server_->step(2ms, now_);
       if (so()) return true;
     }

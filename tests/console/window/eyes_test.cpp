@@ -32,7 +32,7 @@ TEST(EyesOnTheBucket, SeeItsTipAndHowFarForwardAnyPartOfItReaches) {
     const Time at = video::now();
     camera.show({at, 0, *joints, {}});
     std::unique_ptr<video::Frame> frame;
-    for (int i = 0; i < 2000 && !(frame && frame->captured == at); ++i, std::this_thread::sleep_for(5ms))
+    for (int i = 0; i < 12'000 && !(frame && frame->captured == at); ++i, std::this_thread::sleep_for(5ms))
       if (auto next = pictures.take()) frame = std::move(next);
     ASSERT_TRUE(frame);
     const auto seen = eyes.bucket(*frame);

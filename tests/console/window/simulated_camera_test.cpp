@@ -17,7 +17,7 @@ class SimulatedCameraPicture : public testing::Test {
   /// The picture of this, as soon as there is one.
   std::unique_ptr<video::Frame> picture_of(const ConsoleView& view, Time at, Duration delay = {}) {
     camera_.show({at, view.simulated_s, view.truth.joint_rad, view.truth.events}, delay);
-    for (int i = 0; i < 2000; ++i, std::this_thread::sleep_for(5ms))
+    for (int i = 0; i < 12'000; ++i, std::this_thread::sleep_for(5ms))
       if (auto frame = pictures_.take(); frame && frame->captured == at) return frame;
     ADD_FAILURE() << "no picture: " << camera_.status().why.data();
     return nullptr;
