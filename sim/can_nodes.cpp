@@ -85,6 +85,7 @@ void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
   const auto set_point = static_cast<std::int16_t>(protocol_.value(set_point_));
   demand_ = active ? std::clamp(set_point / full_stroke_, -1.0, 1.0) : 0.0;
   if (fault_ == NodeFault::kStuck) demand_ = stuck_at_;
+  protocol_.set_error(faulted_);
 
   if (fault_ != NodeFault::kFrozen) {
     protocol_.set(status_, static_cast<std::uint32_t>(state_) | (faulted_ ? 0U : unsigned{canopen::kStatusReady}) |
@@ -265,6 +266,7 @@ void EnableNode::step(Time now, Outbox& out) noexcept {
   if (asked && !latched_ && !allowed(now, out)) latched_ = true;
   pilot_ = asked && !latched_;
   if (!pilot_) apart_since_.fill(Time::max());
+  protocol_.set_error(latched_);
   protocol_.set(
       inputs_, (estop_ ? 0U : unsigned{canopen::kInputEStopClosed}) | (pilot_ ? unsigned{canopen::kInputPilotOn} : 0U));
   protocol_.step(now, out);

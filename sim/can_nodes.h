@@ -46,10 +46,16 @@ class NodeProtocol {
   /// Any object by its address; 0 where there is none. For tests and set-up.
   [[nodiscard]] std::uint32_t value(canopen::Object object) const noexcept;
   void replace(canopen::Object object, std::uint32_t value) noexcept;
+  /// As some devices: without this object; refusing every write to it; silent for so long from each reset on.
+  void remove(canopen::Object object) noexcept;
+  void refuse(canopen::Object object, canopen::SdoAbort abort) noexcept;
+  void set_boot_time(Duration time) noexcept { boot_time_ = time; }
+  /// The device itself has an error that is not over: until then its error register (0x1001) says so.
+  void set_error(bool is_there) noexcept { device_error_ = is_there; }
 
   void receive(const CanFrame& frame, Time now, Outbox& out) noexcept;
-  /// Boot-up message, heartbeat, EMCY once where the watched heartbeat is lost, and the TPDO where it is due, from the
-  /// values of this moment.
+  /// Boot-up message, heartbeat, EMCY once where the watched heartbeat is lost and once where no error is left, and the
+  /// TPDO where it is due, from the values of this moment.
   void step(Time now, Outbox& out) noexcept;
   void emergency(std::uint16_t code, Outbox& out) noexcept;
 
@@ -76,6 +82,7 @@ class NodeProtocol {
     std::uint8_t size = 0;
     Access access = Access::kReadOnly;
     std::uint32_t value = 0, at_power_on = 0;
+    canopen::SdoAbort refusal = canopen::SdoAbort::kNone;  ///< Of every write.
   };
   /// Where a PDO's parameters live in the table, and what its map says, resolved.
   struct Pdo {
@@ -108,7 +115,9 @@ class NodeProtocol {
   canopen::NmtState state_ = canopen::NmtState::kBootUp;
   Time heartbeat_due_{}, producer_heard_ = kNever, rpdo_heard_ = kNever, tpdo_sent_ = kNever;
   std::uint32_t syncs_ = 0;
-  bool sync_due_ = false, written_ = false, reset_ = true, loss_told_ = false;
+  bool sync_due_ = false, written_ = false, reset_ = true, loss_told_ = false, device_error_ = false;
+  Duration boot_time_{};
+  Time boots_since_ = kNever;
   canopen::Object last_written_;
   CanFrame last_tpdo_;
 };

@@ -69,6 +69,14 @@ void NodeProtocol::replace(Object object, std::uint32_t value) noexcept {
   if (Entry* entry = find(object)) entry->value = entry->at_power_on = value;
 }
 
+void NodeProtocol::remove(Object object) noexcept {
+  if (Entry* entry = find(object)) entry->object = {};
+}
+
+void NodeProtocol::refuse(Object object, SdoAbort abort) noexcept {
+  if (Entry* entry = find(object)) entry->refusal = abort;
+}
+
 void NodeProtocol::resolve(Pdo& pdo) noexcept {
   pdo.length = entries_[pdo.count].value;
   pdo.bytes = 0;
@@ -117,6 +125,7 @@ bool NodeProtocol::rpdo_lost(Time now) const noexcept {
 }
 
 void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcept {
+  if (state_ == NmtState::kBootUp) return;
   if (frame.id == canopen::kSyncId) {
     const std::uint32_t every = entries_[tpdo_.type].value;
     if (operational() && every <= 240 && ++syncs_ % every == 0) sync_due_ = true;
@@ -189,6 +198,9 @@ void NodeProtocol::power_on(std::uint16_t first_index, std::uint16_t last_index)
 
 void NodeProtocol::step(Time now, Outbox& out) noexcept {
   if (state_ == NmtState::kBootUp) {
+    if (boots_since_ == kNever) boots_since_ = now;
+    if (now - boots_since_ < boot_time_) return;
+    boots_since_ = kNever;
     resolve(tpdo_);
     resolve(rpdo_);
     out.push(canopen::heartbeat_frame(id_, NmtState::kBootUp));
@@ -204,6 +216,7 @@ void NodeProtocol::step(Time now, Outbox& out) noexcept {
   const bool lost = heartbeat_lost(now);
   if (lost && !loss_told_) emergency(canopen::kEmcyHeartbeat, out);
   loss_told_ = lost;
+  if (!lost && !device_error_ && entries_[error_register_].value != 0) emergency(canopen::kEmcyReset, out);
   if (operational() && enabled(tpdo_)) send_tpdo(now, out);
   sync_due_ = false;
 }
@@ -274,6 +287,7 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
   Entry* entry = find(object);
   if (entry == nullptr) return missing(object);
   if (entry->access == Access::kReadOnly) return SdoAbort::kReadOnly;
+  if (entry->refusal != SdoAbort::kNone) return entry->refusal;
   if (size != 0 && size != entry->size) return size > entry->size ? SdoAbort::kTooLong : SdoAbort::kTooShort;
   if (const SdoAbort abort = check(*entry, value); abort != SdoAbort::kNone) return abort;
   entry->value = value;

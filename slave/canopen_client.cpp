@@ -14,6 +14,10 @@ constexpr double kSpoolPossible = 1.1;  // of stroke; devices send the largest i
 // An event-driven enable node repeats its inputs at the heartbeat's rate; three may be lost.
 constexpr int kInputPeriods = 3;
 
+SdoScript error_script() {
+  return {{SetupPart::Kind::kRequire, {{canopen::kErrorRegister, 0, 1}}, {}}};
+}
+
 Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) noexcept {
   return {code, node, static_cast<float>(value), static_cast<float>(limit)};
 }
@@ -57,9 +61,10 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
-    SdoDialogue dialogue(node.id, std::move(entry.script), from_seconds(description_.sdo_timeout_s));
+    const Duration timeout = from_seconds(description_.sdo_timeout_s);
     const int valve_of = entry.role == NodeRole::kValve ? entry.joint : kNoValve;
-    nodes_.push_back({node.id, valve_of, std::move(dialogue)});
+    nodes_.push_back({node.id, valve_of, SdoDialogue(node.id, std::move(entry.script), timeout),
+                      SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
 }
@@ -71,8 +76,9 @@ CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
 void CanopenClient::restart() noexcept {
   for (Node& node : nodes_) {
     node.dialogue.restart();
-    node.booted = node.operational = false;
-    node.emergency = 0;
+    node.told = node.operational = node.was_reset = false;
+    node.boots_since = kNever;
+    node.emergency = canopen::kEmcyReset;
     node.lost = {};
   }
   valves_ = {};
@@ -110,6 +116,7 @@ bool CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
     on_answer(*node, frame);
   } else if (frame.id == canopen::sdo_request_id(id)) {
     node->dialogue.others_asked();
+    node->errors.others_asked();
   } else if (frame.id == canopen::heartbeat_id(id)) {
     on_heartbeat(*node, frame, now);
   } else if (frame.id == canopen::emcy_id(id)) {
@@ -131,8 +138,8 @@ void CanopenClient::on_nmt(const canopen::NmtRequest& request) noexcept {
 }
 
 void CanopenClient::on_answer(Node& node, const CanFrame& frame) noexcept {
-  node.dialogue.receive(frame);
-  watch_.note_second_answers(node.id, node.dialogue.second_answers());
+  (node.dialogue.done() ? node.errors : node.dialogue).receive(frame);
+  watch_.note_second_answers(node.id, std::max(node.dialogue.second_answers(), node.errors.second_answers()));
 }
 
 void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) noexcept {
@@ -177,10 +184,15 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   const bool in_time = to_seconds(now - node.heard_at) <= description_.node_heartbeat_timeout_s;
   node.heard_at = now;
   const bool boots = *state == canopen::NmtState::kBootUp;
-  node.booted = node.booted || boots;
   node.operational = *state == canopen::NmtState::kOperational;
+  if (boots && phase_ == Phase::kConfiguring && !node.dialogue.begun()) {
+    node.boots_since = kNever;
+    node.told = false;
+    node.dialogue.restart();
+    return;
+  }
   // A node that rebooted has lost its configuration: it may not simply join (again), however far the start-up is.
-  const bool started = phase_ == Phase::kActivating || phase_ == Phase::kOperational;
+  const bool started = phase_ >= Phase::kActivating && phase_ <= Phase::kOperational;
   const bool rebooted = boots && node.dialogue.begun();
   // A node that stops working is missed before its next heartbeat tells why.
   const bool missed = phase_ == Phase::kFailed && fault_.code == ReasonCode::kSensorStale && fault_.subject == node.id;
@@ -201,10 +213,11 @@ void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) 
   spool_[joint] = status->spool;
 }
 
-/// Nobody resets the nodes of a machine that somebody else leads: as long as he is heard, nothing starts anew.
+/// Nobody starts the nodes of a machine that somebody else leads: as long as he is heard, nothing starts anew.
 void CanopenClient::begin_step(Time now) noexcept {
+  told_now_ = 0;
   watch_.step(now);
-  watch_.count_frames(phase_ == Phase::kActivating || phase_ == Phase::kOperational);
+  watch_.count_frames(phase_ >= Phase::kActivating && phase_ <= Phase::kOperational);
   if (const Reason why = bus_fault(bus_.state())) fail(why);
   if (const Reason why = watch_.foreign(now)) {
     // First what has become of a node that was told to rest, then that somebody told it so.
@@ -218,37 +231,19 @@ void CanopenClient::begin_step(Time now) noexcept {
 }
 
 void CanopenClient::step_phase(Time now) noexcept {
-  const auto all = [this](auto condition) { return std::all_of(nodes_.begin(), nodes_.end(), condition); };
   switch (phase_) {
     case Phase::kIdle:
       commanded_ = true;
-      bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, 0));
-      enter(Phase::kResetting, now);
-      return;
-    case Phase::kResetting:
-      // A node that never says it booted still gets its chance; its SDO time-out then names it.
-      if (all([](const Node& n) { return n.booted; }) || to_seconds(now - phase_since_) > description_.boot_timeout_s) {
-        bus_.send(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, 0));
-        enter(Phase::kConfiguring, now);
-      }
-      return;
+      enter(Phase::kConfiguring, now);
+      return configure(now);
     case Phase::kConfiguring:
       return configure(now);
     case Phase::kStarting:
-      if (const auto lost =
-              std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return static_cast<bool>(n.lost); });
-          lost != nodes_.end()) {
-        fail(lost->lost);
-      } else if (all([](const Node& n) { return n.operational; })) {
-        enter(Phase::kActivating, now);
-      } else if (to_seconds(now - phase_since_) > description_.start_timeout_s) {
-        const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.operational; });
-        fail(reason(ReasonCode::kNodeSilent, late->id, to_seconds(now - phase_since_) * 1e3,
-                    description_.start_timeout_s * 1e3));
-      }
-      return;
+      return start_nodes(now);
     case Phase::kActivating:
       return activate(now);
+    case Phase::kChecking:
+      return check_errors(now);
     case Phase::kOperational:
       if (const Reason why = supervise(now)) fail(why);
       return;
@@ -257,20 +252,108 @@ void CanopenClient::step_phase(Time now) noexcept {
   }
 }
 
+/// Once: what a full queue does not take goes out in a later step, and only a few go out in one, as SYNC is behind
+/// them.
+bool CanopenClient::tell(Node& node, canopen::NmtCommand command) noexcept {
+  if (node.told || told_now_ == kMostToldAtOnce) return node.told;
+  node.told = bus_.send(canopen::nmt_frame(command, node.id));
+  ++told_now_;
+  return node.told;
+}
+
+/// The last resort: it costs the node's self-test, and all that it was told.
+void CanopenClient::reset(Node& node, Time now) noexcept {
+  if (!bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, node.id))) return;  // in the next step
+  node.was_reset = true;
+  node.boots_since = now;
+  node.told = false;
+  node.dialogue.restart();
+}
+
+/// @returns whether this node is set up.
+bool CanopenClient::set_up(Node& node, Time now) noexcept {
+  // One that never says it booted still gets its chance: its SDO time-out then names it.
+  if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= description_.boot_timeout_s) return false;
+  node.boots_since = kNever;
+  if (!tell(node, canopen::NmtCommand::kEnterPreOperational)) return false;
+  node.dialogue.step(bus_, now);
+  if (!node.dialogue.failure()) return node.dialogue.done();
+  const SetupFailure& failure = node.dialogue.details();
+  using What = SetupFailure::What;
+  const double patience_s = description_.boot_timeout_s + kSdoAttempts * description_.sdo_timeout_s;
+  if (failure.what == What::kSilent && to_seconds(now - phase_since_) <= patience_s) {
+    node.told = false;  // it may be booting: then it has heard nothing
+    node.dialogue.restart();
+  } else if (!node.was_reset &&
+             (failure.what == What::kNotKept || (failure.what == What::kAborted && failure.writing))) {
+    reset(node, now);
+  } else {
+    setup_failure_ = failure;
+    fail(node.dialogue.failure());
+  }
+  return false;
+}
+
 void CanopenClient::configure(Time now) noexcept {
   bool done = true;
   for (Node& node : nodes_) {
-    node.dialogue.step(bus_, now);
+    done = set_up(node, now) && done;
     if (node.lost) return fail(node.lost);
-    if (node.dialogue.failure()) {
-      setup_failure_ = node.dialogue.details();
-      return fail(node.dialogue.failure());
-    }
-    done = done && node.dialogue.done();
+    if (phase_ == Phase::kFailed) return;
   }
   if (!done) return;
-  bus_.send(canopen::nmt_frame(canopen::NmtCommand::kStart, 0));
+  for (Node& node : nodes_) node.told = node.operational = false;
   enter(Phase::kStarting, now);
+  start_nodes(now);
+}
+
+void CanopenClient::start_nodes(Time now) noexcept {
+  bool all = true;
+  for (Node& node : nodes_) {
+    if (node.lost) return fail(node.lost);
+    all = tell(node, canopen::NmtCommand::kStart) && node.operational && all;
+  }
+  if (all) return enter(Phase::kActivating, now);
+  if (to_seconds(now - phase_since_) <= description_.start_timeout_s) return;
+  const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.told || !n.operational; });
+  fail(reason(ReasonCode::kNodeSilent, late->id, to_seconds(now - phase_since_) * 1e3,
+              description_.start_timeout_s * 1e3));
+}
+
+/// What the node last called its error.
+std::uint16_t CanopenClient::newest_error(std::uint8_t node) const noexcept {
+  for (std::size_t i = 0; i < emergencies_.kept(); ++i) {
+    const EmergencyRecord& entry = emergencies_.newest(i);
+    if (entry.node == node && entry.emergency.code != canopen::kEmcyReset) return entry.emergency.code;
+  }
+  return canopen::kEmcyGeneric;
+}
+
+/// An emergency is sent once: whether its error is still there, and whether there is one from before this controller
+/// listened, only the node's error register says (CiA 301).
+void CanopenClient::check_errors(Time now) noexcept {
+  bool all = true;
+  for (Node& node : nodes_) {
+    if (node.lost) return fail(node.lost);
+    node.errors.step(bus_, now);
+    all = all && node.errors.done();
+    if (!node.errors.failure()) continue;
+    if (node.errors.details().what != SetupFailure::What::kOtherValue) {
+      setup_failure_ = node.errors.details();
+      return fail(node.errors.failure());
+    }
+    if (node.was_reset)
+      return fail(reason(ReasonCode::kNodeEmergency, node.id, newest_error(node.id), canopen::kEmcyReset));
+    reset(node, now);
+    for (Node& other : nodes_) {
+      other.told = false;
+      other.dialogue.restart();
+    }
+    return enter(Phase::kConfiguring, now);
+  }
+  if (!all) return;
+  for (Node& node : nodes_) node.emergency = canopen::kEmcyReset;
+  enter(Phase::kOperational, now);
 }
 
 /// One control word further whenever the valve has followed the last one. A valve in fault gets a reset edge first.
@@ -302,7 +385,11 @@ void CanopenClient::activate(Time now) noexcept {
       }
     }
   }
-  if (all_active && inputs_seen_at_ != kNever) return enter(Phase::kOperational, now);
+  if (all_active && inputs_seen_at_ != kNever) {
+    for (Node& node : nodes_) node.errors.restart();
+    enter(Phase::kChecking, now);
+    return check_errors(now);
+  }
   if (to_seconds(now - phase_since_) <= description_.activate_timeout_s) return;
   fail(supervise(now));  // which names what is not well, or the enable node that was never heard
 }
@@ -344,7 +431,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
 void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
   if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
   commanded_ = true;
-  if (phase_ == Phase::kActivating || phase_ == Phase::kOperational || phase_ == Phase::kFailed) {
+  if (phase_ >= Phase::kActivating) {
     send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
     const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
     if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {

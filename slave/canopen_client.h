@@ -24,10 +24,10 @@ class CanopenClient {
  public:
   enum class Phase : std::uint8_t {
     kIdle,         ///< Nothing sent yet.
-    kResetting,    ///< Waiting for boot-up messages.
-    kConfiguring,  ///< SDO dialogues, all nodes in parallel.
+    kConfiguring,  ///< Pre-operational, then SDO dialogues, all nodes in parallel; also the boot of one that is reset.
     kStarting,     ///< Waiting for every node to report operational.
     kActivating,   ///< Valves through DISABLED and HOLD to ACTIVE.
+    kChecking,     ///< Asking every node whether an error is left.
     kOperational,
     kFailed,  ///< See fault(); stays until restart().
   };
@@ -42,7 +42,8 @@ class CanopenClient {
   /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, the
   /// controller's heartbeat, which therefore stops with the loop, and SYNC.
   void end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept;
-  /// Starts all nodes anew, from reset; clears the fault.
+  /// Starts all nodes anew; clears the fault. What a node was told before is asked, not told again, and only a node
+  /// that does not take what it is told, or keeps an error, is reset, once.
   void restart() noexcept;
 
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
@@ -63,12 +64,15 @@ class CanopenClient {
   [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
 
  private:
-  static constexpr int kNoValve = -1;
+  static constexpr int kNoValve = -1, kMostToldAtOnce = 3;
   struct Node {
     std::uint8_t id = 0;
     int valve_of = kNoValve;  ///< Joint.
-    SdoDialogue dialogue;
-    bool booted = false, operational = false;
+    SdoDialogue dialogue, errors;
+    bool told = false;  ///< Took the newest NMT command.
+    bool operational = false;
+    bool was_reset = false;       ///< Since restart().
+    Time boots_since = kNever;    ///< Reset, and not heard of since.
     Time heard_at = kNever;       ///< Heartbeat.
     std::uint16_t emergency = 0;  ///< EMCY code not yet reset.
     Reason lost{};                ///< Left its working state; kept until restart().
@@ -93,6 +97,12 @@ class CanopenClient {
   void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;
+  [[nodiscard]] bool set_up(Node& node, Time now) noexcept;
+  void start_nodes(Time now) noexcept;
+  void check_errors(Time now) noexcept;
+  [[nodiscard]] std::uint16_t newest_error(std::uint8_t node) const noexcept;
+  [[nodiscard]] bool tell(Node& node, canopen::NmtCommand command) noexcept;
+  void reset(Node& node, Time now) noexcept;
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
   [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
@@ -110,6 +120,7 @@ class CanopenClient {
   EmergencyLog emergencies_;
   BusWatch watch_;
   bool commanded_ = false;
+  int told_now_ = 0;  // NMT commands of this step
   Time inputs_seen_at_ = kNever;
   std::optional<std::uint8_t> short_inputs_;  // bytes of the last ones, where they were shorter than mapped
   bool inputs_closed_ = false, pilot_on_ = false;

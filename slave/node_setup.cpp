@@ -15,64 +15,74 @@ namespace knuckle::slave {
 namespace {
 
 using canopen::Object;
-using Kind = SdoStep::Kind;
+using Kind = SetupPart::Kind;
+using Match = SdoStep::Match;
 
 std::uint32_t milliseconds(double seconds) {
   return static_cast<std::uint32_t>(std::lround(seconds * 1e3));
 }
 
 SdoScript identity(const NodeDescription& node) {
-  return {{Kind::kIdentity, canopen::kDeviceType, node.device_type, 4},
-          {Kind::kIdentity, canopen::kVendorId, node.vendor, 4},
-          {Kind::kIdentity, canopen::kProductCode, node.product, 4}};
+  return {{Kind::kIdentity, {{canopen::kDeviceType, node.device_type}}, {}},
+          {Kind::kIdentity, {{canopen::kVendorId, node.vendor}}, {}},
+          {Kind::kIdentity, {{canopen::kProductCode, node.product}}, {}}};
 }
 
-void append(SdoScript& script, const SdoScript& more) {
-  script.insert(script.end(), more.begin(), more.end());
+SetupPart required(Object object, std::uint32_t value, std::uint8_t size) {
+  return {Kind::kRequire, {{object, value, size}}, {}};
 }
 
-/// A PDO may only be mapped while it is off (CiA 301): bit 31 of its COB-ID on, count 0, entries, count, type, on.
-SdoScript pdo(Object cob_id_object, Object type, Object count, std::uint32_t cob_id, const canopen::PdoMap& map,
-              std::uint8_t transmission) {
-  SdoScript script{{Kind::kWrite, cob_id_object, cob_id | canopen::kPdoDisabled, 4}, {Kind::kWrite, count, 0, 1}};
+SetupPart setting(Object object, std::uint32_t value, std::uint8_t size, Kind kind = Kind::kSetting) {
+  return {kind, {{object, value, size}}, {{object, value, size}}};
+}
+
+/// Identifier and entries. A PDO may only be mapped while it is off (CiA 301): bit 31 of its COB-ID on, count 0,
+/// entries, count, on.
+SetupPart pdo(Object cob_id_object, Object count, std::uint32_t cob_id, const canopen::PdoMap& map, Match entries) {
+  SetupPart part{Kind::kSetting,
+                 {{cob_id_object, cob_id, 4, Match::kCobId}, {count, map.count, 1, entries}},
+                 {{cob_id_object, cob_id | canopen::kPdoDisabled}, {count, 0, 1}}};
   for (std::uint8_t i = 0; i < map.count; ++i) {
-    script.push_back({Kind::kWrite, {count.index, static_cast<std::uint8_t>(i + 1)}, map.entries[i], 4});
+    const SdoStep entry{{count.index, static_cast<std::uint8_t>(i + 1)}, map.entries[i]};
+    part.asked.push_back(entry);
+    part.written.push_back(entry);
   }
-  append(script, {{Kind::kWrite, count, map.count, 1},
-                  {Kind::kWrite, type, transmission, 1},
-                  {Kind::kWrite, cob_id_object, cob_id, 4}});
-  return script;
+  part.written.push_back({count, map.count, 1});
+  part.written.push_back({cob_id_object, cob_id});
+  return part;
 }
 
-SdoScript tpdo(const NodeDescription& node, const canopen::PdoMap& map, std::uint8_t transmission) {
-  return pdo(canopen::kTpdo1CobId, canopen::kTpdo1Type, canopen::kTpdo1MapCount, node.tpdo_id(), map, transmission);
+void add_tpdo(SdoScript& script, const NodeDescription& node, const canopen::PdoMap& map, std::uint8_t transmission) {
+  script.push_back(pdo(canopen::kTpdo1CobId, canopen::kTpdo1MapCount, node.tpdo_id(), map, Match::kAtLeast));
+  script.push_back(setting(canopen::kTpdo1Type, transmission, 1));
 }
 
-SdoScript rpdo(const NodeDescription& node, const canopen::PdoMap& map) {
-  return pdo(canopen::kRpdo1CobId, canopen::kRpdo1Type, canopen::kRpdo1MapCount, node.rpdo_id(), map,
-             canopen::kEventDriven);
+void add_rpdo(SdoScript& script, const NodeDescription& node, const canopen::PdoMap& map) {
+  script.push_back(pdo(canopen::kRpdo1CobId, canopen::kRpdo1MapCount, node.rpdo_id(), map, Match::kEqual));
+  script.push_back(setting(canopen::kRpdo1Type, canopen::kEventDriven, 1));
 }
 
-SdoStep produce_heartbeat(const BusDescription& bus) {
-  return {Kind::kWrite, canopen::kProducerHeartbeat, milliseconds(bus.node_heartbeat_s), 2};
+SetupPart produce_heartbeat(const BusDescription& bus) {
+  return setting(canopen::kProducerHeartbeat, milliseconds(bus.node_heartbeat_s), 2);
 }
 
 /// Nodes that can move something must notice by themselves when the controller is gone.
-SdoStep watch_controller(const BusDescription& bus) {
-  return {Kind::kWrite, canopen::kConsumerHeartbeat,
-          std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s), 4};
+SetupPart watch_controller(const BusDescription& bus) {
+  return setting(canopen::kConsumerHeartbeat,
+                 std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s), 4, Kind::kGuard);
 }
 
 }  // namespace
 
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
+  const BusDescription& bus = machine.bus;
   SdoScript script = identity(node);
-  script.push_back({Kind::kRequire, canopen::kValveControlMode, 1, 1});
-  append(script, tpdo(node, canopen::kValveTpdo, static_cast<std::uint8_t>(machine.bus.valve_status_every_nth_sync)));
-  append(script, rpdo(node, canopen::kValveRpdo));
-  append(script, {{Kind::kWrite, canopen::kRpdo1Timer, milliseconds(machine.bus.valve_watchdog_s), 2},
-                  watch_controller(machine.bus),
-                  produce_heartbeat(machine.bus)});
+  script.push_back(required(canopen::kValveControlMode, 1, 1));
+  add_tpdo(script, node, canopen::kValveTpdo, static_cast<std::uint8_t>(bus.valve_status_every_nth_sync));
+  add_rpdo(script, node, canopen::kValveRpdo);
+  script.push_back(setting(canopen::kRpdo1Timer, milliseconds(bus.valve_watchdog_s), 2, Kind::kGuard));
+  script.push_back(watch_controller(bus));
+  script.push_back(produce_heartbeat(bus));
   return script;
 }
 
@@ -83,11 +93,11 @@ const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept {
 SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   const WireDescription& wire = machine.bus.wire;
-  script.push_back({Kind::kRequire, canopen::kPressureUnit, canopen::kUnitBar, 4});
+  script.push_back(required(canopen::kPressureUnit, canopen::kUnitBar, 4));
   if (!wire.pressure_float) {
-    script.push_back({Kind::kRequire, canopen::kPressureDigits, static_cast<std::uint32_t>(wire.pressure_digits), 1});
+    script.push_back(required(canopen::kPressureDigits, static_cast<std::uint32_t>(wire.pressure_digits), 1));
   }
-  append(script, tpdo(node, pressure_map(wire), 1));
+  add_tpdo(script, node, pressure_map(wire), 1);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -111,9 +121,9 @@ SdoScript encoder_script(const MachineDescription& machine, const NodeDescriptio
   const std::uint32_t step = canopen::encoder_step_object(machine.sensors.encoder_step_m);
   const auto speed_step =
       static_cast<std::uint32_t>(std::lround(machine.bus.wire.encoder_speed_step_mps / 1e-5));  // 0.01 mm/s
-  append(script, {{Kind::kRequire, canopen::kEncoderStep, step, 4},
-                  {Kind::kRequire, canopen::kEncoderSpeedStep, speed_step, 4}});
-  append(script, tpdo(node, canopen::kEncoderTpdo, 1));
+  script.push_back(required(canopen::kEncoderStep, step, 4));
+  script.push_back(required(canopen::kEncoderSpeedStep, speed_step, 4));
+  add_tpdo(script, node, canopen::kEncoderTpdo, 1);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -123,9 +133,8 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
   const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
   const double most_rad = on_boom ? std::numbers::pi : std::numbers::pi / 3;
   check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
-  script.push_back(
-      {Kind::kRequire, canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2});
-  append(script, tpdo(node, canopen::kTiltTpdo, static_cast<std::uint8_t>(machine.bus.tilt_every_nth_sync)));
+  script.push_back(required(canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2));
+  add_tpdo(script, node, canopen::kTiltTpdo, static_cast<std::uint8_t>(machine.bus.tilt_every_nth_sync));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -133,10 +142,11 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
 SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   // Inputs at once when they change, and often enough to be supervised.
-  append(script, tpdo(node, canopen::kEnableTpdo, canopen::kEventDriven));
-  script.push_back({Kind::kWrite, canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2});
-  append(script, rpdo(node, canopen::kEnableRpdo));
-  append(script, {watch_controller(machine.bus), produce_heartbeat(machine.bus)});
+  add_tpdo(script, node, canopen::kEnableTpdo, canopen::kEventDriven);
+  script.push_back(setting(canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2));
+  add_rpdo(script, node, canopen::kEnableRpdo);
+  script.push_back(watch_controller(machine.bus));
+  script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
 
@@ -164,16 +174,30 @@ std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
 
 SdoScript preset_script(const MachineDescription& machine, double length_m) {
   const auto steps = canopen::to_steps<std::int32_t>(length_m, machine.sensors.encoder_step_m);
-  return {{Kind::kWrite, canopen::kEncoderPreset, static_cast<std::uint32_t>(steps), 4},
-          {Kind::kWrite, canopen::kStoreParameters, canopen::kSaveSignature, 4}};
+  return {{Kind::kSetting,
+           {},
+           {{canopen::kEncoderPreset, static_cast<std::uint32_t>(steps)},
+            {canopen::kStoreParameters, canopen::kSaveSignature}}}};
+}
+
+bool SdoStep::holds(std::uint32_t found) const noexcept {
+  constexpr std::uint32_t kNoRemoteRequests = 0x40000000;
+  switch (match) {
+    case Match::kEqual:
+      return found == value;
+    case Match::kAtLeast:
+      return found >= value;
+    case Match::kCobId:
+      return (found & ~kNoRemoteRequests) == (value & ~kNoRemoteRequests);
+  }
+  return false;
 }
 
 std::string text(const SetupFailure& failure) {
-  if (failure.what == SetupFailure::What::kNone) return "";
   const SdoStep& step = failure.step;
-  const char* doing = step.kind == Kind::kWrite ? "writing" : "reading";
-  const std::string what =
-      fmt::format("node 0x{:02X}: {} 0x{:04X}:{:02X} ", failure.node, doing, step.object.index, step.object.subindex);
+  const std::string node = fmt::format("node 0x{:02X}: ", failure.node);
+  const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
+  const std::string what = node + (failure.writing ? "writing " : "reading ") + object;
   switch (failure.what) {
     case SetupFailure::What::kSilent:
       return what + "was not answered: check its power, cable and node id";
@@ -182,39 +206,98 @@ std::string text(const SetupFailure& failure) {
                                 static_cast<unsigned>(failure.abort));
     case SetupFailure::What::kOtherValue:
       return what + fmt::format("gave 0x{:X}, the machine file says 0x{:X}", failure.seen, step.value);
+    case SetupFailure::What::kNotKept:
+      return what + fmt::format("gave 0x{:X} after 0x{:X} was written", failure.seen, step.value);
+    case SetupFailure::What::kUnguarded:
+      return node + "takes no guard (" + object + "was the last one tried): without its controller it would not stop";
     case SetupFailure::What::kNone:
       break;
   }
   return "";
 }
 
+SdoDialogue::SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout)
+    : node_(node), timeout_(timeout), script_(std::move(script)) {
+  restart();
+}
+
 void SdoDialogue::restart() noexcept {
-  next_ = 0;
+  part_ = 0;
+  at_ = 0;
+  doing_ = !script_.empty() && script_.front().asked.empty() ? Doing::kWriting : Doing::kAsking;
+  answered_ = false;
+  guards_ = 0;
   asked_ = 0;
   asked_at_ = kNever;
   failure_ = {};
   details_ = {};
-  requests_ = answers_ = 0;
+  // What is still to be answered may be answered beside the first request of this start.
+  requests_ = std::clamp<std::int64_t>(requests_ - answers_, 0, 1);
+  answers_ = 0;
   read_ = {};
   second_ = 0;
 }
 
+const SdoStep& SdoDialogue::current() const noexcept {
+  const SetupPart& part = script_[part_];
+  return doing_ == Doing::kWriting ? part.written[at_] : part.asked[at_];
+}
+
+void SdoDialogue::next_part() noexcept {
+  const auto guards = [this](std::size_t part) { return part < script_.size() && script_[part].kind == Kind::kGuard; };
+  if (guards(part_) && !guards(part_ + 1) && guards_ == 0) return fail(SetupFailure::What::kUnguarded);
+  ++part_;
+  at_ = 0;
+  doing_ = part_ < script_.size() && script_[part_].asked.empty() ? Doing::kWriting : Doing::kAsking;
+}
+
+/// The current step is as it should be.
+void SdoDialogue::go_on() noexcept {
+  const SetupPart& part = script_[part_];
+  asked_ = 0;
+  if (++at_ < (doing_ == Doing::kWriting ? part.written : part.asked).size()) return;
+  if (doing_ == Doing::kWriting && !part.asked.empty()) {
+    at_ = 0;
+    doing_ = Doing::kAskingAgain;
+    return;
+  }
+  if (part.kind == Kind::kGuard) ++guards_;
+  next_part();
+}
+
+void SdoDialogue::on_other_value(std::uint32_t seen) noexcept {
+  details_.seen = seen;
+  if (doing_ == Doing::kAskingAgain) return refused(SetupFailure::What::kNotKept);
+  if (script_[part_].written.empty()) return fail(SetupFailure::What::kOtherValue);
+  asked_ = 0;
+  at_ = 0;
+  doing_ = Doing::kWriting;
+}
+
+/// A guard may be missing where another one is there.
+void SdoDialogue::refused(SetupFailure::What what) noexcept {
+  if (script_[part_].kind != Kind::kGuard) return fail(what);
+  asked_ = 0;
+  next_part();
+}
+
 /// Another identity is another device; everything else is a set-up that did not work.
 void SdoDialogue::fail(SetupFailure::What what) noexcept {
-  const SdoStep& step = script_[next_];
+  const SdoStep& step = current();
   details_.what = what;
   details_.node = node_;
   details_.step = step;
-  if (what == SetupFailure::What::kOtherValue && step.kind == Kind::kIdentity) {
+  details_.writing = doing_ == Doing::kWriting;
+  if (what == SetupFailure::What::kOtherValue && script_[part_].kind == Kind::kIdentity) {
     failure_ = {ReasonCode::kNodeIdentity, node_, static_cast<float>(details_.seen), static_cast<float>(step.value)};
   } else {
-    failure_ = {ReasonCode::kNodeSetup, node_, static_cast<float>(next_), static_cast<float>(script_.size())};
+    failure_ = {ReasonCode::kNodeSetup, node_, static_cast<float>(part_), static_cast<float>(script_.size())};
   }
 }
 
 void SdoDialogue::step(CanBus& bus, Time now) noexcept {
   if (done() || failure_ || (asked_ > 0 && now - asked_at_ < timeout_)) return;
-  const SdoStep& step = script_[next_];
+  const SdoStep& step = current();
   if (asked_ > 0) {
     // The node is told that its answer is not waited for any more (CiA 301), or it may take the next request for a
     // part of this one.
@@ -222,7 +305,7 @@ void SdoDialogue::step(CanBus& bus, Time now) noexcept {
     if (asked_ == kSdoAttempts) return fail(SetupFailure::What::kSilent);
   }
   const bool sent =
-      bus.send(step.kind == Kind::kWrite ? canopen::sdo_download(node_, step.object, step.value, step.size)
+      bus.send(doing_ == Doing::kWriting ? canopen::sdo_download(node_, step.object, step.value, step.size)
                                          : canopen::sdo_upload(node_, step.object));
   if (!sent) return;  // queue full: again in the next step
   ++requests_;
@@ -243,25 +326,21 @@ void SdoDialogue::receive(const CanFrame& frame) noexcept {
   const auto answer = canopen::parse_sdo_response(frame);
   if (!answer) return;
   count(*answer);
-  const SdoStep& step = script_[next_];
-  if (failure_ || asked_ == 0 || answer->object != step.object) return;  // a late answer to an earlier attempt
+  if (failure_ || asked_ == 0 || answer->object != current().object) return;  // a late answer to an earlier attempt
   using Answer = canopen::SdoResponse::Kind;
-  const bool written = step.kind == Kind::kWrite && answer->kind == Answer::kDownloaded;
-  const bool read = step.kind != Kind::kWrite && answer->kind == Answer::kUploaded;
-  if (!written && !read) {
+  const bool writing = doing_ == Doing::kWriting;
+  // Of an object that is read and written in turn, an answer to the other request is late, or a second device's.
+  if (answer->kind == (writing ? Answer::kUploaded : Answer::kDownloaded)) return;
+  answered_ = true;
+  if (answer->kind != (writing ? Answer::kDownloaded : Answer::kUploaded)) {
     details_.abort = answer->kind == Answer::kAborted ? answer->abort : canopen::SdoAbort::kUnknownCommand;
-    return fail(SetupFailure::What::kAborted);
+    return refused(SetupFailure::What::kAborted);
   }
-  if (read) {
-    read_ = answer->object;
-    value_ = answer->value;
-  }
-  if (read && answer->value != step.value) {
-    details_.seen = answer->value;
-    return fail(SetupFailure::What::kOtherValue);
-  }
-  ++next_;
-  asked_ = 0;
+  if (writing) return go_on();
+  read_ = answer->object;
+  value_ = answer->value;
+  if (!current().holds(answer->value)) return on_other_value(answer->value);
+  go_on();
 }
 
 }  // namespace knuckle::slave

@@ -1,5 +1,5 @@
-// What every node of the machine bus must be and is told at start-up, as a list of SDO steps, and the dialogue that
-// works through such a list without blocking.
+// What every node of the machine bus must be and is told at start-up, as a list of parts that are asked first and
+// written where they are otherwise, and the dialogue that works through such a list without blocking.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,33 @@
 
 namespace knuckle::slave {
 
+/// A value that an object has or is given.
 struct SdoStep {
-  enum class Kind : std::uint8_t {
-    kIdentity,  ///< Read; another value is another device: kNodeIdentity.
-    kRequire,   ///< Read; another value is a set-up nobody may change behind the integrator's back: kNodeSetup.
-    kWrite,
-  } kind = Kind::kWrite;
+  enum class Match : std::uint8_t {
+    kEqual,
+    kAtLeast,  ///< Of a transmit PDO's entries: more than are wanted make its frame longer, which is read as well.
+    kCobId,    ///< Whatever bit 30 (no remote requests) says.
+  };
   canopen::Object object;
   std::uint32_t value = 0;
   std::uint8_t size = 4;  ///< Bytes.
+  Match match = Match::kEqual;
+  [[nodiscard]] bool holds(std::uint32_t found) const noexcept;
 };
-using SdoScript = std::vector<SdoStep>;
+/// What belongs together in a node's set-up. Asked first: where all is as wanted, nothing is written, so that what a
+/// device lets nobody write may stay as it is.
+struct SetupPart {
+  enum class Kind : std::uint8_t {
+    kIdentity,  ///< Another value is another device: kNodeIdentity.
+    kRequire,   ///< Another value is a set-up nobody may change behind the integrator's back: kNodeSetup.
+    kSetting,   ///< Another value is written over, and asked again.
+    kGuard,     ///< A setting by which the node stops by itself without its controller. A script that has any needs one
+                ///< that the node takes; the others may be refused.
+  } kind = Kind::kSetting;
+  std::vector<SdoStep> asked;
+  std::vector<SdoStep> written;  ///< In this order. At once where nothing is asked.
+};
+using SdoScript = std::vector<SetupPart>;
 
 // Scripts of the default profiles (CiA 408, 404, 406, 410, 401). Encoder and tilt count in the machine file's steps.
 // @throws InputError where a step cannot be told to its node.
@@ -58,11 +74,19 @@ inline constexpr int kSdoAttempts = 2;
 
 /// What went wrong in a dialogue, for people: Reason has no room for it.
 struct SetupFailure {
-  enum class What : std::uint8_t { kNone, kSilent, kAborted, kOtherValue } what = What::kNone;
+  enum class What : std::uint8_t {
+    kNone,
+    kSilent,
+    kAborted,
+    kOtherValue,
+    kNotKept,    ///< Written without complaint, but not there when asked again.
+    kUnguarded,  ///< None of its guards was taken.
+  } what = What::kNone;
   std::uint8_t node = 0;
   SdoStep step;
+  bool writing = false;
   canopen::SdoAbort abort = canopen::SdoAbort::kNone;
-  std::uint32_t seen = 0;  ///< kOtherValue
+  std::uint32_t seen = 0;  ///< kOtherValue, kNotKept
 };
 /// "node 0x10: writing 0x1400:05 was refused: object does not exist (SDO abort 0x06020000)". Allocates.
 [[nodiscard]] std::string text(const SetupFailure& failure);
@@ -71,17 +95,16 @@ struct SetupFailure {
 class SdoDialogue {
  public:
   /// @param timeout for one answer.
-  SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout)
-      : node_(node), timeout_(timeout), script_(std::move(script)) {}
+  SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout);
   void restart() noexcept;
   /// Sends what is due. Call once a step.
   void step(CanBus& bus, Time now) noexcept;
   /// An answer of this node.
   void receive(const CanFrame& frame) noexcept;
-  [[nodiscard]] bool done() const noexcept { return next_ == script_.size(); }
+  [[nodiscard]] bool done() const noexcept { return part_ == script_.size() && !failure_; }
   /// The node has answered: from now on it must not lose what it was told.
-  [[nodiscard]] bool begun() const noexcept { return next_ > 0; }
-  /// kNodeIdentity (value seen, expected) or kNodeSetup (step that failed, steps there are).
+  [[nodiscard]] bool begun() const noexcept { return answered_; }
+  /// kNodeIdentity (value seen, expected) or kNodeSetup (part that failed, parts there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
   [[nodiscard]] const SetupFailure& details() const noexcept { return details_; }
   /// Somebody else has asked this node: it answers once more.
@@ -91,14 +114,23 @@ class SdoDialogue {
   [[nodiscard]] int second_answers() const noexcept { return second_; }
 
  private:
+  enum class Doing : std::uint8_t { kAsking, kWriting, kAskingAgain };
+  [[nodiscard]] const SdoStep& current() const noexcept;
+  void next_part() noexcept;
+  void go_on() noexcept;
+  void on_other_value(std::uint32_t seen) noexcept;
+  void refused(SetupFailure::What what) noexcept;
   void fail(SetupFailure::What what) noexcept;
   void count(const canopen::SdoResponse& answer) noexcept;
 
   std::uint8_t node_;
   Duration timeout_;
   SdoScript script_;
-  std::size_t next_ = 0;
-  int asked_ = 0;  // times the current step was asked
+  std::size_t part_ = 0, at_ = 0;  // at_: of what is asked or written in this part
+  Doing doing_ = Doing::kAsking;
+  bool answered_ = false;
+  int guards_ = 0;  // that the node took
+  int asked_ = 0;   // times the current step was asked
   Time asked_at_ = kNever;
   Reason failure_;
   SetupFailure details_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "machine/description.h"
+#include "slave/bus_map.h"
 #include "slave/valve_frame.h"
 #include "transport/canopen.h"
 
@@ -11,8 +12,13 @@ namespace {
 
 constexpr Duration kNeutralPatience = 320ms;  // as long as a spool may take to be neutral
 constexpr Duration kDisablePatience = 200ms;
+constexpr Duration kReleasePatience = 100ms;
 
 }  // namespace
+
+OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus) : machine_(machine), bus_(bus) {
+  for (const NodeDescription& node : nodes_of(machine.bus)) held_.push_back(node.id);
+}
 
 void OrderlyStop::step(Time now) noexcept {
   if (done()) return;
@@ -38,8 +44,13 @@ void OrderlyStop::step(Time now) noexcept {
       // Pre-operational as after power-on: nodes that went on watching our heartbeat would call its silence a fault.
       // But the reset also erases their watchdogs (0x1016, 0x1400:05), all that is left where one did not obey. Then
       // nothing is sent: operational, with both watchdogs on, is the one state in which every node ends its outputs by
-      // itself. Nor may it reset what another controller leads.
-      if (confirmed() && alone_) bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0));
+      // itself. Nor may it reset what another controller leads, or nodes that are not of this machine.
+      if (confirmed() && alone_) {
+        while (!held_.empty() && bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, held_.back())))
+          held_.pop_back();
+        // A queue that is full takes the rest in the next step.
+        if (!held_.empty() && now - phase_since_ < kReleasePatience) return;
+      }
       phase_ = Phase::kDone;
       return;
     case Phase::kDone:

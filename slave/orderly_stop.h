@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/joints.h"
 #include "core/time.h"
@@ -15,7 +16,7 @@ namespace knuckle::slave {
 class OrderlyStop {
  public:
   /// @param bus outlives this.
-  OrderlyStop(const MachineDescription& machine, CanBus& bus) noexcept : machine_(machine), bus_(bus) {}
+  OrderlyStop(const MachineDescription& machine, CanBus& bus);
 
   /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
   void step(Time now) noexcept;
@@ -41,6 +42,7 @@ class OrderlyStop {
 
   const MachineDescription& machine_;
   CanBus& bus_;
+  std::vector<std::uint8_t> held_;  // node ids still to be released
   Phase phase_ = Phase::kNeutral;
   Time phase_since_ = kNever, heartbeat_at_ = kNever;
   PerJoint<Valve> valves_{};

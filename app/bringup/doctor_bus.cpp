@@ -26,19 +26,6 @@ constexpr double kFullestBus = 0.6;
 constexpr std::array kIdentity{canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode, canopen::kSerialNumber};
 constexpr Object kErrorCount{0x1003, 0}, kNewestError{0x1003, 1};
 
-/// The script's objects, each once, with its final value (a COB-ID is written twice).
-std::vector<SdoStep> final_steps(const slave::SdoScript& script) {
-  std::vector<SdoStep> last;
-  for (const SdoStep& step : script) {
-    const auto same = std::find_if(last.begin(), last.end(), [&](const SdoStep& s) { return s.object == step.object; });
-    if (same == last.end())
-      last.push_back(step);
-    else
-      *same = step;
-  }
-  return last;
-}
-
 std::string profile(std::uint32_t device_type) {
   constexpr std::array kKnown{std::pair{401U, "inputs and outputs"}, std::pair{404U, "measuring device"},
                               std::pair{406U, "encoder"}, std::pair{408U, "hydraulic valve"},
@@ -286,33 +273,46 @@ class Doctor {
            same(canopen::kProductCode, "product", expected.node.product);
   }
 
-  /// Objects that start-up requires must have their value; objects that it writes must exist.
+  /// Objects that start-up asks must exist, and where it writes nothing have their value. Of guards one is enough.
   void settings(const SurveyedNode& node, const NodeScript& expected, const std::string& about, NodeLine& line) {
-    int as_file = 0, all = 0;
-    for (const SdoStep& step : final_steps(expected.script)) {
-      if (step.kind == SdoStep::Kind::kIdentity) continue;
-      const ObjectRead* read = node.read(step.object);
-      const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
-      const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
-      if (!there) {
-        const bool refused = read != nullptr && read->answer == ObjectRead::Answer::kAborted;
-        say(Level::kFault, about,
-            object + "cannot be read (" + (refused ? canopen::abort_text(read->abort) : "no answer") +
-                "), but start-up " + (step.kind == SdoStep::Kind::kWrite ? "writes" : "requires") + " it");
-      } else if (step.kind == SdoStep::Kind::kRequire && read->value != step.value) {
-        say(Level::kFault, about,
-            object +
-                fmt::format(
-                    "is 0x{:X}, the machine file requires 0x{:X}: set it with the manufacturer's tool, or correct the "
-                    "machine file",
-                    read->value, step.value));
+    int as_file = 0, all = 0, guards = 0, guards_there = 0;
+    for (const slave::SetupPart& part : expected.script) {
+      using Kind = slave::SetupPart::Kind;
+      if (part.kind == Kind::kIdentity) continue;
+      if (part.kind == Kind::kGuard) ++guards;
+      for (const SdoStep& step : part.asked) {
+        const ObjectRead* read = node.read(step.object);
+        const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
+        if (part.kind == Kind::kGuard) guards_there += there ? 1 : 0;
+        if (part.kind == Kind::kGuard && !there) continue;
+        if (!there || (part.kind == Kind::kRequire && !step.holds(read->value))) {
+          say(Level::kFault, about, wrong_setting(step, read));
+        }
+        if (part.kind == Kind::kRequire) continue;
+        ++all;
+        if (there && step.holds(read->value)) ++as_file;
       }
-      if (step.kind != SdoStep::Kind::kWrite) continue;
-      ++all;
-      if (there && read->value == step.value) ++as_file;
+    }
+    if (guards > 0 && guards_there == 0) {
+      say(Level::kFault, about,
+          "has no guard that start-up knows (0x1400:05, 0x1016:01): without its controller it would not stop");
     }
     line.settings = all;
     line.settings_as_file = as_file;
+  }
+
+  /// @param read null where it was not asked.
+  static std::string wrong_setting(const SdoStep& step, const ObjectRead* read) {
+    const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
+    if (read != nullptr && read->answer == ObjectRead::Answer::kValue) {
+      return object + fmt::format(
+                          "is 0x{:X}, the machine file requires 0x{:X}: set it with the manufacturer's tool, or "
+                          "correct the machine file",
+                          read->value, step.value);
+    }
+    const bool refused = read != nullptr && read->answer == ObjectRead::Answer::kAborted;
+    return object + "cannot be read (" + (refused ? canopen::abort_text(read->abort) : "no answer") +
+           "), but start-up asks it";
   }
 
   void errors(const SurveyedNode& node, const std::string& about) {
@@ -403,7 +403,8 @@ std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescript
   std::map<std::uint8_t, std::vector<Object>> wanted;
   for (const NodeScript& node : slave::node_scripts(machine)) {
     std::vector<Object>& objects = wanted[node.node.id];
-    for (const SdoStep& step : final_steps(node.script)) objects.push_back(step.object);
+    for (const slave::SetupPart& part : node.script)
+      for (const SdoStep& step : part.asked) objects.push_back(step.object);
     for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError, canopen::kSerialNumber})
       objects.push_back(object);
     for (const Object& object : reading_objects(node.role, machine)) objects.push_back(object);

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <set>
 
 #include "app/cli/output_file.h"
 #include "core/error.h"
@@ -105,6 +104,36 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   return text;
 }
 
+namespace {
+
+/// Why start-up would fail at this part; empty where it would not.
+std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, std::uint8_t id) {
+  const auto may_write = [](const Entry& entry) {
+    return entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
+  };
+  bool as_wanted = true;
+  for (const slave::SdoStep& step : part.asked) {
+    const Entry* entry = device.find(step.object);
+    if (entry == nullptr)
+      return fmt::format("start-up reads {}, which the device does not have", object_text(step.object, entry));
+    const bool holds = entry->value && step.holds(entry->value->of(id));
+    as_wanted = as_wanted && holds;
+    if (part.written.empty() && !holds && entry->value && !may_write(*entry)) {
+      return fmt::format("{} must be {} and is always {}", object_text(step.object, entry), step.value,
+                         entry->value->of(id));
+    }
+  }
+  if (as_wanted) return "";
+  for (const slave::SdoStep& step : part.written) {
+    const Entry* entry = device.find(step.object);
+    if (entry == nullptr || !may_write(*entry))
+      return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
+  }
+  return "";
+}
+
+}  // namespace
+
 Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const std::string& node) {
   const std::uint8_t id = node_of(machine.bus, node, machine.source).node.id;
   Fit fit;
@@ -114,30 +143,28 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
     fit.obstacles.push_back(fmt::format("the bus has {} kbit/s, which the device does not know", kbps));
   const auto scripts = slave::node_scripts(machine);
   const auto script = std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.name == node; });
-  std::set<std::uint32_t> told;
-  for (const slave::SdoStep& step : script->script) {
-    using Kind = slave::SdoStep::Kind;
-    if (step.kind == Kind::kIdentity) continue;
-    const Entry* entry = device.find(step.object);
-    const std::string object = object_text(step.object, entry);
-    const bool writes = step.kind == Kind::kWrite;
-    const bool may_write =
-        entry != nullptr && (entry->access == Access::kReadWrite || entry->access == Access::kWriteOnly);
-    const bool same = entry != nullptr && entry->value && entry->value->of(id) == step.value;
-    std::string obstacle;
-    if (entry == nullptr) {
-      obstacle = fmt::format("start-up {} {}, which the device does not have", writes ? "writes" : "reads", object);
-    } else if (writes && !may_write && !same) {
-      obstacle = fmt::format("start-up writes {}, which can only be read", object);
-    } else if (!writes && !same && entry->value && !may_write) {
-      obstacle = fmt::format("{} must be {} and is always {}", object, step.value, entry->value->of(id));
-    } else if (!writes && !same && entry->value) {
-      fit.to_set.push_back(
-          fmt::format("set {} of the device to {}: it is delivered with {}", object, step.value, entry->value->of(id)));
+  int guards = 0;
+  bool guarded = false;
+  for (const slave::SetupPart& part : script->script) {
+    using Kind = slave::SetupPart::Kind;
+    if (part.kind == Kind::kIdentity) continue;
+    const std::string obstacle = obstacle_of(device, part, id);
+    if (part.kind == Kind::kGuard) {
+      ++guards;
+      guarded = guarded || obstacle.empty();
+    } else if (!obstacle.empty()) {
+      fit.obstacles.push_back(obstacle);
     }
-    const std::uint32_t key = std::uint32_t{step.object.index} << 8 | step.object.subindex;
-    if (!obstacle.empty() && told.insert(key).second) fit.obstacles.push_back(std::move(obstacle));
+    if (part.kind != Kind::kRequire) continue;
+    for (const slave::SdoStep& step : part.asked) {
+      const Entry* entry = device.find(step.object);
+      if (!obstacle.empty() || entry == nullptr || !entry->value || step.holds(entry->value->of(id))) continue;
+      fit.to_set.push_back(fmt::format("set {} of the device to {}: it is delivered with {}",
+                                       object_text(step.object, entry), step.value, entry->value->of(id)));
+    }
   }
+  if (guards > 0 && !guarded)
+    fit.obstacles.push_back("it has no guard that start-up knows: without its controller it would not stop");
   return fit;
 }
 

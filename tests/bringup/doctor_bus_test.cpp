@@ -148,8 +148,8 @@ BusSurvey running(double listened_s = 2) {
       if (one.object == object) one = {object, ObjectRead::Answer::kValue, value, canopen::SdoAbort::kNone};
   };
   for (const slave::NodeScript& node : slave::node_scripts(solar())) {
-    for (const slave::SdoStep& step : node.script)
-      if (step.kind == slave::SdoStep::Kind::kWrite) said(node.node.id, step.object, step.value);
+    for (const slave::SetupPart& part : node.script)
+      for (const slave::SdoStep& step : part.asked) said(node.node.id, step.object, step.value);
   }
   survey.heard[0x722] = {20, 0};
   survey.heard[0x1A2] = {400, 0};
@@ -313,7 +313,9 @@ TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
 
 TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
   const auto bus = simulated_bus();
-  bus->machine().nodes().node(0x25)->replace(canopen::kErrorRegister, 0x05);
+  sim::NodeProtocol& pressure = *bus->machine().nodes().node(0x25);
+  pressure.set_error(true);
+  pressure.replace(canopen::kErrorRegister, 0x05);
   bool sent = false;
   bus->each_tick = [&sent](sim::MachineOnBus& b) {
     if (!sent && b.now() > Time{150ms}) sent = b.machine().send_emcy(0x12, 0x4210);

@@ -32,11 +32,13 @@ DeviceFile made_for(const std::string& node) {
   device.source = "a.eds";
   const auto scripts = slave::node_scripts(machine());
   const auto script = std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.name == node; });
-  for (const slave::SdoStep& step : script->script) {
-    Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
-    entry.access = step.kind == slave::SdoStep::Kind::kWrite ? Access::kReadWrite : Access::kReadOnly;
-    entry.value = Value{step.value, false};
-    entry.line = 1;
+  for (const slave::SetupPart& part : script->script) {
+    for (const slave::SdoStep& step : part.asked) {
+      Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
+      entry.access = part.written.empty() ? Access::kReadOnly : Access::kReadWrite;
+      entry.value = Value{step.value, false};
+      entry.line = 1;
+    }
   }
   device.device_type = script->node.device_type;
   device.vendor = 0x1234;
@@ -108,14 +110,18 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
   DeviceFile device = made_for("boom_valve");
   device.bit_rates_kbps = {125, 250};
   device.entries.erase(0x101601);
+  device.entries.erase(0x101700);
+  device.entries[0x180002].access = Access::kReadOnly;
+  device.entries[0x180002].value = Value{254, false};
   device.entries[0x140005].access = Access::kReadOnly;
   device.entries[0x140005].value = Value{0, false};
   device.entries[0x604200].value = Value{2, false};
   const Fit fit = fit_of(device, machine(), "boom_valve");
-  EXPECT_EQ(fit.obstacles.size(), 4U);
+  EXPECT_EQ(fit.obstacles.size(), 5U);
   EXPECT_TRUE(tells(fit.obstacles, "the bus has 500 kbit/s"));
-  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1016:01, which the device does not have"));
-  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1400:05, which can only be read"));
+  EXPECT_TRUE(tells(fit.obstacles, "start-up reads 0x1017:00, which the device does not have"));
+  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1800:02, which can only be read"));
+  EXPECT_TRUE(tells(fit.obstacles, "without its controller it would not stop"));
   EXPECT_TRUE(tells(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
   device.entries[0x604200].access = Access::kReadWrite;
   EXPECT_TRUE(tells(fit_of(device, machine(), "boom_valve").to_set,
@@ -129,6 +135,20 @@ TEST(BusAdd, BlamesTheIdWhereAnotherHasIt) {
               fmt::format("--id 0x{:02X}: is the id of {} in my.toml", id, whose));
   }
   EXPECT_EQ(refused("boom_valve", machine().bus.valves[0].id, made_for("boom_valve")), "accepted") << "its own";
+}
+
+TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
+  DeviceFile tilt = made_for("tilt");
+  for (const std::uint32_t key : {0x180001U, 0x1A0000U, 0x1A0001U}) tilt.entries[key].access = Access::kReadOnly;
+  tilt.entries[0x1A0000].value = Value{2, false};  // more than is wanted
+  EXPECT_TRUE(fit_of(tilt, machine(), "tilt").obstacles.empty());
+  tilt.entries[0x1A0001].value = Value{0x60200010, false};
+  EXPECT_TRUE(tells(fit_of(tilt, machine(), "tilt").obstacles, "start-up writes 0x1800:01"));
+  for (const std::uint32_t guard : {0x101601U, 0x140005U}) {
+    DeviceFile valve = made_for("boom_valve");
+    valve.entries.erase(guard);
+    EXPECT_TRUE(fit_of(valve, machine(), "boom_valve").obstacles.empty()) << guard;
+  }
 }
 
 /// The file of a device that fits.
@@ -171,15 +191,25 @@ TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
 
 TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), valve = kDevices + "PVED-CC.eds";
-  if (!std::filesystem::exists(valve)) GTEST_SKIP() << "no ../shared/data/devices";
+  const std::string file = folder.file("my.toml"), eds = folder.file("tilt.eds");
   std::ofstream(file) << solar();
+  DeviceFile tilt = made_for("tilt");
+  tilt.entries.erase(0x101700);
+  std::ofstream(eds) << eds_of(tilt);
   const auto run = test::run_program(test::program("knuckle"),
-                                     {"bus", "add", valve, "--id", "0x10", "--as", "boom_valve", "--machine", file});
+                                     {"bus", "add", eds, "--id", "0x38", "--as", "tilt", "--machine", file});
   EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
-  EXPECT_NE(run.err.find("0x1016:01, which the device does not have"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("0x1017:00, which the device does not have"), std::string::npos) << run.err;
   EXPECT_EQ(test::content(file), solar());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
+}
+
+TEST(BusAdd, FindsNothingAgainstDevicesThatAreSold) {
+  for (const auto& [eds, node] : {std::pair{"PVED-CC.eds", "boom_valve"}, std::pair{"DST-X720.eds", "tilt"}}) {
+    if (!std::filesystem::exists(kDevices + eds)) GTEST_SKIP() << "no ../shared/data/devices";
+    const Fit fit = fit_of(read_device_file(kDevices + eds), machine(), node);
+    EXPECT_TRUE(fit.obstacles.empty()) << node << ": " << fit.obstacles[0];
+  }
 }
 
 }  // namespace

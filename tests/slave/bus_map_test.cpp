@@ -43,9 +43,11 @@ TEST(BusMap, ControllerHearsAllThatItsNodesSendAndAllThatNobodyElseMaySend) {
 /// Bytes that a node's script tells it to map into its first PDO: entries of this object, 8 bits a byte.
 int told_to_map(const SdoScript& script, std::uint16_t mapping_object) {
   int bits = 0;
-  for (const SdoStep& step : script) {
-    const bool entry = step.object.index == mapping_object && step.object.subindex > 0;
-    if (entry && step.kind == SdoStep::Kind::kWrite) bits += static_cast<int>(step.value & 0xFFU);
+  for (const SetupPart& part : script) {
+    for (const SdoStep& step : part.written) {
+      const bool entry = step.object.index == mapping_object && step.object.subindex > 0;
+      if (entry) bits += static_cast<int>(step.value & 0xFFU);
+    }
   }
   return bits / 8;
 }

@@ -96,6 +96,7 @@ TEST(CanopenClient, WritesTheMachineFilesTimeoutsIntoEveryNode) {
 
 TEST(CanopenClient, RemapsAPdoOnlyWhileItIsOff) {
   BenchMachine m;
+  m.nodes.node(0x10)->replace(canopen::kTpdo1MapCount, 1);  // otherwise than wanted
   ASSERT_TRUE(starts(m));
   bool off = false, count_zero = false;
   int entries = 0;
@@ -129,7 +130,7 @@ TEST(CanopenClient, RefusesANodeThatIsNotTheOneInTheFile) {
   }
 }
 
-// A valve whose fault outlives the NMT reset: only a rising edge of the reset bit takes it away.
+// A valve whose fault outlives the start: only a rising edge of the reset bit takes it away.
 TEST(CanopenClient, ResetEdgeReachesAValveThatKeepsItsFaultWhicheverSyncItStartsOn) {
   for (int extra_syncs = 0; extra_syncs < 4; ++extra_syncs) {
     const MachineDescription d = test::test_machine();

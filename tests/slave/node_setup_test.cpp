@@ -89,15 +89,14 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
   ASSERT_TRUE(m.nodes.inject(0x31, sim::NodeFault::kSilent));
   const Time start = m.now;
   EXPECT_EQ(setup_fails(m).code, ReasonCode::kNodeSetup);
-  EXPECT_LT(m.now - start, 500ms);
+  EXPECT_NEAR(to_seconds(m.now - start), 0.3 + 2 * 0.06 + 2 * 0.06, 0.05) << "boot, and two answers twice";
   EXPECT_EQ(text(m.loop.client().setup_failure()),
             "node 0x31: reading 0x1000:00 was not answered: check its power, cable and node id");
   m.run(5ms);
   const std::vector<CanFrame> requests = m.frames(0x631);
-  ASSERT_EQ(requests.size(), 4U);  // asked, abandoned, asked, abandoned
+  ASSERT_GE(requests.size(), 8U);  // asked, abandoned, asked, abandoned, and so on while it may be booting
   const std::array<std::uint8_t, 8> timed_out{0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x04, 0x05};
-  EXPECT_EQ(requests[1].data, timed_out);
-  EXPECT_EQ(requests[3].data, timed_out);
+  for (std::size_t i = 1; i < requests.size(); i += 2) EXPECT_EQ(requests[i].data, timed_out);
 }
 
 TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
@@ -127,7 +126,8 @@ class Sink final : public CanBus {
 TEST(NodeSetup, ARequestThatIsAnsweredOnceMoreIsNoticedAndOneThatSomebodyElseMadeIsNot) {
   using canopen::sdo_uploaded;
   const canopen::Object type = canopen::kDeviceType, vendor = canopen::kVendorId;
-  const SdoScript script{{SdoStep::Kind::kIdentity, type, 404, 4}, {SdoStep::Kind::kIdentity, vendor, 7, 4}};
+  const SdoScript script{{SetupPart::Kind::kIdentity, {{type, 404}}, {}},
+                         {SetupPart::Kind::kIdentity, {{vendor, 7}}, {}}};
   Sink bus;
   const auto asked = [&] {
     SdoDialogue dialogue(0x22, script, 100ms);
@@ -221,10 +221,11 @@ TEST(NodeSetup, EveryNodeOfTheFileHasAScriptThatBeginsWithItsIdentity) {
   EXPECT_EQ(scripts[13].name, "enable");
   for (const NodeScript& node : scripts) {
     ASSERT_GE(node.script.size(), 3U);
-    EXPECT_EQ(node.script[0].object, canopen::kDeviceType);
-    EXPECT_EQ(node.script[1].object, canopen::kVendorId);
-    EXPECT_EQ(node.script[2].object, canopen::kProductCode);
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(node.script[static_cast<std::size_t>(i)].kind, SdoStep::Kind::kIdentity);
+    const canopen::Object identity[] = {canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode};
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(node.script[i].kind, SetupPart::Kind::kIdentity);
+      EXPECT_EQ(node.script[i].asked.at(0).object, identity[i]);
+    }
   }
 }
 
