@@ -11,12 +11,21 @@
 
 namespace knuckle {
 
+/// How a device of CiA 408 is led through its states.
+enum class ValveProfile : std::uint8_t {
+  kCia408,
+  kPved,  ///< Danfoss PVED-CC: bit 3 of the control word on in every state, off and on to leave a fault; slow to boot.
+};
+/// As machine files call them, in the order of ValveProfile.
+inline constexpr std::array kValveProfileNames{"cia408", "cia408/pved"};
+
 /// Identity a node must show (objects 0x1000 and 0x1018:01, :02) before anything moves, and what its process data are
 /// sent under.
 struct NodeDescription {
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
-  std::uint16_t tpdo = 0, rpdo = 0;  ///< COB-ID of its first PDO from and to it; 0: pre-defined connection set.
+  ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
+  std::uint16_t tpdo = 0, rpdo = 0;              ///< COB-ID of its first PDO from and to it; 0: pre-defined connection set.
   [[nodiscard]] constexpr std::uint32_t tpdo_id() const noexcept { return tpdo != 0 ? tpdo : 0x180U + id; }
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
 };

@@ -26,6 +26,7 @@ constexpr double kFullestBus = 0.6;
 constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a valve's command, whatever a file says
 constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
+constexpr int kPvedMostStroke = 32766;
 constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
 LinkDescription read_link(TomlTable& file) {
@@ -169,12 +170,7 @@ class NodeReader {
   NodeReader(TomlTable nodes, std::uint8_t controller_id)
       : nodes_(std::move(nodes)), ids_{{controller_id, "controller_id"}} {}
 
-  NodeDescription sensor(const std::string& key) { return read(key, false); }
-  /// One that is told something, too.
-  NodeDescription actuator(const std::string& key) { return read(key, true); }
-
- private:
-  NodeDescription read(const std::string& key, bool receives) {
+  NodeDescription read(const std::string& key, NodeRole role) {
     TomlTable file = nodes_.table(key);
     constexpr std::int64_t kMax32 = 0xFFFFFFFF;
     NodeDescription node;
@@ -188,12 +184,16 @@ class NodeReader {
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
     node.tpdo = frame_id(file, "tpdo");
     take(file, key, "tpdo", node.tpdo_id());
-    if (!receives) return node;
+    if (role == NodeRole::kValve && file.has("profile"))
+      node.profile = static_cast<ValveProfile>(file.choice("profile", kValveProfileNames));
+    const bool is_told = role == NodeRole::kValve || role == NodeRole::kEnable;
+    if (!is_told) return node;
     node.rpdo = frame_id(file, "rpdo");
     take(file, key, "rpdo", node.rpdo_id());
     return node;
   }
 
+ private:
   /// Optional. CiA 301 keeps what lies outside for other services.
   static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
     if (!file.has(pdo)) return 0;
@@ -217,8 +217,7 @@ class NodeReader {
 void read_nodes(TomlTable nodes, BusDescription& bus) {
   NodeReader read(std::move(nodes), bus.controller_id);
   visit_nodes(bus, [&read](NodeRole role, int, const std::string& name, NodeDescription& node) {
-    const bool receives = role == NodeRole::kValve || role == NodeRole::kEnable;
-    node = receives ? read.actuator(name) : read.sensor(name);
+    node = read.read(name, role);
   });
 }
 
@@ -281,6 +280,11 @@ BusDescription read_bus(TomlTable file) {
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
   read_nodes(file.table("nodes"), bus);
+  const bool floats = std::any_of(bus.valves.begin(), bus.valves.end(),
+                                  [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
+  file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",
+               fmt::format("valve_full_stroke must be at most {}: above that a valve of profile cia408/pved floats",
+                           kPvedMostStroke));
   const double load = worst_bus_load(bus);
   file.require(load <= kFullestBus, "bit_rate_kbps",
                "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "transport/bytes.h"
 
@@ -17,6 +18,7 @@ constexpr double kFollowingLimit = 0.1;  // of spool stroke
 constexpr Duration kFollowingTime = 100ms;
 constexpr double kWindBack_mps = 1.5;
 constexpr std::uint8_t kEverySync = 1;
+constexpr std::uint16_t kPvedRpdoTimeout = 0x81FF;
 constexpr canopen::Object kEncoderOffset{0x6509, 0};  // i32 steps, what a preset has added
 
 std::uint32_t bits(std::int32_t value) noexcept {
@@ -63,7 +65,8 @@ ValveState asked_state(std::uint32_t control_word) noexcept {
 // -----------------------------------------------------------------------------------------------------------
 
 ValveNode::ValveNode(const NodeDescription& identity, double full_stroke)
-    : protocol_(identity, canopen::kValveTpdo, kEverySync, canopen::kValveRpdo),
+    : profile_(identity.profile),
+      protocol_(identity, canopen::kValveTpdo, kEverySync, canopen::kValveRpdo),
       control_(protocol_.add(canopen::kValveControlWord, 2, Access::kReadWrite)),
       status_(protocol_.add(canopen::kValveStatusWord, 2, Access::kReadOnly)),
       mode_(protocol_.add(canopen::kValveControlMode, 1, Access::kReadWrite, 1)),
@@ -100,6 +103,7 @@ void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
 // Upwards one state a command, downwards at once; a fault is left by a rising edge of the reset bit without bit 2.
 void ValveNode::obey_control_word() noexcept {
   const std::uint32_t word = protocol_.value(control_);
+  if (profile_ == ValveProfile::kPved) return obey_pved(word);
   const bool reset = (word & canopen::kControlReset) != 0;
   if (faulted_ && reset && !reset_bit_ && (word & 4U) == 0) {
     faulted_ = false;
@@ -112,11 +116,28 @@ void ValveNode::obey_control_word() noexcept {
   state_ = static_cast<ValveState>(std::min(asked, next));
 }
 
+// A PVED-CC takes 0x08, 0x09, 0x0B, 0x0F one after the other; a fault is left by 0x03, then 0x0B.
+void ValveNode::obey_pved(std::uint32_t word) noexcept {
+  const std::uint32_t last = std::exchange(last_word_, word);
+  if (faulted_) {
+    if (last != 0x03 || word != 0x0B) return;
+    faulted_ = false;
+    state_ = ValveState::kInit;
+    return;
+  }
+  if ((word & 0x08U) == 0) {
+    state_ = ValveState::kInit;
+    return;
+  }
+  const auto next = static_cast<unsigned>(state_) << 1 | 1U;
+  state_ = static_cast<ValveState>(std::min(static_cast<unsigned>(asked_state(word)), next));
+}
+
 // The valve's own watchdogs: without controller or set-points it goes to neutral and says so.
 void ValveNode::watch(Time now, Outbox& out) noexcept {
   if (faulted_) return;
   const bool rpdo_lost = protocol_.operational() && protocol_.rpdo_lost(now);
-  if (rpdo_lost) protocol_.emergency(canopen::kEmcyRpdoTimeout, out);
+  if (rpdo_lost) protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
   if (rpdo_lost || protocol_.heartbeat_lost(now)) {
     faulted_ = true;
     state_ = ValveState::kDisabled;

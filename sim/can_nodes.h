@@ -167,12 +167,15 @@ class ValveNode {
 
  private:
   void obey_control_word() noexcept;
+  void obey_pved(std::uint32_t word) noexcept;
   void watch(Time now, Outbox& out) noexcept;
 
+  ValveProfile profile_;
   NodeProtocol protocol_;
   NodeProtocol::Handle control_, status_, mode_, set_point_, actual_;
   canopen::ValveState state_ = canopen::ValveState::kInit;
   bool faulted_ = false, reset_bit_ = false;
+  std::uint32_t last_word_ = 0;  ///< kPved
   double full_stroke_, demand_ = 0, stuck_at_ = 0;
   NodeFault fault_ = NodeFault::kNone;
 };

@@ -270,17 +270,24 @@ void CanopenClient::reset(Node& node, Time now) noexcept {
   node.dialogue.restart();
 }
 
+double CanopenClient::boot_patience_s(const Node& node) const noexcept {
+  if (node.valve_of == kNoValve) return description_.boot_timeout_s;
+  const NodeDescription& valve = description_.valves[static_cast<std::size_t>(node.valve_of)];
+  return std::max(description_.boot_timeout_s, valve_boot_s(valve.profile));
+}
+
 /// @returns whether this node is set up.
 bool CanopenClient::set_up(Node& node, Time now) noexcept {
   // One that never says it booted still gets its chance: its SDO time-out then names it.
-  if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= description_.boot_timeout_s) return false;
+  const double boot_s = boot_patience_s(node);
+  if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= boot_s) return false;
   node.boots_since = kNever;
   if (!tell(node, canopen::NmtCommand::kEnterPreOperational)) return false;
   node.dialogue.step(bus_, now);
   if (!node.dialogue.failure()) return node.dialogue.done();
   const SetupFailure& failure = node.dialogue.details();
   using What = SetupFailure::What;
-  const double patience_s = description_.boot_timeout_s + kSdoAttempts * description_.sdo_timeout_s;
+  const double patience_s = boot_s + kSdoAttempts * description_.sdo_timeout_s;
   if (failure.what == What::kSilent && to_seconds(now - phase_since_) <= patience_s) {
     node.told = false;  // it may be booting: then it has heard nothing
     node.dialogue.restart();
@@ -363,24 +370,25 @@ void CanopenClient::activate(Time now) noexcept {
     if (node.valve_of == kNoValve) continue;
     Valve& valve = valves_[static_cast<std::size_t>(node.valve_of)];
     const auto state = canopen::valve_state(valve.status_word);
+    const ValveWords words = valve_words(description_.valves[static_cast<std::size_t>(node.valve_of)].profile);
     all_active = all_active && !valve_fault(valve, node.id, now);
     if (valve.seen_at == kNever || !state) {
-      valve.control_word = canopen::kControlInit;
+      valve.control_word = words.init;
     } else if (canopen::valve_fault(valve.status_word)) {
       // By what went out, not every SYNC: the edge would be lost between two set-points.
       const bool edge_made = (valve.sent_word & canopen::kControlReset) != 0;
-      valve.control_word = edge_made ? canopen::kControlInit : canopen::kControlReset;
+      valve.control_word = edge_made ? words.before_reset : words.reset;
     } else {
       switch (*state) {
         case canopen::ValveState::kInit:
-          valve.control_word = canopen::kControlDisabled;
+          valve.control_word = words.disabled;
           break;
         case canopen::ValveState::kDisabled:
-          valve.control_word = canopen::kControlHold;
+          valve.control_word = words.hold;
           break;
         case canopen::ValveState::kHold:
         case canopen::ValveState::kActive:
-          valve.control_word = canopen::kControlActive;
+          valve.control_word = words.active;
           break;
       }
     }

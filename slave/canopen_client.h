@@ -97,6 +97,7 @@ class CanopenClient {
   void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;
+  [[nodiscard]] double boot_patience_s(const Node& node) const noexcept;
   [[nodiscard]] bool set_up(Node& node, Time now) noexcept;
   void start_nodes(Time now) noexcept;
   void check_errors(Time now) noexcept;

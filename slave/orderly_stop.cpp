@@ -29,12 +29,12 @@ void OrderlyStop::step(Time now) noexcept {
   ++syncs_;
   switch (phase_) {
     case Phase::kNeutral:
-      send_commands(canopen::kControlHold, first);
+      send_commands(&ValveWords::hold, first);
       if (!first && (at_rest() || now - phase_since_ >= kNeutralPatience)) enter(Phase::kDisable, now);
       break;
     case Phase::kDisable:
       if (!confirmed() && now - phase_since_ < kDisablePatience) {
-        send_commands(canopen::kControlDisabled, false);
+        send_commands(&ValveWords::disabled, false);
         break;
       }
       bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
@@ -83,10 +83,13 @@ void OrderlyStop::hear() noexcept {
   }
 }
 
-void OrderlyStop::send_commands(std::uint16_t control_word, bool at_once) noexcept {
+void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept {
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
-  for (int j = 0; j < kJoints; ++j) bus_.send(valve_frame(machine_.bus, j, control_word, neutral));
+  for (int j = 0; j < kJoints; ++j) {
+    const ValveWords words = valve_words(machine_.bus.valves[static_cast<std::size_t>(j)].profile);
+    bus_.send(valve_frame(machine_.bus, j, words.*state, neutral));
+  }
   bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));
 }
 

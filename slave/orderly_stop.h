@@ -9,6 +9,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description_fwd.h"
+#include "slave/valve_frame.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::slave {
@@ -33,7 +34,7 @@ class OrderlyStop {
     double spool = 0;
   };
   void hear() noexcept;
-  void send_commands(std::uint16_t control_word, bool at_once) noexcept;
+  void send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept;
   void heartbeat(Time now) noexcept;
   void enter(Phase phase, Time now) noexcept;
   [[nodiscard]] bool at_rest() const noexcept;

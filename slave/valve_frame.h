@@ -11,7 +11,23 @@
 
 namespace knuckle::slave {
 
-/// @param joint 0...2. @param control_word as CiA 408 has it.
+/// Control words that lead a valve from state to state, and the two that together leave a fault: a rising edge of bit 3.
+struct ValveWords {
+  std::uint16_t init = canopen::kControlInit, disabled = canopen::kControlDisabled, hold = canopen::kControlHold,
+                active = canopen::kControlActive;
+  std::uint16_t before_reset = canopen::kControlInit, reset = canopen::kControlReset;
+};
+[[nodiscard]] constexpr ValveWords valve_words(ValveProfile profile) noexcept {
+  if (profile == ValveProfile::kPved) return {0x08, 0x09, 0x0B, 0x0F, 0x03, 0x0B};
+  return {};
+}
+
+/// After a reset or power-on; 0 where a profile says nothing of it.
+[[nodiscard]] constexpr double valve_boot_s(ValveProfile profile) noexcept {
+  return profile == ValveProfile::kPved ? 10 : 0;
+}
+
+/// @param joint 0...2. @param control_word of valve_words().
 [[nodiscard]] inline CanFrame valve_frame(const BusDescription& bus, int joint, std::uint16_t control_word,
                                           const PassedCommands& commands) noexcept {
   const NodeDescription& valve = bus.valves[static_cast<std::size_t>(joint)];

@@ -62,6 +62,13 @@ std::string fixed_frame(const DeviceFile& device, canopen::Object cob_id, const 
   return frame == usual ? "" : fmt::format(", {} = 0x{:03X}", key, frame);
 }
 
+/// An EDS does not say which control words a valve wants: that is known of its kind.
+std::string profile_key(const DeviceFile& device) {
+  constexpr std::uint32_t kDanfoss = 0x01000019, kPvedCc = 0x53373235;
+  if (device.vendor != kDanfoss || device.product != kPvedCc) return "";
+  return fmt::format(", profile = \"{}\"", kValveProfileNames[static_cast<std::size_t>(ValveProfile::kPved)]);
+}
+
 std::string object_text(canopen::Object object, const Entry* entry) {
   const std::string name = entry != nullptr && !entry->name.empty() ? " (" + entry->name + ")" : "";
   return fmt::format("0x{:04X}:{:02X}{}", object.index, object.subindex, name);
@@ -82,6 +89,7 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   std::string entry = fmt::format("{{ id = 0x{:02X}, device_type = 0x{:X}, vendor = 0x{:X}, product = 0x{:X}", id,
                                   device.device_type, device.vendor, device.product);
   entry += fixed_frame(device, canopen::kTpdo1CobId, "tpdo", canopen::tpdo1_id(id), id);
+  if (named.role == NodeRole::kValve) entry += profile_key(device);
   if (named.role == NodeRole::kValve || named.role == NodeRole::kEnable)
     entry += fixed_frame(device, canopen::kRpdo1CobId, "rpdo", canopen::rpdo1_id(id), id);
   bool found = false;

@@ -49,6 +49,21 @@ TEST(BusFile, IdentifiersOfFramesAreTakenPerNode) {
   EXPECT_EQ(bus.valves[0].tpdo_id(), 0x190U);
 }
 
+TEST(BusFile, AValveMayBeOfAProfileThatIsLedInItsOwnWay) {
+  const std::string pved = kArmValve + "profile = \"cia408/pved\", ";
+  const BusDescription bus = read(kArmValve, pved).bus;
+  EXPECT_EQ(bus.valves[1].profile, ValveProfile::kPved);
+  EXPECT_EQ(bus.valves[0].profile, ValveProfile::kCia408);
+  EXPECT_NE(refusal(kArmValve, kArmValve + "profile = \"cia409\", ").find("cia408/pved"), std::string::npos);
+  EXPECT_NE(refusal(kTilt, kTilt + "profile = \"cia408\", ").find("profile"), std::string::npos) << "no valve";
+  const auto stroke = [&](int most) {
+    return refusal("[bus.nodes]\nboom_valve           = {", "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) +
+                                                             "\n[bus.nodes]\nboom_valve = { profile = \"cia408/pved\",");
+  };
+  EXPECT_NE(stroke(32767).find("must be at most 32766"), std::string::npos) << stroke(32767);
+  EXPECT_EQ(stroke(32766), "accepted");
+}
+
 TEST(BusFile, ScalingsAndPatienceAreTaken) {
   const BusDescription bus = read(kBus, kBus +
                                             "sdo_timeout_ms = 100\nboot_timeout_ms = 4000\nstart_timeout_ms = 2000\n"

@@ -1,4 +1,5 @@
 // Start-up: who is waited for, for how long, and what a restart forgets.
+#include "slave/valve_frame.h"
 #include "tests/slave/supervised_bus.h"
 
 namespace knuckle::slave {
@@ -259,6 +260,57 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
   status(0x12);
   step();
   EXPECT_EQ(client.phase(), Phase::kChecking) << text(client.fault());
+}
+
+MachineDescription machine_with_pved_valves() {
+  MachineDescription d = machine_with_exact_limits();
+  for (NodeDescription& valve : d.bus.valves) valve.profile = ValveProfile::kPved;
+  return d;
+}
+
+class PvedValves : public SupervisedBus {
+ protected:
+  PvedValves() : SupervisedBus(machine_with_pved_valves()) {}
+  /// Control words that a valve was told, each once in a row.
+  std::vector<int> words(std::uint8_t valve) const {
+    std::vector<int> told;
+    for (const CanFrame& frame : sent(canopen::rpdo1_id(valve))) {
+      const int word = canopen::parse_valve_command(frame)->control_word;
+      if (told.empty() || told.back() != word) told.push_back(word);
+    }
+    return told;
+  }
+};
+
+TEST_F(PvedValves, AreLedThroughTheirStatesByTheirOwnWordsAndOutOfAFaultByTheirOwnEdge) {
+  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
+  EXPECT_EQ(words(0x11), (std::vector<int>{0x08, 0x09, 0x0B, 0x0F}));
+  up_again();
+  ASSERT_TRUE(client.operational());
+  client.restart();
+  port.sent.clear();
+  for (int ms = 0; ms < 300; ++ms) {  // without set-points: a fault of the valves'
+    now += 1ms;
+    nodes.step(now, {});
+    bus.advance(now);
+  }
+  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
+  EXPECT_EQ(words(0x11), (std::vector<int>{0x08, 0x03, 0x0B, 0x08, 0x09, 0x0B, 0x0F}));
+}
+
+TEST_F(PvedValves, MayTakeTenSecondsToBoot) {
+  for (const std::uint8_t valve : {0x10, 0x11, 0x12}) nodes.node(valve)->set_boot_time(9s);
+  EXPECT_TRUE(bring_to(Phase::kOperational, {}, 12s)) << text(client.fault());
+}
+
+TEST_F(PvedValves, AreNeverToldToFloat) {
+  machine.bus.wire.valve_full_stroke = 32766;
+  for (int i = -100; i <= 100; ++i) {
+    const CanFrame frame = valve_frame(machine.bus, kArm, 0x0F, passed(kArm, 0.0035 * i));
+    const auto raw = static_cast<std::int16_t>(frame.data[2] | frame.data[3] << 8);
+    EXPECT_LE(std::abs(int{raw}), 32766);
+    EXPECT_NEAR(raw, 0.0035 * i * 32766, 1);
+  }
 }
 
 }  // namespace
