@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <vector>
 
 #include "core/joints.h"
 #include "core/time.h"
@@ -31,6 +32,14 @@ struct Outbox {
 
 enum class Access : std::uint8_t { kReadOnly, kReadWrite };
 
+/// An object of a device that is sold.
+struct DeviceObject {
+  canopen::Object object;
+  std::uint8_t size = 4;  ///< Bytes.
+  Access access = Access::kReadOnly;
+  std::uint32_t value = 0;  ///< As delivered.
+};
+
 class NodeProtocol {
  public:
   using Handle = std::size_t;
@@ -46,6 +55,9 @@ class NodeProtocol {
   /// Any object by its address; 0 where there is none. For tests and set-up.
   [[nodiscard]] std::uint32_t value(canopen::Object object) const noexcept;
   void replace(canopen::Object object, std::uint32_t value) noexcept;
+  /// From its next reset on it has these objects as they are delivered and no others, whatever this kind of node has.
+  /// What the kind does not know and the first transmit PDO maps is a constant.
+  void become(const std::vector<DeviceObject>& dictionary);
   /// As some devices: without this object; refusing every write to it; silent for so long from each reset on.
   void remove(canopen::Object object) noexcept;
   void refuse(canopen::Object object, canopen::SdoAbort abort) noexcept;
@@ -77,6 +89,7 @@ class NodeProtocol {
 
  private:
   static constexpr std::size_t kMapSlots = 4;
+  static constexpr Handle kDummy = ~Handle{0};  ///< Mapped, but no object of this node: so many bytes of nothing.
   struct Entry {
     canopen::Object object;
     std::uint8_t size = 0;
@@ -88,6 +101,7 @@ class NodeProtocol {
   struct Pdo {
     Handle cob_id = 0, type = 0, timer = 0, count = 0;  ///< Map entries follow count.
     std::array<Handle, kMapSlots> mapped{};
+    std::array<std::size_t, kMapSlots> mapped_bytes{};
     std::size_t length = 0, bytes = 0;
   };
   [[nodiscard]] Entry* find(canopen::Object object) noexcept;

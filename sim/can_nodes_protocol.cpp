@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "sim/can_nodes.h"
 
 namespace knuckle::sim {
@@ -69,6 +71,31 @@ void NodeProtocol::replace(Object object, std::uint32_t value) noexcept {
   if (Entry* entry = find(object)) entry->value = entry->at_power_on = value;
 }
 
+void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
+  const auto of_device = [&dictionary](Object object) {
+    return std::find_if(dictionary.begin(), dictionary.end(), [&](const DeviceObject& one) { return one.object == object; });
+  };
+  for (std::size_t i = 0; i < used_; ++i) {
+    Entry& entry = entries_[i];
+    const auto sold = of_device(entry.object);
+    if (sold == dictionary.end()) {
+      entry.object = {};
+      continue;
+    }
+    entry.access = sold->access;
+    entry.value = entry.at_power_on = sold->value;
+  }
+  for (std::size_t slot = 1; slot <= kMapSlots; ++slot) {
+    const auto entry = of_device({canopen::kTpdo1MapCount.index, static_cast<std::uint8_t>(slot)});
+    if (entry == dictionary.end()) continue;
+    const Object mapped{static_cast<std::uint16_t>(entry->value >> 16), static_cast<std::uint8_t>(entry->value >> 8)};
+    const auto constant = of_device(mapped);
+    if (find(mapped) == nullptr && constant != dictionary.end() && used_ < entries_.size())
+      add(mapped, constant->size, constant->access, constant->value);
+  }
+  power_on(0, 0xFFFF);
+}
+
 void NodeProtocol::remove(Object object) noexcept {
   if (Entry* entry = find(object)) entry->object = {};
 }
@@ -78,13 +105,14 @@ void NodeProtocol::refuse(Object object, SdoAbort abort) noexcept {
 }
 
 void NodeProtocol::resolve(Pdo& pdo) noexcept {
-  pdo.length = entries_[pdo.count].value;
+  pdo.length = std::min<std::size_t>(entries_[pdo.count].value, kMapSlots);
   pdo.bytes = 0;
   for (std::size_t i = 0; i < pdo.length; ++i) {
     const std::uint32_t mapping = entries_[pdo.count + 1 + i].value;
     const Entry* entry = find({static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)});
-    pdo.mapped[i] = static_cast<Handle>(entry - entries_.data());
-    pdo.bytes += entry->size;
+    pdo.mapped[i] = entry == nullptr ? kDummy : static_cast<Handle>(entry - entries_.data());
+    pdo.mapped_bytes[i] = entry == nullptr ? (mapping & 0xFFU) / 8 : entry->size;
+    pdo.bytes += pdo.mapped_bytes[i];
   }
 }
 
@@ -149,6 +177,10 @@ void NodeProtocol::take_rpdo(const CanFrame& frame, Time now, Outbox& out) noexc
   }
   std::size_t at = 0;
   for (std::size_t i = 0; i < rpdo_.length; ++i) {
+    if (rpdo_.mapped[i] == kDummy) {
+      at += rpdo_.mapped_bytes[i];
+      continue;
+    }
     Entry& entry = entries_[rpdo_.mapped[i]];
     entry.value = 0;
     for (std::size_t byte = 0; byte < entry.size; ++byte) {
@@ -229,6 +261,10 @@ void NodeProtocol::send_tpdo(Time now, Outbox& out) noexcept {
   frame.size = static_cast<std::uint8_t>(tpdo_.bytes);
   std::size_t at = 0;
   for (std::size_t i = 0; i < tpdo_.length; ++i) {
+    if (tpdo_.mapped[i] == kDummy) {
+      at += tpdo_.mapped_bytes[i];
+      continue;
+    }
     const Entry& entry = entries_[tpdo_.mapped[i]];
     for (std::size_t byte = 0; byte < entry.size; ++byte) {
       frame.data[at++] = static_cast<std::uint8_t>(entry.value >> (8 * byte));

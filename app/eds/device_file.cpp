@@ -348,4 +348,41 @@ DeviceFile read_device_file(const std::string& path) {
   return parse_device_file(whole_file(path, kLargest_MB), path);
 }
 
+namespace {
+
+/// Of a CiA 301 data type; 0 where it is none that a simulated node has.
+std::uint8_t bytes_of(std::uint16_t data_type) {
+  switch (data_type) {
+    case 1:
+    case 2:
+    case 5:
+      return 1;
+    case 3:
+    case 6:
+      return 2;
+    case 4:
+    case 7:
+    case 8:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
+
+std::vector<sim::DeviceObject> dictionary(const DeviceFile& device, std::uint8_t node) {
+  std::vector<sim::DeviceObject> objects;
+  for (const auto& [key, entry] : device.entries) {
+    const std::uint8_t size = bytes_of(entry.data_type);
+    if (size == 0) continue;
+    const bool writes = entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
+    objects.push_back({{static_cast<std::uint16_t>(key >> 8), static_cast<std::uint8_t>(key & 0xFF)},
+                       size,
+                       writes ? sim::Access::kReadWrite : sim::Access::kReadOnly,
+                       entry.value ? entry.value->of(node) : 0});
+  }
+  return objects;
+}
+
 }  // namespace knuckle::eds

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/can_nodes.h"
 #include "transport/canopen.h"
 
 namespace knuckle::eds {
@@ -52,5 +53,9 @@ struct DeviceFile {
 /// @throws InputError, one line with file, line and key, where it is no device file or its identity is missing.
 [[nodiscard]] DeviceFile parse_device_file(std::string_view text, const std::string& source);
 [[nodiscard]] DeviceFile read_device_file(const std::string& path);
+
+/// The device with this node id as a simulated node has it: `node.become(dictionary(file, id))`. Objects that are no
+/// number of 1, 2 or 4 bytes are left out; a value that the file does not give is 0.
+[[nodiscard]] std::vector<sim::DeviceObject> dictionary(const DeviceFile& device, std::uint8_t node);
 
 }  // namespace knuckle::eds

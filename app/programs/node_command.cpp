@@ -6,6 +6,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
+#include "app/eds/device_file.h"
 #include "app/programs/node_program.h"
 #include "app/programs/program_options.h"
 #include "app/programs/programs.h"
@@ -24,8 +25,8 @@ constexpr const char* kSchema = "knuckle-node/1";
 struct Options {
   std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth, family;
   std::uint64_t seed = 1;
-  std::vector<std::string> faults;
-  std::optional<double> duration_s;
+  std::vector<std::string> faults, devices;
+  std::optional<double> duration_s, boot_time_s;
   std::string csv, json;
 };
 
@@ -54,6 +55,9 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--truth", o.truth, "The machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
       .show_default();
+  c.add_option("--eds", o.devices, "Play a node as a device that is sold: NODE=FILE, such as boom_valve=valve.eds")
+      .one_value_each();
+  c.add_option("--boot-time", o.boot_time_s, "How long every node boots, in seconds (default: 0)");
   c.add_option("--fault", o.faults,
                "Inject a fault: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
       .one_value_each();
@@ -64,6 +68,7 @@ void add_options(const cli::OptionList& c, Options& o) {
 
 void check(const Options& o) {
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  cli::check_range("--boot-time", o.boot_time_s, 0.0, 60.0, " s");
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
   cli::Places places;
   places.configuration("--machine", o.machine);
@@ -91,6 +96,19 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
   return out;
 }
 
+/// NODE=FILE
+SoldDevice sold_device(const std::string& asked, const BusDescription& bus) {
+  const auto equals = asked.find('=');
+  const auto nodes = named_nodes(bus);
+  const NamedNode* node = find_node(nodes, asked.substr(0, equals));
+  if (equals == std::string::npos || node == nullptr)
+    cli::refuse_option("--eds", asked, "must be NODE=FILE; nodes are " + names_of(nodes));
+  const std::string file = asked.substr(equals + 1);
+  cli::check_readable("--eds", file);
+  const eds::DeviceFile device = eds::read_device_file(file);
+  return {node->node.id, eds::dictionary(device, node->node.id)};
+}
+
 NodeSetup set_up(const Options& o) {
   const MachineDescription machine = load_machine(find_config("machine", o.machine));
   const session::Scenario scenario = session::load_scenario(find_config("scenario", o.scenario), machine);
@@ -100,6 +118,8 @@ NodeSetup set_up(const Options& o) {
   setup.start_rad = scenario.start_rad;
   setup.seed = o.seed;
   setup.left_out = left_out(o.nodes, machine.bus);
+  for (const std::string& device : o.devices) setup.devices.push_back(sold_device(device, machine.bus));
+  setup.boot_time_s = o.boot_time_s.value_or(0);
   for (const std::string& fault : o.faults) setup.faults.push_back(parse_fault(fault, machine.bus));
   return setup;
 }

@@ -121,6 +121,10 @@ class NodeRunner {
         faults_(setup.faults, setup.truth.machine.bus),
         signals_(signals),
         rows_(truth_csv, kTicksPerRow) {
+    sim::CanNodes& nodes = machine_.machine().nodes();
+    for (const SoldDevice& device : setup.devices) nodes.node(device.node)->become(device.dictionary);
+    for (const NamedNode& node : named_nodes(setup.truth.machine.bus))
+      nodes.node(node.node.id)->set_boot_time(from_seconds(setup.boot_time_s));
     for (const std::uint8_t node : setup.left_out) machine_.machine().inject(node, sim::NodeFault::kSilent);
   }
 

@@ -71,12 +71,20 @@ class NodeFaults {
   std::uint32_t signals_seen_ = 0;
 };
 
+/// A node that is played as a device that is sold.
+struct SoldDevice {
+  std::uint8_t node = 0;
+  std::vector<sim::DeviceObject> dictionary;
+};
+
 struct NodeSetup {
   sim::MachineTruth truth;
   sim::WorldDescription world;
   JointVector start_rad = JointVector::Zero();
   std::uint64_t seed = 1;
   std::vector<std::uint8_t> left_out;  ///< Nodes that are not played: real ones, or none.
+  std::vector<SoldDevice> devices;
+  double boot_time_s = 0;  ///< Of every node.
   std::vector<PlannedFault> faults;
 };
 
