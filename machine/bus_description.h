@@ -25,7 +25,7 @@ struct NodeDescription {
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
   ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
-  std::uint16_t tpdo = 0, rpdo = 0;              ///< COB-ID of its first PDO from and to it; 0: pre-defined connection set.
+  std::uint16_t tpdo = 0, rpdo = 0;  ///< COB-ID of its first PDO from and to it; 0: pre-defined connection set.
   [[nodiscard]] constexpr std::uint32_t tpdo_id() const noexcept { return tpdo != 0 ? tpdo : 0x180U + id; }
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
 };

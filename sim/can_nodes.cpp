@@ -137,7 +137,8 @@ void ValveNode::obey_pved(std::uint32_t word) noexcept {
 void ValveNode::watch(Time now, Outbox& out) noexcept {
   if (faulted_) return;
   const bool rpdo_lost = protocol_.operational() && protocol_.rpdo_lost(now);
-  if (rpdo_lost) protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
+  if (rpdo_lost)
+    protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
   if (rpdo_lost || protocol_.heartbeat_lost(now)) {
     faulted_ = true;
     state_ = ValveState::kDisabled;

@@ -11,7 +11,8 @@
 
 namespace knuckle::slave {
 
-/// Control words that lead a valve from state to state, and the two that together leave a fault: a rising edge of bit 3.
+/// Control words that lead a valve from state to state, and the two that together leave a fault: a rising edge of
+/// bit 3.
 struct ValveWords {
   std::uint16_t init = canopen::kControlInit, disabled = canopen::kControlDisabled, hold = canopen::kControlHold,
                 active = canopen::kControlActive;

@@ -25,7 +25,8 @@ class ValveCommands {
     for (std::size_t joint = 0; joint < kJoints; ++joint) {
       if (frame.id != bus_.valves[joint].rpdo_id()) continue;
       if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
-        open_[joint] = (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;
+        open_[joint] =
+            (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;
       return true;
     }
     return false;

@@ -57,8 +57,9 @@ TEST(BusFile, AValveMayBeOfAProfileThatIsLedInItsOwnWay) {
   EXPECT_NE(refusal(kArmValve, kArmValve + "profile = \"cia409\", ").find("cia408/pved"), std::string::npos);
   EXPECT_NE(refusal(kTilt, kTilt + "profile = \"cia408\", ").find("profile"), std::string::npos) << "no valve";
   const auto stroke = [&](int most) {
-    return refusal("[bus.nodes]\nboom_valve           = {", "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) +
-                                                             "\n[bus.nodes]\nboom_valve = { profile = \"cia408/pved\",");
+    return refusal("[bus.nodes]\nboom_valve           = {",
+                   "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) +
+                       "\n[bus.nodes]\nboom_valve = { profile = \"cia408/pved\",");
   };
   EXPECT_NE(stroke(32767).find("must be at most 32766"), std::string::npos) << stroke(32767);
   EXPECT_EQ(stroke(32766), "accepted");
