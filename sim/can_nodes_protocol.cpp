@@ -73,7 +73,8 @@ void NodeProtocol::replace(Object object, std::uint32_t value) noexcept {
 
 void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
   const auto of_device = [&dictionary](Object object) {
-    return std::find_if(dictionary.begin(), dictionary.end(), [&](const DeviceObject& one) { return one.object == object; });
+    return std::find_if(dictionary.begin(), dictionary.end(),
+                        [&](const DeviceObject& one) { return one.object == object; });
   };
   for (std::size_t i = 0; i < used_; ++i) {
     Entry& entry = entries_[i];

@@ -67,6 +67,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
                       SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
+  restart();
 }
 
 CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
@@ -82,6 +83,7 @@ void CanopenClient::restart() noexcept {
     node.lost = {};
   }
   valves_ = {};
+  for (std::size_t j = 0; j < kJoints; ++j) valves_[j].control_word = valve_words(description_.valves[j].profile).init;
   fault_ = {};
   setup_failure_ = {};
   watch_.restart();
@@ -381,7 +383,8 @@ void CanopenClient::activate(Time now) noexcept {
     } else {
       switch (*state) {
         case canopen::ValveState::kInit:
-          valve.control_word = words.disabled;
+          // After a fault's reset all begins anew.
+          valve.control_word = valve.sent_word == words.reset ? words.init : words.disabled;
           break;
         case canopen::ValveState::kDisabled:
           valve.control_word = words.hold;

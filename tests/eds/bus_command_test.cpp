@@ -9,14 +9,13 @@
 
 #include "core/error.h"
 #include "machine/load.h"
-#include "slave/node_setup.h"
 #include "sim/can_nodes.h"
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
-#include "transport/virtual_can.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
+#include "transport/virtual_can.h"
 
 namespace knuckle::eds {
 namespace {
@@ -224,16 +223,20 @@ MachineDescription machine_of_sold_parts(const DeviceFile& valve, const DeviceFi
   text = with_device(text, "my.toml", "tilt", 0x38, tilt);
   const std::string coarse = "tilt_step_deg = 0.1";
   text.replace(text.find(coarse), coarse.size(), "tilt_step_deg = 0.05");  // as it is delivered
+  const std::string controller = "controller_id = 1\n";
+  text.replace(text.find(controller), controller.size(), controller + "boot_timeout_ms = 4000\n");
   return parse_machine(text, "my.toml");
 }
 
 TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) {
   if (!std::filesystem::exists(kDevices + "PVED-CC.eds")) GTEST_SKIP() << "no ../shared/data/devices";
-  const DeviceFile valve = read_device_file(kDevices + "PVED-CC.eds"), tilt = read_device_file(kDevices + "DST-X720.eds");
+  const DeviceFile valve = read_device_file(kDevices + "PVED-CC.eds"),
+                   tilt = read_device_file(kDevices + "DST-X720.eds");
   const MachineDescription machine = machine_of_sold_parts(valve, tilt);
   VirtualCanBus bus(2, machine.bus.bit_rate);
   sim::CanNodes nodes(machine, {}, bus.port(1), 1);
-  for (const std::uint8_t id : {0x10, 0x11, 0x12}) nodes.node(id)->become(dictionary(valve, id));
+  for (const std::uint8_t id : std::initializer_list<std::uint8_t>{0x10, 0x11, 0x12})
+    nodes.node(id)->become(dictionary(valve, id));
   nodes.node(0x38)->become(dictionary(tilt, 0x38));
   for (const NamedNode& node : named_nodes(machine.bus)) nodes.node(node.node.id)->set_boot_time(3s);
   slave::CanopenClient client(machine, bus.port(0));

@@ -299,17 +299,18 @@ TEST_F(PvedValves, AreLedThroughTheirStatesByTheirOwnWordsAndOutOfAFaultByTheirO
 }
 
 TEST_F(PvedValves, MayTakeTenSecondsToBoot) {
-  for (const std::uint8_t valve : {0x10, 0x11, 0x12}) nodes.node(valve)->set_boot_time(9s);
+  for (const std::uint8_t valve : std::initializer_list<std::uint8_t>{0x10, 0x11, 0x12})
+    nodes.node(valve)->set_boot_time(9s);
   EXPECT_TRUE(bring_to(Phase::kOperational, {}, 12s)) << text(client.fault());
 }
 
 TEST_F(PvedValves, AreNeverToldToFloat) {
   machine.bus.wire.valve_full_stroke = 32766;
   for (int i = -100; i <= 100; ++i) {
-    const CanFrame frame = valve_frame(machine.bus, kArm, 0x0F, passed(kArm, 0.0035 * i));
+    const CanFrame frame = valve_frame(machine.bus, kArm, 0x0F, passed(kArm, 0.0034 * i));
     const auto raw = static_cast<std::int16_t>(frame.data[2] | frame.data[3] << 8);
     EXPECT_LE(std::abs(int{raw}), 32766);
-    EXPECT_NEAR(raw, 0.0035 * i * 32766, 1);
+    EXPECT_NEAR(raw, 0.0034 * i * 32766, 1);
   }
 }
 
