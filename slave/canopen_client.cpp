@@ -374,7 +374,7 @@ void CanopenClient::activate(Time now) noexcept {
     const auto state = canopen::valve_state(valve.status_word);
     const ValveWords words = valve_words(description_.valves[static_cast<std::size_t>(node.valve_of)].profile);
     all_active = all_active && !valve_fault(valve, node.id, now);
-    if (valve.seen_at == kNever || !state) {
+    if (valve.seen_at == kNever || valve.sent_word == kNothingSent || !state) {
       valve.control_word = words.init;
     } else if (canopen::valve_fault(valve.status_word)) {
       // By what went out, not every SYNC: the edge would be lost between two set-points.

@@ -64,7 +64,8 @@ class CanopenClient {
   [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
 
  private:
-  static constexpr int kNoValve = -1, kMostToldAtOnce = 3;
+  static constexpr int kNoValve = -1, kMostToldAtOnce = 2;
+  static constexpr std::uint16_t kNothingSent = 0xFFFF;
   struct Node {
     std::uint8_t id = 0;
     int valve_of = kNoValve;  ///< Joint.
@@ -80,9 +81,9 @@ class CanopenClient {
   struct Valve {
     std::uint16_t status_word = 0;
     Time seen_at = kNever;
-    std::uint16_t control_word = 0, sent_word = 0;  ///< Next to send, and last sent.
-    double spool = 0;                               ///< Actual, of stroke.
-    std::optional<std::uint8_t> short_bytes;        ///< Of its last status, where that was shorter than mapped.
+    std::uint16_t control_word = 0, sent_word = kNothingSent;  ///< Next to send, and last sent.
+    double spool = 0;                                          ///< Actual, of stroke.
+    std::optional<std::uint8_t> short_bytes;  ///< Of its last status, where that was shorter than mapped.
   };
 
   Node* find(std::uint8_t id) noexcept;

@@ -103,6 +103,7 @@ TEST_F(Tshark, DecodesEveryFrameKindWithItsContent) {
   m.bus.port(0).send(canopen::sdo_upload(0x10, {0x2FFF, 0}));          // no such object
   m.bus.port(0).send(canopen::sdo_download(0x11, {0x1000, 0}, 7, 4));  // not to be written
   m.bus.port(0).send(canopen::nmt_frame(canopen::NmtCommand::kStop, 0x38));
+  m.bus.port(0).send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, 0x24));
   m.bus.port(0).send(canopen::nmt_frame(canopen::NmtCommand::kResetCommunication, 0x32));
   m.run(300ms);
   ASSERT_TRUE(m.nodes.send_emcy(0x25, 0));

@@ -19,7 +19,7 @@ inline const estimation::Recording& recorded_motion() {
   static const estimation::Recording recording = [] {
     const MachineDescription& machine = recorded_machine();
     const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
-    motion::MachineRun run(machine, sim::sample_truth(machine, 3), {}, path.joint_rad.front(), 3);
+    motion::MachineRun run(machine, sim::sample_truth(machine, 3), {}, path.joint_rad.front(), 5);
     return run.follow(path).recording;
   }();
   return recording;

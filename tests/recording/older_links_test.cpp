@@ -123,10 +123,11 @@ TEST(OlderRecordings, OfALawThatIsNoMoreAreReadButNotRunAgain) {
 TEST(OlderRecordings, OfAMachineThatWavesLedAreNotRunAgain) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("waves.mcap");
-  const Head head = Recording({recorded("load")}).head();
+  const std::string older = test::source_dir() + "/tests/recording/load_of_link_7.mcap";
+  const Head head = Recording({older}).head();
   ASSERT_EQ(head.link_version, 7) << "made anew by this version, it has no waves";
   std::vector<std::vector<std::uint8_t>> changed;
-  test::rewrite(recorded("load"), file, head, {1}, [&changed](const std::string& topic, auto& message) {
+  test::rewrite(older, file, head, {1}, [&changed](const std::string& topic, auto& message) {
     if (topic != kTopicNames[static_cast<std::size_t>(Topic::kMachineWires)]) return true;
     auto wires = decode_wires(message, kLinkVersion);
     for (WireEvent& event : wires->events) {
