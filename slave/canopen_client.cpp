@@ -77,21 +77,28 @@ CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
 void CanopenClient::restart() noexcept {
   for (Node& node : nodes_) {
     node.dialogue.restart();
-    node.told = node.operational = node.was_reset = false;
+    node.errors.restart();
+    node.told = node.operational = false;
     node.boots_since = kNever;
     node.emergency = canopen::kEmcyReset;
     node.lost = {};
   }
-  valves_ = {};
-  for (std::size_t j = 0; j < kJoints; ++j) valves_[j].control_word = valve_words(description_.valves[j].profile).init;
+  forget_process_data();
   fault_ = {};
   setup_failure_ = {};
   watch_.restart();
+  demand_.setZero();
+  phase_ = Phase::kIdle;
+}
+
+/// Of nodes that start anew nothing is known, and nothing was told to their outputs.
+void CanopenClient::forget_process_data() noexcept {
+  valves_ = {};
+  for (std::size_t j = 0; j < kJoints; ++j) valves_[j].control_word = valve_words(description_.valves[j].profile).init;
   inputs_seen_at_ = kNever;
   short_inputs_.reset();
   inputs_closed_ = pilot_on_ = false;
-  demand_.setZero();
-  phase_ = Phase::kIdle;
+  enable_sent_.reset();
 }
 
 void CanopenClient::enter(Phase phase, Time now) noexcept {
@@ -264,12 +271,14 @@ bool CanopenClient::tell(Node& node, canopen::NmtCommand command) noexcept {
 }
 
 /// The last resort: it costs the node's self-test, and all that it was told.
-void CanopenClient::reset(Node& node, Time now) noexcept {
-  if (!bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, node.id))) return;  // in the next step
+/// @returns false where the queue is full: in a later step.
+bool CanopenClient::reset(Node& node, Time now) noexcept {
+  if (!bus_.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, node.id))) return false;
   node.was_reset = true;
   node.boots_since = now;
   node.told = false;
   node.dialogue.restart();
+  return true;
 }
 
 double CanopenClient::boot_patience_s(const Node& node) const noexcept {
@@ -295,7 +304,7 @@ bool CanopenClient::set_up(Node& node, Time now) noexcept {
     node.dialogue.restart();
   } else if (!node.was_reset &&
              (failure.what == What::kNotKept || (failure.what == What::kAborted && failure.writing))) {
-    reset(node, now);
+    (void)reset(node, now);
   } else {
     setup_failure_ = failure;
     fail(node.dialogue.failure());
@@ -353,7 +362,8 @@ void CanopenClient::check_errors(Time now) noexcept {
     }
     if (node.was_reset)
       return fail(reason(ReasonCode::kNodeEmergency, node.id, newest_error(node.id), canopen::kEmcyReset));
-    reset(node, now);
+    if (!reset(node, now)) return;
+    forget_process_data();
     for (Node& other : nodes_) {
       other.told = false;
       other.dialogue.restart();
@@ -361,7 +371,7 @@ void CanopenClient::check_errors(Time now) noexcept {
     return enter(Phase::kConfiguring, now);
   }
   if (!all) return;
-  for (Node& node : nodes_) node.emergency = canopen::kEmcyReset;
+  for (Node& node : nodes_) node.was_reset = false;
   enter(Phase::kOperational, now);
 }
 
@@ -379,12 +389,16 @@ void CanopenClient::activate(Time now) noexcept {
     } else if (canopen::valve_fault(valve.status_word)) {
       // By what went out, not every SYNC: the edge would be lost between two set-points.
       const bool edge_made = (valve.sent_word & canopen::kControlReset) != 0;
+      valve.left_fault = true;
+      if (valve.seen_at <= valve.reset_word_at) continue;  // each word stands until the valve has answered it
+      valve.reset_word_at = now;
       valve.control_word = edge_made ? words.before_reset : words.reset;
     } else {
       switch (*state) {
         case canopen::ValveState::kInit:
           // After a fault's reset all begins anew.
-          valve.control_word = valve.sent_word == words.reset ? words.init : words.disabled;
+          valve.control_word = valve.left_fault && valve.sent_word != words.init ? words.init : words.disabled;
+          valve.left_fault = valve.left_fault && valve.sent_word != words.init;
           break;
         case canopen::ValveState::kDisabled:
           valve.control_word = words.hold;
@@ -397,7 +411,10 @@ void CanopenClient::activate(Time now) noexcept {
     }
   }
   if (all_active && inputs_seen_at_ != kNever) {
-    for (Node& node : nodes_) node.errors.restart();
+    for (Node& node : nodes_) {
+      node.errors.restart();
+      node.emergency = canopen::kEmcyReset;  // what comes from here on counts beside the answer
+    }
     enter(Phase::kChecking, now);
     return check_errors(now);
   }
@@ -442,12 +459,11 @@ Reason CanopenClient::supervise(Time now) const noexcept {
 void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
   if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
   commanded_ = true;
-  if (phase_ >= Phase::kActivating) {
-    send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
-    const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
-    if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
-      if (bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output))) enable_sent_ = output;
-    }
+  // From the first frame on: what a node was told before this start must not become true again when it is started.
+  send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
+  const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
+  if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
+    if (bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output))) enable_sent_ = output;
   }
   if (to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));

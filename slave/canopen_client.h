@@ -104,7 +104,8 @@ class CanopenClient {
   void check_errors(Time now) noexcept;
   [[nodiscard]] std::uint16_t newest_error(std::uint8_t node) const noexcept;
   [[nodiscard]] bool tell(Node& node, canopen::NmtCommand command) noexcept;
-  void reset(Node& node, Time now) noexcept;
+  [[nodiscard]] bool reset(Node& node, Time now) noexcept;
+  void forget_process_data() noexcept;
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
   [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
@@ -129,7 +130,7 @@ class CanopenClient {
   JointVector spool_ = JointVector::Zero(), demand_ = JointVector::Zero();
   Time set_points_at_ = kNever;
   std::uint32_t syncs_ = 0;
-  std::uint8_t enable_sent_ = 0;
+  std::optional<std::uint8_t> enable_sent_;  // nothing since the nodes were started
   Time heartbeat_at_ = kNever;
 };
 

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "machine/description.h"
+#include "slave/valve_frame.h"
 
 namespace knuckle::slave {
 namespace {
@@ -80,6 +81,9 @@ SdoScript valve_script(const MachineDescription& machine, const NodeDescription&
   script.push_back(required(canopen::kValveControlMode, 1, 1));
   add_tpdo(script, node, canopen::kValveTpdo, static_cast<std::uint8_t>(bus.valve_status_every_nth_sync));
   add_rpdo(script, node, canopen::kValveRpdo);
+  // What it was told before must not become true again when it is started.
+  script.push_back(setting(canopen::kValveControlWord, valve_words(node.profile).init, 2));
+  script.push_back(setting(canopen::kValveSetPoint, 0, 2));
   script.push_back(setting(canopen::kRpdo1Timer, milliseconds(bus.valve_watchdog_s), 2, Kind::kGuard));
   script.push_back(watch_controller(bus));
   script.push_back(produce_heartbeat(bus));
@@ -145,6 +149,7 @@ SdoScript enable_script(const MachineDescription& machine, const NodeDescription
   add_tpdo(script, node, canopen::kEnableTpdo, canopen::kEventDriven);
   script.push_back(setting(canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2));
   add_rpdo(script, node, canopen::kEnableRpdo);
+  script.push_back(setting(canopen::kEnableOutputs, 0, 1));
   script.push_back(watch_controller(machine.bus));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
@@ -186,7 +191,7 @@ bool SdoStep::holds(std::uint32_t found) const noexcept {
     case Match::kEqual:
       return found == value;
     case Match::kAtLeast:
-      return found >= value;
+      return found >= value && found <= canopen::kMostMapped;
     case Match::kCobId:
       return (found & ~kNoRemoteRequests) == (value & ~kNoRemoteRequests);
   }
@@ -321,6 +326,13 @@ void SdoDialogue::count(const canopen::SdoResponse& answer) noexcept {
   second_ = std::min(2, second_ + (other ? 2 : 1));
 }
 
+/// The device has no such object, or lets nobody set it; another abort may pass.
+bool is_missing(canopen::SdoAbort abort) noexcept {
+  using canopen::SdoAbort;
+  return abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubindex || abort == SdoAbort::kReadOnly ||
+         abort == SdoAbort::kUnsupportedAccess || abort == SdoAbort::kInvalidValue;
+}
+
 void SdoDialogue::receive(const CanFrame& frame) noexcept {
   if (done() || requests_ == 0) return;
   const auto answer = canopen::parse_sdo_response(frame);
@@ -334,7 +346,7 @@ void SdoDialogue::receive(const CanFrame& frame) noexcept {
   answered_ = true;
   if (answer->kind != (writing ? Answer::kDownloaded : Answer::kUploaded)) {
     details_.abort = answer->kind == Answer::kAborted ? answer->abort : canopen::SdoAbort::kUnknownCommand;
-    return refused(SetupFailure::What::kAborted);
+    return is_missing(details_.abort) ? refused(SetupFailure::What::kAborted) : fail(SetupFailure::What::kAborted);
   }
   if (writing) return go_on();
   read_ = answer->object;

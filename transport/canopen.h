@@ -64,7 +64,9 @@ inline constexpr Object kTpdo1CobId{0x1800, 1}, kTpdo1Type{0x1800, 2};
 inline constexpr Object kTpdo1Timer{0x1800, 5};  ///< u16, ms: repeat of an event-driven PDO; 0 = off
 inline constexpr Object kTpdo1MapCount{0x1A00, 0};
 inline constexpr std::uint32_t kPdoDisabled = 0x80000000;  ///< Bit 31 of a PDO's COB-ID.
-inline constexpr std::uint8_t kEventDriven = 255;          ///< PDO type; 1...240 = every n-th SYNC.
+inline constexpr std::uint32_t kMostMapped =
+    64;  ///< Entries of a mapping; 254 and 255 say that it is a multiplexed PDO.
+inline constexpr std::uint8_t kEventDriven = 255;  ///< PDO type; 1...240 = every n-th SYNC.
 // CiA 408 valves
 inline constexpr Object kValveControlWord{0x6040, 0}, kValveStatusWord{0x6041, 0};
 inline constexpr Object kValveControlMode{0x6042, 0};                        ///< i8; 1 = set-point from the bus
