@@ -284,7 +284,7 @@ void EnableNode::observe(const CanFrame& frame) noexcept {
 void EnableNode::step(Time now, Outbox& out) noexcept {
   if (protocol_.take_reset()) latched_ = false;
   const bool asked = (protocol_.value(outputs_) & canopen::kOutputEnable) != 0;
-  if (!asked) latched_ = false;
+  if (!asked || !latches_) latched_ = false;
   if (asked && !latched_ && !allowed(now, out)) latched_ = true;
   pilot_ = asked && !latched_;
   if (!pilot_) apart_since_.fill(Time::max());

@@ -237,6 +237,8 @@ class EnableNode {
   [[nodiscard]] bool pilot() const noexcept { return pilot_; }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
+  /// A plain output module: what it took away is there again as soon as the cause is gone.
+  void set_plain() noexcept { latches_ = false; }
 
  private:
   static constexpr std::size_t kDemands = 8;
@@ -256,6 +258,7 @@ class EnableNode {
   PerJoint<bool> valve_fault_{};
   bool estop_ = false, pilot_ = false;
   bool latched_ = false;  ///< Taken away: the output must be off once before it can come on again.
+  bool latches_ = true;
 };
 
 /// All nodes behind one port of the bus; each has its own state.
@@ -274,6 +277,7 @@ class CanNodes {
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;
   void set_estop(bool pressed) noexcept { enable_.set_estop(pressed); }
+  void set_plain_enable() noexcept { enable_.set_plain(); }
   /// nullptr where there is none.
   [[nodiscard]] NodeProtocol* node(std::uint8_t id) noexcept;
 

@@ -88,6 +88,7 @@ void CanopenClient::restart() noexcept {
   setup_failure_ = {};
   watch_.restart();
   demand_.setZero();
+  syncs_ = 0;  // neutral goes out with the next step
   phase_ = Phase::kIdle;
 }
 

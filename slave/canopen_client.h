@@ -82,6 +82,8 @@ class CanopenClient {
     std::uint16_t status_word = 0;
     Time seen_at = kNever;
     std::uint16_t control_word = 0, sent_word = kNothingSent;  ///< Next to send, and last sent.
+    bool left_fault = false;                                   ///< By a reset: it begins anew with its first word.
+    Time reset_word_at = kNever;                               ///< When the newest word of a reset was chosen.
     double spool = 0;                                          ///< Actual, of stroke.
     std::optional<std::uint8_t> short_bytes;  ///< Of its last status, where that was shorter than mapped.
   };

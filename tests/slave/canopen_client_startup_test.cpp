@@ -13,15 +13,15 @@ std::vector<CanFrame> nmt(canopen::NmtCommand command, const std::vector<std::ui
   return frames;
 }
 
-/// Identifiers of nodes to which something was written.
-std::vector<std::uint8_t> written_to(const std::vector<CanFrame>& sent) {
-  std::vector<std::uint8_t> ids;
+/// What was written to nodes' objects.
+std::vector<canopen::SdoRequest> writes(const std::vector<CanFrame>& sent) {
+  std::vector<canopen::SdoRequest> found;
   for (const CanFrame& frame : sent) {
     const bool request = canopen::function_of(frame.id) == 0x600;
     const auto sdo = request ? canopen::parse_sdo_request(frame) : std::nullopt;
-    if (sdo && sdo->kind == canopen::SdoRequest::Kind::kDownload) ids.push_back(canopen::node_of(frame.id));
+    if (sdo && sdo->kind == canopen::SdoRequest::Kind::kDownload) found.push_back(*sdo);
   }
-  return ids;
+  return found;
 }
 
 TEST_F(BusStartUp, TellsOwnNodesOneByOneAndResetsNone) {
@@ -31,19 +31,74 @@ TEST_F(BusStartUp, TellsOwnNodesOneByOneAndResetsNone) {
   EXPECT_EQ(sent(canopen::kNmtId), expected);
 }
 
-TEST_F(BusStartUp, ARestartAsksWhatItToldAndWritesNothing) {
+TEST_F(BusStartUp, ARestartAsksWhatItToldAndWritesOutputsAlone) {
   const Time cold = now;
   up();
   const Duration first = now - cold;
   client.restart();
   const Time since = now;
   ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
-  EXPECT_TRUE(written_to(port.sent).empty());
+  const std::vector<canopen::Object> outputs{canopen::kValveControlWord, canopen::kValveSetPoint,
+                                             canopen::kEnableOutputs};
+  for (const canopen::SdoRequest& written : writes(port.sent)) {
+    EXPECT_NE(std::find(outputs.begin(), outputs.end(), written.object), outputs.end())
+        << std::hex << written.object.index;
+  }
   EXPECT_LE(now - since, first);
   EXPECT_TRUE(std::none_of(port.sent.begin(), port.sent.end(), [](const CanFrame& frame) {
     const auto request = canopen::parse_nmt(frame);
     return request && request->command == canopen::NmtCommand::kResetNode;
   }));
+}
+
+/// An output module that keeps what it was told, and valves that do: the controller was gone, and starts again.
+TEST_F(BusStartUp, WhatOutputsWereToldBeforeNeverBecomesTrueAgain) {
+  nodes.set_plain_enable();
+  up();
+  const auto run = [this](Duration most, auto&& each) {
+    for (const Time end = now + most; now < end;) {
+      now += 1ms;
+      nodes.step(now, {});
+      bus.advance(now);
+      if (to_ms(now) % 5 == 0) {
+        for (CanFrame frame; port.receive(frame);) client.receive(frame, now);
+        each();
+      }
+      if (client.phase() == Phase::kIdle || !client.operational()) {
+        EXPECT_FALSE(nodes.outputs().pilot) << to_ms(now);
+        EXPECT_EQ(nodes.outputs().spool_demand, JointVector(0, 0, 0)) << to_ms(now);
+      }
+    }
+  };
+  run(100ms, [this] { step(passed(kArm, 0.3), true); });
+  ASSERT_TRUE(client.operational()) << text(client.fault());
+  ASSERT_TRUE(nodes.outputs().pilot);
+  ASSERT_GT(nodes.outputs().spool_demand[kArm], 0.2);
+  for (int ms = 0; ms < 400; ++ms) {  // the controller is gone
+    now += 1ms;
+    nodes.step(now, {});
+    bus.advance(now);
+  }
+  for (CanFrame frame; port.receive(frame);) {
+  }
+  client.restart();
+  run(2s, [this] { step(); });
+  EXPECT_TRUE(client.operational()) << text(client.fault());
+  EXPECT_FALSE(nodes.outputs().pilot);
+}
+
+TEST_F(BusStartUp, ARestartOfWhatMovesGoesToNeutralAtOnce) {
+  up();
+  step(passed(kArm, 0.3), true);
+  step(passed(kArm, 0.3), true);
+  client.restart();
+  port.sent.clear();
+  step(passed(kArm, 0.3), true);
+  const auto commands = sent(canopen::rpdo1_id(0x11));
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(canopen::parse_valve_command(commands[0])->set_point, 0);
+  ASSERT_EQ(sent(canopen::rpdo1_id(kEnableNode)).size(), 1U);
+  EXPECT_EQ(sent(canopen::rpdo1_id(kEnableNode))[0].data[0], 0);
 }
 
 TEST_F(BusStartUp, WaitsForANodeThatBootsForSoLongAsTheFileSays) {
@@ -247,6 +302,7 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
   EXPECT_EQ(canopen::parse_valve_command(sent(to_valve).back())->control_word, canopen::kControlInit)
       << "not heard of yet";
   for (const auto& [says, told] : steps) {
+    now += 5ms;
     status(0x12, says);
     status(0x11, canopen::kControlHold | canopen::kStatusReady);  // it, too, must be active before all is well
     port.sent.clear();
@@ -256,8 +312,8 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
     EXPECT_EQ(canopen::parse_valve_command(commands[0])->control_word, told) << says;
     EXPECT_EQ(client.phase(), Phase::kActivating);
   }
-  status(0x11);
-  status(0x12);
+  statuses_but(0);
+  inputs();
   step();
   EXPECT_EQ(client.phase(), Phase::kChecking) << text(client.fault());
 }

@@ -351,10 +351,23 @@ TEST_F(BusSupervision, AFailedBusIsToldNeutralAndNoEnableWhateverIsAsked) {
   for (const CanFrame& frame : sent(canopen::rpdo1_id(kEnableNode))) EXPECT_EQ(canopen::parse_enable(frame), 0);
 }
 
-TEST_F(BusSupervision, NothingButHeartbeatsAndSyncBeforeTheValvesAreTaken) {
+TEST_F(BusSupervision, OutputsAreToldNeutralFromTheFirstFrameOn) {
+  const auto first_steps = [this] {
+    for (const CanFrame& frame : sent(canopen::rpdo1_id(kEnableNode))) EXPECT_EQ(canopen::parse_enable(frame), 0);
+    for (int i = 0; i < kJoints; ++i) {
+      const auto commands = sent(canopen::rpdo1_id(static_cast<std::uint8_t>(kValve + i)));
+      EXPECT_FALSE(commands.empty());
+      for (const CanFrame& frame : commands) {
+        EXPECT_EQ(canopen::parse_valve_command(frame)->set_point, 0);
+        EXPECT_EQ(canopen::parse_valve_command(frame)->control_word, canopen::kControlInit);
+      }
+    }
+  };
+  step(passed(kArm, 0.3), true);
+  first_steps();
+  EXPECT_FALSE(sent(canopen::rpdo1_id(kEnableNode)).empty());
   ASSERT_TRUE(bring_to(Phase::kStarting));
-  for (int i = 0; i < kJoints; ++i) EXPECT_TRUE(sent(canopen::rpdo1_id(static_cast<std::uint8_t>(kValve + i))).empty());
-  EXPECT_TRUE(sent(canopen::rpdo1_id(kEnableNode)).empty());
+  first_steps();
 }
 
 TEST_F(BusSupervision, TheControllersHeartbeatHasItsPeriod) {
