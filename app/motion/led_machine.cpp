@@ -145,6 +145,8 @@ bool LedMachine::advance() {
   if (now < step_due_) return false;
   step_due_ = std::max(step_due_ + period_, now);
   slave_.step(now);
+  if (const auto& failure = slave_.client().setup_failure(); failure.what != slave::SetupFailure::What::kNone)
+    setup_failure_ = failure;
   return true;
 }
 
@@ -164,13 +166,14 @@ bool LedMachine::run_until(const std::function<bool()>& reached, Duration patien
 
 void LedMachine::require(bool reached, const char* otherwise) const {
   if (reached) return;
-  std::string why = text(slave_.client().setup_failure());
+  std::string why = text(setup_failure_);
   if (const Reason trouble = leader_.trouble(); why.empty() && trouble) why = text(trouble);
   throw NotLed(otherwise + (why.empty() ? why : ": " + why));
 }
 
 void LedMachine::engage() {
   require(run_until([this] { return leader_.engaged(); }, kComeUp), "the machine did not engage within 15 s");
+  setup_failure_ = {};
 }
 
 void LedMachine::rest(Duration still) {

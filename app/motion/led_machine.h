@@ -126,6 +126,7 @@ class LedMachine {
   ImpairedLink link_;
   PathLeader leader_;
   slave::SlaveLoop slave_;
+  slave::SetupFailure setup_failure_;  // the last one since it engaged: a loop that tries again forgets its own
 };
 
 }  // namespace knuckle::motion
