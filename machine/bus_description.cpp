@@ -1,26 +1,54 @@
 #include "machine/bus_description.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace knuckle {
+namespace {
 
-std::vector<NamedNode> named_nodes(const BusDescription& bus) {
-  std::vector<NamedNode> nodes;
-  visit_nodes(bus, [&nodes](NodeRole role, int joint, std::string name, const NodeDescription& node) {
-    nodes.push_back({role, joint, std::move(name), node});
-  });
-  return nodes;
-}
-
-const NamedNode* find_node(const std::vector<NamedNode>& nodes, const std::string& name) {
-  const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const NamedNode& n) { return n.name == name; });
+template <typename Is>
+const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const Is& is) noexcept {
+  const auto found = std::find_if(nodes.begin(), nodes.end(), is);
   return found == nodes.end() ? nullptr : &*found;
 }
 
-std::string names_of(const std::vector<NamedNode>& nodes) {
+}  // namespace
+
+int NodeDescription::joint() const noexcept {
+  if (role == NodeRole::kTilt || role == NodeRole::kEnable) return -1;
+  const auto joint_of = [this](const NodeChannel& channel) {
+    return role == NodeRole::kPressure ? channel.info().index / 2 : channel.info().index;
+  };
+  const auto same = [&](const NodeChannel& channel) { return joint_of(channel) == joint_of(channels.front()); };
+  const bool one = !channels.empty() && std::all_of(channels.begin(), channels.end(), same);
+  return one ? joint_of(channels.front()) : -1;
+}
+
+const NodeDescription& BusDescription::node_of(NodeRole role, int index) const noexcept {
+  static const NodeDescription none;
+  const NodeDescription* const found = find_if(nodes, [&](const NodeDescription& node) {
+    return node.role == role && std::any_of(node.channels.begin(), node.channels.end(),
+                                            [&](const NodeChannel& channel) { return channel.info().index == index; });
+  });
+  return found == nullptr ? none : *found;
+}
+
+const NodeDescription* BusDescription::find(const std::string& name) const noexcept {
+  const auto called = [&](const NodeDescription& node) { return node.name == name; };
+  const auto has = [&](const NodeDescription& node) {
+    return std::any_of(node.channels.begin(), node.channels.end(),
+                       [&](const NodeChannel& channel) { return channel.info().name == name; });
+  };
+  const NodeDescription* const found = find_if(nodes, called);
+  return found != nullptr ? found : find_if(nodes, has);
+}
+
+const NodeDescription* BusDescription::find(std::uint8_t id) const noexcept {
+  return find_if(nodes, [&](const NodeDescription& node) { return node.id == id; });
+}
+
+std::string BusDescription::node_names() const {
   std::string all;
-  for (const NamedNode& node : nodes) all += (all.empty() ? "" : ", ") + node.name;
+  for (const NodeDescription& node : nodes) all += (all.empty() ? "" : ", ") + node.name;
   return all;
 }
 

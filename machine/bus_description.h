@@ -2,14 +2,42 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/joints.h"
+#include "core/units.h"
 
 namespace knuckle {
+
+/// Device profile of CiA: 408, 404, 406, 410, 401.
+enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable };
+
+/// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
+struct SignalInfo {
+  const char* name;  ///< As machine files call it.
+  NodeRole role;     ///< Of the nodes that can have it.
+  int index;         ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
+};
+/// All are needed. A node's place in BusDescription::nodes is that of its first signal here.
+inline constexpr std::array kSignals{SignalInfo{"boom_spool", NodeRole::kValve, 0},
+                                     SignalInfo{"arm_spool", NodeRole::kValve, 1},
+                                     SignalInfo{"bucket_spool", NodeRole::kValve, 2},
+                                     SignalInfo{"boom_head_pressure", NodeRole::kPressure, 0},
+                                     SignalInfo{"boom_rod_pressure", NodeRole::kPressure, 1},
+                                     SignalInfo{"arm_head_pressure", NodeRole::kPressure, 2},
+                                     SignalInfo{"arm_rod_pressure", NodeRole::kPressure, 3},
+                                     SignalInfo{"bucket_head_pressure", NodeRole::kPressure, 4},
+                                     SignalInfo{"bucket_rod_pressure", NodeRole::kPressure, 5},
+                                     SignalInfo{"boom_length", NodeRole::kEncoder, 0},
+                                     SignalInfo{"arm_length", NodeRole::kEncoder, 1},
+                                     SignalInfo{"bucket_length", NodeRole::kEncoder, 2},
+                                     SignalInfo{"slope", NodeRole::kTilt, 0},
+                                     SignalInfo{"machine_enable", NodeRole::kEnable, 0}};
 
 /// How a device of CiA 408 is led through its states.
 enum class ValveProfile : std::uint8_t {
@@ -19,27 +47,48 @@ enum class ValveProfile : std::uint8_t {
 /// As machine files call them, in the order of ValveProfile.
 inline constexpr std::array kValveProfileNames{"cia408", "cia408/pved"};
 
-/// Identity a node must show (objects 0x1000 and 0x1018:01, :02) before anything moves, and what its process data are
-/// sent under.
+/// A part of a device that has a value of its own: a sub-index of the profile's objects, from 1.
+struct NodeChannel {
+  std::uint8_t number = 1;
+  std::uint8_t signal = 0;  ///< Place in kSignals.
+  [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+};
+
+/// A device on the bus: what it is called, what its channels are, the identity it must show (objects 0x1000 and
+/// 0x1018:01, :02) before anything moves, and what its process data are sent under.
 struct NodeDescription {
+  static constexpr std::size_t kMostPdos = 4;  ///< As the pre-defined connection set has.
+  std::string name;                            ///< Also in scenarios, options and reports.
+  NodeRole role = NodeRole::kValve;
+  std::vector<NodeChannel> channels;  ///< By number.
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
   ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
-  std::uint16_t tpdo = 0, rpdo = 0;  ///< COB-ID of its first PDO from and to it; 0: pre-defined connection set.
-  [[nodiscard]] constexpr std::uint32_t tpdo_id() const noexcept { return tpdo != 0 ? tpdo : 0x180U + id; }
+  std::array<std::uint16_t, kMostPdos> tpdos{};  ///< COB-IDs of its PDOs; 0: pre-defined connection set.
+  std::uint16_t rpdo = 0;
+  [[nodiscard]] constexpr std::uint32_t tpdo_id(std::size_t pdo = 0) const noexcept {
+    return tpdos[pdo] != 0 ? tpdos[pdo] : 0x180U + 0x100U * static_cast<std::uint32_t>(pdo) + id;
+  }
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
+  /// Joint of its first channel; -1 of a node that is the whole machine's, or of several joints.
+  [[nodiscard]] int joint() const noexcept;
 };
 
 /// How values are written on the wire where devices differ.
 struct WireDescription {
-  double valve_full_stroke = 16384;      ///< Set-point and actual value (CiA 408) at 100 % of spool stroke.
-  bool pressure_float = false;           ///< 0x6130:01 (float32, bar) instead of 0x9130:01 (integer).
-  int pressure_digits = 2;               ///< Of the integer, in bar (0x6132:01).
+  double valve_full_stroke = 16384;  ///< Set-point and actual value (CiA 408) at 100 % of spool stroke.
+  /// Of a pressure: object 0x9130, 0x6130 in bar, or 0x7130.
+  enum class Pressure : std::uint8_t { kInteger, kFloat, kInteger16 } pressure = Pressure::kInteger;
+  int pressure_digits = 2;               ///< Of an integer, in bar (0x6132).
   double encoder_speed_step_mps = 1e-4;  ///< 0x6005:02
+  [[nodiscard]] double pressure_unit_Pa() const noexcept {
+    return pressure == Pressure::kFloat ? kBar : kBar / std::pow(10, pressure_digits);
+  }
 };
 
 /// CANopen side of the machine.
 struct BusDescription {
+  static constexpr int kEnableEveryNthSync = 10;  ///< The enable output is repeated: 20 Hz.
   std::uint32_t bit_rate = 500000;
   double sync_Hz = 200;  ///< The slave loop's rate.
   int set_point_every_nth_sync = 1, valve_status_every_nth_sync = 4, tilt_every_nth_sync = 2;
@@ -56,45 +105,28 @@ struct BusDescription {
   double activate_timeout_s = 0.5;  ///< Valves ACTIVE after the control words.
   std::uint8_t controller_id = 1;
   WireDescription wire;
-  PerJoint<NodeDescription> valves{};
-  std::array<NodeDescription, 6> pressures{};  ///< boom A, B, arm A, B, bucket A, B
-  PerJoint<NodeDescription> encoders{};
-  NodeDescription tilt, enable;
-};
+  std::vector<NodeDescription> nodes;  ///< In the order of kSignals. Each signal is of one of them.
 
-// What each node of the bus is called: its key under [bus.nodes] of a machine file, also in scenarios, options and
-// reports.
-
-enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable };
-
-/// Calls visit(role, joint, name, node) for every node of a BusDescription, in the order valves, pressures, encoders,
-/// tilt, enable. joint: -1 for tilt and enable.
-template <typename Bus, typename Visit>
-void visit_nodes(Bus& bus, const Visit& visit) {
-  const auto of_joint = [&visit](NodeRole role, std::size_t joint, const char* what, auto& node) {
-    visit(role, static_cast<int>(joint), std::string(kJointNames[joint]) + what, node);
-  };
-  for (std::size_t j = 0; j < kJoints; ++j) of_joint(NodeRole::kValve, j, "_valve", bus.valves[j]);
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    of_joint(NodeRole::kPressure, j, "_head_pressure", bus.pressures[2 * j]);
-    of_joint(NodeRole::kPressure, j, "_rod_pressure", bus.pressures[2 * j + 1]);
+  // The one that has this signal. Loaded descriptions have all.
+  [[nodiscard]] const NodeDescription& node_of(NodeRole role, int index) const noexcept;
+  [[nodiscard]] const NodeDescription& valve(std::integral auto joint) const noexcept {
+    return node_of(NodeRole::kValve, static_cast<int>(joint));
   }
-  for (std::size_t j = 0; j < kJoints; ++j) of_joint(NodeRole::kEncoder, j, "_encoder", bus.encoders[j]);
-  visit(NodeRole::kTilt, -1, std::string("tilt"), bus.tilt);
-  visit(NodeRole::kEnable, -1, std::string("enable"), bus.enable);
-}
+  /// @param chamber boom A, B, arm A, B, bucket A, B
+  [[nodiscard]] const NodeDescription& pressure(std::integral auto chamber) const noexcept {
+    return node_of(NodeRole::kPressure, static_cast<int>(chamber));
+  }
+  [[nodiscard]] const NodeDescription& encoder(std::integral auto joint) const noexcept {
+    return node_of(NodeRole::kEncoder, static_cast<int>(joint));
+  }
+  [[nodiscard]] const NodeDescription& tilt() const noexcept { return node_of(NodeRole::kTilt, 0); }
+  [[nodiscard]] const NodeDescription& enable() const noexcept { return node_of(NodeRole::kEnable, 0); }
 
-struct NamedNode {
-  NodeRole role = NodeRole::kValve;
-  int joint = -1;    ///< -1: of the whole machine.
-  std::string name;  ///< "boom_valve", "arm_rod_pressure", "bucket_encoder", "tilt", "enable"
-  NodeDescription node;
+  /// The node of this name, or that has the signal of this name, or of this id; null where there is none.
+  [[nodiscard]] const NodeDescription* find(const std::string& name) const noexcept;
+  [[nodiscard]] const NodeDescription* find(std::uint8_t id) const noexcept;
+  /// "boom_valve, arm_valve, ...": for the line that refuses another name.
+  [[nodiscard]] std::string node_names() const;
 };
-/// In the order of visit_nodes.
-[[nodiscard]] std::vector<NamedNode> named_nodes(const BusDescription& bus);
-/// The node of this name; null where there is none.
-[[nodiscard]] const NamedNode* find_node(const std::vector<NamedNode>& nodes, const std::string& name);
-/// "boom_valve, arm_valve, ...": for the line that refuses another name.
-[[nodiscard]] std::string names_of(const std::vector<NamedNode>& nodes);
 
 }  // namespace knuckle

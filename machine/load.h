@@ -27,7 +27,7 @@ namespace knuckle {
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, PDOs at the rates of BusDescription, the enable
 /// node's output and inputs at the controller heartbeat's rate, all heartbeats.
-[[nodiscard]] double worst_bus_load(const BusDescription& bus) noexcept;
+[[nodiscard]] double worst_bus_load(const BusDescription& bus);
 
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with
 /// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR, else the one

@@ -6,12 +6,14 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
 
 #include "core/units.h"
 #include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
@@ -27,6 +29,7 @@ constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a val
 constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
 constexpr int kPvedMostStroke = 32766;
+constexpr double kOverRange = 1.1;  // a pressure is told to be too high, not the highest there is
 constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
 LinkDescription read_link(TomlTable& file) {
@@ -164,36 +167,147 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
   return sensors;
 }
 
-/// Reads nodes and refuses ids of nodes and frames that another key has taken.
+/// What the nodes of a [bus.nodes] table are, by their key: one signal each.
+std::string key_of(const SignalInfo& signal) {
+  const std::string name = signal.name;
+  const std::string joint = name.substr(0, name.find('_'));
+  switch (signal.role) {
+    case NodeRole::kValve:
+      return joint + "_valve";
+    case NodeRole::kPressure:
+      return name;
+    case NodeRole::kEncoder:
+      return joint + "_encoder";
+    case NodeRole::kTilt:
+      return "tilt";
+    case NodeRole::kEnable:
+      break;
+  }
+  return "enable";
+}
+
+/// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
  public:
-  NodeReader(TomlTable nodes, std::uint8_t controller_id)
-      : nodes_(std::move(nodes)), ids_{{controller_id, "controller_id"}} {}
+  explicit NodeReader(const BusDescription& bus) : wire_(bus.wire), ids_{{bus.controller_id, "controller_id"}} {}
 
-  NodeDescription read(const std::string& key, NodeRole role) {
-    TomlTable file = nodes_.table(key);
+  /// [bus.nodes]: a key for each signal.
+  std::vector<NodeDescription> read_keyed(TomlTable nodes) {
+    std::vector<NodeDescription> all;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      NodeDescription node;
+      node.name = key_of(kSignals[i]);
+      node.role = kSignals[i].role;
+      node.channels = {{1, static_cast<std::uint8_t>(i)}};
+      TomlTable file = nodes.table(node.name);
+      if (node.role == NodeRole::kValve && file.has("profile"))
+        node.profile = static_cast<ValveProfile>(file.choice("profile", kValveProfileNames));
+      read(file, node);
+      all.push_back(std::move(node));
+    }
+    return all;
+  }
+
+  /// [[bus.node]], in any order.
+  std::vector<NodeDescription> read_listed(std::vector<TomlTable> files) {
+    std::vector<NodeDescription> all;
+    for (TomlTable& file : files) {
+      NodeDescription node;
+      node.name = file.text("name");
+      const auto same = [&](const NodeDescription& other) { return other.name == node.name; };
+      file.require(std::none_of(all.begin(), all.end(), same), "name", "is the name of another node");
+      read_profile(file, node);
+      read_channels(file, node);
+      read(file, node);
+      all.push_back(std::move(node));
+    }
+    std::stable_sort(all.begin(), all.end(), [](const NodeDescription& a, const NodeDescription& b) {
+      return !a.channels.empty() && (b.channels.empty() || first_signal(a) < first_signal(b));
+    });
+    return all;
+  }
+
+  /// "boom_length, slope"; empty where each signal is some node's.
+  [[nodiscard]] std::string missing() const {
+    std::string names;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      if (signals_.count(i) == 0) names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
+    }
+    return names;
+  }
+
+ private:
+  static std::uint8_t first_signal(const NodeDescription& node) {
+    return std::min_element(node.channels.begin(), node.channels.end(),
+                            [](const NodeChannel& a, const NodeChannel& b) { return a.signal < b.signal; })
+        ->signal;
+  }
+
+  static void read_profile(TomlTable& file, NodeDescription& node) {
+    constexpr std::array kProfiles{"cia408", "cia408/pved", "cia404", "cia406", "cia410", "cia401"};
+    constexpr std::array kRoles{NodeRole::kValve,   NodeRole::kValve, NodeRole::kPressure,
+                                NodeRole::kEncoder, NodeRole::kTilt,  NodeRole::kEnable};
+    const auto profile = static_cast<std::size_t>(file.choice("profile", kProfiles));
+    node.role = kRoles[profile];
+    if (profile == 1) node.profile = ValveProfile::kPved;
+  }
+
+  /// channels = { 1 = "boom_head_pressure", 2 = "boom_rod_pressure" }
+  void read_channels(TomlTable& file, NodeDescription& node) {
+    constexpr int kMostChannels = 8;
+    std::vector<const char*> names;
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      if (kSignals[i].role != node.role) continue;
+      names.push_back(kSignals[i].name);
+      places.push_back(i);
+    }
+    TomlTable channels = file.table("channels");
+    for (int number = 1; number <= kMostChannels; ++number) {
+      const std::string key = std::to_string(number);
+      if (!channels.has(key)) continue;
+      const std::size_t place = places[static_cast<std::size_t>(channels.choice(key, names))];
+      if (channels.sound({key})) {
+        const auto [other, is_new] = signals_.emplace(place, node.name);
+        channels.require(is_new, key, "is taken by '" + other->second + "'");
+      }
+      node.channels.push_back({static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(place)});
+    }
+    const bool several = node.role == NodeRole::kPressure;
+    file.require(!node.channels.empty(), "channels",
+                 "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }", {"profile"});
+    file.require(several || node.channels.size() < 2, "channels", "must be one: only nodes of cia404 may have several",
+                 {"profile"});
+    file.require(several || node.channels.empty() || node.channels[0].number == 1, "channels", "must be channel 1",
+                 {"profile"});
+    if (node.channels.empty()) node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
+  }
+
+  void read(TomlTable& file, NodeDescription& node) {
     constexpr std::int64_t kMax32 = 0xFFFFFFFF;
-    NodeDescription node;
     node.id = static_cast<std::uint8_t>(file.integer("id", 1, 127));
     if (file.sound({"id"})) {
-      const auto [other, is_new] = ids_.emplace(node.id, key);
+      const auto [other, is_new] = ids_.emplace(node.id, node.name);
       file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
     }
     node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
     node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
-    node.tpdo = frame_id(file, "tpdo");
-    take(file, key, "tpdo", node.tpdo_id());
-    if (role == NodeRole::kValve && file.has("profile"))
-      node.profile = static_cast<ValveProfile>(file.choice("profile", kValveProfileNames));
-    const bool is_told = role == NodeRole::kValve || role == NodeRole::kEnable;
-    if (!is_told) return node;
+    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"};
+    const std::size_t pdos = transmit_pdos(node, wire_);
+    file.require(
+        pdos <= NodeDescription::kMostPdos, "channels",
+        "need " + std::to_string(pdos) + " frames, and a node has 4: pressure_value = \"integer16\" needs fewer");
+    for (std::size_t pdo = 0; pdo < std::min(pdos, NodeDescription::kMostPdos); ++pdo) {
+      node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
+      take(file, node.name, kTpdoKeys[pdo], node.tpdo_id(pdo));
+    }
+    const bool is_told = node.role == NodeRole::kValve || node.role == NodeRole::kEnable;
+    if (!is_told) return;
     node.rpdo = frame_id(file, "rpdo");
-    take(file, key, "rpdo", node.rpdo_id());
-    return node;
+    take(file, node.name, "rpdo", node.rpdo_id());
   }
 
- private:
   /// Optional. CiA 301 keeps what lies outside for other services.
   static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
     if (!file.has(pdo)) return 0;
@@ -202,34 +316,39 @@ class NodeReader {
     return static_cast<std::uint16_t>(id);
   }
 
-  void take(const TomlTable& file, const std::string& key, const char* pdo, std::uint32_t id) {
+  void take(const TomlTable& file, const std::string& name, const char* pdo, std::uint32_t id) {
     if (!file.sound({"id", pdo})) return;
-    const auto [other, is_new] = frames_.emplace(id, key + "." + pdo);
+    const auto [other, is_new] = frames_.emplace(id, name + "." + pdo);
     file.require(is_new, file.has(pdo) ? pdo : "id",
                  "its frames' identifier " + fmt::format("0x{:03X}", id) + " is taken by '" + other->second + "'");
   }
 
-  TomlTable nodes_;
+  WireDescription wire_;
   std::map<std::int64_t, std::string> ids_;
   std::map<std::uint32_t, std::string> frames_;
+  std::map<std::size_t, std::string> signals_;
 };
 
-void read_nodes(TomlTable nodes, BusDescription& bus) {
-  NodeReader read(std::move(nodes), bus.controller_id);
-  visit_nodes(bus, [&read](NodeRole role, int, const std::string& name, NodeDescription& node) {
-    node = read.read(name, role);
-  });
+std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus) {
+  NodeReader read(bus);
+  if (!file.has("node")) return read.read_keyed(file.table("nodes"));
+  std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
+  const std::string missing = read.missing();
+  file.require(missing.empty(), "node", "no node has " + missing);
+  return nodes;
 }
 
 /// All optional: what the default profiles say where it is absent.
 WireDescription read_wire(TomlTable file) {
   WireDescription wire;
   if (file.has("valve_full_stroke")) wire.valve_full_stroke = file.number("valve_full_stroke", 100, 32767);
-  if (file.has("pressure_value")) wire.pressure_float = file.choice("pressure_value", {"integer", "float"}) == 1;
+  using Pressure = WireDescription::Pressure;
+  if (file.has("pressure_value"))
+    wire.pressure = static_cast<Pressure>(file.choice("pressure_value", {"integer", "float", "integer16"}));
   if (file.has("pressure_digits")) {
     wire.pressure_digits = static_cast<int>(file.integer("pressure_digits", 0, 4));
-    file.require(!wire.pressure_float, "pressure_digits", "only goes with pressure_value = \"integer\"",
-                 {"pressure_value"});
+    file.require(wire.pressure != Pressure::kFloat, "pressure_digits",
+                 "only goes with pressure_value = \"integer\" or \"integer16\"", {"pressure_value"});
   }
   if (file.has("encoder_speed_step_mmps")) {
     wire.encoder_speed_step_mps = file.number("encoder_speed_step_mmps", 0.01, 10, kMilli);
@@ -247,7 +366,7 @@ void read_patience(TomlTable& file, BusDescription& bus) {
   optional("activate_timeout_ms", 30000, bus.activate_timeout_s);
 }
 
-BusDescription read_bus(TomlTable file) {
+BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   BusDescription bus;
   const std::int64_t kbps = file.integer("bit_rate_kbps", kBitRates_kbps.front(), kBitRates_kbps.back());
   file.require(std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps) != kBitRates_kbps.end(), "bit_rate_kbps",
@@ -279,12 +398,18 @@ BusDescription read_bus(TomlTable file) {
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
-  read_nodes(file.table("nodes"), bus);
-  const bool floats = std::any_of(bus.valves.begin(), bus.valves.end(),
+  bus.nodes = read_nodes(file, bus);
+  const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",
                fmt::format("valve_full_stroke must be at most {}: above that a valve of profile cia408/pved floats",
                            kPvedMostStroke));
+  const double reach_Pa = std::numeric_limits<std::int16_t>::max() * bus.wire.pressure_unit_Pa();
+  file.require(
+      bus.wire.pressure != WireDescription::Pressure::kInteger16 || reach_Pa > kOverRange * sensors.pressure_range_Pa,
+      "wire",
+      "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
+      {".sensors.pressure_range_bar"});
   const double load = worst_bus_load(bus);
   file.require(load <= kFullestBus, "bit_rate_kbps",
                "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
@@ -453,7 +578,7 @@ MachineDescription read_machine(TomlTable file) {
   check_outline(profile, machine);
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
   machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
-  machine.bus = read_bus(file.table("bus"));
+  machine.bus = read_bus(file.table("bus"), machine.sensors);
   machine.limits = read_limits(tables.limits, machine);
   machine.control = read_control(file.table("control"));
   TomlTable payload = file.table("payload");
@@ -469,18 +594,16 @@ MachineDescription read_machine(TomlTable file) {
 
 }  // namespace
 
-double worst_bus_load(const BusDescription& bus) noexcept {
+double worst_bus_load(const BusDescription& bus) {
   // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
   const auto bits = [](int bytes) -> double {
     const int stuffed = (34 + 8 * bytes - 1) / 4;
     return 47 + 8 * bytes + stuffed;
   };
-  constexpr int kNodes = 3 + 6 + 3 + 2;
-  const double sensors = bits(0) + 6 * bits(5) + 3 * bits(6) + bits(2) / bus.tilt_every_nth_sync;
-  const double valves = 3 * bits(4) * (1.0 / bus.set_point_every_nth_sync + 1.0 / bus.valve_status_every_nth_sync);
-  // Enable output and inputs repeat as the controller's heartbeat does.
-  const double slow = 3 / bus.controller_heartbeat_s + kNodes / bus.node_heartbeat_s;
-  return (bus.sync_Hz * (sensors + valves) + slow * bits(1)) / bus.bit_rate;
+  double bits_per_s = bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
+  for (const BusFrame& frame : bus_frames(bus)) bits_per_s += frame.rate_Hz(bus.sync_Hz) * bits(frame.bytes());
+  bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
+  return bits_per_s / bus.bit_rate;
 }
 
 MachineDescription load_machine(const std::string& path) {

@@ -28,7 +28,7 @@ std::uint32_t bits(std::int16_t value) noexcept {
   return static_cast<std::uint16_t>(value);
 }
 
-canopen::PdoMap map_of(SensorNode::Kind kind) noexcept {
+const canopen::PdoMap& map_of(SensorNode::Kind kind) noexcept {
   switch (kind) {
     case SensorNode::Kind::kPressure:
       return canopen::kPressureTpdo;
@@ -66,7 +66,7 @@ ValveState asked_state(std::uint32_t control_word) noexcept {
 
 ValveNode::ValveNode(const NodeDescription& identity, double full_stroke)
     : profile_(identity.profile),
-      protocol_(identity, canopen::kValveTpdo, kEverySync, canopen::kValveRpdo),
+      protocol_(identity, {canopen::kValveTpdo}, kEverySync, canopen::kValveRpdo),
       control_(protocol_.add(canopen::kValveControlWord, 2, Access::kReadWrite)),
       status_(protocol_.add(canopen::kValveStatusWord, 2, Access::kReadOnly)),
       mode_(protocol_.add(canopen::kValveControlMode, 1, Access::kReadWrite, 1)),
@@ -149,16 +149,11 @@ void ValveNode::watch(Time now, Outbox& out) noexcept {
 // ---------------------------------------------------------------------------------------------------------
 
 SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range,
-                       const WireDescription& wire)
-    : kind_(kind), resolution_(resolution), range_(range), protocol_(identity, map_of(kind), kEverySync) {
+                       const WireDescription& wire, unsigned channels)
+    : kind_(kind), resolution_(resolution), range_(range), protocol_(identity, {map_of(kind)}, kEverySync) {
   switch (kind) {
     case Kind::kPressure:
-      objects_ = {protocol_.add(canopen::kPressureValue, 4, Access::kReadOnly),
-                  protocol_.add(canopen::kPressureStatus, 1, Access::kReadOnly),
-                  protocol_.add(canopen::kPressureUnit, 4, Access::kReadOnly, canopen::kUnitBar),
-                  protocol_.add(canopen::kPressureDigits, 1, Access::kReadOnly,
-                                static_cast<std::uint32_t>(wire.pressure_digits))};
-      float_value_ = protocol_.add(canopen::kPressureFloat, 4, Access::kReadOnly);
+      for (unsigned n = 1; n <= channels; ++n) add_pressure(static_cast<std::uint8_t>(n), wire);
       break;
     case Kind::kEncoder:
       objects_ = {protocol_.add(canopen::kEncoderPosition, 4, Access::kReadOnly),
@@ -178,6 +173,18 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
   }
 }
 
+void SensorNode::add_pressure(std::uint8_t channel, const WireDescription& wire) {
+  const auto add = [&](canopen::Object of_first, std::uint8_t size, std::uint32_t value = 0) {
+    return protocol_.add({of_first.index, channel}, size, Access::kReadOnly, value);
+  };
+  add(canopen::kPressureUnit, 4, canopen::kUnitBar);
+  pressures_.push_back({.value = add(canopen::kPressureValue, 4),
+                        .short_value = add(canopen::kPressureShort, 2),
+                        .float_value = add(canopen::kPressureFloat, 4),
+                        .status = add(canopen::kPressureStatus, 1),
+                        .digits = add(canopen::kPressureDigits, 1, static_cast<std::uint32_t>(wire.pressure_digits))});
+}
+
 void SensorNode::inject(NodeFault fault, Time now) noexcept {
   fault_ = fault;
   fault_at_ = now;
@@ -189,48 +196,55 @@ void SensorNode::obey_preset() noexcept {
   protocol_.set(offset_, protocol_.value(preset_) - static_cast<std::uint32_t>(here));
 }
 
-void SensorNode::step(Time now, const Sample& sample, Outbox& out) noexcept {
+void SensorNode::step(Time now, std::span<const Sample> samples, Outbox& out) noexcept {
   if (kind_ == Kind::kEncoder && protocol_.take_written(canopen::kEncoderPreset)) obey_preset();
   if (fault_ == NodeFault::kInvalid) {
     put_invalid();
   } else if (fault_ != NodeFault::kFrozen && protocol_.samples_now()) {
-    Sample seen = disturbed(sample, now);
-    if (resolution_ > 0) seen.value = std::round(seen.value / resolution_) * resolution_;
-    switch (kind_) {
-      case Kind::kPressure:
-        put_pressure(seen.value);
-        break;
-      case Kind::kEncoder:
-        put_encoder(seen);
-        break;
-      case Kind::kTilt:
-        put_tilt(seen.value);
-        break;
-    }
+    for (std::size_t i = 0; i < samples.size(); ++i) put(i, disturbed(samples[i], now));
+    if (fault_ == NodeFault::kSpike && protocol_.operational()) fault_ = NodeFault::kNone;
   }
   protocol_.step(now, out);
 }
 
-SensorNode::Sample SensorNode::disturbed(const Sample& sample, Time now) noexcept {
+SensorNode::Sample SensorNode::disturbed(const Sample& sample, Time now) const noexcept {
   Sample seen = sample;
   if (fault_ == NodeFault::kSpike && protocol_.operational()) {
     seen.value += spike_of(kind_);
-    fault_ = NodeFault::kNone;
   } else if (fault_ == NodeFault::kBrokenWire) {
     seen.value = std::max(0.0, sample.value - kWindBack_mps * to_seconds(now - fault_at_));
     seen.rate = seen.value > 0 ? -kWindBack_mps : 0.0;
   }
+  if (resolution_ > 0) seen.value = std::round(seen.value / resolution_) * resolution_;
   return seen;
 }
 
-void SensorNode::put_pressure(double pressure_Pa) noexcept {
+void SensorNode::put(std::size_t channel, const Sample& sample) noexcept {
+  switch (kind_) {
+    case Kind::kPressure:
+      if (channel < pressures_.size()) put_pressure(pressures_[channel], sample.value);
+      break;
+    case Kind::kEncoder:
+      put_encoder(sample);
+      break;
+    case Kind::kTilt:
+      put_tilt(sample.value);
+      break;
+  }
+}
+
+void SensorNode::put_pressure(const PressureChannel& channel, double pressure_Pa) noexcept {
   const unsigned status = (pressure_Pa > 1.02 * range_ ? unsigned{canopen::kPressureOverload} : 0U) |
                           (pressure_Pa < -0.02 * range_ ? unsigned{canopen::kPressureUnderload} : 0U);
-  const auto digits = static_cast<int>(protocol_.value(objects_[3]));
-  const double step_Pa = canopen::pressure_format(false, digits).unit_Pa;
-  protocol_.set(objects_[0], bits(canopen::to_steps<std::int32_t>(pressure_Pa, step_Pa)));
-  protocol_.set(float_value_, std::bit_cast<std::uint32_t>(static_cast<float>(pressure_Pa / 1e5)));
-  protocol_.set(objects_[1], status);
+  const auto digits = static_cast<int>(protocol_.value(channel.digits));
+  const double step_Pa = kBar / std::pow(10, digits);
+  const auto value = canopen::to_steps<std::int32_t>(pressure_Pa, step_Pa);
+  using Short = std::numeric_limits<std::int16_t>;
+  protocol_.set(channel.value, bits(value));
+  protocol_.set(channel.short_value,
+                bits(static_cast<std::int16_t>(std::clamp<std::int32_t>(value, Short::min(), Short::max()))));
+  protocol_.set(channel.float_value, std::bit_cast<std::uint32_t>(static_cast<float>(pressure_Pa / 1e5)));
+  protocol_.set(channel.status, status);
 }
 
 void SensorNode::put_encoder(const Sample& sample) noexcept {
@@ -247,19 +261,23 @@ void SensorNode::put_tilt(double slope_rad) noexcept {
 }
 
 void SensorNode::put_invalid() noexcept {
-  const bool short_value = kind_ == Kind::kTilt;
-  protocol_.set(objects_[0], short_value ? bits(std::numeric_limits<std::int16_t>::max())
-                                         : bits(std::numeric_limits<std::int32_t>::max()));
-  if (kind_ != Kind::kPressure) return;
-  protocol_.set(objects_[1], canopen::kPressureInvalid);
-  protocol_.set(float_value_, std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN()));
+  constexpr auto kLargest = std::numeric_limits<std::int32_t>::max();
+  constexpr auto kLargestShort = std::numeric_limits<std::int16_t>::max();
+  for (const PressureChannel& channel : pressures_) {
+    protocol_.set(channel.value, bits(kLargest));
+    protocol_.set(channel.short_value, bits(kLargestShort));
+    protocol_.set(channel.float_value, std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN()));
+    protocol_.set(channel.status, canopen::kPressureInvalid);
+  }
+  if (kind_ == Kind::kEncoder) protocol_.set(objects_[0], bits(kLargest));
+  if (kind_ == Kind::kTilt) protocol_.set(objects_[0], bits(kLargestShort));
 }
 
 // ---- Machine enable
 // --------------------------------------------------------------------------------------------------
 
 EnableNode::EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves, double full_stroke)
-    : protocol_(identity, canopen::kEnableTpdo, canopen::kEventDriven, canopen::kEnableRpdo),
+    : protocol_(identity, {canopen::kEnableTpdo}, canopen::kEventDriven, canopen::kEnableRpdo),
       inputs_(protocol_.add(canopen::kEnableInputs, 1, Access::kReadOnly)),
       outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)),
       valves_(valves),

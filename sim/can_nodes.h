@@ -1,11 +1,13 @@
-// The machine's CANopen nodes: three valves (CiA 408), six pressure transmitters (404), three wire encoders (406), a
-// tilt sensor (410) and the machine enable (401). They know plain signals and frames, and nothing of the plant.
+// The machine's CANopen nodes: three valves (CiA 408), pressure transmitters of one or several channels (404), three
+// wire encoders (406), a tilt sensor (410) and the machine enable (401). They know plain signals and frames, and
+// nothing of the plant.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "core/joints.h"
@@ -18,12 +20,12 @@
 namespace knuckle::sim {
 
 // The CANopen side that all simulated nodes share (CiA 301): network state, heartbeats, SDO server over an object
-// table, one transmit and one receive PDO with honoured parameters. Devices put process values in and take them out by
-// handle.
+// table, up to four transmit PDOs and one receive PDO with honoured parameters. Devices put process values in and take
+// them out by handle.
 
 /// Frames that nodes want to send in one step.
 struct Outbox {
-  std::array<CanFrame, 64> frames{};
+  std::array<CanFrame, 128> frames{};
   std::size_t count = 0;
   void push(const CanFrame& frame) noexcept {
     if (count < frames.size()) frames[count++] = frame;
@@ -43,20 +45,23 @@ struct DeviceObject {
 class NodeProtocol {
  public:
   using Handle = std::size_t;
-  /// Identifiers follow the pre-defined connection set; PDOs start enabled with these maps, producer heartbeat and
-  /// timers off, as a device does before it is configured. @param tpdo_type every n-th SYNC, or kEventDriven.
-  NodeProtocol(const NodeDescription& identity, const canopen::PdoMap& tpdo, std::uint8_t tpdo_type,
+  static constexpr std::size_t kTpdos = 4;
+  using TpdoMaps = std::array<canopen::PdoMap, kTpdos>;
+  /// Identifiers follow the pre-defined connection set; PDOs start with these maps, disabled where a map is empty,
+  /// producer heartbeat and timers off, as a device does before it is configured.
+  /// @param tpdo_type of all: every n-th SYNC, or kEventDriven.
+  NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdos, std::uint8_t tpdo_type,
                const canopen::PdoMap& rpdo = {});
 
   /// Adds a device object before the first step; little-endian value of 1, 2 or 4 bytes.
-  Handle add(canopen::Object object, std::uint8_t size, Access access, std::uint32_t value = 0) noexcept;
+  Handle add(canopen::Object object, std::uint8_t size, Access access, std::uint32_t value = 0);
   [[nodiscard]] std::uint32_t value(Handle handle) const noexcept { return entries_[handle].value; }
   void set(Handle handle, std::uint32_t value) noexcept { entries_[handle].value = value; }
   /// Any object by its address; 0 where there is none. For tests and set-up.
   [[nodiscard]] std::uint32_t value(canopen::Object object) const noexcept;
   void replace(canopen::Object object, std::uint32_t value) noexcept;
   /// From its next reset on it has these objects as they are delivered and no others, whatever this kind of node has.
-  /// What the kind does not know and the first transmit PDO maps is a constant.
+  /// What the kind does not know and a transmit PDO maps is a constant.
   void become(const std::vector<DeviceObject>& dictionary);
   /// As some devices: without this object; refusing every write to it; silent for so long from each reset on.
   void remove(canopen::Object object) noexcept;
@@ -67,7 +72,7 @@ class NodeProtocol {
 
   void receive(const CanFrame& frame, Time now, Outbox& out) noexcept;
   /// Boot-up message, heartbeat, EMCY once where the watched heartbeat is lost and once where no error is left, and the
-  /// TPDO where it is due, from the values of this moment.
+  /// TPDOs that are due, from the values of this moment.
   void step(Time now, Outbox& out) noexcept;
   void emergency(std::uint16_t code, Outbox& out) noexcept;
 
@@ -88,7 +93,7 @@ class NodeProtocol {
   [[nodiscard]] bool rpdo_lost(Time now) const noexcept;
 
  private:
-  static constexpr std::size_t kMapSlots = 4;
+  static constexpr std::size_t kMapSlots = std::tuple_size_v<decltype(canopen::PdoMap::entries)>;
   static constexpr Handle kDummy = ~Handle{0};  ///< Mapped, but no object of this node: so many bytes of nothing.
   struct Entry {
     canopen::Object object;
@@ -104,10 +109,21 @@ class NodeProtocol {
     std::array<std::size_t, kMapSlots> mapped_bytes{};
     std::size_t length = 0, bytes = 0;
   };
+  struct Tpdo {
+    Pdo pdo;
+    std::uint32_t syncs = 0;
+    bool sync_due = false;
+    Time sent = kNever;
+    CanFrame last;
+  };
   [[nodiscard]] Entry* find(canopen::Object object) noexcept;
-  Pdo add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type, const canopen::PdoMap& map) noexcept;
+  Pdo add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type, const canopen::PdoMap& map);
   void resolve(Pdo& pdo) noexcept;
+  /// To be called when one may have been enabled or disabled.
+  void count_tpdos() noexcept;
   [[nodiscard]] bool enabled(const Pdo& pdo) const noexcept;
+  /// Whose parameters (0x1800 and up) or map (0x1A00 and up) this is; nullptr where it is neither.
+  [[nodiscard]] Tpdo* tpdo_with(std::uint16_t index, std::uint16_t first) noexcept;
   void obey(canopen::NmtCommand command) noexcept;
   /// Whatever can be written is kept over a reset from now on.
   void save() noexcept;
@@ -119,21 +135,21 @@ class NodeProtocol {
   [[nodiscard]] canopen::SdoAbort check_map(const Pdo& pdo, const Entry& entry, std::uint32_t value) noexcept;
   [[nodiscard]] canopen::SdoAbort check_mapped(std::uint32_t mapping) noexcept;
   void take_rpdo(const CanFrame& frame, Time now, Outbox& out) noexcept;
-  void send_tpdo(Time now, Outbox& out) noexcept;
+  void hear_sync() noexcept;
+  void send(Tpdo& tpdo, Time now, Outbox& out) noexcept;
 
   std::uint8_t id_;
-  std::array<Entry, 40> entries_{};
-  std::size_t used_ = 0;
+  std::vector<Entry> entries_;
   Handle error_register_ = 0, consumer_ = 0, producer_ = 0;
-  Pdo tpdo_, rpdo_;
+  std::array<Tpdo, kTpdos> tpdos_;
+  std::size_t used_tpdos_ = 1;  ///< The first, and all up to the last that is enabled: none else is due.
+  Pdo rpdo_;
   canopen::NmtState state_ = canopen::NmtState::kBootUp;
-  Time heartbeat_due_{}, producer_heard_ = kNever, rpdo_heard_ = kNever, tpdo_sent_ = kNever;
-  std::uint32_t syncs_ = 0;
-  bool sync_due_ = false, written_ = false, reset_ = true, loss_told_ = false, device_error_ = false;
+  Time heartbeat_due_{}, producer_heard_ = kNever, rpdo_heard_ = kNever;
+  bool written_ = false, reset_ = true, loss_told_ = false, device_error_ = false;
   Duration boot_time_{};
   Time boots_since_ = kNever;
   canopen::Object last_written_;
-  CanFrame last_tpdo_;
 };
 
 /// What the machine is doing, as ideal sensors would say.
@@ -194,34 +210,45 @@ class ValveNode {
   NodeFault fault_ = NodeFault::kNone;
 };
 
-/// Pressure transmitter, wire encoder or tilt sensor.
+/// Pressure transmitter of one or more channels, wire encoder or tilt sensor. A fault is the whole node's.
 class SensorNode {
  public:
   struct Sample {
     double value = 0, rate = 0;  ///< Pa, m and m/s, or rad, sensor errors included; rate for encoders only.
   };
   enum class Kind : std::uint8_t { kPressure, kEncoder, kTilt };
+  static constexpr std::size_t kMostChannels = 8;
   /// @param resolution smallest difference the sensor itself can tell, in SI.
+  /// @param channels of a pressure transmitter: its objects have sub-indices 1 to so many. As delivered it sends the
+  /// first channel alone.
   SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range,
-             const WireDescription& wire = {});
-  void step(Time now, const Sample& sample, Outbox& out) noexcept;
+             const WireDescription& wire = {}, unsigned channels = 1);
+  /// @param samples one a channel.
+  void step(Time now, std::span<const Sample> samples, Outbox& out) noexcept;
+  void step(Time now, const Sample& sample, Outbox& out) noexcept { step(now, {&sample, 1}, out); }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
   void inject(NodeFault fault, Time now) noexcept;
 
  private:
-  void put_pressure(double pressure_Pa) noexcept;
+  using Handle = NodeProtocol::Handle;
+  struct PressureChannel {
+    Handle value = 0, short_value = 0, float_value = 0, status = 0, digits = 0;
+  };
+  void add_pressure(std::uint8_t channel, const WireDescription& wire);
+  void put(std::size_t channel, const Sample& sample) noexcept;
+  void put_pressure(const PressureChannel& channel, double pressure_Pa) noexcept;
   void put_encoder(const Sample& sample) noexcept;
   void obey_preset() noexcept;
   void put_tilt(double slope_rad) noexcept;
   void put_invalid() noexcept;
-  [[nodiscard]] Sample disturbed(const Sample& sample, Time now) noexcept;
+  [[nodiscard]] Sample disturbed(const Sample& sample, Time now) const noexcept;
 
   Kind kind_;
   double resolution_, range_;
   NodeProtocol protocol_;
-  std::array<NodeProtocol::Handle, 4> objects_{};  ///< Value, second value, and the two step objects of the kind.
-  NodeProtocol::Handle float_value_ = 0;           ///< Of a pressure.
-  NodeProtocol::Handle preset_ = 0, offset_ = 0;   ///< Of an encoder.
+  std::vector<PressureChannel> pressures_;
+  std::array<Handle, 4> objects_{};  ///< Of the others: value, second value, and the two step objects of the kind.
+  Handle preset_ = 0, offset_ = 0;   ///< Of an encoder.
   NodeFault fault_ = NodeFault::kNone;
   Time fault_at_ = kNever;
 };
@@ -282,13 +309,12 @@ class CanNodes {
   [[nodiscard]] NodeProtocol* node(std::uint8_t id) noexcept;
 
  private:
-  static constexpr std::size_t kNodes = 14;
   [[nodiscard]] double noise(double sigma) noexcept { return sigma > 0 ? sigma * normal_(random_) : 0.0; }
   void hear(Time now) noexcept;
   void step_sensors(const MachineSignals& signals) noexcept;
   template <typename Node, typename... Arguments>
   void step_node(std::size_t index, Node& node, const Arguments&... arguments) noexcept;
-  /// Place in all_: valves, pressures, encoders, tilt, enable; kNodes where there is none.
+  /// Place in all_: valves, pressures, encoders, tilt, enable; its size where there is none.
   [[nodiscard]] std::size_t index_of(std::uint8_t id) const noexcept;
 
   CanBus& port_;
@@ -296,12 +322,14 @@ class CanNodes {
   std::mt19937_64 random_;
   std::normal_distribution<> normal_;
   PerJoint<ValveNode> valves_;
-  std::array<SensorNode, 6> pressures_;
+  std::vector<SensorNode> pressures_;
+  std::vector<std::vector<NodeChannel>> pressure_channels_;  // of each
   PerJoint<SensorNode> encoders_;
   SensorNode tilt_;
   EnableNode enable_;
-  std::array<NodeProtocol*, kNodes> all_;
-  std::array<bool, kNodes> silent_{};
+  std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
+  std::vector<char> silent_;
+  std::size_t first_encoder_ = 0, tilt_at_ = 0, enable_at_ = 0;
   Outbox out_;
   Time now_{};
   JointVector spool_ = JointVector::Zero();

@@ -6,7 +6,11 @@ namespace knuckle::sim {
 
 namespace {
 
-constexpr std::size_t kFirstPressure = 3, kFirstEncoder = 9, kTilt = 12, kEnable = 13;
+constexpr std::size_t kFirstPressure = kJoints;
+
+PerJoint<NodeDescription> valves_of(const BusDescription& bus) {
+  return {bus.valve(0), bus.valve(1), bus.valve(2)};
+}
 
 }  // namespace
 
@@ -14,27 +18,30 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
     : port_(port),
       errors_(errors),
       random_(seed),
-      valves_{ValveNode(machine.bus.valves[0], machine.bus.wire.valve_full_stroke),
-              ValveNode(machine.bus.valves[1], machine.bus.wire.valve_full_stroke),
-              ValveNode(machine.bus.valves[2], machine.bus.wire.valve_full_stroke)},
-      pressures_([&]<std::size_t... I>(std::index_sequence<I...>) {
-        return std::array{SensorNode(SensorNode::Kind::kPressure, machine.bus.pressures[I],
-                                     machine.sensors.pressure_step_Pa, machine.sensors.pressure_range_Pa,
-                                     machine.bus.wire)...};
-      }(std::make_index_sequence<6>())),
+      valves_{ValveNode(machine.bus.valve(0), machine.bus.wire.valve_full_stroke),
+              ValveNode(machine.bus.valve(1), machine.bus.wire.valve_full_stroke),
+              ValveNode(machine.bus.valve(2), machine.bus.wire.valve_full_stroke)},
       encoders_([&]<std::size_t... I>(std::index_sequence<I...>) {
-        return std::array{SensorNode(SensorNode::Kind::kEncoder, machine.bus.encoders[I],
-                                     machine.sensors.encoder_step_m, machine.cylinders[I].max_length_m,
-                                     machine.bus.wire)...};
+        return std::array{SensorNode(SensorNode::Kind::kEncoder, machine.bus.encoder(I), machine.sensors.encoder_step_m,
+                                     machine.cylinders[I].max_length_m, machine.bus.wire)...};
       }(std::make_index_sequence<kJoints>())),
-      tilt_(SensorNode::Kind::kTilt, machine.bus.tilt, machine.sensors.tilt_step_rad, std::numbers::pi),
-      enable_(machine.bus.enable, machine.bus.valves, machine.bus.wire.valve_full_stroke) {
-  std::size_t i = 0;
-  for (ValveNode& node : valves_) all_[i++] = &node.protocol();
-  for (SensorNode& node : pressures_) all_[i++] = &node.protocol();
-  for (SensorNode& node : encoders_) all_[i++] = &node.protocol();
-  all_[i++] = &tilt_.protocol();
-  all_[i++] = &enable_.protocol();
+      tilt_(SensorNode::Kind::kTilt, machine.bus.tilt(), machine.sensors.tilt_step_rad, std::numbers::pi),
+      enable_(machine.bus.enable(), valves_of(machine.bus), machine.bus.wire.valve_full_stroke) {
+  for (const NodeDescription& node : machine.bus.nodes) {
+    if (node.role != NodeRole::kPressure) continue;
+    pressures_.emplace_back(SensorNode::Kind::kPressure, node, machine.sensors.pressure_step_Pa,
+                            machine.sensors.pressure_range_Pa, machine.bus.wire, node.channels.back().number);
+    pressure_channels_.push_back(node.channels);
+  }
+  for (ValveNode& node : valves_) all_.push_back(&node.protocol());
+  for (SensorNode& node : pressures_) all_.push_back(&node.protocol());
+  first_encoder_ = all_.size();
+  for (SensorNode& node : encoders_) all_.push_back(&node.protocol());
+  tilt_at_ = all_.size();
+  all_.push_back(&tilt_.protocol());
+  enable_at_ = all_.size();
+  all_.push_back(&enable_.protocol());
+  silent_.assign(all_.size(), 0);
 }
 
 void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
@@ -44,11 +51,11 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   hear(now);
   for (std::size_t j = 0; j < kJoints; ++j) step_node(j, valves_[j], signals.spool[static_cast<int>(j)]);
   step_sensors(signals);
-  step_node(kEnable, enable_);
+  step_node(enable_at_, enable_);
   for (std::size_t i = 0; i < out_.count; ++i) {
     // The enable node hears its neighbours over the bus, which carries nothing while it is down.
     const bool carried = port_.send(out_.frames[i]) && port_.state() == CanState::kActive;
-    if (carried && !silent_[kEnable]) enable_.observe(out_.frames[i]);
+    if (carried && !silent_[enable_at_]) enable_.observe(out_.frames[i]);
   }
 }
 
@@ -62,33 +69,38 @@ void CanNodes::step_node(std::size_t index, Node& node, const Arguments&... argu
 void CanNodes::hear(Time now) noexcept {
   CanFrame frame;
   while (port_.receive(frame)) {
-    for (std::size_t i = 0; i < kNodes; ++i) {
+    for (std::size_t i = 0; i < all_.size(); ++i) {
       if (!silent_[i]) all_[i]->receive(frame, now, out_);
     }
-    if (!silent_[kEnable]) enable_.observe(frame);
+    if (!silent_[enable_at_]) enable_.observe(frame);
   }
 }
 
 void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < pressures_.size(); ++i) {
-    SensorNode::Sample sample;
-    if (pressures_[i].protocol().samples_now()) {
-      sample.value = errors_.pressure_gain[i] * signals.pressure_Pa[i] + errors_.pressure_offset_Pa[i] +
-                     noise(errors_.pressure_noise_Pa[i]);
+    const std::vector<NodeChannel>& channels = pressure_channels_[i];
+    std::array<SensorNode::Sample, SensorNode::kMostChannels> samples;
+    const bool samples_now = pressures_[i].protocol().samples_now();
+    for (std::size_t c = 0; samples_now && c < channels.size(); ++c) {
+      const auto chamber = static_cast<std::size_t>(channels[c].info().index);
+      samples[channels[c].number - 1U].value = errors_.pressure_gain[chamber] * signals.pressure_Pa[chamber] +
+                                               errors_.pressure_offset_Pa[chamber] +
+                                               noise(errors_.pressure_noise_Pa[chamber]);
     }
-    step_node(kFirstPressure + i, pressures_[i], sample);
+    step_node(kFirstPressure + i, pressures_[i],
+              std::span<const SensorNode::Sample>(samples.data(), channels.back().number));
   }
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<int>(j);
     SensorNode::Sample sample{signals.cylinder_m[axis] + errors_.encoder_offset_m[axis], signals.cylinder_mps[axis]};
     if (encoders_[j].protocol().samples_now()) sample.value += noise(errors_.encoder_noise_m);
-    step_node(kFirstEncoder + j, encoders_[j], sample);
+    step_node(first_encoder_ + j, encoders_[j], sample);
   }
   SensorNode::Sample slope;
   if (tilt_.protocol().samples_now()) {
     slope.value = signals.slope_rad + errors_.tilt_offset_rad + noise(errors_.tilt_noise_rad);
   }
-  step_node(kTilt, tilt_, slope);
+  step_node(tilt_at_, tilt_, slope);
 }
 
 NodeOutputs CanNodes::outputs() const noexcept {
@@ -96,29 +108,29 @@ NodeOutputs CanNodes::outputs() const noexcept {
 }
 
 std::size_t CanNodes::index_of(std::uint8_t id) const noexcept {
-  for (std::size_t i = 0; i < kNodes; ++i) {
+  for (std::size_t i = 0; i < all_.size(); ++i) {
     if (all_[i]->id() == id) return i;
   }
-  return kNodes;
+  return all_.size();
 }
 
 bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   const std::size_t i = index_of(id);
-  if (i == kNodes) return false;
+  if (i == all_.size()) return false;
   const bool valve = i < kFirstPressure;
-  const bool encoder = i >= kFirstEncoder && i < kTilt;
+  const bool encoder = i >= first_encoder_ && i < tilt_at_;
   if ((fault == NodeFault::kStuck && !valve) || (fault == NodeFault::kBrokenWire && !encoder)) return false;
-  if (fault == NodeFault::kSpike && (valve || i == kEnable)) return false;
+  if (fault == NodeFault::kSpike && (valve || i == enable_at_)) return false;
   const bool own = fault == NodeFault::kNone || fault == NodeFault::kSilent;
-  if (i == kEnable && !own) return false;
+  if (i == enable_at_ && !own) return false;
   silent_[i] = fault == NodeFault::kSilent;
   if (valve) {
     valves_[i].inject(fault, spool_[static_cast<int>(i)]);
-  } else if (i < kFirstEncoder) {
+  } else if (i < first_encoder_) {
     pressures_[i - kFirstPressure].inject(fault, now_);
   } else if (encoder) {
-    encoders_[i - kFirstEncoder].inject(fault, now_);
-  } else if (i == kTilt) {
+    encoders_[i - first_encoder_].inject(fault, now_);
+  } else if (i == tilt_at_) {
     tilt_.inject(fault, now_);
   }
   return true;
@@ -126,7 +138,7 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
 
 bool CanNodes::send_emcy(std::uint8_t id, std::uint16_t code) noexcept {
   const std::size_t i = index_of(id);
-  if (i == kNodes || silent_[i]) return false;
+  if (i == all_.size() || silent_[i]) return false;
   return port_.send(canopen::emergency_frame(id, {code, static_cast<std::uint8_t>(code == 0 ? 0 : 1), {}}));
 }
 
@@ -138,7 +150,7 @@ bool CanNodes::set_product(std::uint8_t id, std::uint32_t product) noexcept {
 
 NodeProtocol* CanNodes::node(std::uint8_t id) noexcept {
   const std::size_t i = index_of(id);
-  return i == kNodes ? nullptr : all_[i];
+  return i == all_.size() ? nullptr : all_[i];
 }
 
 }  // namespace knuckle::sim

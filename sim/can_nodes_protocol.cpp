@@ -12,9 +12,16 @@ using canopen::SdoRequest;
 
 namespace {
 
-constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kMapOffset = 0x200;
+constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kTpdoMaps = 0x1A00, kMapOffset = 0x200;
+constexpr std::uint8_t kCobId = 1, kType = 2;  // sub-indices of a PDO's parameters
+constexpr std::uint32_t kMostSyncs = 240;      // a transmission type up to this is every so many SYNCs
 constexpr std::uint16_t kFirstDeviceIndex = 0x2000;
 constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // bit 30 of a COB-ID
+
+/// The object of an entry of a map.
+Object mapped_by(std::uint32_t mapping) noexcept {
+  return {static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)};
+}
 
 Duration milliseconds(std::uint32_t value) noexcept {
   return std::chrono::milliseconds(value & 0xFFFFU);
@@ -22,7 +29,7 @@ Duration milliseconds(std::uint32_t value) noexcept {
 
 }  // namespace
 
-NodeProtocol::NodeProtocol(const NodeDescription& identity, const canopen::PdoMap& tpdo, std::uint8_t tpdo_type,
+NodeProtocol::NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdos, std::uint8_t tpdo_type,
                            const canopen::PdoMap& rpdo)
     : id_(identity.id) {
   add(canopen::kDeviceType, 4, Access::kReadOnly, identity.device_type);
@@ -31,21 +38,23 @@ NodeProtocol::NodeProtocol(const NodeDescription& identity, const canopen::PdoMa
   producer_ = add(canopen::kProducerHeartbeat, 2, Access::kReadWrite);
   add(canopen::kVendorId, 4, Access::kReadOnly, identity.vendor);
   add(canopen::kProductCode, 4, Access::kReadOnly, identity.product);
-  rpdo_ = add_pdo(kRpdoParameters, canopen::rpdo1_id(id_) | (rpdo.count == 0 ? canopen::kPdoDisabled : 0U),
-                  canopen::kEventDriven, rpdo);
-  tpdo_ = add_pdo(kTpdoParameters, canopen::tpdo1_id(id_), tpdo_type, tpdo);
+  rpdo_ = add_pdo(kRpdoParameters, canopen::rpdo1_id(id_), canopen::kEventDriven, rpdo);
+  for (std::size_t i = 0; i < kTpdos; ++i) {
+    const auto parameters = static_cast<std::uint16_t>(kTpdoParameters + i);
+    tpdos_[i].pdo = add_pdo(parameters, canopen::tpdo_id(id_, static_cast<unsigned>(i) + 1), tpdo_type, tpdos[i]);
+  }
 }
 
-NodeProtocol::Handle NodeProtocol::add(Object object, std::uint8_t size, Access access, std::uint32_t value) noexcept {
-  entries_[used_] = {object, size, access, value, value};
-  return used_++;
+NodeProtocol::Handle NodeProtocol::add(Object object, std::uint8_t size, Access access, std::uint32_t value) {
+  entries_.push_back({object, size, access, value, value});
+  return entries_.size() - 1;
 }
 
 NodeProtocol::Pdo NodeProtocol::add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type,
-                                        const canopen::PdoMap& map) noexcept {
+                                        const canopen::PdoMap& map) {
   Pdo pdo;
-  pdo.cob_id = add({parameters, 1}, 4, Access::kReadWrite, cob_id);
-  pdo.type = add({parameters, 2}, 1, Access::kReadWrite, type);
+  pdo.cob_id = add({parameters, kCobId}, 4, Access::kReadWrite, cob_id | (map.count == 0 ? canopen::kPdoDisabled : 0U));
+  pdo.type = add({parameters, kType}, 1, Access::kReadWrite, type);
   pdo.timer = add({parameters, 5}, 2, Access::kReadWrite);
   const auto map_index = static_cast<std::uint16_t>(parameters + kMapOffset);
   pdo.count = add({map_index, 0}, 1, Access::kReadWrite, map.count);
@@ -56,8 +65,8 @@ NodeProtocol::Pdo NodeProtocol::add_pdo(std::uint16_t parameters, std::uint32_t 
 }
 
 NodeProtocol::Entry* NodeProtocol::find(Object object) noexcept {
-  for (std::size_t i = 0; i < used_; ++i) {
-    if (entries_[i].object == object) return &entries_[i];
+  for (Entry& entry : entries_) {
+    if (entry.object == object) return &entry;
   }
   return nullptr;
 }
@@ -69,6 +78,7 @@ std::uint32_t NodeProtocol::value(Object object) const noexcept {
 
 void NodeProtocol::replace(Object object, std::uint32_t value) noexcept {
   if (Entry* entry = find(object)) entry->value = entry->at_power_on = value;
+  count_tpdos();
 }
 
 void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
@@ -76,8 +86,7 @@ void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
     return std::find_if(dictionary.begin(), dictionary.end(),
                         [&](const DeviceObject& one) { return one.object == object; });
   };
-  for (std::size_t i = 0; i < used_; ++i) {
-    Entry& entry = entries_[i];
+  for (Entry& entry : entries_) {
     const auto sold = of_device(entry.object);
     if (sold == dictionary.end()) {
       entry.object = {};
@@ -86,13 +95,11 @@ void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
     entry.access = sold->access;
     entry.value = entry.at_power_on = sold->value;
   }
-  for (std::size_t slot = 1; slot <= kMapSlots; ++slot) {
-    const auto entry = of_device({canopen::kTpdo1MapCount.index, static_cast<std::uint8_t>(slot)});
-    if (entry == dictionary.end()) continue;
-    const Object mapped{static_cast<std::uint16_t>(entry->value >> 16), static_cast<std::uint8_t>(entry->value >> 8)};
-    const auto constant = of_device(mapped);
-    if (find(mapped) == nullptr && constant != dictionary.end() && used_ < entries_.size())
-      add(mapped, constant->size, constant->access, constant->value);
+  for (const DeviceObject& entry : dictionary) {
+    if (tpdo_with(entry.object.index, kTpdoMaps) == nullptr || entry.object.subindex == 0) continue;
+    const auto constant = of_device(mapped_by(entry.value));
+    if (constant != dictionary.end() && find(constant->object) == nullptr)
+      add(constant->object, constant->size, constant->access, constant->value);
   }
   power_on(0, 0xFFFF);
 }
@@ -110,9 +117,13 @@ void NodeProtocol::resolve(Pdo& pdo) noexcept {
   pdo.bytes = 0;
   for (std::size_t i = 0; i < pdo.length; ++i) {
     const std::uint32_t mapping = entries_[pdo.count + 1 + i].value;
-    const Entry* entry = find({static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)});
+    const Entry* entry = find(mapped_by(mapping));
     pdo.mapped[i] = entry == nullptr ? kDummy : static_cast<Handle>(entry - entries_.data());
     pdo.mapped_bytes[i] = entry == nullptr ? (mapping & 0xFFU) / 8 : entry->size;
+    if (pdo.bytes + pdo.mapped_bytes[i] > sizeof(CanFrame::data)) {  // delivered so: no write gets here
+      pdo.length = i;
+      return;
+    }
     pdo.bytes += pdo.mapped_bytes[i];
   }
 }
@@ -121,8 +132,29 @@ bool NodeProtocol::enabled(const Pdo& pdo) const noexcept {
   return (entries_[pdo.cob_id].value & canopen::kPdoDisabled) == 0;
 }
 
+// The first PDO's type says when it samples even while that PDO is disabled: its objects are read by SDO, too.
 bool NodeProtocol::samples_now() const noexcept {
-  return !operational() || sync_due_ || entries_[tpdo_.type].value > 240;
+  if (!operational()) return true;
+  for (std::size_t i = 0; i < used_tpdos_; ++i) {
+    const bool due = tpdos_[i].sync_due || entries_[tpdos_[i].pdo.type].value > kMostSyncs;
+    if (due && (i == 0 || enabled(tpdos_[i].pdo))) return true;
+  }
+  return false;
+}
+
+void NodeProtocol::count_tpdos() noexcept {
+  used_tpdos_ = 1;
+  for (std::size_t i = 1; i < kTpdos; ++i) {
+    if (enabled(tpdos_[i].pdo)) {
+      used_tpdos_ = i + 1;
+    } else {
+      tpdos_[i].sync_due = false;  // a SYNC of before is none of its next life
+    }
+  }
+}
+
+NodeProtocol::Tpdo* NodeProtocol::tpdo_with(std::uint16_t index, std::uint16_t first) noexcept {
+  return index >= first && index < first + kTpdos ? &tpdos_[static_cast<std::size_t>(index - first)] : nullptr;
 }
 
 bool NodeProtocol::take_written() noexcept {
@@ -156,8 +188,7 @@ bool NodeProtocol::rpdo_lost(Time now) const noexcept {
 void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcept {
   if (state_ == NmtState::kBootUp) return;
   if (frame.id == canopen::kSyncId) {
-    const std::uint32_t every = entries_[tpdo_.type].value;
-    if (operational() && every <= 240 && ++syncs_ % every == 0) sync_due_ = true;
+    if (operational()) hear_sync();
   } else if (frame.id == canopen::kNmtId) {
     const auto request = canopen::parse_nmt(frame);
     if (request && (request->node == 0 || request->node == id_)) obey(request->command);
@@ -167,6 +198,14 @@ void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcep
     take_rpdo(frame, now, out);
   } else if (frame.id == canopen::heartbeat_id(static_cast<std::uint8_t>(entries_[consumer_].value >> 16 & 0x7FU))) {
     if (canopen::parse_heartbeat(frame)) producer_heard_ = now;
+  }
+}
+
+void NodeProtocol::hear_sync() noexcept {
+  for (std::size_t i = 0; i < used_tpdos_; ++i) {
+    Tpdo& tpdo = tpdos_[i];
+    const std::uint32_t every = entries_[tpdo.pdo.type].value;
+    if (every >= 1 && every <= kMostSyncs && ++tpdo.syncs % every == 0) tpdo.sync_due = true;
   }
 }
 
@@ -210,18 +249,20 @@ void NodeProtocol::obey(NmtCommand command) noexcept {
       power_on(0, kFirstDeviceIndex - 1);
       break;
   }
-  syncs_ = 0;
-  sync_due_ = false;
-  rpdo_heard_ = tpdo_sent_ = kNever;
+  for (Tpdo& tpdo : tpdos_) {
+    tpdo.syncs = 0;
+    tpdo.sync_due = false;
+    tpdo.sent = kNever;
+  }
+  rpdo_heard_ = kNever;
 }
 
 void NodeProtocol::save() noexcept {
-  for (std::size_t i = 0; i < used_; ++i) entries_[i].at_power_on = entries_[i].value;
+  for (Entry& entry : entries_) entry.at_power_on = entry.value;
 }
 
 void NodeProtocol::power_on(std::uint16_t first_index, std::uint16_t last_index) noexcept {
-  for (std::size_t i = 0; i < used_; ++i) {
-    Entry& entry = entries_[i];
+  for (Entry& entry : entries_) {
     if (entry.object.index >= first_index && entry.object.index <= last_index) entry.value = entry.at_power_on;
   }
   state_ = NmtState::kBootUp;
@@ -234,8 +275,9 @@ void NodeProtocol::step(Time now, Outbox& out) noexcept {
     if (boots_since_ == kNever) boots_since_ = now;
     if (now - boots_since_ < boot_time_) return;
     boots_since_ = kNever;
-    resolve(tpdo_);
+    for (Tpdo& tpdo : tpdos_) resolve(tpdo.pdo);
     resolve(rpdo_);
+    count_tpdos();
     out.push(canopen::heartbeat_frame(id_, NmtState::kBootUp));
     state_ = NmtState::kPreOperational;
     heartbeat_due_ = now;
@@ -250,34 +292,37 @@ void NodeProtocol::step(Time now, Outbox& out) noexcept {
   if (lost && !loss_told_) emergency(canopen::kEmcyHeartbeat, out);
   loss_told_ = lost;
   if (!lost && !device_error_ && entries_[error_register_].value != 0) emergency(canopen::kEmcyReset, out);
-  if (operational() && enabled(tpdo_)) send_tpdo(now, out);
-  sync_due_ = false;
+  for (std::size_t i = 0; i < used_tpdos_; ++i) {
+    if (operational() && enabled(tpdos_[i].pdo) && tpdos_[i].pdo.length > 0) send(tpdos_[i], now, out);
+    tpdos_[i].sync_due = false;
+  }
 }
 
-void NodeProtocol::send_tpdo(Time now, Outbox& out) noexcept {
-  const bool event_driven = entries_[tpdo_.type].value > 240;
-  if (!event_driven && !sync_due_) return;
+void NodeProtocol::send(Tpdo& tpdo, Time now, Outbox& out) noexcept {
+  const Pdo& pdo = tpdo.pdo;
+  const bool event_driven = entries_[pdo.type].value > kMostSyncs;
+  if (!event_driven && !tpdo.sync_due) return;
   CanFrame frame;
-  frame.id = entries_[tpdo_.cob_id].value & 0x7FFU;
-  frame.size = static_cast<std::uint8_t>(tpdo_.bytes);
+  frame.id = entries_[pdo.cob_id].value & 0x7FFU;
+  frame.size = static_cast<std::uint8_t>(pdo.bytes);
   std::size_t at = 0;
-  for (std::size_t i = 0; i < tpdo_.length; ++i) {
-    if (tpdo_.mapped[i] == kDummy) {
-      at += tpdo_.mapped_bytes[i];
+  for (std::size_t i = 0; i < pdo.length; ++i) {
+    if (pdo.mapped[i] == kDummy) {
+      at += pdo.mapped_bytes[i];
       continue;
     }
-    const Entry& entry = entries_[tpdo_.mapped[i]];
+    const Entry& entry = entries_[pdo.mapped[i]];
     for (std::size_t byte = 0; byte < entry.size; ++byte) {
       frame.data[at++] = static_cast<std::uint8_t>(entry.value >> (8 * byte));
     }
   }
   if (event_driven) {
-    const Duration period = milliseconds(entries_[tpdo_.timer].value);
-    const bool repeat = period > Duration::zero() && now - tpdo_sent_ >= period;
-    if (tpdo_sent_ != kNever && frame == last_tpdo_ && !repeat) return;
+    const Duration period = milliseconds(entries_[pdo.timer].value);
+    const bool repeat = period > Duration::zero() && now - tpdo.sent >= period;
+    if (tpdo.sent != kNever && frame == tpdo.last && !repeat) return;
   }
-  last_tpdo_ = frame;
-  tpdo_sent_ = now;
+  tpdo.last = frame;
+  tpdo.sent = now;
   out.push(frame);
 }
 
@@ -309,10 +354,9 @@ void NodeProtocol::serve(const CanFrame& frame, Outbox& out) noexcept {
 }
 
 SdoAbort NodeProtocol::missing(Object object) const noexcept {
-  for (std::size_t i = 0; i < used_; ++i) {
-    if (entries_[i].object.index == object.index) return SdoAbort::kNoSubindex;
-  }
-  return SdoAbort::kNoObject;
+  const bool other_subindex = std::any_of(entries_.begin(), entries_.end(),
+                                          [&](const Entry& entry) { return entry.object.index == object.index; });
+  return other_subindex ? SdoAbort::kNoSubindex : SdoAbort::kNoObject;
 }
 
 SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t size) noexcept {
@@ -328,10 +372,13 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
   if (size != 0 && size != entry->size) return size > entry->size ? SdoAbort::kTooLong : SdoAbort::kTooShort;
   if (const SdoAbort abort = check(*entry, value); abort != SdoAbort::kNone) return abort;
   entry->value = value;
-  if (object == canopen::kTpdo1MapCount) resolve(tpdo_);
+  if (Tpdo* tpdo = tpdo_with(object.index, kTpdoMaps); tpdo != nullptr && object.subindex == 0) resolve(tpdo->pdo);
   if (object == canopen::kRpdo1MapCount) resolve(rpdo_);
   if (object == canopen::kConsumerHeartbeat) producer_heard_ = kNever;
-  if (object == canopen::kTpdo1Type) syncs_ = 0;
+  if (Tpdo* tpdo = tpdo_with(object.index, kTpdoParameters)) {
+    if (object.subindex == kType) tpdo->syncs = 0;
+    if (object.subindex == kCobId) count_tpdos();
+  }
   if (object.index >= kFirstDeviceIndex) {
     written_ = true;
     last_written_ = object;
@@ -341,18 +388,19 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
 
 SdoAbort NodeProtocol::check(const Entry& entry, std::uint32_t value) noexcept {
   const Object object = entry.object;
-  if (object == canopen::kTpdo1CobId || object == canopen::kRpdo1CobId) {
+  const bool of_tpdo = tpdo_with(object.index, kTpdoParameters) != nullptr;
+  if ((of_tpdo && object.subindex == kCobId) || object == canopen::kRpdo1CobId) {
     if ((value & canopen::kPdoDisabled) != 0) return SdoAbort::kNone;
     const bool moves_while_enabled = (entry.value & canopen::kPdoDisabled) == 0 && (entry.value ^ value) != 0;
     // 29-bit identifiers (bit 29) and those of other services are refused.
     const std::uint32_t id = value & ~kNoRemoteRequest;
     return moves_while_enabled || id < 0x181 || id > 0x57F ? SdoAbort::kInvalidValue : SdoAbort::kNone;
   }
-  if (object == canopen::kTpdo1Type) {
-    return value == 0 || (value > 240 && value < 254) ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  if (of_tpdo && object.subindex == kType) {
+    return value == 0 || (value > kMostSyncs && value < 254) ? SdoAbort::kInvalidValue : SdoAbort::kNone;
   }
   if (object == canopen::kRpdo1Type) return value < 254 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
-  if (object.index == canopen::kTpdo1MapCount.index) return check_map(tpdo_, entry, value);
+  if (const Tpdo* tpdo = tpdo_with(object.index, kTpdoMaps)) return check_map(tpdo->pdo, entry, value);
   if (object.index == canopen::kRpdo1MapCount.index) return check_map(rpdo_, entry, value);
   if (object == canopen::kConsumerHeartbeat) {
     return (value >> 16) > 127 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
@@ -377,7 +425,7 @@ SdoAbort NodeProtocol::check_map(const Pdo& pdo, const Entry& entry, std::uint32
 }
 
 SdoAbort NodeProtocol::check_mapped(std::uint32_t mapping) noexcept {
-  const Object object{static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)};
+  const Object object = mapped_by(mapping);
   const Entry* entry = find(object);
   if (entry == nullptr) return SdoAbort::kNoObject;
   const bool fits = object.index >= kFirstDeviceIndex && (mapping & 0xFFU) == 8U * entry->size;

@@ -18,8 +18,9 @@ constexpr std::array<const char*, kFaultKinds> kNames{
     "node_id_twice", "e_stop",           "sync_dropped",   "bus_cut",        "other_controller",
     "babble"};
 
-bool is_one_of(const PerJoint<NodeDescription>& nodes, std::uint8_t id) noexcept {
-  return std::any_of(nodes.begin(), nodes.end(), [id](const NodeDescription& node) { return node.id == id; });
+bool is(NodeRole role, std::uint8_t id, const BusDescription& bus) noexcept {
+  const NodeDescription* const node = bus.find(id);
+  return node != nullptr && node->role == role;
 }
 
 }  // namespace
@@ -54,14 +55,14 @@ bool concerns_node(FaultKind kind) noexcept {
 const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept {
   switch (kind) {
     case FaultKind::kValveStuck:
-      return is_one_of(bus.valves, node) ? nullptr : "only a valve can be stuck";
+      return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve can be stuck";
     case FaultKind::kForeignSender:
-      return is_one_of(bus.valves, node) ? nullptr : "only a valve has set-points";
+      return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve has set-points";
     case FaultKind::kEncoderBroken:
-      return is_one_of(bus.encoders, node) ? nullptr : "only an encoder has a wire";
+      return is(NodeRole::kEncoder, node, bus) ? nullptr : "only an encoder has a wire";
     case FaultKind::kSensorFrozen:
     case FaultKind::kSensorInvalid:
-      return node != bus.enable.id ? nullptr : "the enable node cannot do that";
+      return node != bus.enable().id ? nullptr : "the enable node cannot do that";
     default:
       return nullptr;
   }
@@ -143,8 +144,8 @@ void MachineFaults::send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& 
     port.shout(canopen::sync_frame());
     return;
   }
-  for (const NodeDescription& valve : bus_.valves) {
-    if (valve.id == node) port.shout({.id = valve.rpdo_id(), .size = 4, .data = {canopen::kControlActive}});
+  if (const NodeDescription* const valve = bus_.find(node)) {
+    port.shout({.id = valve->rpdo_id(), .size = 4, .data = {canopen::kControlActive}});
   }
 }
 

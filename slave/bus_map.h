@@ -9,9 +9,6 @@
 
 namespace knuckle::slave {
 
-/// Valves, pressures, encoders, tilt, enable.
-[[nodiscard]] std::vector<NodeDescription> nodes_of(const BusDescription& bus);
-
 /// Every frame of operation with its rate: SYNC, PDOs, heartbeats. EMCY and SDO come and go.
 [[nodiscard]] std::vector<PeriodicFrame> bus_map(const BusDescription& bus);
 

@@ -22,26 +22,34 @@ Reason heard(ReasonCode code, std::uint8_t node, const CanFrame& frame) noexcept
 }  // namespace
 
 BusWatch::BusWatch(const BusDescription& bus) {
-  const auto every = [](int nth_sync) { return 1.0 / nth_sync; };
-  const auto watch = [&](const NodeDescription& node, Stream process_data) {
-    const double per_s = process_data.per_sync * bus.sync_Hz + process_data.per_s;
-    process_data.most_over = std::max(process_data.most_over, 2 * bus.sensor_age_limit_s * per_s);
-    add_stream(node.tpdo_id(), process_data);
-    add_stream(canopen::heartbeat_id(node.id), {.node = node.id, .heartbeat = true, .per_s = 1 / bus.node_heartbeat_s});
-    add(canopen::sdo_request_id(node.id), Kind::kRequest, node.id);
-  };
-  for (const NodeDescription& node : bus.valves)
-    watch(node, {.node = node.id, .per_sync = every(bus.valve_status_every_nth_sync)});
-  for (const NodeDescription& node : bus.pressures) watch(node, {.node = node.id, .per_sync = 1});
-  for (const NodeDescription& node : bus.encoders) watch(node, {.node = node.id, .per_sync = 1});
-  watch(bus.tilt, {.node = bus.tilt.id, .per_sync = every(bus.tilt_every_nth_sync)});
-  watch(bus.enable, {.node = bus.enable.id,
-                     .per_s = 1 / bus.controller_heartbeat_s,
-                     .most_over = kMostOverWithEvents,
-                     .by_change = true});
-  for (const NodeDescription& node : bus.valves) add(node.rpdo_id(), Kind::kSetPoint, node.id);
-  add(bus.enable.rpdo_id(), Kind::kSetPoint, bus.enable.id);
+  const std::vector<BusFrame> frames = bus_frames(bus);
+  for (std::size_t n = 0; n < bus.nodes.size(); ++n) {
+    const std::uint8_t node = bus.nodes[n].id;
+    for (const BusFrame& frame : frames) {
+      if (frame.node != n) continue;
+      if (frame.to_node)
+        add(frame.id, Kind::kSetPoint, node);
+      else
+        add_stream(frame.id, stream_of(frame, node, bus));
+    }
+    add_stream(canopen::heartbeat_id(node), {.node = node, .heartbeat = true, .per_s = 1 / bus.node_heartbeat_s});
+    add(canopen::sdo_request_id(node), Kind::kRequest, node);
+  }
   for (const std::uint32_t id : controllers_own(bus)) add(id, Kind::kController, 0);
+}
+
+BusWatch::Stream BusWatch::stream_of(const BusFrame& frame, std::uint8_t node, const BusDescription& bus) {
+  Stream stream{.node = node};
+  if (frame.every_nth_sync > 0) {
+    stream.per_sync = 1.0 / frame.every_nth_sync;
+  } else {
+    stream.per_s = 1 / frame.repeat_s;
+    stream.most_over = kMostOverWithEvents;
+    stream.by_change = true;
+  }
+  const double per_s = stream.per_sync * bus.sync_Hz + stream.per_s;
+  stream.most_over = std::max(stream.most_over, 2 * bus.sensor_age_limit_s * per_s);
+  return stream;
 }
 
 void BusWatch::add_stream(std::uint32_t id, const Stream& stream) {
@@ -117,18 +125,20 @@ Reason BusWatch::foreign(Time now) const noexcept {
 }
 
 Reason BusWatch::twice() const noexcept {
-  for (std::size_t i = 0; i < streams_.size(); i += 2) {
+  for (std::size_t i = 0, end = 0; i < streams_.size(); i = end) {
     const std::uint8_t node = streams_[i].node;
-    int signs = signs_[node];
+    // What holds up one frame of a node's data holds up all: they are one sign together.
+    int of_data = 0, of_heartbeat = 0;
     const Stream* worst = nullptr;
-    for (std::size_t k = i; k < i + 2; ++k) {  // process data, heartbeat
-      const Stream& stream = streams_[k];
+    for (end = i; end < streams_.size() && streams_[end].node == node; ++end) {
+      const Stream& stream = streams_[end];
       const double over = stream.over();
       if (over <= stream.most_over / 2) continue;
-      signs += over > stream.most_over ? 2 : 1;
+      int& signs = stream.heartbeat ? of_heartbeat : of_data;
+      signs = std::max(signs, over > stream.most_over ? 2 : 1);
       if (worst == nullptr || over > worst->over()) worst = &stream;
     }
-    if (signs < 2) continue;
+    if (signs_[node] + of_data + of_heartbeat < 2) continue;
     if (worst == nullptr) return {ReasonCode::kNodeIdTwice, node, 2, 1};
     return {ReasonCode::kNodeIdTwice, node, static_cast<float>(worst->frames), static_cast<float>(worst->due)};
   }

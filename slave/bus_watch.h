@@ -9,7 +9,7 @@
 
 #include "core/reason.h"
 #include "core/time.h"
-#include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::slave {
@@ -72,6 +72,7 @@ class BusWatch {
     Time at = kNever;
     void hear(const Reason& why, Time now) noexcept;
   };
+  [[nodiscard]] static Stream stream_of(const BusFrame& frame, std::uint8_t node, const BusDescription& bus);
   void add(std::uint32_t id, Kind kind, std::uint8_t which) noexcept { identifiers_[id & 0x7FFU] = {kind, which}; }
   void add_stream(std::uint32_t id, const Stream& stream);
   static void became_due(Stream& stream, double frames) noexcept;

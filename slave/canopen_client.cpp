@@ -62,7 +62,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
     const Duration timeout = from_seconds(description_.sdo_timeout_s);
-    const int valve_of = entry.role == NodeRole::kValve ? entry.joint : kNoValve;
+    const int valve_of = node.role == NodeRole::kValve ? node.joint() : kNoValve;
     nodes_.push_back({node.id, valve_of, SdoDialogue(node.id, std::move(entry.script), timeout),
                       SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
@@ -95,7 +95,7 @@ void CanopenClient::restart() noexcept {
 /// Of nodes that start anew nothing is known, and nothing was told to their outputs.
 void CanopenClient::forget_process_data() noexcept {
   valves_ = {};
-  for (std::size_t j = 0; j < kJoints; ++j) valves_[j].control_word = valve_words(description_.valves[j].profile).init;
+  for (std::size_t j = 0; j < kJoints; ++j) valves_[j].control_word = valve_words(description_.valve(j).profile).init;
   inputs_seen_at_ = kNever;
   short_inputs_.reset();
   inputs_closed_ = pilot_on_ = false;
@@ -170,11 +170,11 @@ void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) no
 /// Valves' status and the enable node's inputs.
 bool CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (frame.id != description_.valves[i].tpdo_id()) continue;
+    if (frame.id != description_.valve(i).tpdo_id()) continue;
     on_valve_status(static_cast<int>(i), frame, now);
     return true;
   }
-  if (frame.id != description_.enable.tpdo_id()) return false;
+  if (frame.id != description_.enable().tpdo_id()) return false;
   on_inputs(frame, now);
   return true;
 }
@@ -284,7 +284,7 @@ bool CanopenClient::reset(Node& node, Time now) noexcept {
 
 double CanopenClient::boot_patience_s(const Node& node) const noexcept {
   if (node.valve_of == kNoValve) return description_.boot_timeout_s;
-  const NodeDescription& valve = description_.valves[static_cast<std::size_t>(node.valve_of)];
+  const NodeDescription& valve = description_.valve(node.valve_of);
   return std::max(description_.boot_timeout_s, valve_boot_s(valve.profile));
 }
 
@@ -383,7 +383,7 @@ void CanopenClient::activate(Time now) noexcept {
     if (node.valve_of == kNoValve) continue;
     Valve& valve = valves_[static_cast<std::size_t>(node.valve_of)];
     const auto state = canopen::valve_state(valve.status_word);
-    const ValveWords words = valve_words(description_.valves[static_cast<std::size_t>(node.valve_of)].profile);
+    const ValveWords words = valve_words(description_.valve(node.valve_of).profile);
     all_active = all_active && !valve_fault(valve, node.id, now);
     if (valve.seen_at == kNever || valve.sent_word == kNothingSent || !state) {
       valve.control_word = words.init;
@@ -452,7 +452,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
   if (age_s > age_limit_s) {
-    return missing(description_.enable.id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
+    return missing(description_.enable().id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
   }
   return {};
 }
@@ -463,8 +463,8 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
   // From the first frame on: what a node was told before this start must not become true again when it is started.
   send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
   const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
-  if (output != enable_sent_ || syncs_ % kEnableEveryNthSync == 0) {
-    if (bus_.send(canopen::enable_output_frame(description_.enable.rpdo_id(), output))) enable_sent_ = output;
+  if (output != enable_sent_ || syncs_ % std::uint32_t{BusDescription::kEnableEveryNthSync} == 0) {
+    if (bus_.send(canopen::enable_output_frame(description_.enable().rpdo_id(), output))) enable_sent_ = output;
   }
   if (to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));

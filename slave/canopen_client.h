@@ -31,7 +31,6 @@ class CanopenClient {
     kOperational,
     kFailed,  ///< See fault(); stays until restart().
   };
-  static constexpr std::uint32_t kEnableEveryNthSync = 10;  ///< The enable output is repeated: 20 Hz.
   /// @throws InputError where two nodes have the same id or an id is not in 1...127.
   CanopenClient(const MachineDescription& machine, CanBus& bus);
 

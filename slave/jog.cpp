@@ -6,13 +6,14 @@
 
 #include "slave/sensors.h"
 #include "transport/canopen.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::slave {
 namespace {
 
 constexpr Duration kPilotPatience = 1s;
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
-constexpr std::size_t kPressures = 6, kTilt = kPressures + kJoints;  // places in RawSensors::at
+constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
 
 bool wants_pilot(Jog::Phase phase) noexcept {
   return phase != Jog::Phase::kRest && phase != Jog::Phase::kPilotDown;
@@ -24,8 +25,8 @@ bool expects_pilot(Jog::Phase phase) noexcept {
 
 /// Who sends the value at this place of RawSensors::at.
 std::uint8_t node_at(std::size_t place, const BusDescription& bus) noexcept {
-  if (place < kPressures) return bus.pressures[place].id;
-  return place < kTilt ? bus.encoders[place - kPressures].id : bus.tilt.id;
+  if (place < kPressures) return bus.pressure(place).id;
+  return place < kTilt ? bus.encoder(place - kPressures).id : bus.tilt().id;
 }
 
 }  // namespace
@@ -42,7 +43,7 @@ Jog::Jog(const MachineDescription& machine, CanBus& bus)
     : machine_(machine),
       bus_(bus),
       client_(machine, bus),
-      pressure_format_(canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits)),
+      frames_(bus_frames(machine.bus, machine.sensors)),
       limits_(machine) {
   sensors_.at.fill(kNever);
 }
@@ -71,33 +72,34 @@ void Jog::hear(Time now) noexcept {
 }
 
 void Jog::take(const CanFrame& frame, Time now) noexcept {
-  const BusDescription& bus = machine_.bus;
-  for (std::size_t i = 0; i < kPressures; ++i) {
-    if (frame.id != bus.pressures[i].tpdo_id()) continue;
-    const auto reading = canopen::parse_pressure(frame, pressure_format_);
-    if (!reading) return refuse_short(frame, bus.pressures[i].id, pressure_map(bus.wire));
-    sensors_.pressure_Pa[i] = reading->pressure_Pa;
-    sensors_.at[i] = now;
-    sensors_.pressure_invalid[i] = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
-  }
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    if (frame.id != bus.encoders[i].tpdo_id()) continue;
-    const auto reading = canopen::parse_encoder(frame, machine_.sensors.encoder_step_m);
-    if (!reading) return refuse_short(frame, bus.encoders[i].id, canopen::kEncoderTpdo);
-    sensors_.length_m[static_cast<int>(i)] = reading->position_m;
-    sensors_.at[kPressures + i] = now;
-  }
-  if (frame.id == bus.tilt.tpdo_id()) {
-    const auto slope = canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad);
-    if (!slope) return refuse_short(frame, bus.tilt.id, canopen::kTiltTpdo);
-    sensors_.tilt_rad = *slope;
-    sensors_.at[kTilt] = now;
+  for (const BusFrame& known : frames_) {
+    if (known.to_node || known.id != frame.id) continue;
+    if (frame.size < known.bytes()) return refuse_short(frame, known);
+    for (const FrameField& field : known.fields) take(field, read_value(field.bits, frame).value_or(0), now);
   }
 }
 
-void Jog::refuse_short(const CanFrame& frame, std::uint8_t node, const canopen::PdoMap& map) noexcept {
+void Jog::take(const FrameField& field, double value, Time now) noexcept {
+  const std::size_t place = sensor_place(field.channel);
+  if (place == kSensorPlaces) return;
+  if (field.part == FrameField::Part::kStatus) {
+    const unsigned bad = unsigned{canopen::kPressureInvalid} | canopen::kPressureOverload;
+    sensors_.pressure_invalid[place] = (static_cast<unsigned>(value) & bad) != 0;
+  } else if (field.part == FrameField::Part::kValue) {
+    sensors_.at[place] = now;
+    if (place < kPressures)
+      sensors_.pressure_Pa[place] = value;
+    else if (place < kTilt)
+      sensors_.length_m[static_cast<int>(place - kPressures)] = value;
+    else
+      sensors_.tilt_rad = value;
+  }
+}
+
+void Jog::refuse_short(const CanFrame& frame, const BusFrame& known) noexcept {
   if (phase_ == Phase::kRest) return;
-  end_early({ReasonCode::kFrameShort, node, static_cast<float>(frame.size), static_cast<float>(bytes_of(map))});
+  end_early({ReasonCode::kFrameShort, machine_.bus.nodes[known.node].id, static_cast<float>(frame.size),
+             static_cast<float>(known.bytes())});
 }
 
 /// The opening grows with time, up to the plan's peak.
@@ -123,7 +125,7 @@ JogState Jog::judged() const noexcept {
   state.oldest_at = *oldest;
   state.oldest_node = node_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
   for (std::size_t i = 0; i < kPressures; ++i) {
-    if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressures[i].id;
+    if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressure(i).id;
   }
   state.e_stop_open = client_.e_stop_open();
   return state;

@@ -92,7 +92,8 @@ class Jog {
  private:
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
-  void refuse_short(const CanFrame& frame, std::uint8_t node, const canopen::PdoMap& map) noexcept;
+  void take(const FrameField& field, double value, Time now) noexcept;
+  void refuse_short(const CanFrame& frame, const BusFrame& known) noexcept;
   void begin(Phase phase) noexcept;
   void enter(Phase phase, Time now) noexcept;
   void end_early(const Reason& why) noexcept;
@@ -105,7 +106,7 @@ class Jog {
   MachineDescription machine_;
   CanBus& bus_;
   CanopenClient client_;
-  canopen::PressureFormat pressure_format_;
+  std::vector<BusFrame> frames_;  // sized once, at construction
   GateLimits limits_;
   RawSensors sensors_;
   std::optional<SdoDialogue> dialogue_;

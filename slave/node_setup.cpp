@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "slave/valve_frame.h"
 
@@ -39,28 +40,38 @@ SetupPart setting(Object object, std::uint32_t value, std::uint8_t size, Kind ki
 
 /// Identifier and entries. A PDO may only be mapped while it is off (CiA 301): bit 31 of its COB-ID on, count 0,
 /// entries, count, on.
-SetupPart pdo(Object cob_id_object, Object count, std::uint32_t cob_id, const canopen::PdoMap& map, Match entries) {
-  SetupPart part{Kind::kSetting,
-                 {{cob_id_object, cob_id, 4, Match::kCobId}, {count, map.count, 1, entries}},
-                 {{cob_id_object, cob_id | canopen::kPdoDisabled}, {count, 0, 1}}};
-  for (std::uint8_t i = 0; i < map.count; ++i) {
-    const SdoStep entry{{count.index, static_cast<std::uint8_t>(i + 1)}, map.entries[i]};
+SetupPart pdo(std::uint16_t parameters, const BusFrame& frame) {
+  const Object cob_id{parameters, 1}, count{static_cast<std::uint16_t>(parameters + canopen::kMappingOffset), 0};
+  const auto mapped = static_cast<std::uint32_t>(frame.fields.size());
+  SetupPart part{
+      Kind::kSetting,
+      {{cob_id, frame.id, 4, Match::kCobId}, {count, mapped, 1, frame.to_node ? Match::kEqual : Match::kAtLeast}},
+      {{cob_id, frame.id | canopen::kPdoDisabled}, {count, 0, 1}}};
+  for (std::uint8_t i = 0; i < mapped; ++i) {
+    const FrameField& field = frame.fields[i];
+    const SdoStep entry{{count.index, static_cast<std::uint8_t>(i + 1)},
+                        canopen::mapping(field.object, field.bits.bits)};
     part.asked.push_back(entry);
     part.written.push_back(entry);
   }
-  part.written.push_back({count, map.count, 1});
-  part.written.push_back({cob_id_object, cob_id});
+  part.written.push_back({count, mapped, 1});
+  part.written.push_back({cob_id, frame.id});
   return part;
 }
 
-void add_tpdo(SdoScript& script, const NodeDescription& node, const canopen::PdoMap& map, std::uint8_t transmission) {
-  script.push_back(pdo(canopen::kTpdo1CobId, canopen::kTpdo1MapCount, node.tpdo_id(), map, Match::kAtLeast));
-  script.push_back(setting(canopen::kTpdo1Type, transmission, 1));
-}
-
-void add_rpdo(SdoScript& script, const NodeDescription& node, const canopen::PdoMap& map) {
-  script.push_back(pdo(canopen::kRpdo1CobId, canopen::kRpdo1MapCount, node.rpdo_id(), map, Match::kEqual));
-  script.push_back(setting(canopen::kRpdo1Type, canopen::kEventDriven, 1));
+void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDescription& node) {
+  BusDescription alone = machine.bus;
+  alone.nodes = {node};
+  for (const BusFrame& frame : bus_frames(alone, machine.sensors)) {
+    const auto parameters =
+        static_cast<std::uint16_t>((frame.to_node ? canopen::kRpdo1CobId : canopen::kTpdo1CobId).index + frame.pdo);
+    const bool by_sync = !frame.to_node && frame.every_nth_sync > 0;
+    const std::uint32_t type = by_sync ? static_cast<std::uint32_t>(frame.every_nth_sync) : canopen::kEventDriven;
+    script.push_back(pdo(parameters, frame));
+    script.push_back(setting({parameters, 2}, type, 1));
+    if (frame.repeat_s > 0 && !by_sync && !frame.to_node)
+      script.push_back(setting({parameters, 5}, milliseconds(frame.repeat_s), 2));
+  }
 }
 
 SetupPart produce_heartbeat(const BusDescription& bus) {
@@ -73,14 +84,11 @@ SetupPart watch_controller(const BusDescription& bus) {
                  std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s), 4, Kind::kGuard);
 }
 
-}  // namespace
-
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
   const BusDescription& bus = machine.bus;
   SdoScript script = identity(node);
   script.push_back(required(canopen::kValveControlMode, 1, 1));
-  add_tpdo(script, node, canopen::kValveTpdo, static_cast<std::uint8_t>(bus.valve_status_every_nth_sync));
-  add_rpdo(script, node, canopen::kValveRpdo);
+  add_pdos(script, machine, node);
   // What it was told before must not become true again when it is started.
   script.push_back(setting(canopen::kValveControlWord, valve_words(node.profile).init, 2));
   script.push_back(setting(canopen::kValveSetPoint, 0, 2));
@@ -90,18 +98,17 @@ SdoScript valve_script(const MachineDescription& machine, const NodeDescription&
   return script;
 }
 
-const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept {
-  return wire.pressure_float ? canopen::kPressureFloatTpdo : canopen::kPressureTpdo;
-}
-
 SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
   const WireDescription& wire = machine.bus.wire;
-  script.push_back(required(canopen::kPressureUnit, canopen::kUnitBar, 4));
-  if (!wire.pressure_float) {
-    script.push_back(required(canopen::kPressureDigits, static_cast<std::uint32_t>(wire.pressure_digits), 1));
+  for (const NodeChannel& channel : node.channels) {
+    const auto of_channel = [&](Object object) { return Object{object.index, channel.number}; };
+    script.push_back(required(of_channel(canopen::kPressureUnit), canopen::kUnitBar, 4));
+    if (wire.pressure != WireDescription::Pressure::kFloat)
+      script.push_back(
+          required(of_channel(canopen::kPressureDigits), static_cast<std::uint32_t>(wire.pressure_digits), 1));
   }
-  add_tpdo(script, node, pressure_map(wire), 1);
+  add_pdos(script, machine, node);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -127,7 +134,7 @@ SdoScript encoder_script(const MachineDescription& machine, const NodeDescriptio
       static_cast<std::uint32_t>(std::lround(machine.bus.wire.encoder_speed_step_mps / 1e-5));  // 0.01 mm/s
   script.push_back(required(canopen::kEncoderStep, step, 4));
   script.push_back(required(canopen::kEncoderSpeedStep, speed_step, 4));
-  add_tpdo(script, node, canopen::kEncoderTpdo, 1);
+  add_pdos(script, machine, node);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -138,42 +145,41 @@ SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& 
   const double most_rad = on_boom ? std::numbers::pi : std::numbers::pi / 3;
   check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
   script.push_back(required(canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2));
-  add_tpdo(script, node, canopen::kTiltTpdo, static_cast<std::uint8_t>(machine.bus.tilt_every_nth_sync));
+  add_pdos(script, machine, node);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
 
 SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node) {
   SdoScript script = identity(node);
-  // Inputs at once when they change, and often enough to be supervised.
-  add_tpdo(script, node, canopen::kEnableTpdo, canopen::kEventDriven);
-  script.push_back(setting(canopen::kTpdo1Timer, milliseconds(machine.bus.controller_heartbeat_s), 2));
-  add_rpdo(script, node, canopen::kEnableRpdo);
+  add_pdos(script, machine, node);
   script.push_back(setting(canopen::kEnableOutputs, 0, 1));
   script.push_back(watch_controller(machine.bus));
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
 
+SdoScript node_script(const MachineDescription& machine, const NodeDescription& node) {
+  switch (node.role) {
+    case NodeRole::kValve:
+      return valve_script(machine, node);
+    case NodeRole::kPressure:
+      return pressure_script(machine, node);
+    case NodeRole::kEncoder:
+      return encoder_script(machine, node);
+    case NodeRole::kTilt:
+      return tilt_script(machine, node);
+    case NodeRole::kEnable:
+      break;
+  }
+  return enable_script(machine, node);
+}
+
+}  // namespace
+
 std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
-  const auto script_of = [&machine](const NamedNode& named) {
-    switch (named.role) {
-      case NodeRole::kValve:
-        return valve_script(machine, named.node);
-      case NodeRole::kPressure:
-        return pressure_script(machine, named.node);
-      case NodeRole::kEncoder:
-        return encoder_script(machine, named.node);
-      case NodeRole::kTilt:
-        return tilt_script(machine, named.node);
-      case NodeRole::kEnable:
-        break;
-    }
-    return enable_script(machine, named.node);
-  };
   std::vector<NodeScript> all;
-  for (const NamedNode& named : named_nodes(machine.bus))
-    all.push_back({named.role, named.joint, named.name, named.node, script_of(named)});
+  for (const NodeDescription& node : machine.bus.nodes) all.push_back({node, node_script(machine, node)});
   return all;
 }
 

@@ -44,26 +44,13 @@ struct SetupPart {
 };
 using SdoScript = std::vector<SetupPart>;
 
-// Scripts of the default profiles (CiA 408, 404, 406, 410, 401). Encoder and tilt count in the machine file's steps.
-// @throws InputError where a step cannot be told to its node.
-[[nodiscard]] SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node);
-[[nodiscard]] SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node);
-[[nodiscard]] SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node);
-[[nodiscard]] SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node);
-[[nodiscard]] SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node);
-
-/// What a pressure transmitter is told to send.
-[[nodiscard]] const canopen::PdoMap& pressure_map(const WireDescription& wire) noexcept;
-
-/// Every node of the machine file with what it is called there and what it must be and is told.
+/// A node of the machine file with what it must be and is told, by its profile (CiA 408, 404, 406, 410, 401). Encoder
+/// and tilt count in the machine file's steps.
 struct NodeScript {
-  NodeRole role = NodeRole::kValve;
-  int joint = -1;    ///< -1: of the whole machine.
-  std::string name;  ///< As NamedNode has it.
   NodeDescription node;
   SdoScript script;
 };
-/// In the order of named_nodes. @throws InputError as the scripts do.
+/// Of all nodes in their order. @throws InputError where a step cannot be told to its node.
 [[nodiscard]] std::vector<NodeScript> node_scripts(const MachineDescription& machine);
 
 /// Makes an encoder show this length here and now (CiA 406), and keep it over a reset.

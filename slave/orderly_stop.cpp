@@ -17,7 +17,7 @@ constexpr Duration kReleasePatience = 100ms;
 }  // namespace
 
 OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus) : machine_(machine), bus_(bus) {
-  for (const NodeDescription& node : nodes_of(machine.bus)) held_.push_back(node.id);
+  for (const NodeDescription& node : machine.bus.nodes) held_.push_back(node.id);
 }
 
 void OrderlyStop::step(Time now) noexcept {
@@ -71,12 +71,12 @@ void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
-    if (frame.id == machine_.bus.enable.tpdo_id()) {
+    if (frame.id == machine_.bus.enable().tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
     }
     for (std::size_t j = 0; j < kJoints; ++j) {
-      if (frame.id != machine_.bus.valves[j].tpdo_id()) continue;
+      if (frame.id != machine_.bus.valve(j).tpdo_id()) continue;
       if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
         valves_[j] = {true, status->status_word, status->spool};
     }
@@ -87,10 +87,10 @@ void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once) 
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
   for (int j = 0; j < kJoints; ++j) {
-    const ValveWords words = valve_words(machine_.bus.valves[static_cast<std::size_t>(j)].profile);
+    const ValveWords words = valve_words(machine_.bus.valve(j).profile);
     bus_.send(valve_frame(machine_.bus, j, words.*state, neutral));
   }
-  bus_.send(canopen::enable_output_frame(machine_.bus.enable.rpdo_id(), 0));
+  bus_.send(canopen::enable_output_frame(machine_.bus.enable().rpdo_id(), 0));
 }
 
 void OrderlyStop::heartbeat(Time now) noexcept {

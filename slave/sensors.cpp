@@ -5,43 +5,74 @@
 #include <numbers>
 
 #include "machine/description.h"
-#include "slave/node_setup.h"
 #include "transport/canopen.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::slave {
+
+namespace {
+
+/// Of a frame that is long enough.
+double value_in(const BitField& field, const CanFrame& frame) noexcept {
+  return read_value(field, frame).value_or(0);
+}
+
+}  // namespace
+
+std::size_t sensor_place(const NodeChannel& channel) noexcept {
+  const auto index = static_cast<std::size_t>(channel.info().index);
+  switch (channel.info().role) {
+    case NodeRole::kPressure:
+      return index;
+    case NodeRole::kEncoder:
+      return kSensorPressures + index;
+    case NodeRole::kTilt:
+      return kSensorPressures + kJoints;
+    case NodeRole::kValve:
+    case NodeRole::kEnable:
+      break;
+  }
+  return kSensorPlaces;
+}
 
 Duration tilt_extra_age(const MachineDescription& machine) noexcept {
   return from_seconds((machine.bus.tilt_every_nth_sync - 1) / machine.bus.sync_Hz);
 }
 
 SensorSet::SensorSet(const MachineDescription& machine)
-    : pressure_format_(canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits)),
-      encoder_offset_m_(machine.sensors.encoder_offset_m),
-      encoder_step_m_(machine.sensors.encoder_step_m),
-      tilt_step_rad_(machine.sensors.tilt_step_rad),
-      jump_m_(std::max(kValidity.jump_m, kValidity.jump_steps * encoder_step_m_)),
+    : encoder_offset_m_(machine.sensors.encoder_offset_m),
+      jump_m_(std::max(kValidity.jump_m, kValidity.jump_steps * machine.sensors.encoder_step_m)),
       pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine) {
-  const auto from = [](const NodeDescription& node, const canopen::PdoMap& map) {
-    return Channel{.node = node.id, .frame_id = node.tpdo_id(), .mapped = canopen::bytes_of(map)};
-  };
-  for (std::size_t i = 0; i < kPressures; ++i)
-    channels_[i] = from(machine.bus.pressures[i], pressure_map(machine.bus.wire));
   for (std::size_t i = 0; i < kJoints; ++i) {
-    channels_[kPressures + i] = from(machine.bus.encoders[i], canopen::kEncoderTpdo);
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
   }
-  channels_[kTilt] = from(machine.bus.tilt, canopen::kTiltTpdo);
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    for (const FrameField& field : frame.fields) {
+      const std::size_t which = sensor_place(field.channel);
+      if (which == kSensorPlaces) continue;
+      Channel& channel = channels_[which];
+      channel.node = machine.bus.nodes[frame.node].id;
+      channel.frame_id = frame.id;
+      channel.mapped = frame.bytes();
+      if (field.part == FrameField::Part::kValue) channel.field = field.bits;
+      if (field.part == FrameField::Part::kStatus) channel.status = field.bits;
+    }
+  }
 }
 
 void SensorSet::restart() noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
     const Channel before = channels_[i];
-    channels_[i] = Channel{.node = before.node, .frame_id = before.frame_id, .mapped = before.mapped};
+    channels_[i] = Channel{.node = before.node,
+                           .frame_id = before.frame_id,
+                           .mapped = before.mapped,
+                           .field = before.field,
+                           .status = before.status};
     if (i < kPressures || i == kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
     channels_[i].value = before.value;
@@ -51,9 +82,13 @@ void SensorSet::restart() noexcept {
 }
 
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
-  std::size_t which = 0;
-  while (which < kChannels && channels_[which].frame_id != frame.id) ++which;
-  if (which == kChannels) return;
+  for (std::size_t which = 0; which < kChannels; ++which) {
+    if (channels_[which].frame_id == frame.id) take(which, frame, now);
+  }
+}
+
+void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {
+  if (frame.size < channels_[which].mapped) return refuse_short(channels_[which], frame);
   if (which < kPressures) return on_pressure(channels_[which], frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
   if (tilt_on_boom_)
@@ -80,20 +115,16 @@ void SensorSet::refuse_short(Channel& channel, const CanFrame& frame) noexcept {
 }
 
 void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto reading = canopen::parse_pressure(frame, pressure_format_);
-  if (!reading) return refuse_short(channel, frame);
-  const bool status_bad = (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
-  const bool in_range =
-      reading->pressure_Pa >= kValidity.pressure_floor_Pa && reading->pressure_Pa <= pressure_ceiling_Pa_;
-  accept(channel, reading->pressure_Pa, !status_bad && in_range, status_bad ? reading->status : reading->pressure_Pa,
-         now);
+  const double pressure_Pa = value_in(channel.field, frame);
+  const auto status = static_cast<unsigned>(value_in(channel.status, frame));
+  const bool status_bad = (status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
+  const bool in_range = pressure_Pa >= kValidity.pressure_floor_Pa && pressure_Pa <= pressure_ceiling_Pa_;
+  accept(channel, pressure_Pa, !status_bad && in_range, status_bad ? status : pressure_Pa, now);
 }
 
 void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept {
   Channel& channel = channels_[kPressures + joint];
-  const auto reading = canopen::parse_encoder(frame, encoder_step_m_);
-  if (!reading) return refuse_short(channel, frame);
-  const double length = reading->position_m - encoder_offset_m_[static_cast<Eigen::Index>(joint)];
+  const double length = value_in(channel.field, frame) - encoder_offset_m_[static_cast<Eigen::Index>(joint)];
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
   // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
   const Duration since = std::min(now - channel.at, age_limit_);
@@ -123,27 +154,25 @@ void SensorSet::believe_settled_length(std::uint8_t node, Time now) noexcept {
 }
 
 void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
-  if (!slope) return refuse_short(channel, frame);
-  accept(channel, *slope, std::abs(*slope) <= kValidity.hull_tilt_rad, *slope, now);
+  const double slope = value_in(channel.field, frame);
+  accept(channel, slope, std::abs(slope) <= kValidity.hull_tilt_rad, slope, now);
 }
 
 /// The boom's slope less its angle is the hull's, but for the acceleration that the sensor feels as well: a boom that
 /// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
 void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const auto slope = canopen::parse_tilt(frame, tilt_step_rad_);
-  if (!slope) return refuse_short(channel, frame);
-  if (std::abs(*slope) > std::numbers::pi) return accept(channel, 0, false, *slope, now);
+  const double slope = value_in(channel.field, frame);
+  if (std::abs(slope) > std::numbers::pi) return accept(channel, 0, false, slope, now);
   const Channel& length = channels_[kPressures + kBoom];
   const auto boom_rad = kinematics_.joint_at(kBoom, length.value);
   if (length.at == kNever || !boom_rad) return;  // ages
-  const double pitch = *slope - *boom_rad;
+  const double pitch = slope - *boom_rad;
   const bool possible = std::abs(pitch) <= kValidity.hull_tilt_rad;
   shaken_ = possible ? 0 : std::min(shaken_ + 1, kValidity.shaken_in_a_row);
   const double bound = std::clamp(pitch, -kValidity.hull_tilt_rad, kValidity.hull_tilt_rad);
   const double turn = kValidity.hull_turn_radps * to_seconds(now - channel.at);
   const double held = channel.at == kNever ? bound : std::clamp(bound, channel.value - turn, channel.value + turn);
-  accept(channel, held, shaken_ < kValidity.shaken_in_a_row, *slope, now);
+  accept(channel, held, shaken_ < kValidity.shaken_in_a_row, slope, now);
 }
 
 Reason SensorSet::fault(Time now) const noexcept {

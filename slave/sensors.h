@@ -11,6 +11,7 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "estimation/joint_state.h"
+#include "machine/bus_frames.h"
 #include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
@@ -33,6 +34,10 @@ struct ValidityLimits {
   int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
 };
 inline constexpr ValidityLimits kValidity{};
+
+inline constexpr std::size_t kSensorPressures = 6, kSensorPlaces = kSensorPressures + kJoints + 1;
+/// Place of what a channel measures among pressures, lengths and slope; kSensorPlaces where it measures nothing.
+[[nodiscard]] std::size_t sensor_place(const NodeChannel& channel) noexcept;
 
 /// How much older than other values a slope may be: it does not come with every SYNC.
 [[nodiscard]] Duration tilt_extra_age(const MachineDescription& machine) noexcept;
@@ -66,11 +71,12 @@ class SensorSet {
   [[nodiscard]] Time newest_at() const noexcept;
 
  private:
-  static constexpr std::size_t kPressures = 6, kTilt = 9, kChannels = 10;
+  static constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints, kChannels = kSensorPlaces;
   struct Channel {
     std::uint8_t node = 0;
     std::uint32_t frame_id = 0;
     std::uint8_t mapped = 0;                    ///< Bytes of its frame.
+    BitField field{}, status{};                 ///< In its frame; status of a pressure.
     double value = 0;                           ///< Last good one, SI.
     Time at = kNever;                           ///< Its arrival.
     int bad = 0;                                ///< Impossible values since.
@@ -82,6 +88,7 @@ class SensorSet {
   [[nodiscard]] const Channel& oldest() const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
   void refuse_short(Channel& channel, const CanFrame& frame) noexcept;
+  void take(std::size_t which, const CanFrame& frame, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
   void settle(Channel& channel, double length_m, bool in_range) noexcept;
@@ -89,10 +96,9 @@ class SensorSet {
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
-  canopen::PressureFormat pressure_format_;
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;
-  double encoder_step_m_, tilt_step_rad_, jump_m_;
+  double jump_m_;
   double pressure_ceiling_Pa_;
   bool tilt_on_boom_;
   int shaken_ = 0;  // slopes in a row that no hull can have

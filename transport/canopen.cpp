@@ -306,54 +306,12 @@ std::optional<ValveCommand> parse_valve_command(const CanFrame& frame, double fu
   return ValveCommand{word, in.get<std::int16_t>() / full_stroke};
 }
 
-PressureFormat pressure_format(bool is_float, int digits) noexcept {
-  return {is_float ? kBar : kBar / std::pow(10, digits), is_float};
-}
-
-CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading, const PressureFormat& format) noexcept {
-  if (format.is_float) {
-    const auto value = static_cast<float>(reading.pressure_Pa / format.unit_Pa);
-    return frame_of(cob_id, std::bit_cast<std::uint32_t>(value), reading.status);
-  }
-  return frame_of(cob_id, to_steps<std::int32_t>(reading.pressure_Pa, format.unit_Pa), reading.status);
-}
-
-std::optional<PressureReading> parse_pressure(const CanFrame& frame, const PressureFormat& format) noexcept {
-  if (frame.size < bytes_of(kPressureTpdo)) return std::nullopt;
-  ByteReader in(frame.data);
-  const auto raw = in.get<std::uint32_t>();
-  const double value = format.is_float ? double{std::bit_cast<float>(raw)} : static_cast<std::int32_t>(raw);
-  return PressureReading{value * format.unit_Pa, in.get<std::uint8_t>()};
-}
-
 std::uint32_t encoder_step_object(double step_m) noexcept {
   return static_cast<std::uint32_t>(std::lround(step_m / 1e-9));
 }
 
 std::uint32_t tilt_step_object(double step_rad) noexcept {
   return static_cast<std::uint32_t>(std::lround(step_rad * 180 / std::numbers::pi / 1e-3));
-}
-
-CanFrame encoder_frame(std::uint32_t cob_id, const EncoderReading& reading, double step_m,
-                       double speed_step_mps) noexcept {
-  return frame_of(cob_id, to_steps<std::int32_t>(reading.position_m, step_m),
-                  to_steps<std::int16_t>(reading.speed_mps, speed_step_mps));
-}
-
-std::optional<EncoderReading> parse_encoder(const CanFrame& frame, double step_m, double speed_step_mps) noexcept {
-  if (frame.size < bytes_of(kEncoderTpdo)) return std::nullopt;
-  ByteReader in(frame.data);
-  const double position_m = in.get<std::int32_t>() * step_m;
-  return EncoderReading{position_m, in.get<std::int16_t>() * speed_step_mps};
-}
-
-CanFrame tilt_frame(std::uint32_t cob_id, double slope_rad, double step_rad) noexcept {
-  return frame_of(cob_id, to_steps<std::int16_t>(slope_rad, step_rad));
-}
-
-std::optional<double> parse_tilt(const CanFrame& frame, double step_rad) noexcept {
-  if (frame.size < bytes_of(kTiltTpdo)) return std::nullopt;
-  return ByteReader(frame.data).get<std::int16_t>() * step_rad;
 }
 
 CanFrame enable_inputs_frame(std::uint32_t cob_id, std::uint8_t inputs) noexcept {

@@ -22,6 +22,10 @@ inline constexpr std::uint32_t kSyncId = 0x080;
 [[nodiscard]] constexpr std::uint32_t tpdo1_id(std::uint8_t node) noexcept {
   return 0x180U + node;
 }
+/// @param number 1 to 4.
+[[nodiscard]] constexpr std::uint32_t tpdo_id(std::uint8_t node, unsigned number) noexcept {
+  return tpdo1_id(node) + 0x100U * (number - 1);
+}
 [[nodiscard]] constexpr std::uint32_t rpdo1_id(std::uint8_t node) noexcept {
   return 0x200U + node;
 }
@@ -63,6 +67,7 @@ inline constexpr Object kRpdo1MapCount{0x1600, 0};  ///< u8; entries at subindex
 inline constexpr Object kTpdo1CobId{0x1800, 1}, kTpdo1Type{0x1800, 2};
 inline constexpr Object kTpdo1Timer{0x1800, 5};  ///< u16, ms: repeat of an event-driven PDO; 0 = off
 inline constexpr Object kTpdo1MapCount{0x1A00, 0};
+inline constexpr std::uint16_t kMappingOffset = 0x200;     ///< Of a PDO's mapping from its parameters.
 inline constexpr std::uint32_t kPdoDisabled = 0x80000000;  ///< Bit 31 of a PDO's COB-ID.
 inline constexpr std::uint32_t kMostMapped =
     64;  ///< Entries of a mapping; 254 and 255 say that it is a multiplexed PDO.
@@ -71,8 +76,9 @@ inline constexpr std::uint8_t kEventDriven = 255;  ///< PDO type; 1...240 = ever
 inline constexpr Object kValveControlWord{0x6040, 0}, kValveStatusWord{0x6041, 0};
 inline constexpr Object kValveControlMode{0x6042, 0};                        ///< i8; 1 = set-point from the bus
 inline constexpr Object kValveSetPoint{0x6300, 1}, kValveActual{0x6301, 1};  ///< i16; 16384 = full stroke
-// CiA 404 pressure
+// CiA 404 pressure; sub-index n is channel n
 inline constexpr Object kPressureValue{0x9130, 1};   ///< i32, in 10^-digits of the unit
+inline constexpr Object kPressureShort{0x7130, 1};   ///< i16, in 10^-digits of the unit
 inline constexpr Object kPressureFloat{0x6130, 1};   ///< float32, in the unit
 inline constexpr Object kPressureStatus{0x6150, 1};  ///< u8
 inline constexpr Object kPressureUnit{0x6131, 1}, kPressureDigits{0x6132, 1};
@@ -95,7 +101,7 @@ inline constexpr Object kEnableInputs{0x6000, 1}, kEnableOutputs{0x6200, 1};  //
 }
 struct PdoMap {
   std::uint8_t count = 0;
-  std::array<std::uint32_t, 2> entries{};
+  std::array<std::uint32_t, 8> entries{};
 };
 /// Of the mapped objects together: the length of a frame that carries them.
 [[nodiscard]] constexpr std::uint8_t bytes_of(const PdoMap& map) noexcept {
@@ -258,35 +264,6 @@ struct ValveCommand {
                                                               double full_stroke = kFullStroke) noexcept;
 
 inline constexpr std::uint8_t kPressureInvalid = 1, kPressureOverload = 2, kPressureUnderload = 4;  ///< 0x6150 bits
-struct PressureReading {
-  double pressure_Pa = 0;
-  std::uint8_t status = 0;
-};
-/// What a value of 1 means, and whether it is an integer or a float.
-struct PressureFormat {
-  double unit_Pa = kPressureStep_Pa;
-  bool is_float = false;
-};
-/// 0x9130 with so many decimal digits of a bar, or 0x6130 in bar.
-[[nodiscard]] PressureFormat pressure_format(bool is_float, int digits) noexcept;
-[[nodiscard]] CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading,
-                                      const PressureFormat& format = {}) noexcept;
-/// A float may be no number at all.
-[[nodiscard]] std::optional<PressureReading> parse_pressure(const CanFrame& frame,
-                                                            const PressureFormat& format = {}) noexcept;
-
-struct EncoderReading {
-  double position_m = 0;
-  double speed_mps = 0;
-};
-[[nodiscard]] CanFrame encoder_frame(std::uint32_t cob_id, const EncoderReading& reading,
-                                     double step_m = kEncoderStep_m,
-                                     double speed_step_mps = kEncoderSpeedStep_mps) noexcept;
-[[nodiscard]] std::optional<EncoderReading> parse_encoder(const CanFrame& frame, double step_m = kEncoderStep_m,
-                                                          double speed_step_mps = kEncoderSpeedStep_mps) noexcept;
-
-[[nodiscard]] CanFrame tilt_frame(std::uint32_t cob_id, double slope_rad, double step_rad = kTiltStep_rad) noexcept;
-[[nodiscard]] std::optional<double> parse_tilt(const CanFrame& frame, double step_rad = kTiltStep_rad) noexcept;
 
 /// Bits of the enable node's inputs and of its output.
 inline constexpr std::uint8_t kInputEStopClosed = 1;  ///< The machine's E-stop chain is closed: nobody has pressed.

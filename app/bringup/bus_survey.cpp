@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "core/units.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "transport/canopen.h"
+#include "transport/signal_codec.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::bringup {
@@ -257,15 +259,14 @@ NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine
   return reading;
 }
 
-NodeReading of_pressure(const SurveyedNode& node, const MachineDescription& machine) {
-  const WireDescription& wire = machine.bus.wire;
-  const auto raw = node.value(wire.pressure_float ? canopen::kPressureFloat : canopen::kPressureValue);
+/// One channel's. @param fields value and status
+NodeReading of_pressure(const SurveyedNode& node, const FrameField& value, const FrameField& its_status,
+                        double range_bar) {
+  const auto raw = node.value(value.object);
   if (!raw) return {};
-  const double value = wire.pressure_float ? double{std::bit_cast<float>(*raw)} : static_cast<std::int32_t>(*raw);
-  const double bar = value * canopen::pressure_format(wire.pressure_float, wire.pressure_digits).unit_Pa / 1e5;
+  const double bar = value_of(value.bits, *raw) / kBar;
   NodeReading reading{fmt::format("{:.2f} bar", bar), "", false};
-  const std::uint32_t status = node.value(canopen::kPressureStatus).value_or(0);
-  const double range_bar = machine.sensors.pressure_range_Pa / 1e5;
+  const std::uint32_t status = node.value(its_status.object).value_or(0);
   if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
     reading = {reading.text,
                fmt::format("status 0x{:02X}, value invalid or overloaded: check transmitter and wiring", status), true};
@@ -276,6 +277,21 @@ NodeReading of_pressure(const SurveyedNode& node, const MachineDescription& mach
         true};
   }
   return reading;
+}
+
+/// Of several channels all values, and the first complaint.
+NodeReading of_pressures(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+  NodeReading all;
+  const std::vector<FrameField> fields = sent_fields(expected, machine);
+  for (std::size_t i = 0; i + 1 < fields.size(); i += 2) {
+    const NodeReading one = of_pressure(node, fields[i], fields[i + 1], machine.sensors.pressure_range_Pa / kBar);
+    all.text += (all.text.empty() || one.text.empty() ? "" : ", ") + one.text;
+    if (!all.complaint.empty() || one.complaint.empty()) continue;
+    const bool several = expected.channels.size() > 1;
+    all.complaint = (several ? std::string(fields[i].channel.info().name) + ": " : "") + one.complaint;
+    all.fault = one.fault;
+  }
+  return all;
 }
 
 NodeReading of_encoder(const SurveyedNode& node, int joint, const MachineDescription& machine) {
@@ -318,31 +334,22 @@ NodeReading of_enable(const SurveyedNode& node) {
 
 }  // namespace
 
-std::vector<canopen::Object> reading_objects(NodeRole role, const MachineDescription& machine) {
-  switch (role) {
-    case NodeRole::kValve:
-      return {canopen::kValveStatusWord, canopen::kValveActual};
-    case NodeRole::kPressure:
-      return {machine.bus.wire.pressure_float ? canopen::kPressureFloat : canopen::kPressureValue,
-              canopen::kPressureStatus};
-    case NodeRole::kEncoder:
-      return {canopen::kEncoderPosition};
-    case NodeRole::kTilt:
-      return {canopen::kTiltSlope};
-    case NodeRole::kEnable:
-      return {canopen::kEnableInputs};
+std::vector<canopen::Object> reading_objects(const NodeDescription& node, const MachineDescription& machine) {
+  std::vector<canopen::Object> objects;
+  for (const FrameField& field : sent_fields(node, machine)) {
+    if (field.part != FrameField::Part::kRate) objects.push_back(field.object);
   }
-  return {};
+  return objects;
 }
 
-NodeReading reading_of(const SurveyedNode& node, const slave::NodeScript& expected, const MachineDescription& machine) {
+NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
   switch (expected.role) {
     case NodeRole::kValve:
       return of_valve(node, machine);
     case NodeRole::kPressure:
-      return of_pressure(node, machine);
+      return of_pressures(node, expected, machine);
     case NodeRole::kEncoder:
-      return of_encoder(node, expected.joint, machine);
+      return of_encoder(node, expected.joint(), machine);
     case NodeRole::kTilt:
       return of_tilt(node, machine);
     case NodeRole::kEnable:

@@ -85,8 +85,9 @@ struct NodeReading {
   std::string complaint;  ///< The defect and what to do; empty where there is none.
   bool fault = false;     ///< The machine cannot be run with this defect.
 };
-[[nodiscard]] std::vector<canopen::Object> reading_objects(NodeRole role, const MachineDescription& machine);
-[[nodiscard]] NodeReading reading_of(const SurveyedNode& node, const slave::NodeScript& expected,
+[[nodiscard]] std::vector<canopen::Object> reading_objects(const NodeDescription& node,
+                                                           const MachineDescription& machine);
+[[nodiscard]] NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected,
                                      const MachineDescription& machine);
 
 }  // namespace knuckle::bringup

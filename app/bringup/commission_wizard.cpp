@@ -295,8 +295,7 @@ class Wizard {
         about, 1e3 * (length_m + *axis.offset_m), 1e3 * length_m);
     if (dialogue_.ask(question, {"preset", "keep"}) == 1) return;
     const double before_m = bench_->sensors().length_m[joint];
-    bench_->write_objects(machine_.bus.encoders[static_cast<std::size_t>(joint)].id,
-                          slave::preset_script(machine_, length_m));
+    bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, length_m));
     bench_->idle(200ms);
     const double error_m = bench_->sensors().length_m[joint] - length_m;
     axis.preset = std::abs(error_m) <= kPresetError_m;
@@ -337,8 +336,7 @@ class Wizard {
       const std::string about = kJointNames[static_cast<std::size_t>(joint)];
       // A simulated machine is a new one in each run.
       if (const auto tape_m = access_.tape_m(joint)) {
-        bench_->write_objects(machine_.bus.encoders[static_cast<std::size_t>(joint)].id,
-                              slave::preset_script(machine_, *tape_m));
+        bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, *tape_m));
         bench_->idle(200ms);
       }
       const double length_m = bench_->sensors().length_m[joint];

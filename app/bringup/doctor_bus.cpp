@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/bringup/bus_survey.h"
+#include "machine/bus_frames.h"
 #include "machine/load.h"
 #include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
@@ -156,8 +157,8 @@ class Doctor {
     SurveyedNode node;
     node.id = expected.node.id;
     if (found != survey_.nodes.end()) node = found->second;
-    const std::string about = fmt::format("node 0x{:02X} ", node.id) + expected.name;
-    NodeLine line = line_of(node, expected.name);
+    const std::string about = fmt::format("node 0x{:02X} ", node.id) + expected.node.name;
+    NodeLine line = line_of(node, expected.node.name);
     const std::size_t before = result_.findings.size();
     if (!node.answers()) {
       silent(node, about);
@@ -165,7 +166,7 @@ class Doctor {
       // Whatever it reads, either of the two may have said it.
     } else if (identity(node, expected, about)) {
       settings(node, expected, about, line);
-      const NodeReading reading = reading_of(node, expected, *machine_);
+      const NodeReading reading = reading_of(node, expected.node, *machine_);
       line.reading = reading.text;
       if (!reading.complaint.empty()) say(reading.fault ? Level::kFault : Level::kNote, about, reading.complaint);
     }
@@ -226,7 +227,7 @@ class Doctor {
     const auto syncs = survey_.heard.find(canopen::kSyncId);
     const std::uint32_t type = node.value(canopen::kTpdo1Type).value_or(0);
     const std::uint32_t timer_ms = node.value(canopen::kTpdo1Timer).value_or(0);
-    const bool by_change = expected.id == machine_->bus.enable.id;
+    const bool by_change = expected.id == machine_->bus.enable().id;
     if (type >= 1 && type <= 240) {
       const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
       judge_count(signs, expected.tpdo_id(), sync_count / type, by_change);
@@ -366,7 +367,7 @@ class Doctor {
       const bool missing = there == survey_.nodes.end() || !there->second.answers();
       if (missing && node.value(canopen::kDeviceType) == expected.node.device_type &&
           node.value(canopen::kProductCode) == expected.node.product) {
-        return ": possibly " + expected.name + fmt::format(", expected with node id 0x{:02X}", expected.node.id);
+        return ": possibly " + expected.node.name + fmt::format(", expected with node id 0x{:02X}", expected.node.id);
       }
     }
     return "";
@@ -375,7 +376,8 @@ class Doctor {
   /// Identifiers that no node of the file sends.
   void judge_frames() {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
-    for (const NodeScript& s : scripts_) known.insert({s.node.tpdo_id(), s.node.rpdo_id()});
+    if (machine_ != nullptr)
+      for (const BusFrame& frame : bus_frames(machine_->bus)) known.insert(frame.id);
     for (const auto& [id, frames] : survey_.heard) {
       const std::uint32_t function = canopen::function_of(id);
       const bool service = function == 0x080 || function >= 0x580;
@@ -407,7 +409,7 @@ std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescript
       for (const SdoStep& step : part.asked) objects.push_back(step.object);
     for (const Object& object : {canopen::kErrorRegister, kErrorCount, kNewestError, canopen::kSerialNumber})
       objects.push_back(object);
-    for (const Object& object : reading_objects(node.role, machine)) objects.push_back(object);
+    for (const Object& object : reading_objects(node.node, machine)) objects.push_back(object);
     // Once more, so that two devices that answer in turn contradict each other.
     for (const Object& object : kIdentity) objects.push_back(object);
   }

@@ -166,8 +166,8 @@ std::vector<std::string> limit_texts(const ConsoleView& view, const MachineDescr
 }
 
 std::string with_node_names(std::string text, const BusDescription& bus) {
-  for (const NamedNode& named : named_nodes(bus)) {
-    const std::string number = fmt::format("node 0x{:02X}: ", named.node.id);  // as text(Reason) writes it
+  for (const NodeDescription& named : bus.nodes) {
+    const std::string number = fmt::format("node 0x{:02X}: ", named.id);  // as text(Reason) writes it
     std::string name = named.name + ": ";
     std::replace(name.begin(), name.end(), '_', ' ');
     for (std::size_t at = text.find(number); at != std::string::npos; at = text.find(number, at + name.size()))

@@ -37,20 +37,18 @@ std::uint16_t profile_of(NodeRole role) {
   return 401;
 }
 
-NamedNode node_of(const BusDescription& bus, const std::string& name, const std::string& source) {
-  const auto nodes = named_nodes(bus);
-  if (const NamedNode* node = find_node(nodes, name)) return *node;
-  throw InputError(source + ": has no node '" + name + "'; its nodes: " + names_of(nodes));
+const NodeDescription& node_of(const BusDescription& bus, const std::string& name, const std::string& source) {
+  if (const NodeDescription* node = bus.find(name)) return *node;
+  throw InputError(source + ": has no node '" + name + "'; its nodes: " + bus.node_names());
 }
 
 /// @throws InputError where the controller or a node other than this one has the id.
 void check_free(const BusDescription& bus, std::uint8_t id, const std::string& node, const std::string& source) {
-  const auto nodes = named_nodes(bus);
-  const auto other = std::find_if(nodes.begin(), nodes.end(),
-                                  [&](const NamedNode& one) { return one.node.id == id && one.name != node; });
-  if (id != bus.controller_id && other == nodes.end()) return;
+  const NodeDescription* const other = bus.find(id);
+  const bool of_another = other != nullptr && other->name != node;
+  if (id != bus.controller_id && !of_another) return;
   cli::refuse_option("--id", fmt::format("0x{:02X}", id),
-                     "is the id of " + (other == nodes.end() ? "the controller" : other->name) + " in " + source);
+                     "is the id of " + (of_another ? other->name : "the controller") + " in " + source);
 }
 
 /// The identifier of a PDO that the device sends or hears under, where it can only be read and is not the usual one.
@@ -79,7 +77,7 @@ std::string object_text(canopen::Object object, const Entry* entry) {
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
   const BusDescription bus = parse_machine(machine_text, machine_source).bus;
-  const NamedNode named = node_of(bus, node, machine_source);
+  const NodeDescription named = node_of(bus, node, machine_source);
   check_free(bus, id, node, machine_source);
   const auto profile = static_cast<std::uint16_t>(device.device_type & 0xFFFF);
   if (profile != profile_of(named.role)) {
@@ -143,14 +141,15 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
 }  // namespace
 
 Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const std::string& node) {
-  const std::uint8_t id = node_of(machine.bus, node, machine.source).node.id;
+  const std::uint8_t id = node_of(machine.bus, node, machine.source).id;
   Fit fit;
   const int kbps = static_cast<int>(machine.bus.bit_rate / 1000);
   if (const auto& rates = device.bit_rates_kbps;
       !rates.empty() && std::find(rates.begin(), rates.end(), kbps) == rates.end())
     fit.obstacles.push_back(fmt::format("the bus has {} kbit/s, which the device does not know", kbps));
   const auto scripts = slave::node_scripts(machine);
-  const auto script = std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.name == node; });
+  const auto script =
+      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == node; });
   int guards = 0;
   bool guarded = false;
   for (const slave::SetupPart& part : script->script) {

@@ -12,8 +12,8 @@
 namespace knuckle::eds {
 
 /// The machine file's text with the device in place of the node of that name, its comments and order as they were.
-/// @param node one of named_nodes. @throws InputError where the device's profile is not that node's, where the file
-/// does not have the node on one line in [bus.nodes], or where the result is no machine file (an id that is taken,
+/// @param node a node of the machine file. @throws InputError where the device's profile is not that node's, where the
+/// file does not have the node on one line in [bus.nodes], or where the result is no machine file (an id that is taken,
 /// say).
 [[nodiscard]] std::string with_device(const std::string& machine_text, const std::string& machine_source,
                                       const std::string& node, std::uint8_t id, const DeviceFile& device);

@@ -28,7 +28,7 @@ std::string again_text(const Stream& stream) {
 
 std::string node_line(const NodeSeen& seen, const Stop& stop) {
   std::string line =
-      fmt::format("  {} (0x{:02X}): process data {}", seen.node.name, seen.node.node.id, age_text(seen.data, stop));
+      fmt::format("  {} (0x{:02X}): process data {}", seen.node.name, seen.node.id, age_text(seen.data, stop));
   if (seen.data.silent()) line += ", " + again_text(seen.data);
   line += "; heartbeat " + age_text(seen.heartbeat, stop);
   if (seen.heartbeat.silent()) line += ", " + again_text(seen.heartbeat);
@@ -68,7 +68,7 @@ void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string
     if (seen.emergencies.empty()) continue;
     const EmergencySeen& first = seen.emergencies.front();
     lines.push_back(
-        fmt::format("  {} (0x{:02X}): emergency 0x{:04X} ({}) at {}{}", seen.node.name, seen.node.node.id,
+        fmt::format("  {} (0x{:02X}): emergency 0x{:04X} ({}) at {}{}", seen.node.name, seen.node.id,
                     first.emergency.code, canopen::emergency_text(first.emergency.code), at_text(first.at),
                     seen.emergencies.size() > 1 ? fmt::format(", {} of them", seen.emergencies.size()) : ""));
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "machine/bus_frames.h"
 #include "slave/valve_monitor.h"
 
 namespace knuckle::explain {
@@ -55,7 +56,7 @@ void note_value(NodeSeen& seen, const CanSeen& can) {
 void note_identity(const CanSeen& can, const NodeSeen& seen, Evidence& evidence) {
   const auto answer = canopen::parse_sdo_response(can.frame);
   if (!answer || answer->kind != canopen::SdoResponse::Kind::kUploaded) return;
-  const NodeDescription& node = seen.node.node;
+  const NodeDescription& node = seen.node;
   const auto expected = answer->object == canopen::kDeviceType    ? std::optional(node.device_type)
                         : answer->object == canopen::kVendorId    ? std::optional(node.vendor)
                         : answer->object == canopen::kProductCode ? std::optional(node.product)
@@ -70,7 +71,8 @@ bool around(Time at, const Stop& stop) {
   return at >= stop.at - Evidence::kBefore && at <= stop.at + Evidence::kAfter;
 }
 
-NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window, Evidence& evidence) {
+NodeSeen node_seen(const NodeDescription& node, const WireDescription& wire, const Stop& stop, const Window& window,
+                   Evidence& evidence) {
   NodeSeen seen{.node = node,
                 .data = {},
                 .heartbeat = {},
@@ -78,17 +80,19 @@ NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window
                 .left = {},
                 .booted = {},
                 .same_since = {},
-                .newest = {}};
+                .newest = {},
+                .newest_of = {}};
   Times data, heartbeats;
   Time told_to_start = kNever;
   for (const CanSeen& can : window.can) {
     if (can.kind == WireEventKind::kCanSent && can.frame.id == canopen::kNmtId) told_to_start = can.at;
     if (can.kind != WireEventKind::kCanReceived) continue;
     const std::uint32_t id = can.frame.id;
-    if (id == node.node.tpdo_id()) {
+    if (can.at <= stop.at && sends(node, id, wire)) seen.newest_of[id] = can.frame;
+    if (id == node.tpdo_id()) {
       data.add(can.at);
       if (can.at <= stop.at) note_value(seen, can);
-    } else if (id == canopen::heartbeat_id(node.node.id)) {
+    } else if (id == canopen::heartbeat_id(node.id)) {
       heartbeats.add(can.at);
       const auto state = canopen::parse_heartbeat(can.frame);
       const bool near = can.at <= stop.at && stop.at - can.at <= Evidence::kBefore;
@@ -99,11 +103,11 @@ NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window
         seen.left = can.at;
         seen.left_to = *state;
       }
-    } else if (id == canopen::emcy_id(node.node.id)) {
+    } else if (id == canopen::emcy_id(node.id)) {
       const auto emergency = canopen::parse_emergency(can.frame);
       if (around(can.at, stop) && emergency && emergency->code != canopen::kEmcyReset)
         seen.emergencies.push_back({can.at, *emergency});
-    } else if (id == canopen::sdo_response_id(node.node.id) && can.at <= stop.at) {
+    } else if (id == canopen::sdo_response_id(node.id) && can.at <= stop.at) {
       note_identity(can, seen, evidence);
     }
   }
@@ -114,7 +118,7 @@ NodeSeen node_seen(const NamedNode& node, const Stop& stop, const Window& window
 
 void note_enable(const CanSeen& can, const MachineDescription& machine, std::uint8_t& inputs, bool& any,
                  Evidence& evidence) {
-  if (can.frame.id != machine.bus.enable.tpdo_id()) return;
+  if (can.frame.id != machine.bus.enable().tpdo_id()) return;
   const auto now = canopen::parse_enable(can.frame);
   if (!now) return;
   const auto fell = [&](std::uint8_t bit) { return any && (inputs & bit) != 0 && (*now & bit) == 0; };
@@ -176,7 +180,7 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
       if (can.at <= stop.at) note_enable(can, machine, inputs, any, evidence);
       const std::uint8_t node = canopen::node_of(can.frame.id);
       const bool known = std::any_of(evidence.nodes.begin(), evidence.nodes.end(), [&](const NodeSeen& seen) {
-        return seen.node.node.id == node || seen.node.node.tpdo_id() == can.frame.id;
+        return seen.node.id == node || sends(seen.node, can.frame.id, machine.bus.wire);
       });
       if (!known || canopen::function_of(can.frame.id) == 0) ++evidence.foreign[can.frame.id];
     }
@@ -244,8 +248,8 @@ bool NodeSeen::silent() const {
 
 Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
   Evidence evidence;
-  for (const NamedNode& node : named_nodes(machine.bus))
-    evidence.nodes.push_back(node_seen(node, stop, window, evidence));
+  for (const NodeDescription& node : machine.bus.nodes)
+    evidence.nodes.push_back(node_seen(node, machine.bus.wire, stop, window, evidence));
   note_valves(stop, window, evidence);
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);

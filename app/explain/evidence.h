@@ -32,7 +32,7 @@ struct EmergencySeen {
 
 /// A node of the machine file on the bus.
 struct NodeSeen {
-  NamedNode node;
+  NodeDescription node;
   Stream data, heartbeat;                  ///< Process data (TPDO 1) and heartbeats.
   std::vector<EmergencySeen> emergencies;  ///< From kBefore ahead of the stop to kAfter behind it; no resets.
   std::optional<Time> left;                ///< First heartbeat of those that tell another state than operational, ...
@@ -42,6 +42,7 @@ struct NodeSeen {
   int same_times = 0;                      ///< So often.
   Duration longest_same{};                 ///< Before that, they had the same bytes for at most so long.
   std::optional<CanFrame> newest;          ///< Process data at the stop.
+  std::map<std::uint32_t, CanFrame> newest_of;  ///< Of each of its PDOs.
   /// It is gone: process data missed their turn, and no heartbeat says that it lives.
   [[nodiscard]] bool silent() const;
 };

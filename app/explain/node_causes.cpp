@@ -8,7 +8,9 @@
 #include "app/explain/cause.h"
 #include "app/explain/text.h"
 #include "core/units.h"
+#include "machine/bus_frames.h"
 #include "slave/sensors.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::explain {
 namespace {
@@ -16,7 +18,7 @@ namespace {
 constexpr std::size_t kStorm = 20;  // emergencies of one node within two seconds that are no single event
 
 std::string name_of(const NodeSeen& seen) {
-  return fmt::format("{} (node 0x{:02X})", seen.node.name, seen.node.node.id);
+  return fmt::format("{} (node 0x{:02X})", seen.node.name, seen.node.id);
 }
 
 std::string names_of(const std::vector<const NodeSeen*>& nodes) {
@@ -70,7 +72,7 @@ std::optional<Cause> rebooted(const Evidence& evidence) {
 /// Of the node that the stop names: others may have left their working state because of the stop.
 std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence) {
   if (stop.reason.code != ReasonCode::kSensorStale && stop.reason.code != ReasonCode::kNodeFault) return std::nullopt;
-  const auto named = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  const auto named = those(evidence, [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
   if (named.empty() || !named.front()->left || !named.front()->emergencies.empty()) return std::nullopt;
   const NodeSeen& first = *named.front();
   const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.left.has_value(); });
@@ -90,7 +92,7 @@ std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence)
 
 std::optional<Cause> too_short(const Stop& stop, const Evidence& evidence) {
   if (stop.reason.code != ReasonCode::kFrameShort) return std::nullopt;
-  const auto nodes = those(evidence, [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+  const auto nodes = those(evidence, [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
   if (nodes.empty()) return std::nullopt;
   Cause cause{"frame_short",
               fmt::format("{} sent process data of {:.0f} bytes, of which {:.0f} are mapped: its mapping was changed "
@@ -180,7 +182,7 @@ std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, con
   if (!node.silent() && node.emergencies.empty())
     cause.supports.push_back(name_of(node) + ": heartbeat and process data normal, no emergency of its own");
   const auto watch = those(evidence, [&](const NodeSeen& seen) {
-    return seen.node.node.id == machine.bus.enable.id && !seen.emergencies.empty();
+    return seen.node.id == machine.bus.enable().id && !seen.emergencies.empty();
   });
   if (!watch.empty() && stop.reason.code != ReasonCode::kValveNotFollowing)
     cause.supports.push_back(name_of(*watch.front()) +
@@ -264,19 +266,48 @@ Range range_of(const Window& window, Time from, Time to, auto value) {
   return range;
 }
 
+/// A channel's newest value and status.
+struct PressureSeen {
+  const char* name = "";
+  double bar = 0;
+  unsigned status = 0;
+};
+
+/// The one that is broken, or cannot be; the first where none is.
+PressureSeen worst_pressure(const NodeSeen& seen, const MachineDescription& machine) {
+  std::vector<PressureSeen> all;
+  BusDescription alone = machine.bus;
+  alone.nodes = {seen.node};
+  for (const BusFrame& frame : bus_frames(alone, machine.sensors)) {
+    const auto newest = seen.newest_of.find(frame.id);
+    for (std::size_t i = 0; newest != seen.newest_of.end() && i + 1 < frame.fields.size(); i += 2) {
+      const auto value = read_value(frame.fields[i].bits, newest->second),
+                 status = read_value(frame.fields[i + 1].bits, newest->second);
+      if (value && status)
+        all.push_back({frame.fields[i].channel.info().name, *value / kBar, static_cast<unsigned>(*status)});
+    }
+  }
+  const auto bad = [&](const PressureSeen& one) {
+    return (one.status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0 ||
+           !(std::abs(one.bar) <= machine.sensors.pressure_range_Pa / kBar);
+  };
+  const auto found = std::find_if(all.begin(), all.end(), bad);
+  return found != all.end() ? *found : all.empty() ? PressureSeen{} : all.front();
+}
+
 Cause invalid_pressure(const NodeSeen& seen, const Stop& stop, const MachineDescription& machine) {
-  const auto format = canopen::pressure_format(machine.bus.wire.pressure_float, machine.bus.wire.pressure_digits);
-  const auto reading = seen.newest ? canopen::parse_pressure(*seen.newest, format) : std::nullopt;
+  const PressureSeen reading = worst_pressure(seen, machine);
   Cause cause{"sensor_broken", "", {}, {}, seen.same_since.value_or(stop.at)};
-  if (reading && (reading->status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
-    cause.text = fmt::format(
-        "{} reports of itself that it is broken: its status says \"{}\" (0x{:02X}); replace it", name_of(seen),
-        (reading->status & canopen::kPressureInvalid) != 0 ? "value not valid" : "overload", reading->status);
+  const std::string name =
+      name_of(seen) + (seen.node.channels.size() > 1 ? ", " + std::string(reading.name) + "," : "");
+  if ((reading.status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
+    cause.text =
+        fmt::format("{} reports of itself that it is broken: its status says \"{}\" (0x{:02X}); replace it", name,
+                    (reading.status & canopen::kPressureInvalid) != 0 ? "value not valid" : "overload", reading.status);
     cause.supports.emplace_back("the status byte beside its value says so; the node itself lives and sends in time");
   } else {
-    cause.text = name_of(seen) + " sends a pressure that cannot be: check sensor and wiring";
-    cause.supports.push_back(fmt::format("value {:.1f} bar; its range ends at {:.0f} bar",
-                                         (reading ? reading->pressure_Pa : 0) / kBar,
+    cause.text = name + " sends a pressure that cannot be: check sensor and wiring";
+    cause.supports.push_back(fmt::format("value {:.1f} bar; its range ends at {:.0f} bar", reading.bar,
                                          machine.sensors.pressure_range_Pa / kBar));
   }
   return cause;
@@ -294,10 +325,10 @@ std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Wi
   Time last_at = kNever;
   for (const CanSeen& can : window.can) {
     if (can.at > stop.at + kLookBack) break;
-    if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.node.node.tpdo_id()) continue;
-    const auto reading = canopen::parse_encoder(can.frame, step_m);
-    if (!reading || can.at < stop.at - kLookBack) continue;
-    const double now_m = reading->position_m;
+    if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.node.tpdo_id()) continue;
+    const auto steps = read_value(BitField{.type = BitField::Type::kSigned, .bits = 32, .scale = step_m}, can.frame);
+    if (!steps || can.at < stop.at - kLookBack) continue;
+    const double now_m = *steps;
     if (last_at != kNever && can.at > last_at) {
       const double speed_mps = std::abs(now_m - last_m) / to_seconds(can.at - last_at);
       if (!flight && speed_mps > slave::kValidity.cylinder_mps) flight = Flight{last_m, last_m, 0, can.at, can.at};
@@ -314,7 +345,7 @@ std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Wi
 }
 
 Cause invalid_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
-  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(seen.node.joint)];
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(seen.node.joint())];
   const auto flight = flight_of(seen, stop, window, machine.sensors.encoder_step_m);
   const std::string range = fmt::format("its cylinder is {:.3f} to {:.3f} m long; the node lives and sends in time",
                                         cylinder.min_length_m, cylinder.max_length_m);
@@ -338,7 +369,7 @@ Cause invalid_length(const NodeSeen& seen, const Stop& stop, const Window& windo
 }
 
 Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
-  const int joint = seen.node.joint;
+  const int joint = seen.node.joint();
   const auto axis = static_cast<std::size_t>(joint);
   const Time since = *seen.same_since;
   const Range spool = range_of(window, since, stop.at, [&](const auto& state) { return state.spool[joint]; });
@@ -369,12 +400,12 @@ Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window
 }
 
 Cause frozen_pressure(const NodeSeen& seen, const Stop& stop, const Window& window) {
-  const auto axis = static_cast<std::size_t>(seen.node.joint);
+  const auto axis = static_cast<std::size_t>(seen.node.joint());
   const bool rod = seen.node.name.find("_rod_") != std::string::npos;
   const Time since = *seen.same_since;
   const Range other =
       range_of(window, since, stop.at, [&](const auto& s) { return s.pressure_Pa[2 * axis + (rod ? 0 : 1)]; });
-  const Range length = range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[seen.node.joint]; });
+  const Range length = range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[seen.node.joint()]; });
   return {"sensor_frozen",
           fmt::format("the pressure transmitter {} froze: it repeated the same value {} times, for {}, since {}",
                       name_of(seen), seen.same_times, span_text(stop.at - since), at_text(since)),
@@ -394,7 +425,7 @@ std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const 
   const bool invalid = stop.reason.code == ReasonCode::kSensorInvalid;
   if (!invalid && stop.reason.code != ReasonCode::kSensorImplausible) return std::nullopt;
   const auto found = std::find_if(evidence.nodes.begin(), evidence.nodes.end(),
-                                  [&](const NodeSeen& seen) { return seen.node.node.id == stop.reason.subject; });
+                                  [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
   if (found == evidence.nodes.end()) return std::nullopt;
   const NodeSeen& seen = *found;
   const bool encoder = seen.node.role == NodeRole::kEncoder, pressure = seen.node.role == NodeRole::kPressure;

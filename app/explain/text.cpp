@@ -17,9 +17,8 @@ std::string span_text(Duration span) {
 }
 
 std::string node_text(const MachineDescription& machine, std::uint8_t node) {
-  for (const NamedNode& named : named_nodes(machine.bus)) {
-    if (named.node.id == node) return fmt::format("{} (node 0x{:02X})", named.name, node);
-  }
+  if (const NodeDescription* known = machine.bus.find(node))
+    return fmt::format("{} (node 0x{:02X})", known->name, node);
   return fmt::format("node 0x{:02X}", node);
 }
 

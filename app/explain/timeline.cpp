@@ -23,7 +23,7 @@ class ValveCommands {
   /// @return whether it was one for a valve.
   bool take(const CanFrame& frame) {
     for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      if (frame.id != bus_.valves[joint].rpdo_id()) continue;
+      if (frame.id != bus_.valve(joint).rpdo_id()) continue;
       if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
         open_[joint] =
             (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;

@@ -8,6 +8,7 @@
 #include "app/explain/text.h"
 #include "core/frame_words.h"
 #include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "slave/bus_map.h"
 #include "transport/canopen.h"
 
@@ -72,11 +73,9 @@ Cause node_id_twice(const Stop& stop, const Window& window, const MachineDescrip
               {},
               {},
               stop.at};
-  const std::vector<NamedNode> nodes = named_nodes(machine.bus);
-  const auto twin =
-      std::find_if(nodes.begin(), nodes.end(), [node](const NamedNode& one) { return one.node.id == node; });
+  const NodeDescription* const twin = machine.bus.find(node);
   const auto from_node = [&](std::uint32_t id) {
-    const bool process_data = twin != nodes.end() && id == twin->node.tpdo_id();
+    const bool process_data = twin != nullptr && sends(*twin, id, machine.bus.wire);
     return process_data || id == canopen::heartbeat_id(node) || id == canopen::emcy_id(node) ||
            id == canopen::sdo_response_id(node);
   };

@@ -14,7 +14,7 @@
 
 #include "app/cli/command.h"
 #include "core/units.h"
-#include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "slave/bus_map.h"
 #include "slave/sensors.h"
@@ -125,16 +125,30 @@ std::vector<Signal> valve_command(const MachineDescription& machine) {
           spool(machine, "SpoolSetPoint", "0x6300:01, set-point")};
 }
 
-std::vector<Signal> pressure(const MachineDescription& machine) {
-  const WireDescription& wire = machine.bus.wire;
-  const canopen::PressureFormat format = canopen::pressure_format(wire.pressure_float, wire.pressure_digits);
+/// Value and status of a channel; named by what it is where the node has several.
+std::vector<Signal> pressure(const FrameField& value, const FrameField& status, bool several,
+                             const MachineDescription& machine) {
   const double most_Pa = slave::kValidity.pressure_over_range * machine.sensors.pressure_range_Pa;
-  return {number(format.is_float ? Type::kFloat : Type::kSigned, "Pressure", 0, 32, rounded(format.unit_Pa / kBar),
-                 "bar", slave::kValidity.pressure_floor_Pa / kBar, rounded(most_Pa / kBar),
-                 format.is_float ? "0x6130:01, gauge" : "0x9130:01, gauge"),
-          flag("Invalid", 32 + bit_of(canopen::kPressureInvalid), "0x6150:01"),
-          flag("Overload", 32 + bit_of(canopen::kPressureOverload), "0x6150:01"),
-          flag("Underload", 32 + bit_of(canopen::kPressureUnderload), "0x6150:01")};
+  const std::string prefix = several ? std::string(value.channel.info().name) + "_" : "";
+  const auto bit = [&](std::uint16_t mask) { return status.bits.start_bit + bit_of(mask); };
+  const auto about = [](const canopen::Object& object) {
+    return fmt::format("0x{:04X}:{:02X}", object.index, object.subindex);
+  };
+  return {number(value.bits.type == BitField::Type::kFloat ? Type::kFloat : Type::kSigned, prefix + "Pressure",
+                 value.bits.start_bit, value.bits.bits, rounded(value.bits.scale / kBar), "bar",
+                 slave::kValidity.pressure_floor_Pa / kBar, rounded(most_Pa / kBar), about(value.object) + ", gauge"),
+          flag(prefix + "Invalid", bit(canopen::kPressureInvalid), about(status.object)),
+          flag(prefix + "Overload", bit(canopen::kPressureOverload), about(status.object)),
+          flag(prefix + "Underload", bit(canopen::kPressureUnderload), about(status.object))};
+}
+
+std::vector<Signal> pressures(const BusFrame& frame, const NodeDescription& node, const MachineDescription& machine) {
+  std::vector<Signal> all;
+  for (std::size_t i = 0; i + 1 < frame.fields.size(); i += 2) {
+    for (Signal& one : pressure(frame.fields[i], frame.fields[i + 1], node.channels.size() > 1, machine))
+      all.push_back(std::move(one));
+  }
+  return all;
 }
 
 std::vector<Signal> encoder(const MachineDescription& machine, int joint) {
@@ -156,14 +170,15 @@ std::vector<Signal> tilt(const MachineDescription& machine) {
                  most_deg, on_boom ? "0x6010: the boom against the horizontal" : "0x6010: the hull's pitch")};
 }
 
-std::vector<Signal> sent_by(const NamedNode& named, const MachineDescription& machine) {
-  switch (named.role) {
+std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& machine) {
+  const NodeDescription& node = machine.bus.nodes[frame.node];
+  switch (node.role) {
     case NodeRole::kValve:
       return valve_status(machine);
     case NodeRole::kPressure:
-      return pressure(machine);
+      return pressures(frame, node, machine);
     case NodeRole::kEncoder:
-      return encoder(machine, named.joint);
+      return encoder(machine, node.joint());
     case NodeRole::kTilt:
       return tilt(machine);
     case NodeRole::kEnable:
@@ -173,18 +188,9 @@ std::vector<Signal> sent_by(const NamedNode& named, const MachineDescription& ma
           flag("PilotOn", bit_of(canopen::kInputPilotOn), "Pilot pressure is on: valves can move")};
 }
 
-std::vector<Signal> told_to(const NamedNode& named, const MachineDescription& machine) {
-  switch (named.role) {
-    case NodeRole::kValve:
-      return valve_command(machine);
-    case NodeRole::kEnable:
-      return {flag("Enable", bit_of(canopen::kOutputEnable), "Asks for pilot pressure")};
-    case NodeRole::kPressure:
-    case NodeRole::kEncoder:
-    case NodeRole::kTilt:
-      break;
-  }
-  return {};
+std::vector<Signal> told_to(const NodeDescription& node, const MachineDescription& machine) {
+  if (node.role == NodeRole::kValve) return valve_command(machine);
+  return {flag("Enable", bit_of(canopen::kOutputEnable), "Asks for pilot pressure")};
 }
 
 std::vector<Signal> emergency() {
@@ -206,11 +212,11 @@ std::vector<Signal> sdo() {
 class Messages {
  public:
   explicit Messages(const MachineDescription& machine)
-      : machine_(machine), periodic_(slave::bus_map(machine.bus)), nodes_(named_nodes(machine.bus)) {}
+      : machine_(machine), periodic_(slave::bus_map(machine.bus)), frames_(bus_frames(machine.bus, machine.sensors)) {}
 
   std::vector<Message> all() {
     add_network();
-    for (const NamedNode& node : nodes_) add_node(node);
+    for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
     return std::move(messages_);
   }
 
@@ -236,7 +242,7 @@ class Messages {
 
   void add_network() {
     std::vector<std::string> everybody;
-    for (const NamedNode& node : nodes_) everybody.push_back(node.name);
+    for (const NodeDescription& node : machine_.bus.nodes) everybody.push_back(node.name);
     add(canopen::kNmtId, "NMT", kController, everybody, 2,
         {nmt_command(), whole("Node", 8, 7, "Whom it is for; 0: all")}, "Starts, stops and resets nodes");
     add(canopen::kSyncId, "SYNC", kController, everybody, 0, {}, "Sensors answer it with their TPDOs");
@@ -244,14 +250,19 @@ class Messages {
         everybody, 1, {nmt_state()}, "Produced by the control loop's steps: a loop that hangs falls silent");
   }
 
-  void add_node(const NamedNode& named) {
-    const auto& [role, joint, name, node] = named;
+  void add_node(std::size_t index) {
+    const NodeDescription& node = machine_.bus.nodes[index];
+    const std::string& name = node.name;
     const std::vector<std::string> controller{kController}, itself{name};
-    add_pdo(node.tpdo_id(), name + "_TPDO1", name, kController, sent_by(named, machine_),
-            role == NodeRole::kEnable ? "Inputs; also at once when they change" : "");
-    if (auto signals = told_to(named, machine_); !signals.empty()) {
-      add_pdo(node.rpdo_id(), name + "_RPDO1", kController, name, std::move(signals),
-              role == NodeRole::kValve ? "Set-point; also at once when it drops to neutral" : "Output");
+    for (const BusFrame& frame : frames_) {
+      if (frame.node != index) continue;
+      if (frame.to_node) {
+        add_pdo(frame.id, name + "_RPDO1", kController, name, told_to(node, machine_),
+                node.role == NodeRole::kValve ? "Set-point; also at once when it drops to neutral" : "Output");
+      } else {
+        add_pdo(frame.id, fmt::format("{}_TPDO{}", name, frame.pdo + 1), name, kController, sent_in(frame, machine_),
+                node.role == NodeRole::kEnable ? "Inputs; also at once when they change" : "");
+      }
     }
     add(canopen::heartbeat_id(node.id), name + "_heartbeat", name, controller, 1, {nmt_state()}, "");
     add(canopen::emcy_id(node.id), name + "_EMCY", name, controller, 8, emergency(), "Emergency, and its reset");
@@ -262,7 +273,7 @@ class Messages {
 
   const MachineDescription& machine_;
   std::vector<PeriodicFrame> periodic_;
-  std::vector<NamedNode> nodes_;
+  std::vector<BusFrame> frames_;
   std::vector<Message> messages_;
 };
 
@@ -300,20 +311,19 @@ std::string about(const Message& message) {
   return message.about + (message.about.empty() || rate.empty() ? "" : "; ") + rate;
 }
 
-std::string about(const NamedNode& named) {
-  const NodeDescription& node = named.node;
+std::string about(const NodeDescription& node) {
   return fmt::format("CANopen node 0x{:02X}: device type 0x{:X}, vendor 0x{:X}, product 0x{:X}", node.id,
                      node.device_type, node.vendor, node.product);
 }
 
-void write_comments(std::ostream& out, const MachineDescription& machine, const std::vector<NamedNode>& nodes,
-                    const std::vector<Message>& messages) {
+void write_comments(std::ostream& out, const MachineDescription& machine, const std::vector<Message>& messages) {
   fmt::print(out, "CM_ {};\n",
              quoted(fmt::format("CANopen bus of {}. Written by {} from {}.", machine.name, cli::program_version(),
                                 std::filesystem::path(machine.source).filename().string())));
   fmt::print(out, "CM_ BU_ {} {};\n", kController,
              quoted(fmt::format("Knuckle, CANopen node 0x{:02X}", machine.bus.controller_id)));
-  for (const NamedNode& node : nodes) fmt::print(out, "CM_ BU_ {} {};\n", node.name, quoted(about(node)));
+  for (const NodeDescription& node : machine.bus.nodes)
+    fmt::print(out, "CM_ BU_ {} {};\n", node.name, quoted(about(node)));
   for (const Message& message : messages) {
     if (const std::string text = about(message); !text.empty())
       fmt::print(out, "CM_ BO_ {} {};\n", message.id, quoted(text));
@@ -358,13 +368,12 @@ void write_values(std::ostream& out, const std::vector<Message>& messages) {
 
 void write_dbc(const MachineDescription& read, std::ostream& out) {
   const MachineDescription machine = calibrated(read);
-  const std::vector<NamedNode> nodes = named_nodes(machine.bus);
   const std::vector<Message> messages = bus_messages(machine);
   out << "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: " << kController;
-  for (const NamedNode& node : nodes) out << ' ' << node.name;
+  for (const NodeDescription& node : machine.bus.nodes) out << ' ' << node.name;
   out << "\n\n";
   for (const Message& message : messages) write_message(out, message);
-  write_comments(out, machine, nodes, messages);
+  write_comments(out, machine, messages);
   write_attributes(out, machine, messages);
   write_values(out, messages);
 }

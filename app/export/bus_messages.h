@@ -38,7 +38,7 @@ struct Message {
 /// The name of the node that Knuckle is.
 inline constexpr const char* kController = "controller";
 
-/// NMT, SYNC and the controller's heartbeat; then for each node of named_nodes() its PDOs, heartbeat, EMCY and SDO.
+/// NMT, SYNC and the controller's heartbeat; then for each node of the machine file its PDOs, heartbeat, EMCY and SDO.
 /// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests).
 /// @param machine as calibrated() gives it.
 [[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);

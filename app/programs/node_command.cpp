@@ -85,13 +85,12 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
   std::vector<std::string> played;
   std::istringstream list(asked);
   for (std::string name; std::getline(list, name, ',');) played.push_back(name);
-  const auto nodes = named_nodes(bus);
   for (const std::string& name : played) {
-    if (find_node(nodes, name) == nullptr)
-      cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + names_of(nodes));
+    if (bus.find(name) == nullptr)
+      cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + bus.node_names());
   }
-  for (const NamedNode& n : nodes) {
-    if (std::find(played.begin(), played.end(), n.name) == played.end()) out.push_back(n.node.id);
+  for (const NodeDescription& node : bus.nodes) {
+    if (std::find(played.begin(), played.end(), node.name) == played.end()) out.push_back(node.id);
   }
   return out;
 }
@@ -99,14 +98,13 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
 /// NODE=FILE
 SoldDevice sold_device(const std::string& asked, const BusDescription& bus) {
   const auto equals = asked.find('=');
-  const auto nodes = named_nodes(bus);
-  const NamedNode* node = find_node(nodes, asked.substr(0, equals));
+  const NodeDescription* const node = bus.find(asked.substr(0, equals));
   if (equals == std::string::npos || node == nullptr)
-    cli::refuse_option("--eds", asked, "must be NODE=FILE; nodes are " + names_of(nodes));
+    cli::refuse_option("--eds", asked, "must be NODE=FILE; nodes are " + bus.node_names());
   const std::string file = asked.substr(equals + 1);
   cli::check_readable("--eds", file);
   const eds::DeviceFile device = eds::read_device_file(file);
-  return {node->node.id, eds::dictionary(device, node->node.id)};
+  return {node->id, eds::dictionary(device, node->id)};
 }
 
 NodeSetup set_up(const Options& o) {

@@ -35,17 +35,15 @@ double seconds_in(const std::string& text, const std::string& cell, const char* 
 }
 
 std::uint8_t node_in(const std::string& text, const std::string& cell, sim::FaultKind kind, const BusDescription& bus) {
-  const auto nodes = named_nodes(bus);
   const bool hex = cell.rfind("0x", 0) == 0;
   unsigned id = 0;
   const char* first = cell.data() + (hex ? 2 : 0);
   const char* last = cell.data() + cell.size();
   const auto [end, error] = std::from_chars(first, last, id, hex ? 16 : 10);
   const bool number = error == std::errc() && end == last;
-  const auto found = std::find_if(nodes.begin(), nodes.end(),
-                                  [&](const NamedNode& n) { return number ? n.node.id == id : n.name == cell; });
-  if (found == nodes.end()) refuse(text, "no node \"" + cell + "\"; there are " + names_of(nodes));
-  const std::uint8_t node = found->node.id;
+  const NodeDescription* const found = number && id <= 127 ? bus.find(static_cast<std::uint8_t>(id)) : bus.find(cell);
+  if (found == nullptr) refuse(text, "no node \"" + cell + "\"; there are " + bus.node_names());
+  const std::uint8_t node = found->id;
   if (const char* const why = sim::why_not(kind, node, bus)) refuse(text, why);
   return node;
 }
@@ -123,8 +121,8 @@ class NodeRunner {
         rows_(truth_csv, kTicksPerRow) {
     sim::CanNodes& nodes = machine_.machine().nodes();
     for (const SoldDevice& device : setup.devices) nodes.node(device.node)->become(device.dictionary);
-    for (const NamedNode& node : named_nodes(setup.truth.machine.bus))
-      nodes.node(node.node.id)->set_boot_time(from_seconds(setup.boot_time_s));
+    for (const NodeDescription& node : setup.truth.machine.bus.nodes)
+      nodes.node(node.id)->set_boot_time(from_seconds(setup.boot_time_s));
     for (const std::uint8_t node : setup.left_out) machine_.machine().inject(node, sim::NodeFault::kSilent);
   }
 

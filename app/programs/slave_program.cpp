@@ -187,8 +187,8 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
   const auto valves = stop_.unconfirmed_valves();
-  for (const NamedNode& node : named_nodes(machine_.bus)) {
-    const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint)];
+  for (const NodeDescription& node : machine_.bus.nodes) {
+    const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint())];
     const bool pilot = node.role == NodeRole::kEnable && stop_.unconfirmed_pilot();
     if (valve || pilot) outcome.unconfirmed.push_back(node.name);
   }

@@ -17,11 +17,16 @@ FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
 }
 
-using FrameId = std::uint32_t (NodeDescription::*)() const noexcept;
-
-std::optional<std::size_t> valve_with(std::uint32_t id, FrameId cob_id, const MachineDescription& machine) {
+std::optional<std::size_t> valve_told(std::uint32_t id, const MachineDescription& machine) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (id == (machine.bus.valves[i].*cob_id)()) return i;
+    if (id == machine.bus.valve(i).rpdo_id()) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> valve_heard(std::uint32_t id, const MachineDescription& machine) {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (id == machine.bus.valve(i).tpdo_id()) return i;
   }
   return std::nullopt;
 }
@@ -38,8 +43,8 @@ bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, 
 
 bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
   return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
-         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable.rpdo_id() ||
-         valve_with(frame.id, &NodeDescription::rpdo_id, machine) || canopen::function_of(frame.id) == 0x600;
+         frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable().rpdo_id() ||
+         valve_told(frame.id, machine) || canopen::function_of(frame.id) == 0x600;
 }
 
 /// When the controller broke a silence that began at `from` and lasted for longer than the valves bear. nullopt: it was
@@ -83,15 +88,15 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
   };
   for (const TimedFrame& f : log) {
     if (f.at >= until) break;
-    if (const auto i = valve_with(f.frame.id, &NodeDescription::rpdo_id, machine)) {
+    if (const auto i = valve_told(f.frame.id, machine)) {
       if (const auto told = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke))
         command[*i] = neutral(*told);
     }
-    if (const auto i = valve_with(f.frame.id, &NodeDescription::tpdo_id, machine)) {
+    if (const auto i = valve_heard(f.frame.id, machine)) {
       spool[*i] = inside_dead_band(f.frame, machine, *i);
       spool_at[*i] = f.at;
     }
-    if (f.frame.id == machine.bus.enable.tpdo_id()) {
+    if (f.frame.id == machine.bus.enable().tpdo_id()) {
       if (!pilot_off(f.frame)) {
         pilot_off_since.reset();
       } else if (!pilot_off_since) {
@@ -120,7 +125,7 @@ std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Tim
 
 std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
   constexpr double kTolerance = 0.1;
-  const NodeDescription& valve = machine.bus.valves[static_cast<std::size_t>(joint)];
+  const NodeDescription& valve = machine.bus.valve(joint);
   std::array<double, 6> demands{};
   std::size_t next = 0;
   std::optional<Time> last;
@@ -142,7 +147,7 @@ std::optional<Time> last_following(const FrameLog& log, const MachineDescription
 int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   int count = 0;
   for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
-    if (!valve_with(it->frame.id, &NodeDescription::rpdo_id, machine)) continue;
+    if (!valve_told(it->frame.id, machine)) continue;
     const auto told = canopen::parse_valve_command(it->frame);
     if (told && !neutral(*told)) ++count;
   }

@@ -219,12 +219,11 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
 int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
-  if (kind == sim::FaultKind::kEncoderBroken) return bus.encoders[joint()].id;
-  if (kind == sim::FaultKind::kValveStuck) return bus.valves[joint()].id;
-  const auto nodes = named_nodes(bus);
-  const NamedNode* const found = find_node(nodes, table.text("node"));
-  if (!table.require(found != nullptr, "node", "must be one of " + names_of(nodes))) return 0;
-  const std::uint8_t node = found->node.id;
+  if (kind == sim::FaultKind::kEncoderBroken) return bus.encoder(joint()).id;
+  if (kind == sim::FaultKind::kValveStuck) return bus.valve(joint()).id;
+  const NodeDescription* const found = bus.find(table.text("node"));
+  if (!table.require(found != nullptr, "node", "must be one of " + bus.node_names())) return 0;
+  const std::uint8_t node = found->id;
   const char* const why = why_not(kind, node, bus);
   table.require(why == nullptr, "node", why == nullptr ? "" : why);
   return node;

@@ -100,20 +100,15 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
   const auto last_from = [&](const NodeDescription& node) {
     return last_frame_before(logs.machine.frames, node.tpdo_id(), broken.at).value_or(broken.at);
   };
+  const NodeDescription* const node = wire.find(static_cast<std::uint8_t>(broken.fault.subject));
   switch (broken.fault.kind) {
     case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/scenarios.md.
-      for (int joint = 0; joint < kJoints; ++joint) {
-        if (wire.valves[static_cast<std::size_t>(joint)].id != broken.fault.subject) continue;
-        return last_following(logs.machine.frames, setup.machine, joint, latched_at).value_or(broken.at);
-      }
-      return broken.at;
+      if (node == nullptr) return broken.at;
+      return last_following(logs.machine.frames, setup.machine, node->joint(), latched_at).value_or(broken.at);
     case FaultKind::kNodeSilent:
-      for (const NodeDescription& node : slave::nodes_of(wire)) {
-        if (node.id == broken.fault.subject) return last_from(node);
-      }
-      return broken.at;
+      return node != nullptr ? last_from(*node) : broken.at;
     case FaultKind::kSyncDropped:  // all sensors at once
-      return last_from(wire.pressures[0]);
+      return last_from(wire.pressure(0));
     default:
       return broken.last_good_input;
   }

@@ -115,8 +115,8 @@ SessionOutcome SessionLogs::hand_over(const MachineDescription& description, con
   SessionOutcome outcome;
   outcome.elapsed_s = to_seconds(end);
   // Of a cycle's frames the last: pressures and set-points.
-  const std::uint32_t set_point_id = description.bus.valves.back().rpdo_id();
-  const std::uint32_t pressure_id = description.bus.pressures.back().tpdo_id();
+  const std::uint32_t set_point_id = description.bus.valve(kBucket).rpdo_id();
+  const std::uint32_t pressure_id = description.bus.pressure(5).tpdo_id();
   const auto add = [&outcome](const char* name, const Histogram& latency) {
     outcome.hops.push_back({name, latency.count(), percentiles_us(latency)});
   };

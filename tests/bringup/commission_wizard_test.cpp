@@ -10,6 +10,7 @@
 #include "app/cli/interrupt.h"
 #include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/bus_nodes.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -92,7 +93,7 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
     EXPECT_NEAR(*axis.dead_band_extend, valve.dead_band_extend, 0.015) << kJointNames[j];
     EXPECT_NEAR(*axis.dead_band_retract, valve.dead_band_retract, 0.015) << kJointNames[j];
     const auto steps = static_cast<std::int32_t>(
-        bus->machine().nodes().node(solar().bus.encoders[j].id)->value(canopen::kEncoderPosition));
+        bus->machine().nodes().node(solar().bus.encoder(j).id)->value(canopen::kEncoderPosition));
     const double shown_m = steps * solar().sensors.encoder_step_m;
     EXPECT_NEAR(shown_m, bus->plant().cylinder_m[static_cast<int>(j)], 3e-3) << kJointNames[j];
   }
@@ -206,7 +207,8 @@ TEST(CommissionWizard, InterruptedInAMotionItLeavesTheMachineNeutral) {
 
 TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
   MachineDescription file = solar();
-  std::swap(file.bus.encoders[kBoom].id, file.bus.encoders[kArm].id);
+  std::swap(knuckle::test::node_in(file.bus, NodeRole::kEncoder, kBoom).id,
+            knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).id);
   Script script = start();
   script.insert(script.end(), {"go", "longer"});
   const Outcome outcome = commission(simulated_bus(), script, file);
@@ -215,7 +217,8 @@ TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
 
 TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
   MachineDescription file = solar();
-  std::swap(file.bus.pressures[2 * kBoom].id, file.bus.pressures[2 * kBoom + 1].id);
+  std::swap(knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom).id,
+            knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom + 1).id);
   const Outcome outcome = commission(simulated_bus(), all(), file);
   EXPECT_NE(outcome.ended.find("at the stop the pressure of boom rod rises by"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
@@ -282,7 +285,8 @@ TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) 
   const WizardProgress kept = ended_after(simulated_bus(), kStroked);
   ASSERT_EQ(kept.completed, kStrokes);
   MachineDescription repaired = solar();
-  std::swap(repaired.bus.encoders[kBoom].id, repaired.bus.encoders[kArm].id);
+  std::swap(knuckle::test::node_in(repaired.bus, NodeRole::kEncoder, kBoom).id,
+            knuckle::test::node_in(repaired.bus, NodeRole::kEncoder, kArm).id);
   Resume resume{kept, {}};
   for (AxisResult& axis : resume.from.axes) axis.preset = false;  // their readings would tell by themselves
   Script script = signed_anew();
@@ -296,7 +300,7 @@ TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) 
 TEST(CommissionResume, EndsBeforeAnythingIsConfiguredWhereANodeIsAnotherDevice) {
   WizardProgress kept;
   kept.completed = kStrokes;
-  kept.serials[solar().bus.encoders[kArm].id] = 4711;  // the simulated ones have no serial number
+  kept.serials[solar().bus.encoder(kArm).id] = 4711;  // the simulated ones have no serial number
   const Outcome outcome = commission(simulated_bus(), start(), solar(), {}, {kept, {}});
   EXPECT_NE(outcome.ended.find("serial number none, in the run before 4711: another device"), std::string::npos)
       << outcome.ended;

@@ -12,6 +12,7 @@
 #include "app/bringup/doctor_command.h"
 #include "slave/node_setup.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
@@ -111,7 +112,8 @@ TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
             "node 0x31 arm_encoder: product 0x00000999, the machine file requires 0x00000406: another device; correct "
             "the machine file if this one is intended\n");
   MachineDescription exchanged = solar();
-  std::swap(exchanged.bus.valves[0].id, exchanged.bus.tilt.id);
+  std::swap(knuckle::test::node_in(exchanged.bus, NodeRole::kValve).id,
+            knuckle::test::node_in(exchanged.bus, NodeRole::kTilt).id);
   const std::string told = faults(look(simulated_bus(), exchanged));
   EXPECT_NE(told.find("node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file requires "
                       "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"),
@@ -289,7 +291,7 @@ TEST(DoctorBus, FramesThatAreNotAsTheOneBeforeAreKnown) {
 
 TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
   MachineDescription file = solar();
-  file.bus.encoders[kBucket].id = 0x33;
+  knuckle::test::node_in(file.bus, NodeRole::kEncoder, kBucket).id = 0x33;
   const BusDiagnosis diagnosis = look(simulated_bus(), file);
   EXPECT_NE(faults(diagnosis).find("node 0x33 bucket_encoder: does not answer"), std::string::npos);
   const std::string notes = said(diagnosis, Finding::Level::kNote);

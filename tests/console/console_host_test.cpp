@@ -11,6 +11,7 @@
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "slave/status_reporter.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/candump.h"
 #include "transport/udp_link.h"
 
@@ -59,7 +60,7 @@ struct Window {
 std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const MachineDescription& machine) {
   std::vector<double> at_s;
   for (const WireFrame& frame : frames) {
-    for (const NodeDescription& valve : machine.bus.valves) {
+    for (const NodeDescription& valve : test::nodes_with(machine.bus, NodeRole::kValve)) {
       constexpr unsigned kRpdo1 = 0x200;
       if (frame.id == kRpdo1 + valve.id && frame.data.size() >= 4 && (frame.i16(2) != 0 && frame.u16(0) == 7))
         at_s.push_back(frame.at_s);

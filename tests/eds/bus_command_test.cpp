@@ -34,7 +34,8 @@ DeviceFile made_for(const std::string& node) {
   DeviceFile device;
   device.source = "a.eds";
   const auto scripts = slave::node_scripts(machine());
-  const auto script = std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.name == node; });
+  const auto script =
+      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == node; });
   for (const slave::SetupPart& part : script->script) {
     for (const slave::SdoStep& step : part.asked) {
       Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
@@ -64,10 +65,10 @@ std::string refused(const std::string& node, std::uint8_t id, const DeviceFile& 
 TEST(BusAdd, ChangesTheOneLineOfTheNodeAndNothingElse) {
   const std::string text = with_device(solar(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
   const MachineDescription after = parse_machine(text, "my.toml");
-  EXPECT_EQ(after.bus.valves[0].id, 0x50);
-  EXPECT_EQ(after.bus.valves[0].vendor, 0x1234U);
-  EXPECT_EQ(after.bus.valves[0].product, 0x5678U);
-  EXPECT_EQ(after.bus.valves[0].tpdo, 0);
+  EXPECT_EQ(after.bus.valve(0).id, 0x50);
+  EXPECT_EQ(after.bus.valve(0).vendor, 0x1234U);
+  EXPECT_EQ(after.bus.valve(0).product, 0x5678U);
+  EXPECT_EQ(after.bus.valve(0).tpdos[0], 0);
   std::istringstream was(solar()), is(text);
   int changed = 0;
   for (std::string a, b; std::getline(was, a) && std::getline(is, b);) changed += a != b ? 1 : 0;
@@ -79,9 +80,9 @@ TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   Entry& cob_id = device.entries[0x180001];
   cob_id.access = Access::kReadOnly;
   cob_id.value = Value{0x280, true};
-  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt.tpdo, 0x2B8);
+  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
   cob_id.value = Value{0x180, true};
-  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt.tpdo, 0);
+  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
 }
 
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
@@ -103,9 +104,9 @@ TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
 
 TEST(BusAdd, FindsNothingAgainstADeviceThatHasAllItsStartUpWants) {
   for (const slave::NodeScript& node : slave::node_scripts(machine())) {
-    const Fit fit = fit_of(made_for(node.name), machine(), node.name);
-    EXPECT_TRUE(fit.obstacles.empty()) << node.name << ": " << fit.obstacles[0];
-    EXPECT_TRUE(fit.to_set.empty()) << node.name << ": " << fit.to_set[0];
+    const Fit fit = fit_of(made_for(node.node.name), machine(), node.node.name);
+    EXPECT_TRUE(fit.obstacles.empty()) << node.node.name << ": " << fit.obstacles[0];
+    EXPECT_TRUE(fit.to_set.empty()) << node.node.name << ": " << fit.to_set[0];
   }
 }
 
@@ -133,11 +134,11 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
 
 TEST(BusAdd, BlamesTheIdWhereAnotherHasIt) {
   for (const auto& [id, whose] :
-       {std::pair{machine().bus.valves[1].id, "arm_valve"}, std::pair{machine().bus.controller_id, "the controller"}}) {
+       {std::pair{machine().bus.valve(1).id, "arm_valve"}, std::pair{machine().bus.controller_id, "the controller"}}) {
     EXPECT_EQ(refused("boom_valve", id, made_for("boom_valve")),
               fmt::format("--id 0x{:02X}: is the id of {} in my.toml", id, whose));
   }
-  EXPECT_EQ(refused("boom_valve", machine().bus.valves[0].id, made_for("boom_valve")), "accepted") << "its own";
+  EXPECT_EQ(refused("boom_valve", machine().bus.valve(0).id, made_for("boom_valve")), "accepted") << "its own";
 }
 
 TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
@@ -179,7 +180,7 @@ TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
                                      {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
-  EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt.id, 0x39);
+  EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
   EXPECT_EQ(test::content(folder.file("my.1.toml")), solar()) << "as it was before";
   const auto again = test::run_program(test::program("knuckle"),
                                        {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
@@ -238,7 +239,7 @@ TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) 
   for (const std::uint8_t id : std::initializer_list<std::uint8_t>{0x10, 0x11, 0x12})
     nodes.node(id)->become(dictionary(valve, id));
   nodes.node(0x38)->become(dictionary(tilt, 0x38));
-  for (const NamedNode& node : named_nodes(machine.bus)) nodes.node(node.node.id)->set_boot_time(3s);
+  for (const NodeDescription& node : machine.bus.nodes) nodes.node(node.id)->set_boot_time(3s);
   slave::CanopenClient client(machine, bus.port(0));
   Time now{1s};
   const auto starts = [&](Duration most) {

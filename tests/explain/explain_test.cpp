@@ -131,8 +131,8 @@ TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
 TEST(Explain, OfANodeIdThatTwoUseCountsTheFramesThatTheMachineFileGivesIt) {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   constexpr std::uint8_t kTwice = 0x22, kOther = 0x21;
-  for (NodeDescription& node : machine.bus.pressures)
-    if (node.id == kTwice || node.id == kOther) node.tpdo = node.id == kTwice ? 0x2C3 : 0x3A2;  // not by its own id
+  for (NodeDescription& node : machine.bus.nodes)
+    if (node.id == kTwice || node.id == kOther) node.tpdos[0] = node.id == kTwice ? 0x2C3 : 0x3A2;  // not by its own id
   const Stop stop{.at = Time(10s), .reason = {ReasonCode::kNodeIdTwice, kTwice, 26, 13}};
   Window window;
   for (const std::uint32_t id : {0x2C3U, 0x2C3U, 0x3A2U, 0x722U})
@@ -315,12 +315,12 @@ TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
   Window window;
   window.to = Time(1400ms);
   for (Time at = Time(500ms); at < window.to; at += 5ms) {
-    for (const NamedNode& node : named_nodes(machine.bus)) {
-      const bool left = node.node.id == 0x22 && at > Time(970ms);
-      if (!left) window.can.push_back({at, WireEventKind::kCanReceived, {node.node.tpdo_id(), 5, {}}});
+    for (const NodeDescription& node : machine.bus.nodes) {
+      const bool left = node.id == 0x22 && at > Time(970ms);
+      if (!left) window.can.push_back({at, WireEventKind::kCanReceived, {node.tpdo_id(), 5, {}}});
       if (at.time_since_epoch() % 100ms != Duration::zero()) continue;
       const auto state = left ? canopen::NmtState::kPreOperational : canopen::NmtState::kOperational;
-      window.can.push_back({at, WireEventKind::kCanReceived, canopen::heartbeat_frame(node.node.id, state)});
+      window.can.push_back({at, WireEventKind::kCanReceived, canopen::heartbeat_frame(node.id, state)});
     }
   }
   const Cause cause = likely_cause(stop, window, evidence_of(stop, window, machine), machine);

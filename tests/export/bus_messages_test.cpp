@@ -12,6 +12,7 @@
 #include "machine/bus_description.h"
 #include "slave/bus_map.h"
 #include "tests/export/machines.h"
+#include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"
 
 namespace knuckle::exporting {
@@ -47,9 +48,10 @@ TEST(BusMessages, AreWhatTheControllerHearsAndWhatItTells) {
     all.insert(told.begin(), told.end());
     EXPECT_EQ(all, std::set<std::uint32_t>(ids.begin(), ids.end())) << machine.name;
     std::set<std::uint32_t> expected{canopen::kNmtId, canopen::kSyncId,
-                                     canopen::heartbeat_id(machine.bus.controller_id), machine.bus.enable.rpdo_id()};
-    for (const NodeDescription& valve : machine.bus.valves) expected.insert(valve.rpdo_id());
-    for (const NamedNode& node : named_nodes(machine.bus)) expected.insert(canopen::sdo_request_id(node.node.id));
+                                     canopen::heartbeat_id(machine.bus.controller_id), machine.bus.enable().rpdo_id()};
+    for (const NodeDescription& valve : test::nodes_with(machine.bus, NodeRole::kValve))
+      expected.insert(valve.rpdo_id());
+    for (const NodeDescription& node : machine.bus.nodes) expected.insert(canopen::sdo_request_id(node.id));
     EXPECT_EQ(told, expected) << machine.name;
   }
 }
@@ -109,7 +111,7 @@ TEST(Dbc, FloatsAreToldFromIntegersAndAreOfSinglePrecision) {
   EXPECT_EQ(integers.str().find("SIG_VALTYPE_"), std::string::npos);
   const MachineDescription machine = test::other_wire();
   write_dbc(machine, floats);
-  for (const NodeDescription& node : machine.bus.pressures) {
+  for (const NodeDescription& node : test::nodes_with(machine.bus, NodeRole::kPressure)) {
     const std::string line = "SIG_VALTYPE_ " + std::to_string(node.tpdo_id()) + " Pressure : 1;\n";
     EXPECT_NE(floats.str().find(line), std::string::npos) << line;
   }

@@ -19,6 +19,7 @@
 #include "tests/export/machines.h"
 #include "tests/support/candump.h"
 #include "tests/support/run_program.h"
+#include "tests/support/sensor_frames.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 #include "transport/timed_frame.h"
@@ -33,7 +34,7 @@ using Values = std::map<std::string, double>;  // by signal
 /// What Knuckle's decoders make of a frame, in the units of the DBC.
 class OwnDecoders {
  public:
-  explicit OwnDecoders(const MachineDescription& machine) : machine_(machine), nodes_(named_nodes(machine.bus)) {}
+  explicit OwnDecoders(const MachineDescription& machine) : machine_(machine) {}
 
   /// The message's name and its signals; nothing where they refuse it.
   std::optional<std::pair<std::string, Values>> decode(const CanFrame& frame) const {
@@ -42,19 +43,19 @@ class OwnDecoders {
     if (frame.id == canopen::kSyncId) return {{"SYNC", {}}};
     if (frame.id == canopen::heartbeat_id(machine_.bus.controller_id))
       return {{"controller_heartbeat", {{"State", static_cast<double>(canopen::parse_heartbeat(frame).value())}}}};
-    for (const NamedNode& node : nodes_) {
-      if (frame.id == node.node.tpdo_id()) return {{node.name + "_TPDO1", sent(node, frame)}};
+    for (const NodeDescription& node : machine_.bus.nodes) {
+      if (frame.id == node.tpdo_id()) return {{node.name + "_TPDO1", sent(node, frame)}};
       const bool told = node.role == NodeRole::kValve || node.role == NodeRole::kEnable;
-      if (told && frame.id == node.node.rpdo_id()) return {{node.name + "_RPDO1", commanded(node, frame)}};
+      if (told && frame.id == node.rpdo_id()) return {{node.name + "_RPDO1", commanded(node, frame)}};
     }
-    for (const NamedNode& node : nodes_) {
-      if (canopen::node_of(frame.id) == node.node.id) return service(node.name, frame);
+    for (const NodeDescription& node : machine_.bus.nodes) {
+      if (canopen::node_of(frame.id) == node.id) return service(node.name, frame);
     }
     return std::nullopt;
   }
 
  private:
-  [[nodiscard]] Values sent(const NamedNode& node, const CanFrame& frame) const {
+  [[nodiscard]] Values sent(const NodeDescription& node, const CanFrame& frame) const {
     const WireDescription& wire = machine_.bus.wire;
     switch (node.role) {
       case NodeRole::kValve: {
@@ -65,7 +66,8 @@ class OwnDecoders {
                 {"SpoolPosition", 100 * status.spool}};
       }
       case NodeRole::kPressure: {
-        const auto format = canopen::pressure_format(wire.pressure_float, wire.pressure_digits);
+        const auto format =
+            canopen::pressure_format(wire.pressure == WireDescription::Pressure::kFloat, wire.pressure_digits);
         const auto reading = canopen::parse_pressure(frame, format).value();
         return {{"Pressure", reading.pressure_Pa / 1e5},
                 {"Invalid", (reading.status & canopen::kPressureInvalid) != 0 ? 1 : 0},
@@ -86,7 +88,7 @@ class OwnDecoders {
     return {{"EStopClosed", (inputs & canopen::kInputEStopClosed) != 0 ? 1 : 0},
             {"PilotOn", (inputs & canopen::kInputPilotOn) != 0 ? 1 : 0}};
   }
-  [[nodiscard]] Values commanded(const NamedNode& node, const CanFrame& frame) const {
+  [[nodiscard]] Values commanded(const NodeDescription& node, const CanFrame& frame) const {
     if (node.role == NodeRole::kEnable)
       return {{"Enable", (canopen::parse_enable(frame).value() & canopen::kOutputEnable) != 0 ? 1 : 0}};
     const auto command = canopen::parse_valve_command(frame, machine_.bus.wire.valve_full_stroke).value();
@@ -119,7 +121,6 @@ class OwnDecoders {
   }
 
   const MachineDescription& machine_;
-  std::vector<NamedNode> nodes_;
 };
 
 /// Frames of every kind with drawn content, where none has a range beyond what its sender sends.
@@ -135,9 +136,8 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
   std::vector<CanFrame> frames{sync_frame()};
   for (const auto command : {NmtCommand::kStart, NmtCommand::kStop, NmtCommand::kEnterPreOperational,
                              NmtCommand::kResetNode, NmtCommand::kResetCommunication})
-    frames.push_back(nmt_frame(command, machine.bus.tilt.id));
-  for (const NamedNode& named : named_nodes(machine.bus)) {
-    const NodeDescription& node = named.node;
+    frames.push_back(nmt_frame(command, machine.bus.tilt().id));
+  for (const NodeDescription& node : machine.bus.nodes) {
     for (const auto state : {NmtState::kBootUp, NmtState::kStopped, NmtState::kOperational, NmtState::kPreOperational})
       frames.push_back(heartbeat_frame(node.id, state));
     frames.push_back(heartbeat_frame(node.id, NmtState::kOperational));
@@ -154,15 +154,15 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
       frames.push_back(emergency_frame(node.id, emergency));
       const auto control = static_cast<std::uint16_t>(kStates[word() % 4] | (word() & 0x8U));
       const auto status = static_cast<std::uint16_t>(kStates[word() % 4] | (word() & 0x18U));
-      switch (named.role) {
+      switch (node.role) {
         case NodeRole::kValve:
           frames.push_back(valve_status_frame(node.tpdo_id(), {status, uniform(-1, 1)}, wire.valve_full_stroke));
           frames.push_back(valve_command_frame(node.rpdo_id(), {control, uniform(-1, 1)}, wire.valve_full_stroke));
           break;
         case NodeRole::kPressure:
-          frames.push_back(pressure_frame(node.tpdo_id(),
-                                          {uniform(-3e5, 420e5), static_cast<std::uint8_t>(word() & 0x7U)},
-                                          pressure_format(wire.pressure_float, wire.pressure_digits)));
+          frames.push_back(pressure_frame(
+              node.tpdo_id(), {uniform(-3e5, 420e5), static_cast<std::uint8_t>(word() & 0x7U)},
+              canopen::pressure_format(wire.pressure == WireDescription::Pressure::kFloat, wire.pressure_digits)));
           break;
         case NodeRole::kEncoder:
           frames.push_back(encoder_frame(node.tpdo_id(), {uniform(-3, 3), uniform(-0.8, 0.8)},

@@ -2,6 +2,7 @@
 
     canmatrix_witness.py describe DBC OUT        one line a message, then one for each of its signals
     canmatrix_witness.py decode DBC CANDUMP OUT  one line a frame: the message's name, then SIGNAL=VALUE of each signal
+    canmatrix_witness.py raw DBC CANDUMP OUT     the same with the numbers as they are in the frame, before scaling
 
 Cells are separated by tabs. Exit code 77: canmatrix is not installed.
 """
@@ -29,7 +30,7 @@ def describe(matrix, out):
             print(*cells, sep="\t", file=out)
 
 
-def decode(matrix, log, out):
+def decode(matrix, log, out, shown):
     for line in log:
         identifier, data = line.split()[2].split("#")
         frame = matrix.frame_by_id(canmatrix.ArbitrationId(int(identifier, 16), extended=False))
@@ -39,7 +40,7 @@ def decode(matrix, log, out):
         cells = [frame.name]
         if frame.signals:
             values = frame.decode(bytes.fromhex(data))
-            cells += [f"{name}={float(signal.phys_value)!r}" for name, signal in values.items()]
+            cells += [f"{name}={shown(signal)!r}" for name, signal in values.items()]
         print(*cells, sep="\t", file=out)
 
 
@@ -49,8 +50,9 @@ def main(arguments):
         if arguments[0] == "describe":
             describe(matrix, out)
         else:
+            raw = arguments[0] == "raw"
             with open(arguments[2], encoding="utf-8") as log:
-                decode(matrix, log, out)
+                decode(matrix, log, out, lambda s: s.raw_value if raw else float(s.phys_value))
 
 
 main(sys.argv[1:])

@@ -7,6 +7,7 @@
 
 #include "machine/description.h"
 #include "machine/load.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
 
 namespace knuckle::test {
@@ -43,9 +44,10 @@ inline MachineDescription calibrated_machine() {
 inline MachineDescription other_wire() {
   MachineDescription machine = load_machine(machine_file("compact080"));
   machine.name = "other_wire";
-  machine.bus.wire = {.valve_full_stroke = 10000, .pressure_float = true, .encoder_speed_step_mps = 1e-3};
-  machine.bus.valves[kArm].rpdo = 0x305;
-  machine.bus.encoders[kBoom].tpdo = 0x2A5;
+  machine.bus.wire = {
+      .valve_full_stroke = 10000, .pressure = WireDescription::Pressure::kFloat, .encoder_speed_step_mps = 1e-3};
+  test::node_in(machine.bus, NodeRole::kValve, kArm).rpdo = 0x305;
+  test::node_in(machine.bus, NodeRole::kEncoder, kBoom).tpdos[0] = 0x2A5;
   machine.bus.controller_id = 5;
   machine.sensors.encoder_step_m = 2.5e-5;
   machine.sensors.tilt_step_rad = 0.01 * std::numbers::pi / 180;

@@ -4,6 +4,7 @@
 
 #include "tests/fuzz/require.h"
 #include "transport/canopen.h"
+#include "transport/signal_codec.h"
 
 namespace {
 
@@ -13,11 +14,6 @@ void check(const knuckle::CanFrame& frame) {
   namespace canopen = knuckle::canopen;
   if (const auto status = canopen::parse_valve_status(frame)) require(std::abs(status->spool) <= 2);
   if (const auto command = canopen::parse_valve_command(frame)) require(std::abs(command->set_point) <= 2);
-  if (const auto reading = canopen::parse_pressure(frame)) require(std::isfinite(reading->pressure_Pa));
-  if (const auto reading = canopen::parse_encoder(frame)) {
-    require(std::isfinite(reading->position_m) && std::isfinite(reading->speed_mps));
-  }
-  if (const auto tilt = canopen::parse_tilt(frame)) require(std::isfinite(*tilt));
   if (const auto request = canopen::parse_sdo_request(frame)) require(request->size <= 4);
   if (const auto response = canopen::parse_sdo_response(frame)) {
     require(response->size <= 4 && canopen::abort_text(response->abort) != nullptr);
@@ -30,6 +26,14 @@ void check(const knuckle::CanFrame& frame) {
   (void)canopen::parse_enable(frame);
 }
 
+/// Wherever a field lies: it is read, or the frame is too short for it.
+void check(const knuckle::BitField& field, const knuckle::CanFrame& frame) {
+  const auto value = knuckle::read_value(field, frame);
+  const bool fits = frame.size <= 8 && field.start_bit + field.bits <= 8 * frame.size;
+  if (field.type != knuckle::BitField::Type::kFloat && field.order == knuckle::BitField::Order::kLittleEndian && fits)
+    require(value && std::isfinite(*value));
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -39,5 +43,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   frame.size = data[2];
   std::copy_n(data + 3, std::min(size - 3, frame.data.size()), frame.data.begin());
   check(frame);
+  knuckle::BitField field;
+  field.type = static_cast<knuckle::BitField::Type>(data[0] % 3);
+  field.order = static_cast<knuckle::BitField::Order>(data[0] / 3 % 2);
+  field.start_bit = data[1];
+  field.bits = field.type == knuckle::BitField::Type::kFloat ? 32 : static_cast<std::uint8_t>(1 + data[2] % 64);
+  check(field, frame);
   return 0;
 }

@@ -11,13 +11,13 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace knuckle;
   static const MachineDescription machine = load_machine(KNUCKLE_SOURCE_DIR "/config/machines/solar015.toml");
-  static const auto nodes = named_nodes(machine.bus);
+  static const auto nodes = machine.bus.nodes;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   test::refused_or([&] {
     const eds::DeviceFile device = eds::parse_device_file(text, "input");
     for (const auto& [key, entry] : device.entries) test::require(key <= 0xFFFFFE && entry.line > 0);
     for (const std::string& slip : device.slips) test::require_line(slip);
-    for (const NamedNode& node : nodes) {
+    for (const NodeDescription& node : nodes) {
       const eds::Fit fit = eds::fit_of(device, machine, node.name);
       for (const std::string& obstacle : fit.obstacles) test::require_line(obstacle);
     }

@@ -32,11 +32,11 @@ const std::string kTilt = "id = 0x38, ", kArmValve = "id = 0x11, ", kBus = "cont
 
 TEST(BusFile, WithoutThemIdentifiersFollowTheNodeIdsAndValuesTheDefaultProfiles) {
   const BusDescription bus = read("", "").bus;
-  EXPECT_EQ(bus.valves[1].tpdo_id(), 0x191U);
-  EXPECT_EQ(bus.valves[1].rpdo_id(), 0x211U);
-  EXPECT_EQ(bus.tilt.tpdo_id(), 0x1B8U);
+  EXPECT_EQ(bus.valve(1).tpdo_id(), 0x191U);
+  EXPECT_EQ(bus.valve(1).rpdo_id(), 0x211U);
+  EXPECT_EQ(bus.tilt().tpdo_id(), 0x1B8U);
   EXPECT_EQ(bus.wire.valve_full_stroke, 16384);
-  EXPECT_FALSE(bus.wire.pressure_float);
+  EXPECT_EQ(bus.wire.pressure, WireDescription::Pressure::kInteger);
   EXPECT_EQ(bus.wire.pressure_digits, 2);
   EXPECT_EQ(bus.wire.encoder_speed_step_mps, 1e-4);
   EXPECT_EQ(bus.sdo_timeout_s, 0.25);
@@ -44,16 +44,16 @@ TEST(BusFile, WithoutThemIdentifiersFollowTheNodeIdsAndValuesTheDefaultProfiles)
 
 TEST(BusFile, IdentifiersOfFramesAreTakenPerNode) {
   const BusDescription bus = read(kArmValve, kArmValve + "tpdo = 0x2A1, rpdo = 0x321, ").bus;
-  EXPECT_EQ(bus.valves[1].tpdo_id(), 0x2A1U);
-  EXPECT_EQ(bus.valves[1].rpdo_id(), 0x321U);
-  EXPECT_EQ(bus.valves[0].tpdo_id(), 0x190U);
+  EXPECT_EQ(bus.valve(1).tpdo_id(), 0x2A1U);
+  EXPECT_EQ(bus.valve(1).rpdo_id(), 0x321U);
+  EXPECT_EQ(bus.valve(0).tpdo_id(), 0x190U);
 }
 
 TEST(BusFile, AValveMayBeOfAProfileThatIsLedInItsOwnWay) {
   const std::string pved = kArmValve + "profile = \"cia408/pved\", ";
   const BusDescription bus = read(kArmValve, pved).bus;
-  EXPECT_EQ(bus.valves[1].profile, ValveProfile::kPved);
-  EXPECT_EQ(bus.valves[0].profile, ValveProfile::kCia408);
+  EXPECT_EQ(bus.valve(1).profile, ValveProfile::kPved);
+  EXPECT_EQ(bus.valve(0).profile, ValveProfile::kCia408);
   EXPECT_NE(refusal(kArmValve, kArmValve + "profile = \"cia409\", ").find("cia408/pved"), std::string::npos);
   EXPECT_NE(refusal(kTilt, kTilt + "profile = \"cia408\", ").find("profile"), std::string::npos) << "no valve";
   const auto stroke = [&](int most) {
@@ -80,7 +80,8 @@ TEST(BusFile, ScalingsAndPatienceAreTaken) {
   EXPECT_EQ(bus.wire.valve_full_stroke, 1000);
   EXPECT_EQ(bus.wire.pressure_digits, 1);
   EXPECT_DOUBLE_EQ(bus.wire.encoder_speed_step_mps, 1e-3);
-  EXPECT_TRUE(read(kBus, kBus + "[bus.wire]\npressure_value = \"float\"\n").bus.wire.pressure_float);
+  EXPECT_EQ(read(kBus, kBus + "[bus.wire]\npressure_value = \"float\"\n").bus.wire.pressure,
+            WireDescription::Pressure::kFloat);
 }
 
 TEST(BusFile, IdentifiersThatClashOrBelongToOtherServicesAreRefused) {
@@ -101,9 +102,9 @@ TEST(BusFile, ScalingsOutOfBoundsAreRefused) {
   EXPECT_EQ(wire("valve_full_stroke = 40000"), "key 'bus.wire.valve_full_stroke' = 40000: must be within [100, 32767]");
   EXPECT_EQ(wire("pressure_digits = 5"), "key 'bus.wire.pressure_digits' = 5: must be a whole number within [0, 4]");
   EXPECT_EQ(wire("pressure_value = \"float\"\npressure_digits = 2"),
-            "key 'bus.wire.pressure_digits' = 2: only goes with pressure_value = \"integer\"");
+            "key 'bus.wire.pressure_digits' = 2: only goes with pressure_value = \"integer\" or \"integer16\"");
   EXPECT_EQ(wire("pressure_value = \"double\""),
-            "key 'bus.wire.pressure_value' = 'double': must be one of \"integer\", \"float\"");
+            "key 'bus.wire.pressure_value' = 'double': must be one of \"integer\", \"float\", \"integer16\"");
   EXPECT_EQ(refusal(kBus, kBus + "sdo_timeout_ms = 1\n"), "key 'bus.sdo_timeout_ms' = 1: must be within [10, 5000]");
 }
 

@@ -323,8 +323,8 @@ TEST(LoadMachine, ConvertsToSi) {
   EXPECT_DOUBLE_EQ(machine.sensors.encoder_step_m, 1e-4);
   EXPECT_EQ(machine.bus.bit_rate, 500000u);
   EXPECT_DOUBLE_EQ(machine.bus.sensor_age_limit_s, 0.025);
-  EXPECT_EQ(machine.bus.pressures[3].id, 0x23);
-  EXPECT_EQ(machine.bus.tilt.device_type & 0xFFFF, 410u);
+  EXPECT_EQ(machine.bus.pressure(3).id, 0x23);
+  EXPECT_EQ(machine.bus.tilt().device_type & 0xFFFF, 410u);
 }
 
 TEST(LoadMachine, DefaultMachineHasThePublishedGravityMoments) {

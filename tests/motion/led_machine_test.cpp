@@ -8,6 +8,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
 #include "transport/canopen.h"
 
@@ -132,7 +133,8 @@ TEST(LedMachine, HoldOnTheWayAlongAPathIsTheEndOfItAndNamed) {
 
 TEST(LedMachine, SaysWhichNodeKeepsItFromEngaging) {
   sim::MachineTruth truth = sim::nominal_truth(solar());
-  truth.machine.bus.encoders[kArm].product += 1;  // another device than the file says
+  knuckle::test::node_in(truth.machine.bus, NodeRole::kEncoder, kArm).product +=
+      1;  // another device than the file says
   Bench bench(truth);
   const std::string said = bench.refusal();
   EXPECT_NE(said.find("the machine did not engage within 15 s: node 0x31: reading 0x1018:02 gave 0x"),

@@ -11,6 +11,7 @@
 #include "estimation/identification/static_poses.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
 
 namespace knuckle::motion {
@@ -186,7 +187,8 @@ std::string refusal(const MachineDescription& seen, const sim::MachineTruth& tru
 
 TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
-  truth.machine.bus.encoders[kArm].product += 1;  // another device than the file says
+  knuckle::test::node_in(truth.machine.bus, NodeRole::kEncoder, kArm).product +=
+      1;  // another device than the file says
   EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: node 0x31"), std::string::npos)
       << refusal(machine(), truth);
 }

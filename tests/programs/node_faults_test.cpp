@@ -41,7 +41,7 @@ auto count(const std::vector<CanFrame>& frames, std::uint32_t id) {
 
 TEST(NodeFaults, EveryNodeThatReceivesItsResetInTheSameMillisecondReboots) {
   const auto frames = frames_with({"node_reset:boom_valve@0.1", "node_reset:tilt@0.1", "node_reset:enable@0.1"});
-  for (const std::uint8_t id : {solar().bus.valves[kBoom].id, solar().bus.tilt.id, solar().bus.enable.id})
+  for (const std::uint8_t id : {solar().bus.valve(kBoom).id, solar().bus.tilt().id, solar().bus.enable().id})
     EXPECT_EQ(count(frames, canopen::heartbeat_id(id)), 1) << "boot-up of " << int{id};
   EXPECT_EQ(frames.size(), 3U);
 }
@@ -58,7 +58,7 @@ TEST(NodeFaults, WhoeverBabblesTogetherFillsTheBusNoFullerThanOne) {
 
 TEST(NodeFaults, EveryForeignSenderSendsAsIfItWereAlone) {
   const BusDescription& bus = solar().bus;
-  const std::uint32_t boom = bus.valves[kBoom].rpdo_id(), arm = bus.valves[kArm].rpdo_id();
+  const std::uint32_t boom = bus.valve(kBoom).rpdo_id(), arm = bus.valve(kArm).rpdo_id();
   const auto valves = frames_with({"foreign_sender:boom_valve@0.1", "foreign_sender:arm_valve@0.1"});
   EXPECT_EQ(count(valves, boom), 20);
   EXPECT_EQ(count(valves, arm), 20);
@@ -69,7 +69,7 @@ TEST(NodeFaults, EveryForeignSenderSendsAsIfItWereAlone) {
 
 TEST(NodeFaults, EveryNodeIdThatIsTwiceStaysSoWhileAnotherComesAndGoes) {
   const BusDescription& bus = solar().bus;
-  const std::uint32_t boom = canopen::heartbeat_id(bus.valves[kBoom].id), tilt = canopen::heartbeat_id(bus.tilt.id);
+  const std::uint32_t boom = canopen::heartbeat_id(bus.valve(kBoom).id), tilt = canopen::heartbeat_id(bus.tilt().id);
   const std::vector<std::string> reboots{"node_reset:boom_valve@0.2", "node_reset:tilt@0.2"};
   const auto boot_ups = [&](std::vector<std::string> faults) {
     faults.insert(faults.end(), reboots.begin(), reboots.end());

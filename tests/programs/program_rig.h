@@ -27,6 +27,7 @@
 #include "core/realtime_thread.h"
 #include "machine/load.h"
 #include "sim/truth.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/free_address.h"
 #include "transport/canopen.h"
 #include "transport/link_messages.h"
@@ -290,7 +291,7 @@ inline int driving_frames(const Site& site) {
   const session::FrameLog log = site.frames();
   int count = 0;
   for (std::size_t i = 0; i < log.size(); ++i) {
-    for (const auto& valve : site.description().bus.valves) {
+    for (const NodeDescription& valve : test::nodes_with(site.description().bus, NodeRole::kValve)) {
       if (log[i].frame.id != canopen::rpdo1_id(valve.id)) continue;
       const auto told = canopen::parse_valve_command(log[i].frame);
       if (told && told->set_point != 0 && (told->control_word & 7) == canopen::kControlActive) ++count;

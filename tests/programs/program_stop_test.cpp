@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "tests/programs/program_rig.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/stalled_pipe.h"
@@ -63,7 +64,8 @@ class ProgramStopThreads : public testing::Test {
         return value;
       };
       const unsigned id = hex(mark - 3, 3);
-      const bool command = std::any_of(bus.valves.begin(), bus.valves.end(),
+      const auto valves = test::nodes_with(bus, NodeRole::kValve);
+      const bool command = std::any_of(valves.begin(), valves.end(),
                                        [id](const NodeDescription& valve) { return valve.rpdo_id() == id; });
       if (!command) continue;
       moves[id] = (hex(mark + 1, 2) & 7) == canopen::kControlActive && hex(mark + 5, 4) != 0;

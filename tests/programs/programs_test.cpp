@@ -122,7 +122,7 @@ TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
   for (std::size_t n = 0; n < log.size(); ++n) {
     const CanFrame& frame = log[n].frame;
     const auto i = static_cast<std::ptrdiff_t>(n);
-    if (frame.id == canopen::rpdo1_id(bus.valves[0].id)) {
+    if (frame.id == canopen::rpdo1_id(bus.valve(0).id)) {
       const auto told = canopen::parse_valve_command(frame);
       const unsigned word = told->control_word & 7U;
       if (word == canopen::kControlActive && told->set_point != 0) last_driving = i;
@@ -150,7 +150,7 @@ TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
   const BusDescription bus = machine().bus;
   const programs::PlannedFault timed = programs::parse_fault("node_silent:boom_valve@10+2.5", bus);
   EXPECT_EQ(timed.kind, sim::FaultKind::kNodeSilent);
-  EXPECT_EQ(timed.node, bus.valves[0].id);
+  EXPECT_EQ(timed.node, bus.valve(0).id);
   EXPECT_EQ(timed.at_s, 10);
   EXPECT_EQ(timed.duration_s, 2.5);
   const programs::PlannedFault signalled = programs::parse_fault("wrong_identity:0x25@usr1", bus);

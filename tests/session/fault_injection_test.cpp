@@ -5,6 +5,7 @@
 
 #include "app/session/frame_log.h"
 #include "machine/load.h"
+#include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"
 #include "transport/hid_reports.h"
 #include "transport/link_messages.h"
@@ -240,7 +241,7 @@ struct Watched {
     }
   }
   void command(int ms, double set_point) {
-    for (const auto& valve : machine.bus.valves) {
+    for (const NodeDescription& valve : test::nodes_with(machine.bus, NodeRole::kValve)) {
       frames.push_back({Time(ms * 1ms), canopen::valve_command_frame(canopen::rpdo1_id(valve.id),
                                                                      {canopen::kControlActive, set_point})});
     }

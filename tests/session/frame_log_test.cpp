@@ -38,7 +38,7 @@ class Recording {
   void pilot(int ms, bool on) {
     const int inputs = canopen::kInputEStopClosed | (on ? canopen::kInputPilotOn : 0);
     add(ms,
-        canopen::enable_inputs_frame(canopen::tpdo1_id(machine().bus.enable.id), static_cast<std::uint8_t>(inputs)));
+        canopen::enable_inputs_frame(canopen::tpdo1_id(machine().bus.enable().id), static_cast<std::uint8_t>(inputs)));
   }
   void sync(int ms) { add(ms, canopen::sync_frame()); }
   void add(int ms, const CanFrame& frame) {
@@ -49,7 +49,7 @@ class Recording {
     return neutral_times(log_, machine(), at_ms(from_ms), at_ms(until_ms));
   }
   [[nodiscard]] const FrameLog& log() const { return log_; }
-  static std::uint8_t valve(int joint) { return machine().bus.valves[static_cast<std::size_t>(joint)].id; }
+  static std::uint8_t valve(int joint) { return machine().bus.valve(joint).id; }
 
  private:
   FrameLog log_;

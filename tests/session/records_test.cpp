@@ -16,6 +16,7 @@
 #include "app/session/session_result.h"
 #include "core/fields.h"
 #include "machine/load.h"
+#include "tests/support/bus_nodes.h"
 #include "transport/link_messages.h"
 #include "transport/virtual_can.h"
 
@@ -67,11 +68,13 @@ TEST(SessionLogs, ALatencyBeginsWithTheLastPressureOfACycleAndEndsWithItsLastSet
   const BusDescription& bus = setup.machine.bus;
   SessionLogs logs(setup);
   const Time pressures = put_frames(
-      bus.pressures, [](const auto& node) { return node.tpdo_id(); }, Time(100ms), logs.machine);
+      test::nodes_with(bus, NodeRole::kPressure), [](const auto& node) { return node.tpdo_id(); }, Time(100ms),
+      logs.machine);
   logs.slave.measured.push_back({Time(150ms), Time(150ms)});
   logs.slave.acted.push_back({Time(120ms), Time(160ms)});
   const Time set_points = put_frames(
-      bus.valves, [](const auto& node) { return node.rpdo_id(); }, Time(160ms), logs.machine);
+      test::nodes_with(bus, NodeRole::kValve), [](const auto& node) { return node.rpdo_id(); }, Time(160ms),
+      logs.machine);
   logs.master.felt.push_back({Time(150ms), Time(190ms)});
   const SessionOutcome outcome = logs.hand_over(setup.machine, operator_of(setup), Time(1s), [](Time at) {
     return Cause{at, {}};

@@ -298,9 +298,9 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   };
   EXPECT_NE(refusal(fault("sensor_invalid", "enable")).find("the enable node cannot"), std::string::npos);
   EXPECT_NE(refusal(fault("sensor_frozen", "enable")).find("the enable node cannot"), std::string::npos);
-  EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt.id);
-  EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable.id);
-  EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine().bus.pressures[5].id);
+  EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt().id);
+  EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable().id);
+  EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine().bus.pressure(5).id);
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
@@ -310,7 +310,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
     const auto kind = static_cast<sim::FaultKind>(i);
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + sim::name(kind) + "\"");
     if (!sim::concerns_node(kind)) text.erase(text.find(node), node.size());
-    if (sim::concerns_node(kind) && sim::why_not(kind, machine().bus.pressures[2].id, machine().bus)) continue;
+    if (sim::concerns_node(kind) && sim::why_not(kind, machine().bus.pressure(2).id, machine().bus)) continue;
     EXPECT_EQ(load(text).faults[0].kind, kind) << sim::name(kind);
     ++read;
   }
@@ -318,7 +318,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
   EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);
-  EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valves[kArm].id);
+  EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valve(kArm).id);
 }
 
 TEST_F(ScenarioFile, WanderingHasASpeedAndALength) {

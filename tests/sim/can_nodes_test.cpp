@@ -9,6 +9,7 @@
 
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/sensor_frames.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::sim::test {
@@ -97,7 +98,7 @@ TEST(CanNodes, RemapAPdoOnlyInTheOrderCia301Prescribes) {
   EXPECT_EQ(refusal(rig, canopen::sdo_download(kNode, entry, canopen::mapping(canopen::kDeviceType, 32), 4)),
             SdoAbort::kNotMappable);
   ASSERT_TRUE(accepted(rig, kNode, entry, status8, 4));
-  EXPECT_EQ(refusal(rig, canopen::sdo_download(kNode, canopen::kTpdo1MapCount, 5, 1)), SdoAbort::kPdoTooLong);
+  EXPECT_EQ(refusal(rig, canopen::sdo_download(kNode, canopen::kTpdo1MapCount, 9, 1)), SdoAbort::kPdoTooLong);
   ASSERT_TRUE(accepted(rig, kNode, canopen::kTpdo1MapCount, 1, 1));
   ASSERT_TRUE(accepted(rig, kNode, canopen::kTpdo1CobId, 0x2A5, 4));
   rig.send(canopen::nmt_frame(NmtCommand::kStart, kNode));

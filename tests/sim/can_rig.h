@@ -10,6 +10,7 @@
 
 #include "machine/description.h"
 #include "sim/can_nodes.h"
+#include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
 
@@ -17,16 +18,11 @@ namespace knuckle::sim::test {
 
 inline MachineDescription bus_machine() {
   MachineDescription machine;
-  const auto node = [](unsigned id, std::uint32_t type) {
-    return NodeDescription{static_cast<std::uint8_t>(id), type, 0x1234, 0x5600U + id};
-  };
-  for (unsigned j = 0; j < 3; ++j) {
-    machine.bus.valves[j] = node(0x10 + j, 408);
-    machine.bus.encoders[j] = node(0x30 + j, 406);
+  machine.bus.nodes = knuckle::test::one_node_each();
+  for (NodeDescription& node : machine.bus.nodes) {
+    node.vendor = 0x1234;
+    node.product = 0x5600U + node.id;
   }
-  for (unsigned i = 0; i < 6; ++i) machine.bus.pressures[i] = node(0x20 + i, 404);
-  machine.bus.tilt = node(0x38, 410);
-  machine.bus.enable = node(0x40, 401);
   machine.sensors.pressure_range_Pa = 400e5;
   return machine;
 }

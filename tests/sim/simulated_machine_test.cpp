@@ -7,6 +7,7 @@
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"
+#include "tests/support/sensor_frames.h"
 
 namespace knuckle::sim::test {
 namespace {

@@ -169,7 +169,7 @@ class BenchMachine {
   [[nodiscard]] Time command_neutral_since(Time since, int joint) const {
     Time neutral = kNever;
     for (const auto& w : wire) {
-      if (w.frame.id != canopen::rpdo1_id(description.bus.valves[static_cast<std::size_t>(joint)].id)) continue;
+      if (w.frame.id != canopen::rpdo1_id(description.bus.valve(joint).id)) continue;
       const auto command = canopen::parse_valve_command(w.frame);
       const bool is = command && (command->set_point == 0 || command->control_word != canopen::kControlActive);
       if (!is) neutral = kNever;

@@ -7,6 +7,7 @@
 
 #include "machine/load.h"
 #include "tests/slave/bench_machine.h"
+#include "tests/support/bus_nodes.h"
 
 namespace knuckle::slave {
 namespace {
@@ -53,17 +54,18 @@ int told_to_map(const SdoScript& script, std::uint16_t mapping_object) {
 }
 
 TEST(BusMap, CountsTheBytesThatNodesAreToldToSendWhateverTheMachineFileMaps) {
-  for (const bool pressure_float : {false, true}) {
+  using Pressure = WireDescription::Pressure;
+  for (const Pressure pressure : {Pressure::kInteger, Pressure::kFloat, Pressure::kInteger16}) {
     MachineDescription machine = load_machine(find_config("machine", "solar015"));
-    machine.bus.wire.pressure_float = pressure_float;
-    machine.bus.pressures[2].tpdo = 0x2A5;
+    machine.bus.wire.pressure = pressure;
+    test::node_in(machine.bus, NodeRole::kPressure, 2).tpdos[0] = 0x2A5;
     std::map<std::uint32_t, int> mapped;
     for (const PeriodicFrame& f : bus_map(machine.bus)) mapped[f.id] = f.size;
     for (const NodeScript& node : node_scripts(machine)) {
-      EXPECT_EQ(told_to_map(node.script, 0x1A00), mapped[node.node.tpdo_id()]) << node.name;
+      EXPECT_EQ(told_to_map(node.script, 0x1A00), mapped[node.node.tpdo_id()]) << node.node.name;
       const int hears = told_to_map(node.script, 0x1600);
       if (hears == 0) continue;
-      EXPECT_EQ(hears, mapped[node.node.rpdo_id()]) << node.name;
+      EXPECT_EQ(hears, mapped[node.node.rpdo_id()]) << node.node.name;
     }
     EXPECT_LE(can_load(bus_map(machine.bus), machine.bus.bit_rate).worst_case, worst_bus_load(machine.bus));
   }

@@ -11,6 +11,7 @@
 
 #include "tests/slave/leading.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/sensor_frames.h"
 
 namespace knuckle::slave {
 namespace {

@@ -1,6 +1,7 @@
 // Start-up: who is waited for, for how long, and what a restart forgets.
 #include "slave/valve_frame.h"
 #include "tests/slave/supervised_bus.h"
+#include "tests/support/bus_nodes.h"
 
 namespace knuckle::slave {
 namespace {
@@ -240,7 +241,7 @@ TEST_F(BusStartUp, ASetUpThatFailedIsForgottenByARestart) {
 TEST_F(BusStartUp, ANodeHasAnIdOfItsOwnBetween1And127) {
   const auto accepted = [this](std::uint8_t tilt_id, std::uint8_t controller_id) {
     MachineDescription d = machine;
-    d.bus.tilt.id = tilt_id;
+    test::node_in(d.bus, NodeRole::kTilt).id = tilt_id;
     d.bus.controller_id = controller_id;
     try {
       CanopenClient made(d, port);
@@ -320,7 +321,7 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
 
 MachineDescription machine_with_pved_valves() {
   MachineDescription d = machine_with_exact_limits();
-  for (NodeDescription& valve : d.bus.valves) valve.profile = ValveProfile::kPved;
+  for (NodeDescription& valve : d.bus.nodes) valve.profile = ValveProfile::kPved;  // of a valve
   return d;
 }
 

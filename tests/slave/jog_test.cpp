@@ -57,7 +57,7 @@ struct JogRig {
   /// As the enable node says it: pilot pressure is off although its chain is closed.
   void report_no_pilot() {
     bench.run(4ms);  // behind what it says to this SYNC itself
-    const std::uint32_t id = bench.description.bus.enable.tpdo_id();
+    const std::uint32_t id = bench.description.bus.enable().tpdo_id();
     ASSERT_TRUE(bench.bus.port(1).send(canopen::enable_inputs_frame(id, canopen::kInputEStopClosed)));
   }
   /// Since then every valve was told to be neutral at once, the enable output went off, and nothing came after it.
@@ -196,7 +196,7 @@ TEST(Jog, ASlopeMayBeOlderThanTheOthersByTheSyncWithoutIt) {
 TEST(Jog, NothingMovesWithoutPilotPressure) {
   JogRig rig;
   rig.start();
-  rig.can.lost = {rig.bench.description.bus.enable.rpdo_id()};
+  rig.can.lost = {rig.bench.description.bus.enable().rpdo_id()};
   rig.jog.move({.joint = kBoom, .peak = 0.3});
   rig.run(900ms);
   EXPECT_EQ(rig.jog.phase(), Phase::kPilotUp);
@@ -247,7 +247,7 @@ TEST(Jog, PilotPressureThatStaysOnIsReported) {
   rig.start();
   rig.jog.hold_pilot(100ms);
   while (rig.jog.phase() != Phase::kHeld) rig.step();
-  rig.can.lost = {rig.bench.description.bus.enable.rpdo_id()};
+  rig.can.lost = {rig.bench.description.bus.enable().rpdo_id()};
   rig.run(1200ms);
   EXPECT_EQ(rig.jog.phase(), Phase::kRest);
   EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kPilotStaysOn) << text(rig.jog.trouble());
@@ -285,7 +285,7 @@ void expect_gentle(const test::BenchMachine& bench, const std::string& what) {
   PerJoint<Time> at{};
   for (const auto& w : bench.wire) {
     for (std::size_t j = 0; j < kJoints; ++j) {
-      if (w.frame.id != bench.description.bus.valves[j].rpdo_id()) continue;
+      if (w.frame.id != bench.description.bus.valve(j).rpdo_id()) continue;
       const auto command = canopen::parse_valve_command(w.frame);
       ASSERT_TRUE(command);
       const double before = open[j], now = command->set_point;

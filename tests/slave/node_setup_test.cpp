@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/bench_machine.h"
+#include "tests/support/bus_nodes.h"
 
 namespace knuckle::slave {
 namespace {
@@ -22,13 +23,13 @@ Reason setup_fails(BenchMachine& m, Duration patience = 4s) {
 
 TEST(NodeSetup, FramesCarryTheIdentifiersOfTheMachineFile) {
   MachineDescription d = test::test_machine();
-  d.bus.valves[kArm].tpdo = 0x2A1;
-  d.bus.valves[kArm].rpdo = 0x3A2;
-  d.bus.pressures[3].tpdo = 0x1F0;
-  d.bus.encoders[kBoom].tpdo = 0x281;
-  d.bus.tilt.tpdo = 0x4B0;
-  d.bus.enable.tpdo = 0x2C1;
-  d.bus.enable.rpdo = 0x3C1;
+  test::node_in(d.bus, NodeRole::kValve, kArm).tpdos[0] = 0x2A1;
+  test::node_in(d.bus, NodeRole::kValve, kArm).rpdo = 0x3A2;
+  test::node_in(d.bus, NodeRole::kPressure, 3).tpdos[0] = 0x1F0;
+  test::node_in(d.bus, NodeRole::kEncoder, kBoom).tpdos[0] = 0x281;
+  test::node_in(d.bus, NodeRole::kTilt).tpdos[0] = 0x4B0;
+  test::node_in(d.bus, NodeRole::kEnable).tpdos[0] = 0x2C1;
+  test::node_in(d.bus, NodeRole::kEnable).rpdo = 0x3C1;
   BenchMachine m(d);
   ASSERT_TRUE(m.engage()) << text(m.loop.client().fault());
   m.wire.clear();
@@ -48,7 +49,7 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
   for (const bool is_float : {false, true}) {
     MachineDescription d = test::test_machine();
     d.bus.wire.valve_full_stroke = 1000;
-    d.bus.wire.pressure_float = is_float;
+    d.bus.wire.pressure = is_float ? WireDescription::Pressure::kFloat : WireDescription::Pressure::kInteger;
     d.bus.wire.pressure_digits = 1;
     d.bus.wire.encoder_speed_step_mps = 1e-3;
     BenchMachine m(d);
@@ -72,7 +73,7 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
 
 TEST(NodeSetup, PressureThatIsNoNumberIsNotUsed) {
   MachineDescription d = test::test_machine();
-  d.bus.wire.pressure_float = true;
+  d.bus.wire.pressure = WireDescription::Pressure::kFloat;
   BenchMachine m(d);
   ASSERT_TRUE(m.engage());
   ASSERT_TRUE(m.nodes.inject(0x22, sim::NodeFault::kInvalid));
@@ -107,7 +108,7 @@ TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
             "node 0x10: reading 0x1018:02 gave 0x77, the machine file says 0x10");
 
   MachineDescription d = test::test_machine();
-  d.bus.tilt.tpdo = 0x601;  // not a PDO's: the node refuses it
+  test::node_in(d.bus, NodeRole::kTilt).tpdos[0] = 0x601;  // not a PDO's: the node refuses it
   BenchMachine refused(d);
   EXPECT_EQ(setup_fails(refused).code, ReasonCode::kNodeSetup);
   EXPECT_EQ(text(refused.loop.client().setup_failure()),
@@ -216,9 +217,9 @@ TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
 TEST(NodeSetup, EveryNodeOfTheFileHasAScriptThatBeginsWithItsIdentity) {
   const std::vector<NodeScript> scripts = node_scripts(test::test_machine());
   ASSERT_EQ(scripts.size(), 14U);
-  EXPECT_EQ(scripts[0].name, "boom_valve");
-  EXPECT_EQ(scripts[4].name, "boom_rod_pressure");
-  EXPECT_EQ(scripts[13].name, "enable");
+  EXPECT_EQ(scripts[0].node.name, "boom_valve");
+  EXPECT_EQ(scripts[4].node.name, "boom_rod_pressure");
+  EXPECT_EQ(scripts[13].node.name, "enable");
   for (const NodeScript& node : scripts) {
     ASSERT_GE(node.script.size(), 3U);
     const canopen::Object identity[] = {canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode};

@@ -9,6 +9,7 @@
 
 #include "tests/slave/bench_machine.h"
 #include "tests/slave/lossy_can.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/no_alloc.h"
 #include "transport/canopen.h"
 
@@ -49,12 +50,12 @@ struct Stopped {
   /// Every node that can move something goes on watching, in the state in which both of its watchdogs count.
   void expect_watched() {
     EXPECT_EQ(count(canopen::kNmtId), 0);
-    for (const NodeDescription& valve : wires().valves) {
+    for (const NodeDescription& valve : test::nodes_with(wires(), NodeRole::kValve)) {
       EXPECT_NE(value(valve.id, canopen::kConsumerHeartbeat), 0U) << int{valve.id};
       EXPECT_NE(value(valve.id, canopen::kRpdo1Timer), 0U) << int{valve.id};
       EXPECT_TRUE(bench.nodes.node(valve.id)->operational()) << int{valve.id};
     }
-    const std::uint8_t enable = wires().enable.id;
+    const std::uint8_t enable = wires().enable().id;
     EXPECT_NE(value(enable, canopen::kConsumerHeartbeat), 0U);
     EXPECT_TRUE(bench.nodes.node(enable)->operational());
   }
@@ -95,12 +96,12 @@ TEST(OrderlyStop, NodesThatAllSaidThatTheyAreOffMissNobodyAfterwards) {
   EXPECT_FALSE(machine.stop.unconfirmed_pilot());
   machine.bench.run(500ms);
   EXPECT_EQ(machine.count(canopen::kNmtId), 14) << "each node of the machine, and no other";
-  for (const NodeDescription& valve : wires().valves) {
+  for (const NodeDescription& valve : test::nodes_with(wires(), NodeRole::kValve)) {
     EXPECT_EQ(machine.value(valve.id, canopen::kConsumerHeartbeat), 0U);
     EXPECT_EQ(machine.count(canopen::emcy_id(valve.id)), 0);
   }
-  EXPECT_EQ(machine.value(wires().enable.id, canopen::kConsumerHeartbeat), 0U);
-  EXPECT_EQ(machine.count(canopen::emcy_id(wires().enable.id)), 0);
+  EXPECT_EQ(machine.value(wires().enable().id, canopen::kConsumerHeartbeat), 0U);
+  EXPECT_EQ(machine.count(canopen::emcy_id(wires().enable().id)), 0);
   EXPECT_FALSE(machine.bench.nodes.outputs().pilot);
 }
 
@@ -120,7 +121,7 @@ TEST(OrderlyStop, ResetsNoNodeThatAnotherControllerMayLead) {
 }
 
 TEST(OrderlyStop, AnEnableNodeThatMissedItsOutputKeepsItsWatchdogAndDropsPilotPressureByIt) {
-  const NodeDescription& enable = wires().enable;
+  const NodeDescription& enable = wires().enable();
   Stopped machine({enable.rpdo_id()});
   ASSERT_TRUE(machine.moving);
   EXPECT_TRUE(machine.stop.unconfirmed_pilot());
@@ -132,7 +133,7 @@ TEST(OrderlyStop, AnEnableNodeThatMissedItsOutputKeepsItsWatchdogAndDropsPilotPr
 }
 
 TEST(OrderlyStop, AValveThatIsNotReachedKeepsItsWatchdogsAndGoesNeutralByThem) {
-  const NodeDescription& boom = wires().valves[kBoom];
+  const NodeDescription& boom = wires().valve(kBoom);
   Stopped machine({boom.rpdo_id(), boom.tpdo_id()});
   ASSERT_TRUE(machine.moving);
   EXPECT_TRUE(machine.stop.unconfirmed_valves()[kBoom]);
@@ -145,18 +146,19 @@ TEST(OrderlyStop, AValveThatIsNotReachedKeepsItsWatchdogsAndGoesNeutralByThem) {
 
 TEST(OrderlyStop, WhoseAnswerGotLostIsNotBelievedToBeOff) {
   const BusDescription& bus = wires();
-  for (const std::uint32_t lost : {bus.enable.tpdo_id(), bus.valves[kArm].tpdo_id()}) {
+  for (const std::uint32_t lost : {bus.enable().tpdo_id(), bus.valve(kArm).tpdo_id()}) {
     Stopped machine({lost});
     ASSERT_TRUE(machine.moving);
-    EXPECT_EQ(machine.stop.unconfirmed_pilot(), lost == bus.enable.tpdo_id());
-    EXPECT_EQ(machine.stop.unconfirmed_valves()[kArm], lost == bus.valves[kArm].tpdo_id());
+    EXPECT_EQ(machine.stop.unconfirmed_pilot(), lost == bus.enable().tpdo_id());
+    EXPECT_EQ(machine.stop.unconfirmed_valves()[kArm], lost == bus.valve(kArm).tpdo_id());
     machine.expect_watched();
   }
 }
 
 TEST(OrderlyStop, OpensNoValveAndResetsNoNodeThatDidNotConfirmWhateverIsLost) {
-  std::vector<std::uint32_t> ids{wires().enable.rpdo_id(), wires().enable.tpdo_id()};
-  for (const NodeDescription& valve : wires().valves) ids.insert(ids.end(), {valve.rpdo_id(), valve.tpdo_id()});
+  std::vector<std::uint32_t> ids{wires().enable().rpdo_id(), wires().enable().tpdo_id()};
+  for (const NodeDescription& valve : test::nodes_with(wires(), NodeRole::kValve))
+    ids.insert(ids.end(), {valve.rpdo_id(), valve.tpdo_id()});
   std::mt19937 rng(11);
   for (int run = 0; run < 24; ++run) {
     std::vector<std::uint32_t> lost;
@@ -165,7 +167,7 @@ TEST(OrderlyStop, OpensNoValveAndResetsNoNodeThatDidNotConfirmWhateverIsLost) {
     Stopped machine(lost);
     ASSERT_TRUE(machine.moving);
     for (const auto& w : machine.bench.wire) {
-      for (const NodeDescription& valve : wires().valves) {
+      for (const NodeDescription& valve : test::nodes_with(wires(), NodeRole::kValve)) {
         if (w.frame.id != valve.rpdo_id() || w.at <= machine.since + kPeriod) continue;
         EXPECT_EQ(canopen::parse_valve_command(w.frame).value().set_point, 0) << run;
       }
@@ -175,8 +177,9 @@ TEST(OrderlyStop, OpensNoValveAndResetsNoNodeThatDidNotConfirmWhateverIsLost) {
     // A node that misses its command may still confirm, once its own watchdog has acted; one that is not heard may not.
     bool unheard = false;
     for (const std::uint32_t id : lost) {
-      unheard = unheard || id == wires().enable.tpdo_id();
-      for (const NodeDescription& valve : wires().valves) unheard = unheard || id == valve.tpdo_id();
+      unheard = unheard || id == wires().enable().tpdo_id();
+      for (const NodeDescription& valve : test::nodes_with(wires(), NodeRole::kValve))
+        unheard = unheard || id == valve.tpdo_id();
     }
     EXPECT_FALSE(confirmed && unheard) << run;
     EXPECT_TRUE(confirmed || !lost.empty()) << run;

@@ -5,6 +5,7 @@
 
 #include "machine/kinematics.h"
 #include "tests/slave/test_machine.h"
+#include "tests/support/sensor_frames.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {

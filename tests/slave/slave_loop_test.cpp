@@ -267,9 +267,9 @@ TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
   BenchMachine m;
   m.hand.presence = true;
   ASSERT_TRUE(m.reaches(Mode::kReady, 4s));
-  const std::uint32_t id = m.description.bus.enable.tpdo_id();
+  const std::uint32_t id = m.description.bus.enable().tpdo_id();
   const auto stays_on = [&](Duration time) {  // a relay that is welded shut: said in place of what the node would say
-    m.nodes.node(m.description.bus.enable.id)->replace(canopen::kTpdo1CobId, id | canopen::kPdoDisabled);
+    m.nodes.node(m.description.bus.enable().id)->replace(canopen::kTpdo1CobId, id | canopen::kPdoDisabled);
     for (const Time end = m.now + time; m.now < end;) {
       ASSERT_TRUE(
           m.bus.port(1).send(canopen::enable_inputs_frame(id, canopen::kInputEStopClosed | canopen::kInputPilotOn)));
@@ -285,7 +285,7 @@ TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
   m.align();
   stays_on(300ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "no way in";
-  m.nodes.node(m.description.bus.enable.id)->replace(canopen::kTpdo1CobId, id);
+  m.nodes.node(m.description.bus.enable().id)->replace(canopen::kTpdo1CobId, id);
   m.run(500ms);
   EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
 }

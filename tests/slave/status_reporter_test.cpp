@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/slave/bench_machine.h"
+#include "tests/support/bus_nodes.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::slave {
@@ -128,7 +129,7 @@ TEST(StatusReporter, TellsWhoseReportIsOnTheValvesWireAndHowLongAgo) {
   };
   std::map<Time, Step> steps;
   Time report = kNever;
-  const std::uint32_t valve = canopen::rpdo1_id(m.description.bus.valves[0].id);
+  const std::uint32_t valve = canopen::rpdo1_id(m.description.bus.valve(0).id);
   for (int n = 0; n < 400; ++n) {
     m.wire.clear();
     m.link_up = n % 3 == 0;  // so that some wait for the valve frame
@@ -213,8 +214,9 @@ TEST(StatusReporter, OldSensorsTakeNoOil) {
   m.move(JointVector(0.25, -0.25, -0.3), 400ms);
   bench.run(5ms);
   ASSERT_GT(bench.reporter.sent().oil_flow_m3ps, 0);
-  for (const NodeDescription& valve : m.description.bus.valves) m.nodes.inject(valve.id, sim::NodeFault::kFrozen);
-  m.nodes.inject(m.description.bus.encoders[kArm].id, sim::NodeFault::kSilent);
+  for (const NodeDescription& valve : test::nodes_with(m.description.bus, NodeRole::kValve))
+    m.nodes.inject(valve.id, sim::NodeFault::kFrozen);
+  m.nodes.inject(m.description.bus.encoder(kArm).id, sim::NodeFault::kSilent);
   bench.run(200ms);
   ASSERT_TRUE(m.loop.state());
   EXPECT_GT(oil_demand(m.description, *m.loop.state(), bench.reporter.sent().spool).flow_m3ps, 0) << "as it was";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "machine/description.h"
+#include "tests/support/bus_nodes.h"
 
 namespace knuckle::test {
 
@@ -32,13 +33,13 @@ inline MachineDescription test_machine() {
   m.cylinders = {cylinder(0.065, 0.74, 1.15, 350), cylinder(0.060, 0.86, 1.36, 300), cylinder(0.060, 0.75, 1.11, 250)};
   m.hydraulics = {32e-3 / 60, 8000, 17e5, 0.07, 205e5, 230e5, 2e5, 0.9e9, 0.15e-3, 5e5 / 1e-3};
   m.sensors = {400e5, 0.1e5, 0.3e5, 1e-4, 0.1 * 0.017453292519943295, 0.0005, SensorDescription::TiltMount::kOnHull};
-  for (std::size_t i = 0; i < 3; ++i) {
-    m.bus.valves[i] = {static_cast<std::uint8_t>(0x10 + i), 408, 0x1001, 0x10};
-    m.bus.encoders[i] = {static_cast<std::uint8_t>(0x30 + i), 406, 0x1003, 0x30};
+  m.bus.nodes = one_node_each();
+  constexpr std::array<std::uint32_t, 5> kVendor{0x1001, 0x1002, 0x1003, 0x1004, 0x1005},
+      kProduct{0x10, 0x20, 0x30, 0x38, 0x40};
+  for (NodeDescription& node : m.bus.nodes) {
+    node.vendor = kVendor[static_cast<std::size_t>(node.role)];
+    node.product = kProduct[static_cast<std::size_t>(node.role)];
   }
-  for (std::size_t i = 0; i < 6; ++i) m.bus.pressures[i] = {static_cast<std::uint8_t>(0x20 + i), 404, 0x1002, 0x20};
-  m.bus.tilt = {0x38, 410, 0x1004, 0x38};
-  m.bus.enable = {0x40, 401, 0x1005, 0x40};
   m.limits.tip_speed_mps = 1.2;
   m.limits.joint_soft_margin_rad = 0.08;
   m.limits.chamber_pressure_Pa = 240e5;

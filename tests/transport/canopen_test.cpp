@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "tests/support/sensor_frames.h"
 #include "tests/transport/hex.h"
 
 namespace knuckle::canopen {

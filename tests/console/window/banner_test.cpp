@@ -61,7 +61,7 @@ TEST_F(Banner, ShowsEveryFaultWholeWithWhatToDo) {
 }
 
 TEST_F(Banner, NamesTheNodeInsteadOfItsNumber) {
-  const std::uint8_t node = console_->facts().machine.bus.encoders[kBoom].id;
+  const std::uint8_t node = console_->facts().machine.bus.encoder(kBoom).id;
   view_.machine.mode = Mode::kFault;
   view_.machine.fault = view_.machine.blocking = {ReasonCode::kSensorStale, node, 41, 25};
   expect_whole("boom encoder: sensor has stopped sending: check node and cable");

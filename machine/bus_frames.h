@@ -1,0 +1,55 @@
+// Process data of the machine's nodes, derived from the machine file: which frames there are, and what lies where in
+// them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "machine/description.h"
+#include "transport/canopen.h"
+#include "transport/signal_codec.h"
+
+namespace knuckle {
+
+/// A mapped object: what it says, and where.
+struct FrameField {
+  enum class Part : std::uint8_t {
+    kValue,   ///< SI; of a spool, steps of the wire.
+    kRate,    ///< SI a second.
+    kStatus,  ///< Status word, status bits, inputs: as they are.
+    kControl  ///< Control word, outputs: as they are.
+  } part = Part::kValue;
+  NodeChannel channel;
+  canopen::Object object;
+  BitField bits;
+};
+
+/// One process data object.
+struct BusFrame {
+  std::size_t node = 0;  ///< In BusDescription::nodes.
+  bool to_node = false;
+  std::uint8_t pdo = 0;  ///< 0...3: 0x1800 or 0x1400 and so on.
+  std::uint32_t id = 0;
+  int every_nth_sync = 0;  ///< 0: when something changes, and every repeat_s.
+  double repeat_s = 0;
+  std::vector<FrameField> fields;  ///< In the order they are mapped in.
+  [[nodiscard]] std::uint8_t bytes() const noexcept;
+  [[nodiscard]] double rate_Hz(double sync_Hz) const noexcept {
+    return every_nth_sync > 0 ? sync_Hz / every_nth_sync : 1 / repeat_s;
+  }
+};
+
+/// How many transmit PDOs this node's channels fill; may be more than there are.
+[[nodiscard]] std::size_t transmit_pdos(const NodeDescription& node, const WireDescription& wire);
+
+/// Whether one of the transmit PDOs that this node's channels fill has this identifier.
+[[nodiscard]] bool sends(const NodeDescription& node, std::uint32_t id, const WireDescription& wire);
+
+/// All that a node sends.
+[[nodiscard]] std::vector<FrameField> sent_fields(const NodeDescription& node, const MachineDescription& machine);
+
+/// Of all nodes in their order, each one's transmit PDOs before its receive PDO.
+[[nodiscard]] std::vector<BusFrame> bus_frames(const BusDescription& bus, const SensorDescription& sensors = {});
+
+}  // namespace knuckle
