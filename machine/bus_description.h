@@ -52,6 +52,7 @@ struct NodeChannel {
   std::uint8_t number = 1;
   std::uint8_t signal = 0;  ///< Place in kSignals.
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+  bool operator==(const NodeChannel&) const = default;
 };
 
 /// A device on the bus: what it is called, what its channels are, the identity it must show (objects 0x1000 and
@@ -72,6 +73,7 @@ struct NodeDescription {
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
   /// Joint of its first channel; -1 of a node that is the whole machine's, or of several joints.
   [[nodiscard]] int joint() const noexcept;
+  bool operator==(const NodeDescription&) const = default;
 };
 
 /// How values are written on the wire where devices differ.
@@ -84,6 +86,7 @@ struct WireDescription {
   [[nodiscard]] double pressure_unit_Pa() const noexcept {
     return pressure == Pressure::kFloat ? kBar : kBar / std::pow(10, pressure_digits);
   }
+  bool operator==(const WireDescription&) const = default;
 };
 
 /// CANopen side of the machine.
@@ -127,6 +130,7 @@ struct BusDescription {
   [[nodiscard]] const NodeDescription* find(std::uint8_t id) const noexcept;
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.
   [[nodiscard]] std::string node_names() const;
+  bool operator==(const BusDescription&) const = default;
 };
 
 }  // namespace knuckle

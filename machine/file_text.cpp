@@ -37,11 +37,14 @@ std::string edited_toml(
     const std::function<void(const std::string& table, const std::string& key, std::string& line)>& edit) {
   std::istringstream lines{std::string(text)};
   std::string edited, table;
-  for (std::string line; std::getline(lines, line); edited += line + '\n') {
+  for (std::string line; std::getline(lines, line);) {
     const std::string key = key_of(line);
+    const bool was_empty = line.empty();
     if (key.starts_with('[')) table = key;
     edit(table, key, line);
+    if (was_empty || !line.empty()) edited += line + '\n';
   }
+  if (!text.ends_with('\n') && !edited.empty()) edited.pop_back();
   return edited;
 }
 

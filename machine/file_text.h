@@ -8,7 +8,7 @@
 
 namespace knuckle {
 
-/// The text with every line as `edit` leaves it.
+/// The text with every line as `edit` leaves it; a line that it makes empty is taken out.
 /// @param edit is given the [table] that the line stands in, with its brackets, empty before the first; the key that
 /// the line sets, or the [table] that it opens, empty where it does neither; and the line, without its end.
 [[nodiscard]] std::string edited_toml(

@@ -3,16 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <utility>
 
 #include "app/cli/output_file.h"
+#include "app/eds/migrate.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
+#include "machine/toml_reader.h"
 #include "slave/node_setup.h"
 
 namespace knuckle::eds {
@@ -51,20 +56,109 @@ void check_free(const BusDescription& bus, std::uint8_t id, const std::string& n
                      "is the id of " + (of_another ? other->name : "the controller") + " in " + source);
 }
 
-/// The identifier of a PDO that the device sends or hears under, where it can only be read and is not the usual one.
-std::string fixed_frame(const DeviceFile& device, canopen::Object cob_id, const char* key, std::uint32_t usual,
-                        std::uint8_t id) {
+/// The identifier of a PDO that the device sends or hears under, where it can only be read and is not the usual one;
+/// else 0.
+std::uint16_t fixed_frame(const DeviceFile& device, canopen::Object cob_id, std::uint32_t usual, std::uint8_t id) {
   const Entry* entry = device.find(cob_id);
-  if (entry == nullptr || !entry->value || entry->access == Access::kReadWrite) return "";
+  if (entry == nullptr || !entry->value || entry->access == Access::kReadWrite) return 0;
   const std::uint32_t frame = entry->value->of(id) & 0x7FF;
-  return frame == usual ? "" : fmt::format(", {} = 0x{:03X}", key, frame);
+  return static_cast<std::uint16_t>(frame == usual ? 0 : frame);
 }
 
 /// An EDS does not say which control words a valve wants: that is known of its kind.
-std::string profile_key(const DeviceFile& device) {
+ValveProfile valve_profile(const DeviceFile& device) {
   constexpr std::uint32_t kDanfoss = 0x01000019, kPvedCc = 0x53373235;
-  if (device.vendor != kDanfoss || device.product != kPvedCc) return "";
-  return fmt::format(", profile = \"{}\"", kValveProfileNames[static_cast<std::size_t>(ValveProfile::kPved)]);
+  return device.vendor == kDanfoss && device.product == kPvedCc ? ValveProfile::kPved : ValveProfile::kCia408;
+}
+
+/// The node with the device in its place.
+NodeDescription node_with(NodeDescription node, std::uint8_t id, const DeviceFile& device,
+                          const WireDescription& wire) {
+  node.id = id;
+  node.device_type = device.device_type;
+  node.vendor = device.vendor;
+  node.product = device.product;
+  node.tpdos = {};
+  node.rpdo = 0;
+  for (std::size_t pdo = 0; pdo < transmit_pdos(node, wire); ++pdo) {
+    const canopen::Object cob_id{static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + pdo), 1};
+    node.tpdos[pdo] = fixed_frame(device, cob_id, node.tpdo_id(pdo), id);
+  }
+  if (node.role == NodeRole::kValve) node.profile = valve_profile(device);
+  if (node.role == NodeRole::kValve || node.role == NodeRole::kEnable)
+    node.rpdo = fixed_frame(device, canopen::kRpdo1CobId, node.rpdo_id(), id);
+  return node;
+}
+
+using Settings = std::vector<std::pair<std::string, std::string>>;
+constexpr std::array kFrameKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4", "rpdo"};  // optional
+
+/// Keys and values of what depends on the device; without the profile.
+Settings settings_of(const NodeDescription& node) {
+  Settings all{{"id", fmt::format("0x{:02X}", node.id)},
+               {"device_type", fmt::format("0x{:X}", node.device_type)},
+               {"vendor", fmt::format("0x{:X}", node.vendor)},
+               {"product", fmt::format("0x{:X}", node.product)}};
+  for (std::size_t i = 0; i < kFrameKeys.size(); ++i) {
+    const std::uint16_t frame = i < node.tpdos.size() ? node.tpdos[i] : node.rpdo;
+    if (frame != 0) all.emplace_back(kFrameKeys[i], fmt::format("0x{:03X}", frame));
+  }
+  return all;
+}
+
+/// In [bus.nodes].
+std::string with_line(const std::string& machine_text, const std::string& machine_source, const NodeDescription& node) {
+  std::string entry;
+  for (const auto& [key, value] : settings_of(node)) entry += (entry.empty() ? "{ " : ", ") + key + " = " + value;
+  if (node.profile != ValveProfile::kCia408) entry += ", profile = \"" + profile_name(node) + '"';
+  bool found = false;
+  int number = 0, own_table = 0;
+  std::string text =
+      edited_toml(machine_text, [&](const std::string& table, const std::string& key, std::string& line) {
+        ++number;
+        if (key == "[bus.nodes." + node.name + "]") own_table = number;
+        if (table != "[bus.nodes]" || key != node.name) return;
+        line = with_toml_value(line, entry + " }");
+        found = true;
+      });
+  if (!found) {
+    throw InputError(
+        machine_source + ": " +
+        (own_table > 0 ? fmt::format("line {}: [bus.nodes.{}] is a table of its own: ", own_table, node.name) : "") +
+        "needs " + node.name + " = { ... } on one line in [bus.nodes], or [[bus.node]] tables (knuckle bus migrate)");
+  }
+  return text;
+}
+
+/// In its [[bus.node]] table.
+std::string with_table(const std::string& machine_text, const std::string& machine_source,
+                       const NodeDescription& node) {
+  Settings settings = settings_of(node), added;
+  if (node.role == NodeRole::kValve) settings.emplace_back("profile", '"' + profile_name(node) + '"');
+  int place = 0, at = 0;
+  for (TomlTable& table : TomlTable::parse(machine_text, machine_source).table("bus").tables("node")) {
+    ++at;
+    if (table.text("name") != node.name) continue;
+    place = at;
+    for (const auto& setting : settings)
+      if (!table.has(setting.first)) added.push_back(setting);
+  }
+  const auto edit = [&](const std::string& table, const std::string& key, std::string& line) {
+    constexpr const char* kTable = "[[bus.node]]";
+    if (key == kTable) --place;
+    if (table != kTable || place != 0 || key == kTable) return;
+    const auto set = std::find_if(settings.begin(), settings.end(), [&](const auto& one) { return one.first == key; });
+    if (set != settings.end()) {
+      line = with_toml_value(line, set->second);
+    } else if (std::find(kFrameKeys.begin(), kFrameKeys.end(), key) != kFrameKeys.end()) {
+      const auto comment = line.find('#');
+      line = comment == std::string::npos ? "" : line.substr(comment);
+    }
+    if (key != "product") return;
+    const std::string end = line.ends_with('\r') ? "\r" : "";
+    for (const auto& [name, value] : added) line += '\n' + name + " = " + value + end;
+  };
+  return edited_toml(machine_text, edit);
 }
 
 std::string object_text(canopen::Object object, const Entry* entry) {
@@ -74,39 +168,30 @@ std::string object_text(canopen::Object object, const Entry* entry) {
 
 }  // namespace
 
+std::string profile_name(const NodeDescription& node) {
+  if (node.role == NodeRole::kValve) return kValveProfileNames[static_cast<std::size_t>(node.profile)];
+  return fmt::format("cia{}", profile_of(node.role));
+}
+
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
-  const BusDescription bus = parse_machine(machine_text, machine_source).bus;
-  const NodeDescription named = node_of(bus, node, machine_source);
-  check_free(bus, id, node, machine_source);
+  BusDescription bus = parse_machine(machine_text, machine_source).bus;
+  const NodeDescription& named = node_of(bus, node, machine_source);
+  check_free(bus, id, named.name, machine_source);
   const auto profile = static_cast<std::uint16_t>(device.device_type & 0xFFFF);
   if (profile != profile_of(named.role)) {
     throw InputError(fmt::format("{}: 0x1000:00 = 0x{:X}: is a device of CiA {}; {} must be one of CiA {}",
-                                 device.source, device.device_type, profile, node, profile_of(named.role)));
+                                 device.source, device.device_type, profile, named.name, profile_of(named.role)));
   }
-  std::string entry = fmt::format("{{ id = 0x{:02X}, device_type = 0x{:X}, vendor = 0x{:X}, product = 0x{:X}", id,
-                                  device.device_type, device.vendor, device.product);
-  entry += fixed_frame(device, canopen::kTpdo1CobId, "tpdo", canopen::tpdo1_id(id), id);
-  if (named.role == NodeRole::kValve) entry += profile_key(device);
-  if (named.role == NodeRole::kValve || named.role == NodeRole::kEnable)
-    entry += fixed_frame(device, canopen::kRpdo1CobId, "rpdo", canopen::rpdo1_id(id), id);
-  bool found = false;
-  int number = 0, own_table = 0;
-  std::string text =
-      edited_toml(machine_text, [&](const std::string& table, const std::string& key, std::string& line) {
-        ++number;
-        if (key == "[bus.nodes." + node + "]") own_table = number;
-        if (table != "[bus.nodes]" || key != node) return;
-        line = with_toml_value(line, entry + " }");
-        found = true;
-      });
-  if (!found) {
-    throw InputError(
-        machine_source + ": " +
-        (own_table > 0 ? fmt::format("line {}: [bus.nodes.{}] is a table of its own: ", own_table, node) : "") +
-        "needs " + node + " = { ... } on one line in [bus.nodes]");
+  NodeDescription& changed = bus.nodes[static_cast<std::size_t>(&named - bus.nodes.data())];
+  changed = node_with(named, id, device, bus.wire);
+  const std::string text = has_node_tables(machine_text, machine_source)
+                               ? with_table(machine_text, machine_source, changed)
+                               : with_line(machine_text, machine_source, changed);
+  if (!(parse_machine(text, machine_source).bus == bus)) {  // as every program will read it
+    throw InputError(machine_source + ": needs " + changed.name +
+                     " in a [[bus.node]] table with each key on a line of its own");
   }
-  (void)parse_machine(text, machine_source);  // as every program will read it
   return text;
 }
 
@@ -141,7 +226,7 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
 }  // namespace
 
 Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const std::string& node) {
-  const std::uint8_t id = node_of(machine.bus, node, machine.source).id;
+  const NodeDescription& named = node_of(machine.bus, node, machine.source);
   Fit fit;
   const int kbps = static_cast<int>(machine.bus.bit_rate / 1000);
   if (const auto& rates = device.bit_rates_kbps;
@@ -149,13 +234,13 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
     fit.obstacles.push_back(fmt::format("the bus has {} kbit/s, which the device does not know", kbps));
   const auto scripts = slave::node_scripts(machine);
   const auto script =
-      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == node; });
+      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == named.name; });
   int guards = 0;
   bool guarded = false;
   for (const slave::SetupPart& part : script->script) {
     using Kind = slave::SetupPart::Kind;
     if (part.kind == Kind::kIdentity) continue;
-    const std::string obstacle = obstacle_of(device, part, id);
+    const std::string obstacle = obstacle_of(device, part, named.id);
     if (part.kind == Kind::kGuard) {
       ++guards;
       guarded = guarded || obstacle.empty();
@@ -165,9 +250,9 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
     if (part.kind != Kind::kRequire) continue;
     for (const slave::SdoStep& step : part.asked) {
       const Entry* entry = device.find(step.object);
-      if (!obstacle.empty() || entry == nullptr || !entry->value || step.holds(entry->value->of(id))) continue;
+      if (!obstacle.empty() || entry == nullptr || !entry->value || step.holds(entry->value->of(named.id))) continue;
       fit.to_set.push_back(fmt::format("set {} of the device to {}: it is delivered with {}",
-                                       object_text(step.object, entry), step.value, entry->value->of(id)));
+                                       object_text(step.object, entry), step.value, entry->value->of(named.id)));
     }
   }
   if (guards > 0 && !guarded)
@@ -191,50 +276,85 @@ std::uint8_t node_id(const std::string& text) {
   return static_cast<std::uint8_t>(id);
 }
 
-int run_bus(const BusOptions& o) {
+/// The machine file's text, where it may be changed.
+std::string text_to_change(const std::string& machine, cli::Places& places) {
+  if (std::error_code none; !std::filesystem::exists(machine, none) && has_config("machine", machine)) {
+    cli::refuse_option("--machine", machine,
+                       "is a machine that comes with Knuckle: copy its file first: cp " +
+                           find_config("machine", machine) + " my_machine.toml");
+  }
+  cli::check_readable("--machine", machine);
+  places.configuration_output("--machine", machine);
+  return whole_file(machine, kLargestMachine_MB);
+}
+
+/// @return what the older one is called now; empty where nothing changed.
+std::string write_keeping_older(const std::string& machine, const std::string& text) {
+  cli::OutputFile out("--machine", machine);
+  out.stream() << text;
+  return out.commit_keeping_older();
+}
+
+int add(const BusOptions& o) {
   const std::uint8_t id = node_id(o.id);
   cli::check_readable("FILE", o.file);
-  if (std::error_code none; !std::filesystem::exists(o.machine, none) && has_config("machine", o.machine)) {
-    cli::refuse_option("--machine", o.machine,
-                       "is a machine that comes with Knuckle: copy its file first: cp " +
-                           find_config("machine", o.machine) + " my_machine.toml");
-  }
-  cli::check_readable("--machine", o.machine);
   cli::Places places;
   places.input("FILE", o.file);
-  places.configuration_output("--machine", o.machine);
+  const std::string before = text_to_change(o.machine, places);
   const DeviceFile device = read_device_file(o.file);
-  const std::string before = whole_file(o.machine, kLargestMachine_MB);
   const std::string text = with_device(before, o.machine, o.as, id, device);
-  const Fit fit = fit_of(device, parse_machine(text, o.machine), o.as);
+  const MachineDescription machine = parse_machine(text, o.machine);
+  const std::string node = node_of(machine.bus, o.as, o.machine).name;
+  const Fit fit = fit_of(device, machine, node);
   for (const std::string& slip : device.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
   for (const std::string& obstacle : fit.obstacles)
-    std::cerr << "knuckle: " << o.as << " cannot be this device: " << obstacle << '\n';
+    std::cerr << "knuckle: " << node << " cannot be this device: " << obstacle << '\n';
   if (!fit.obstacles.empty()) {
     std::cerr << "knuckle: " << o.machine << " is as it was\n";
     return 1;
   }
-  cli::OutputFile out("--machine", o.machine);
-  out.stream() << text;
-  const std::string kept = out.commit_keeping_older();
-  std::cout << o.as << " is " << device.vendor_name << ' ' << device.product_name << ", node "
+  const std::string kept = write_keeping_older(o.machine, text);
+  std::cout << node << " is " << device.vendor_name << ' ' << device.product_name << ", node "
             << fmt::format("0x{:02X}", id) << ", in " << o.machine
             << (text == before ? " (it was so already: nothing changed)" : " (before: " + kept + ")") << '\n';
   for (const std::string& step : fit.to_set) std::cout << "to do: " << step << '\n';
   return 0;
 }
 
+int migrate(const std::string& machine) {
+  cli::Places places;
+  const std::string before = text_to_change(machine, places), text = with_node_tables(before, machine);
+  const bool same = text == before;
+  const std::string kept = same ? "" : write_keeping_older(machine, text);
+  std::cout << machine << ": its nodes are [[bus.node]] tables"
+            << (same ? " already: nothing changed" : " (before: " + kept + ")") << '\n';
+  return 0;
+}
+
+int run_bus(const BusOptions& o) {
+  const bool adds = o.action == "add";
+  for (const auto& [option, value] : {std::pair{"FILE", &o.file}, {"--id", &o.id}, {"--as", &o.as}}) {
+    if (adds && value->empty()) cli::refuse_option(option, "", "is required by bus add");
+    if (!adds && !value->empty()) cli::refuse_option(option, *value, "does not go with bus " + o.action);
+  }
+  return adds ? add(o) : migrate(o.machine);
+}
+
 }  // namespace
 
 cli::Command bus_entry() {
   return {
-      "bus", "Puts a device that is sold into a machine file, from its vendor's EDS",
+      "bus", "Puts a device that is sold into a machine file, from its vendor's EDS; writes older files' nodes anew",
       [](const cli::OptionList& command) {
         const auto o = std::make_shared<BusOptions>();
-        command.add_option("ACTION", o->action, "add").required().one_of({"add"});
-        command.add_option("FILE", o->file, "The device's file from its vendor (.eds)").required();
-        command.add_option("--id", o->id, "Node id of the device, 1 to 127 or 0x01 to 0x7F").required();
-        command.add_option("--as", o->as, "Name of the node whose place it takes: boom_valve, tilt, ...").required();
+        command
+            .add_option("ACTION", o->action,
+                        "add: puts a device into the machine file. migrate: writes [bus.nodes] as [[bus.node]] tables")
+            .required()
+            .one_of({"add", "migrate"});
+        command.add_option("FILE", o->file, "add: the device's file from its vendor (.eds)");
+        command.add_option("--id", o->id, "add: node id of the device, 1 to 127 or 0x01 to 0x7F");
+        command.add_option("--as", o->as, "add: name of the node whose place it takes: boom_valve, tilt, ...");
         command
             .add_option("--machine", o->machine,
                         "Machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml")

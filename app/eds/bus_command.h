@@ -1,4 +1,5 @@
-// `knuckle bus add`: puts a device that is sold, described by its vendor's EDS, into a machine file.
+// `knuckle bus add`: puts a device that is sold, described by its vendor's EDS, into a machine file. `knuckle bus
+// migrate`: see migrate.h.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +12,13 @@
 
 namespace knuckle::eds {
 
-/// The machine file's text with the device in place of the node of that name, its comments and order as they were.
-/// @param node a node of the machine file. @throws InputError where the device's profile is not that node's, where the
-/// file does not have the node on one line in [bus.nodes], or where the result is no machine file (an id that is taken,
-/// say).
+/// The profile as [[bus.node]] tables call it: "cia408/pved".
+[[nodiscard]] std::string profile_name(const NodeDescription& node);
+
+/// The machine file's text with the device in place of that node, its comments and order as they were.
+/// @param node name of a node of the machine file, or of a signal that one has. @throws InputError where the device's
+/// profile is not that node's, where the file has the node neither in a [[bus.node]] table nor on one line in
+/// [bus.nodes], or where the result is no machine file (an id that is taken, say).
 [[nodiscard]] std::string with_device(const std::string& machine_text, const std::string& machine_source,
                                       const std::string& node, std::uint8_t id, const DeviceFile& device);
 

@@ -46,6 +46,17 @@ TEST(TomlLines, TakeOutARecordAndKeepTheTablesOfOthersBehindIt) {
             "# Written by x. Checked by me.\n");
 }
 
+TEST(TomlLines, AreAddedAndTakenOutAndTheLastOneStaysWithoutAnEnd) {
+  const auto edit = [](const std::string&, const std::string& key, std::string& line) {
+    if (key == "b") line.clear();
+    if (key == "c") line += "\nd = 4";
+  };
+  EXPECT_EQ(edited_toml("a = 1\n\nb = 2\nc = 3\n", edit), "a = 1\n\nc = 3\nd = 4\n");
+  EXPECT_EQ(edited_toml("b = 2\r\n\r\nc = 3", edit), "\r\nc = 3\nd = 4");
+  EXPECT_EQ(edited_toml("a = 1\nb = 2", edit), "a = 1");
+  EXPECT_EQ(edited_toml("", edit), "");
+}
+
 TEST(TomlLines, QuoteWhatIsReadAgainAsItWas) {
   for (const std::string text : {"plain", "a \"b\" \\c.csv", "\\", "gr\xC3\xBC\xC3\x9F"}) {
     EXPECT_EQ(TomlTable::parse("a = " + toml_quoted(text), "test").text("a"), text);

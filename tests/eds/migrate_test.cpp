@@ -1,0 +1,206 @@
+// `knuckle bus migrate`: the same machine with its nodes in [[bus.node]] tables.
+#include "app/eds/migrate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "machine/load.h"
+#include "recording/recording.h"
+#include "tests/support/few_nodes.h"
+#include "tests/support/places.h"
+#include "tests/support/refusal.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::eds {
+namespace {
+
+std::string shipped() {
+  return whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
+}
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+std::string with_crlf(const std::string& text) {
+  std::string all;
+  for (const char c : text) all += c == '\n' ? "\r\n" : std::string(1, c);
+  return all;
+}
+std::string migrated(const std::string& text) {
+  return with_node_tables(text, "my.toml");
+}
+std::string refusal_of(const std::string& text) {
+  return test::refusal([&] { (void)migrated(text); });
+}
+std::vector<std::string> comments_of(const std::string& text) {
+  std::vector<std::string> all;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (const auto at = line.find('#'); at != std::string::npos) all.push_back(line.substr(at));
+  return all;
+}
+
+const std::string kBoom =
+    "boom_valve           = { id = 0x10, device_type = 0x0198, vendor = 0x4B4E, product = 0x0408 }\n";
+const std::string kTilt =
+    "tilt                 = { id = 0x38, device_type = 0x019A, vendor = 0x4B4E, product = 0x0410 }\n";
+const std::string kBoomKeys = "id = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
+const std::string kBoomTable =
+    "[[bus.node]]\nname = \"boom_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"boom_spool\" }\n" + kBoomKeys;
+
+/// Machine files in the older words: shipped ones, those in recordings, and with all that a node or the bus may say.
+std::vector<std::pair<std::string, std::string>> older_files() {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/config/machines"))
+    all.emplace_back(file.path().filename(), whole_file(file.path(), 1));
+  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/tests/recordings_replayed"))
+    if (file.path().extension() == ".mcap")
+      all.emplace_back(file.path().filename(), recording::Recording({file.path().string()}).head().machine_file);
+  std::string full = changed(shipped(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
+  full = changed(full, "id = 0x12, ", "id = 0x12, profile = 'cia408/pved', ");
+  full = changed(full, "id = 0x38, ", "id = 5_6, tpdo = 0x2B8,");
+  full =
+      changed(full, "[bus.nodes]\n", "[bus.wire]\nvalve_full_stroke = 1000\npressure_value = \"float\"\n[bus.nodes]\n");
+  all.emplace_back("with profiles, frames and scalings", full);
+  return all;
+}
+
+TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecondTime) {
+  const auto files = older_files();
+  EXPECT_GE(files.size(), 6U);
+  for (const auto& [name, text] : files) {
+    const std::string after = migrated(text);
+    EXPECT_EQ(parse_machine(after, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
+    EXPECT_EQ(comments_of(after), comments_of(text)) << name;
+    EXPECT_EQ(after.find("bus.nodes"), std::string::npos) << name;
+    EXPECT_TRUE(has_node_tables(after, "my.toml")) << name;
+    EXPECT_FALSE(has_node_tables(text, "my.toml")) << name;
+    EXPECT_EQ(migrated(after), after) << name;
+    const auto begin = text.find("[bus.nodes]"), end = text.find("\n[limits]");
+    EXPECT_EQ(after.substr(0, begin), text.substr(0, begin)) << name;
+    EXPECT_TRUE(after.ends_with(text.substr(end))) << name;
+  }
+}
+
+TEST(BusMigrate, WritesATableForEachNodeInItsPlaceWithItsNumbersAsTheyWere) {
+  const std::string before = shipped(), after = migrated(before);
+  EXPECT_NE(after.find("controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"),
+            std::string::npos)
+      << after;
+  EXPECT_EQ(std::count(after.begin(), after.end(), '\n') - std::count(before.begin(), before.end(), '\n'),
+            -1 + 14 * 7 + 13);
+}
+
+TEST(BusMigrate, KeepsCommentsWhereTheyStood) {
+  std::string text = changed(shipped(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
+  text = changed(text, kBoom, "boom_valve={vendor=0x4b4E,id=0x10 ,product= 0x0408,device_type=408} # a } # b\n");
+  text = changed(text, kTilt, kTilt + "  # the last\n");
+  EXPECT_NE(migrated(text).find("controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
+                                "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
+                                "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
+                                "device_type = 408\n\n[[bus.node]]\n"),
+            std::string::npos)
+      << migrated(text);
+  EXPECT_NE(migrated(text).find("product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"),
+            std::string::npos);
+  EXPECT_EQ(comments_of(migrated(text)), comments_of(text));
+}
+
+TEST(BusMigrate, KeepsLineEndsTheMissingLastOneAndRecordsBehind) {
+  EXPECT_EQ(migrated(with_crlf(shipped())), with_crlf(migrated(shipped())));
+  const std::string commented = changed(shipped(), "[bus.nodes]\n" + kBoom,
+                                        "[bus.nodes]  # all\n# one\n\n" + changed(kBoom, "}\n", "}  # two\n"));
+  EXPECT_EQ(migrated(with_crlf(commented)), with_crlf(migrated(commented)));
+  const std::string own = changed(shipped(), kBoom, "") + "\n[bus.nodes.boom_valve]  # own\n" + kBoomKeys;
+  EXPECT_EQ(migrated(with_crlf(own)), with_crlf(migrated(own)));
+  const std::string record =
+      "\n[commissioning]\nbus = \"can0\"\n[[commissioning.nodes]]\nid = 0x10\nname = \"boom_valve\"";
+  EXPECT_EQ(migrated(shipped() + record), migrated(shipped()) + record);
+  // The nodes are the end of the file.
+  std::string last = shipped();
+  const auto begin = last.find("[bus.nodes]"), end = last.find("\n[limits]");
+  const std::string nodes = last.substr(begin, end - begin);
+  last = last.erase(begin, end - begin) + nodes.substr(0, nodes.find_last_not_of('\n') + 1);
+  EXPECT_TRUE(migrated(last).ends_with("product = 0x0401"));
+  EXPECT_TRUE(migrated(last + '\n').ends_with("product = 0x0401\n"));
+}
+
+TEST(BusMigrate, TakesANodeThatIsATableOfItsOwnWithItsKeysAndComments) {
+  const std::string keys =
+      "\n# wired last\nid = 0x10   # switches\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
+  const std::string opening = "name = \"boom_valve\"\n", channels = "channels = { 1 = \"boom_spool\" }\n";
+  std::string text = changed(shipped(), kBoom, "") + "\n[bus.nodes.boom_valve] # [own]\n" + keys;
+  EXPECT_TRUE(
+      migrated(text).ends_with("\n[[bus.node]] # [own]\n" + opening + "profile = \"cia408\"\n" + channels + keys))
+      << migrated(text);
+  EXPECT_EQ(parse_machine(migrated(text), "my.toml").bus, parse_machine(shipped(), "my.toml").bus);
+  text += "profile = \"cia408/pved\"  # says its plate\n";
+  EXPECT_TRUE(migrated(text).ends_with("\n[[bus.node]] # [own]\n" + opening + channels + keys +
+                                       "profile = \"cia408/pved\"  # says its plate\n"));
+  EXPECT_EQ(parse_machine(migrated(text), "my.toml").bus.valve(0).profile, ValveProfile::kPved);
+}
+
+TEST(BusMigrate, RefusesInOneLineWhatItCannotRewrite) {
+  const std::string needs = "needs boom_valve = { ... } on one line in [bus.nodes], or [bus.nodes.boom_valve]";
+  std::string dotted = shipped(), keys;
+  std::istringstream lines(kBoomKeys);
+  for (std::string line; std::getline(lines, line);) keys += "boom_valve." + line + '\n';
+  dotted = changed(dotted, kBoom, keys);
+  const auto line = std::count(dotted.begin(), dotted.begin() + static_cast<std::ptrdiff_t>(dotted.find(keys)), '\n');
+  EXPECT_EQ(refusal_of(dotted), "my.toml: line " + std::to_string(line + 1) + ": " + needs);
+  std::string in_bus = changed(shipped(), "[bus.nodes]\n", "");
+  for (const NodeDescription& node : parse_machine(shipped(), "my.toml").bus.nodes)
+    in_bus = changed(in_bus, "\n" + node.name + " ", "\nnodes." + node.name + " ");
+  EXPECT_EQ(parse_machine(in_bus, "my.toml").bus, parse_machine(shipped(), "my.toml").bus);
+  EXPECT_EQ(refusal_of(in_bus), "my.toml: " + needs);
+  // A text of many lines that looks like nodes is none.
+  EXPECT_NE(refusal_of(shipped() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n").find("my.toml: line "),
+            std::string::npos);
+  EXPECT_NE(refusal_of("name = \"a\"\n").find("my.toml"), std::string::npos);
+}
+
+TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
+  EXPECT_EQ(migrated(test::few_nodes_text()), test::few_nodes_text());
+}
+
+TEST(BusMigrateProgram, ChangesTheFileAndKeepsTheOlderOne) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("my.toml");
+  std::ofstream(file) << shipped();
+  const auto run = [&] {
+    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", file});
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    return ran.out;
+  };
+  EXPECT_EQ(run(), file + ": its nodes are [[bus.node]] tables (before: " + folder.file("my.1.toml") + ")\n");
+  EXPECT_EQ(test::content(file), migrated(shipped()));
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), shipped());
+  EXPECT_EQ(run(), file + ": its nodes are [[bus.node]] tables already: nothing changed\n");
+  EXPECT_EQ(test::content(file), migrated(shipped()));
+  EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
+}
+
+TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("my.toml"), bad = changed(shipped(), "id = 0x10", "id = 0x80");
+  std::ofstream(file) << bad;
+  const auto refused = [](const std::string& machine, const std::string& why) {
+    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
+    EXPECT_EQ(ran.exit_code, 2) << machine;
+    EXPECT_NE(ran.err.find(why), std::string::npos) << ran.err;
+    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+  };
+  refused(file, "key 'bus.nodes.boom_valve.id' = 0x80: must be a whole number within [1, 127]");
+  EXPECT_EQ(test::content(file), bad);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
+  refused(folder.file("none.toml"), "none.toml");
+  refused("solar015", "is a machine that comes with Knuckle: copy its file first");
+}
+
+}  // namespace
+}  // namespace knuckle::eds
