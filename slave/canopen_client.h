@@ -71,7 +71,7 @@ class CanopenClient {
     SdoDialogue dialogue, errors;
     bool told = false;  ///< Took the newest NMT command.
     bool operational = false;
-    bool was_reset = false;       ///< Since restart().
+    bool was_reset = false;       ///< Since the last start-up that reached operational.
     Time boots_since = kNever;    ///< Reset, and not heard of since.
     Time heard_at = kNever;       ///< Heartbeat.
     std::uint16_t emergency = 0;  ///< EMCY code not yet reset.

@@ -354,8 +354,8 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
 }
 
 TEST(BusAdd, FindsNothingAgainstDevicesThatAreSold) {
+  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
   for (const auto& [eds, node] : {std::pair{"PVED-CC.eds", "boom_valve"}, std::pair{"DST-X720.eds", "tilt"}}) {
-    if (!std::filesystem::exists(kDevices + eds)) GTEST_SKIP() << "no ../shared/data/devices";
     const Fit fit = fit_of(read_device_file(kDevices + eds), machine(), node);
     EXPECT_TRUE(fit.obstacles.empty()) << node << ": " << fit.obstacles[0];
   }
@@ -375,7 +375,7 @@ MachineDescription machine_of_sold_parts(const DeviceFile& valve, const DeviceFi
 }
 
 TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) {
-  if (!std::filesystem::exists(kDevices + "PVED-CC.eds")) GTEST_SKIP() << "no ../shared/data/devices";
+  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
   const DeviceFile valve = read_device_file(kDevices + "PVED-CC.eds"),
                    tilt = read_device_file(kDevices + "DST-X720.eds");
   const MachineDescription machine = machine_of_sold_parts(valve, tilt);
