@@ -35,8 +35,9 @@ const NodeDescription& BusDescription::node_of(NodeRole role, int index) const n
 const NodeDescription* BusDescription::find(const std::string& name) const noexcept {
   const auto called = [&](const NodeDescription& node) { return node.name == name; };
   const auto has = [&](const NodeDescription& node) {
-    return std::any_of(node.channels.begin(), node.channels.end(),
-                       [&](const NodeChannel& channel) { return channel.info().name == name; });
+    return std::any_of(node.channels.begin(), node.channels.end(), [&](const NodeChannel& channel) {
+      return channel.info().name == name || channel.info().node == name;
+    });
   };
   const NodeDescription* const found = find_if(nodes, called);
   return found != nullptr ? found : find_if(nodes, has);

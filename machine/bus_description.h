@@ -20,24 +20,25 @@ enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable
 /// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
 struct SignalInfo {
   const char* name;  ///< As machine files call it.
+  const char* node;  ///< What its node is called where the file has [bus.nodes], and in scenarios.
   NodeRole role;     ///< Of the nodes that can have it.
   int index;         ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
 };
 /// All are needed. A node's place in BusDescription::nodes is that of its first signal here.
-inline constexpr std::array kSignals{SignalInfo{"boom_spool", NodeRole::kValve, 0},
-                                     SignalInfo{"arm_spool", NodeRole::kValve, 1},
-                                     SignalInfo{"bucket_spool", NodeRole::kValve, 2},
-                                     SignalInfo{"boom_head_pressure", NodeRole::kPressure, 0},
-                                     SignalInfo{"boom_rod_pressure", NodeRole::kPressure, 1},
-                                     SignalInfo{"arm_head_pressure", NodeRole::kPressure, 2},
-                                     SignalInfo{"arm_rod_pressure", NodeRole::kPressure, 3},
-                                     SignalInfo{"bucket_head_pressure", NodeRole::kPressure, 4},
-                                     SignalInfo{"bucket_rod_pressure", NodeRole::kPressure, 5},
-                                     SignalInfo{"boom_length", NodeRole::kEncoder, 0},
-                                     SignalInfo{"arm_length", NodeRole::kEncoder, 1},
-                                     SignalInfo{"bucket_length", NodeRole::kEncoder, 2},
-                                     SignalInfo{"slope", NodeRole::kTilt, 0},
-                                     SignalInfo{"machine_enable", NodeRole::kEnable, 0}};
+inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
+                                     SignalInfo{"arm_spool", "arm_valve", NodeRole::kValve, 1},
+                                     SignalInfo{"bucket_spool", "bucket_valve", NodeRole::kValve, 2},
+                                     SignalInfo{"boom_head_pressure", "boom_head_pressure", NodeRole::kPressure, 0},
+                                     SignalInfo{"boom_rod_pressure", "boom_rod_pressure", NodeRole::kPressure, 1},
+                                     SignalInfo{"arm_head_pressure", "arm_head_pressure", NodeRole::kPressure, 2},
+                                     SignalInfo{"arm_rod_pressure", "arm_rod_pressure", NodeRole::kPressure, 3},
+                                     SignalInfo{"bucket_head_pressure", "bucket_head_pressure", NodeRole::kPressure, 4},
+                                     SignalInfo{"bucket_rod_pressure", "bucket_rod_pressure", NodeRole::kPressure, 5},
+                                     SignalInfo{"boom_length", "boom_encoder", NodeRole::kEncoder, 0},
+                                     SignalInfo{"arm_length", "arm_encoder", NodeRole::kEncoder, 1},
+                                     SignalInfo{"bucket_length", "bucket_encoder", NodeRole::kEncoder, 2},
+                                     SignalInfo{"slope", "tilt", NodeRole::kTilt, 0},
+                                     SignalInfo{"machine_enable", "enable", NodeRole::kEnable, 0}};
 
 /// How a device of CiA 408 is led through its states.
 enum class ValveProfile : std::uint8_t {
@@ -55,6 +56,14 @@ struct NodeChannel {
   bool operator==(const NodeChannel&) const = default;
 };
 
+/// What commissioning has seen of a node's guard: what ends its motion when the controller falls silent.
+struct GuardProof {
+  bool proved = false;
+  std::uint32_t serial = 0;  ///< Of the device it was seen of; 0 where that has none.
+  std::string date;          ///< Empty where it was never tried.
+  bool operator==(const GuardProof&) const = default;
+};
+
 /// A device on the bus: what it is called, what its channels are, the identity it must show (objects 0x1000 and
 /// 0x1018:01, :02) before anything moves, and what its process data are sent under.
 struct NodeDescription {
@@ -67,8 +76,15 @@ struct NodeDescription {
   ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
   std::array<std::uint16_t, kMostPdos> tpdos{};  ///< COB-IDs of its PDOs; 0: pre-defined connection set.
   std::uint16_t rpdo = 0;
+  std::string unguarded;  ///< Of a node that is told to move something: why it may do without a guard. Else empty.
+  GuardProof guard;
+  /// Whether it is told what to do, so that it needs a guard.
+  [[nodiscard]] constexpr bool is_told() const noexcept {
+    return role == NodeRole::kValve || role == NodeRole::kEnable;
+  }
   [[nodiscard]] constexpr std::uint32_t tpdo_id(std::size_t pdo = 0) const noexcept {
-    return tpdos[pdo] != 0 ? tpdos[pdo] : 0x180U + 0x100U * static_cast<std::uint32_t>(pdo) + id;
+    const std::uint16_t own = pdo < kMostPdos ? tpdos[pdo] : std::uint16_t{0};
+    return own != 0 ? own : 0x180U + 0x100U * static_cast<std::uint32_t>(pdo) + id;
   }
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
   /// Joint of its first channel; -1 of a node that is the whole machine's, or of several joints.
@@ -125,7 +141,8 @@ struct BusDescription {
   [[nodiscard]] const NodeDescription& tilt() const noexcept { return node_of(NodeRole::kTilt, 0); }
   [[nodiscard]] const NodeDescription& enable() const noexcept { return node_of(NodeRole::kEnable, 0); }
 
-  /// The node of this name, or that has the signal of this name, or of this id; null where there is none.
+  /// The node of this name, else the one that has the signal of this name or SignalInfo::node, or of this id; null
+  /// where there is none.
   [[nodiscard]] const NodeDescription* find(const std::string& name) const noexcept;
   [[nodiscard]] const NodeDescription* find(std::uint8_t id) const noexcept;
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.

@@ -12,7 +12,7 @@
 namespace knuckle {
 
 /// Reads and checks a machine file. Everything is required but [calibration]; nothing has a silent default.
-/// [commissioning] is somebody else's.
+/// Of [commissioning] only the guards' proofs are read.
 /// @throws InputError naming file, line, key, value and bound: unknown, missing or out-of-range keys, geometry that
 /// does not reach or passes a toggle, node ids that clash, a bus that is too full, control constants out of bounds.
 [[nodiscard]] MachineDescription load_machine(const std::string& path);
@@ -25,8 +25,7 @@ namespace knuckle {
 /// recording's head says, and feel.law is the default one then.
 [[nodiscard]] DeviceDescription parse_device(std::string_view text, const std::string& source);
 
-/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, PDOs at the rates of BusDescription, the enable
-/// node's output and inputs at the controller heartbeat's rate, all heartbeats.
+/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats.
 [[nodiscard]] double worst_bus_load(const BusDescription& bus);
 
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with

@@ -167,25 +167,6 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
   return sensors;
 }
 
-/// What the nodes of a [bus.nodes] table are, by their key: one signal each.
-std::string key_of(const SignalInfo& signal) {
-  const std::string name = signal.name;
-  const std::string joint = name.substr(0, name.find('_'));
-  switch (signal.role) {
-    case NodeRole::kValve:
-      return joint + "_valve";
-    case NodeRole::kPressure:
-      return name;
-    case NodeRole::kEncoder:
-      return joint + "_encoder";
-    case NodeRole::kTilt:
-      return "tilt";
-    case NodeRole::kEnable:
-      break;
-  }
-  return "enable";
-}
-
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
  public:
@@ -196,7 +177,7 @@ class NodeReader {
     std::vector<NodeDescription> all;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
       NodeDescription node;
-      node.name = key_of(kSignals[i]);
+      node.name = kSignals[i].node;
       node.role = kSignals[i].role;
       node.channels = {{1, static_cast<std::uint8_t>(i)}};
       TomlTable file = nodes.table(node.name);
@@ -218,6 +199,7 @@ class NodeReader {
       file.require(std::none_of(all.begin(), all.end(), same), "name", "is the name of another node");
       read_profile(file, node);
       read_channels(file, node);
+      check_name(file, node);
       read(file, node);
       all.push_back(std::move(node));
     }
@@ -241,6 +223,23 @@ class NodeReader {
     return std::min_element(node.channels.begin(), node.channels.end(),
                             [](const NodeChannel& a, const NodeChannel& b) { return a.signal < b.signal; })
         ->signal;
+  }
+
+  /// It stands in options, scenarios and a DBC, and must not say that the node is another one.
+  static void check_name(TomlTable& file, const NodeDescription& node) {
+    constexpr std::size_t kLongest = 22;
+    const std::string& name = node.name;
+    if (name.empty()) return;  // noted
+    const bool plain =
+        name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+    file.require(plain && name != "controller", "name",
+                 "must be a letter and up to 21 letters, digits and _, and not 'controller'");
+    const auto is_named = [&](const SignalInfo& signal) { return signal.name == name || signal.node == name; };
+    const bool has_one = std::any_of(node.channels.begin(), node.channels.end(),
+                                     [&](const NodeChannel& channel) { return is_named(channel.info()); });
+    file.require(has_one || std::none_of(kSignals.begin(), kSignals.end(), is_named), "name",
+                 "is what Knuckle calls a signal that this node does not have", {"channels", "profile"});
   }
 
   static void read_profile(TomlTable& file, NodeDescription& node) {
@@ -302,8 +301,8 @@ class NodeReader {
       node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
       take(file, node.name, kTpdoKeys[pdo], node.tpdo_id(pdo));
     }
-    const bool is_told = node.role == NodeRole::kValve || node.role == NodeRole::kEnable;
-    if (!is_told) return;
+    if (!node.is_told()) return;
+    if (file.has("unguarded")) node.unguarded = file.text("unguarded");
     node.rpdo = frame_id(file, "rpdo");
     take(file, node.name, "rpdo", node.rpdo_id());
   }
@@ -414,8 +413,8 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   file.require(load <= kFullestBus, "bit_rate_kbps",
                "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
                    " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %",
-               {"sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync", "tilt_every_nth_sync",
-                "controller_heartbeat_ms", "node_heartbeat_ms"});
+               {"node", "nodes", "wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync",
+                "tilt_every_nth_sync", "controller_heartbeat_ms", "node_heartbeat_ms"});
   return bus;
 }
 
@@ -559,6 +558,22 @@ std::vector<CameraDescription> read_cameras(TomlTable& file) {
   return cameras;
 }
 
+/// What `knuckle commission` has found: the rest is for people and tools. What it says of a node that is no longer
+/// there is nothing.
+void read_guard_proofs(TomlTable record, std::vector<NodeDescription>& nodes) {
+  for (TomlTable& file : record.tables("guards")) {
+    const std::string name = file.text("node");
+    GuardProof proof;
+    proof.proved = file.boolean("proved");
+    if (file.has("serial")) proof.serial = static_cast<std::uint32_t>(file.integer("serial", 0, 0xFFFFFFFF));
+    proof.date = file.text("date");
+    file.leave("seen");
+    const auto of = std::find_if(nodes.begin(), nodes.end(), [&](const NodeDescription& n) { return n.name == name; });
+    if (of != nodes.end()) of->guard = proof;
+  }
+  record.leave_rest();
+}
+
 MachineDescription read_machine(TomlTable file) {
   MachineDescription machine;
   machine.name = file.text("name");
@@ -586,7 +601,7 @@ MachineDescription read_machine(TomlTable file) {
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
   machine.cameras = read_cameras(file);
   load_calibration(file, machine);
-  file.leave("commissioning");  // what `knuckle commission` has found, for people and tools
+  if (file.has("commissioning")) read_guard_proofs(file.table("commissioning"), machine.bus.nodes);
   check_geometry(machine, tables);
   file.finish();
   return machine;

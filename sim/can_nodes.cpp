@@ -135,7 +135,7 @@ void ValveNode::obey_pved(std::uint32_t word) noexcept {
 
 // The valve's own watchdogs: without controller or set-points it goes to neutral and says so.
 void ValveNode::watch(Time now, Outbox& out) noexcept {
-  if (faulted_) return;
+  if (faulted_ || fault_ == NodeFault::kDeadGuard) return;
   const bool rpdo_lost = protocol_.operational() && protocol_.rpdo_lost(now);
   if (rpdo_lost)
     protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
@@ -314,19 +314,20 @@ void EnableNode::step(Time now, Outbox& out) noexcept {
 
 // The open E-stop chain is told by the input itself, a missing heartbeat by the protocol: no EMCY of their own.
 bool EnableNode::allowed(Time now, Outbox& out) noexcept {
-  if (estop_ || !protocol_.operational() || protocol_.heartbeat_lost(now)) return false;
-  if (protocol_.rpdo_lost(now)) {
+  const bool guarded = fault_ != NodeFault::kDeadGuard;
+  if (estop_ || !protocol_.operational() || (guarded && protocol_.heartbeat_lost(now))) return false;
+  if (guarded && protocol_.rpdo_lost(now)) {
     protocol_.emergency(canopen::kEmcyRpdoTimeout, out);
     return false;
   }
-  const bool fault = std::any_of(valve_fault_.begin(), valve_fault_.end(), [](bool f) { return f; });
-  if (!fault && following(now)) return true;
+  if (following(now)) return true;
   protocol_.emergency(canopen::kEmcyDeviceSpecific, out);
   return false;
 }
 
 // A sound spool lags its demand by some 70 ms (bus, delay, spring), so it is held against the span of the newest
 // demands (80 ms of them): against the last one alone, a demand that moves at 1.5 of stroke a second would look stuck.
+// A valve in fault closes by itself, in the same time.
 bool EnableNode::following(Time now) noexcept {
   const bool due = demands_at_ == kNever || now - demands_at_ >= 10ms;
   if (due) {
@@ -337,7 +338,8 @@ bool EnableNode::following(Time now) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (due) demands_[j][next_demand_ % kDemands] = demand_[j];
     const auto [least, most] = std::minmax_element(demands_[j].begin(), demands_[j].end());
-    const double low = std::min(*least, demand_[j]), high = std::max(*most, demand_[j]);
+    const double low = valve_fault_[j] ? 0 : std::min(*least, demand_[j]);
+    const double high = valve_fault_[j] ? 0 : std::max(*most, demand_[j]);
     if (actual_[j] >= low - kFollowingLimit && actual_[j] <= high + kFollowingLimit) {
       apart_since_[j] = Time::max();
       continue;

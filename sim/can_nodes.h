@@ -180,6 +180,7 @@ enum class NodeFault : std::uint8_t {
   kSpike,       ///< One PDO far off, then well again.
   kBrokenWire,  ///< Encoder: the wire snaps and winds back at 1.5 m/s.
   kStuck,       ///< Valve: the spool stays where it is as long as there is pilot pressure.
+  kDeadGuard,   ///< Valve or enable node: it misses neither set-points nor heartbeat.
 };
 
 /// CiA 408 proportional valve.
@@ -266,6 +267,7 @@ class EnableNode {
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
   /// A plain output module: what it took away is there again as soon as the cause is gone.
   void set_plain() noexcept { latches_ = false; }
+  void inject(NodeFault fault) noexcept { fault_ = fault; }
 
  private:
   static constexpr std::size_t kDemands = 8;
@@ -286,6 +288,7 @@ class EnableNode {
   bool estop_ = false, pilot_ = false;
   bool latched_ = false;  ///< Taken away: the output must be off once before it can come on again.
   bool latches_ = true;
+  NodeFault fault_ = NodeFault::kNone;
 };
 
 /// All nodes behind one port of the bus; each has its own state.

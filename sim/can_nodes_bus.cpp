@@ -121,7 +121,9 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   const bool encoder = i >= first_encoder_ && i < tilt_at_;
   if ((fault == NodeFault::kStuck && !valve) || (fault == NodeFault::kBrokenWire && !encoder)) return false;
   if (fault == NodeFault::kSpike && (valve || i == enable_at_)) return false;
-  const bool own = fault == NodeFault::kNone || fault == NodeFault::kSilent;
+  const bool guard = fault == NodeFault::kDeadGuard;
+  if (guard && !valve && i != enable_at_) return false;
+  const bool own = fault == NodeFault::kNone || fault == NodeFault::kSilent || guard;
   if (i == enable_at_ && !own) return false;
   silent_[i] = fault == NodeFault::kSilent;
   if (valve) {
@@ -132,6 +134,8 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
     encoders_[i - first_encoder_].inject(fault, now_);
   } else if (i == tilt_at_) {
     tilt_.inject(fault, now_);
+  } else {
+    enable_.inject(fault);
   }
   return true;
 }

@@ -10,13 +10,12 @@ namespace {
 
 /// In the order of FaultKind.
 constexpr std::array<const char*, kFaultKinds> kNames{
-    "link_cut",      "link_cut_back",    "link_nan",       "link_slow",      "link_lossy",
-    "clock_step",    "device_unplugged", "device_silent",  "device_bad_crc", "device_truncated",
-    "device_wild",   "loop_hung",        "bus_off",        "can_down",       "no_acknowledge",
-    "node_silent",   "node_emergency",   "emcy_storm",     "node_reset",     "wrong_identity",
-    "sensor_frozen", "sensor_invalid",   "encoder_broken", "valve_stuck",    "foreign_sender",
-    "node_id_twice", "e_stop",           "sync_dropped",   "bus_cut",        "other_controller",
-    "babble"};
+    "link_cut",         "link_cut_back",  "link_nan",       "link_slow",        "link_lossy",     "clock_step",
+    "device_unplugged", "device_silent",  "device_bad_crc", "device_truncated", "device_wild",    "loop_hung",
+    "bus_off",          "can_down",       "no_acknowledge", "node_silent",      "node_emergency", "emcy_storm",
+    "node_reset",       "wrong_identity", "sensor_frozen",  "sensor_invalid",   "encoder_broken", "valve_stuck",
+    "guard_dead",       "foreign_sender", "node_id_twice",  "e_stop",           "sync_dropped",   "bus_cut",
+    "other_controller", "babble"};
 
 bool is(NodeRole role, std::uint8_t id, const BusDescription& bus) noexcept {
   const NodeDescription* const node = bus.find(id);
@@ -56,6 +55,9 @@ const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus
   switch (kind) {
     case FaultKind::kValveStuck:
       return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve can be stuck";
+    case FaultKind::kGuardDead:
+      return is(NodeRole::kValve, node, bus) || node == bus.enable().id ? nullptr
+                                                                        : "only a node that is told has guards";
     case FaultKind::kForeignSender:
       return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve has set-points";
     case FaultKind::kEncoderBroken:
@@ -94,6 +96,8 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineO
       return inject(NodeFault::kBrokenWire);
     case FaultKind::kValveStuck:
       return inject(NodeFault::kStuck);
+    case FaultKind::kGuardDead:
+      return inject(NodeFault::kDeadGuard);
     case FaultKind::kEmcyStorm:
       if (!broken) machine.send_emcy(node, canopen::kEmcyReset);
       return;

@@ -44,6 +44,7 @@ enum class FaultKind : std::uint8_t {
   kSensorInvalid,    ///< sends the impossible value
   kEncoderBroken,    ///< wire snapped: the length runs to its end
   kValveStuck,       ///< the spool stays where it is
+  kGuardDead,        ///< takes its guards' settings, but does not act by them
   kForeignSender,    ///< somebody else sends it set-points, 20 a second
   kNodeIdTwice,      ///< a second device has its node id and sends the same
   kEStop,            ///< E-stop chain of the machine opens
@@ -52,7 +53,7 @@ enum class FaultKind : std::uint8_t {
   kOtherController,  ///< somebody else sends SYNC and the controller's heartbeat, 20 a second
   kBabble,           ///< a node fills the bus to 95 % with frames of the highest priority
 };
-inline constexpr int kFaultKinds = 31;
+inline constexpr int kFaultKinds = 32;
 inline constexpr Duration kLinkSlowBy =
     218ms;  ///< A round trip above the one at which cues take over, below the one at which the machine holds.
 inline constexpr double kLinkLossyShare = 0.85;

@@ -29,6 +29,19 @@ Reason missing(std::uint8_t node, std::optional<std::uint8_t> short_bytes, const
   return reason(ReasonCode::kSensorStale, node, age_s * 1e3, limit_s * 1e3);
 }
 
+/// SDO requests a step. All nodes at once would fill the bus for longer than the nodes wait for the controller's
+/// heartbeat, which has the lowest priority of all.
+int most_requests(const BusDescription& bus) noexcept {
+  constexpr double kShare = 0.75, kRequestAndAnswer_bits = 270;  // of 8 bytes, at worst stuffing
+  return std::max(1, static_cast<int>(kShare * bus.bit_rate / bus.sync_Hz / kRequestAndAnswer_bits));
+}
+
+/// It opens as the bus tells it, and only then.
+bool is_active(std::uint16_t status_word) noexcept {
+  return canopen::valve_state(status_word) == canopen::ValveState::kActive &&
+         (status_word & canopen::kStatusLocal) == 0 && !canopen::valve_fault(status_word);
+}
+
 /// Of a node that rests after this command; nullopt where it works or starts anew.
 std::optional<canopen::NmtState> state_after(canopen::NmtCommand command) noexcept {
   if (command == canopen::NmtCommand::kStop) return canopen::NmtState::kStopped;
@@ -55,7 +68,7 @@ Reason bus_fault(CanState state) noexcept {
 }  // namespace
 
 CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
-    : description_(machine.bus), bus_(bus), watch_(machine.bus) {
+    : description_(machine.bus), bus_(bus), watch_(machine.bus), most_asked_(most_requests(machine.bus)) {
   for (NodeScript& entry : node_scripts(machine)) {
     const NodeDescription& node = entry.node;
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
@@ -67,11 +80,47 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
                       SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
+  for (const SignalInfo& signal : kSignals) {
+    if (description_.node_of(signal.role, signal.index).id == 0)
+      throw InputError(machine.source + ": bus: no node has " + signal.name);
+  }
   restart();
 }
 
 CanopenClient::Node* CanopenClient::find(std::uint8_t id) noexcept {
   return index_[id] == 0 ? nullptr : &nodes_[index_[id] - 1U];
+}
+const CanopenClient::Node* CanopenClient::find(std::uint8_t id) const noexcept {
+  return index_[id] == 0 ? nullptr : &nodes_[index_[id] - 1U];
+}
+
+void CanopenClient::withhold_from(std::uint8_t node) noexcept {
+  withheld_from_ = node;
+  if (node != 0) excused_ = node;
+}
+
+std::uint16_t CanopenClient::emergency_of(std::uint8_t node) const noexcept {
+  const Node* of = find(node);
+  return of == nullptr ? canopen::kEmcyReset : of->emergency;
+}
+
+bool CanopenClient::says_stopped(std::uint8_t node) const noexcept {
+  const Node* of = find(node);
+  if (of == nullptr) return false;
+  const bool inactive =
+      of->valve_of != kNoValve && !is_active(valves_[static_cast<std::size_t>(of->valve_of)].status_word);
+  return of->emergency != canopen::kEmcyReset || of->lost || inactive;
+}
+
+bool CanopenClient::same_device(std::uint8_t node) const noexcept {
+  const Node* of = find(node);
+  return of == nullptr || of->dialogue.same_device();
+}
+
+/// Without the heartbeat any node may stop; where one stops, the enable node may take pilot pressure away.
+bool CanopenClient::excused(const Node& node) const noexcept {
+  const std::uint8_t enable = description_.enable().id;
+  return excused_ != 0 && (node.id == excused_ || node.id == enable || excused_ == enable);
 }
 
 void CanopenClient::restart() noexcept {
@@ -88,6 +137,7 @@ void CanopenClient::restart() noexcept {
   setup_failure_ = {};
   watch_.restart();
   demand_.setZero();
+  withheld_from_ = excused_ = 0;
   syncs_ = 0;  // neutral goes out with the next step
   phase_ = Phase::kIdle;
 }
@@ -225,7 +275,7 @@ void CanopenClient::on_valve_status(int joint, const CanFrame& frame, Time now) 
 
 /// Nobody starts the nodes of a machine that somebody else leads: as long as he is heard, nothing starts anew.
 void CanopenClient::begin_step(Time now) noexcept {
-  told_now_ = 0;
+  told_now_ = asked_now_ = 0;
   watch_.step(now);
   watch_.count_frames(phase_ >= Phase::kActivating && phase_ <= Phase::kOperational);
   if (const Reason why = bus_fault(bus_.state())) fail(why);
@@ -295,7 +345,7 @@ bool CanopenClient::set_up(Node& node, Time now) noexcept {
   if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= boot_s) return false;
   node.boots_since = kNever;
   if (!tell(node, canopen::NmtCommand::kEnterPreOperational)) return false;
-  node.dialogue.step(bus_, now);
+  if (asked_now_ < most_asked_ && node.dialogue.step(bus_, now)) ++asked_now_;
   if (!node.dialogue.failure()) return node.dialogue.done();
   const SetupFailure& failure = node.dialogue.details();
   using What = SetupFailure::What;
@@ -354,7 +404,7 @@ void CanopenClient::check_errors(Time now) noexcept {
   bool all = true;
   for (Node& node : nodes_) {
     if (node.lost) return fail(node.lost);
-    node.errors.step(bus_, now);
+    if (asked_now_ < most_asked_ && node.errors.step(bus_, now)) ++asked_now_;
     all = all && node.errors.done();
     if (!node.errors.failure()) continue;
     if (node.errors.details().what != SetupFailure::What::kOtherValue) {
@@ -431,15 +481,14 @@ Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now)
   const double age_limit_s =
       description_.sensor_age_limit_s + description_.valve_status_every_nth_sync / description_.sync_Hz;
   if (age_s > age_limit_s) return missing(id, valve.short_bytes, canopen::kValveTpdo, age_s, age_limit_s);
-  const bool active = canopen::valve_state(valve.status_word) == canopen::ValveState::kActive;
-  const bool local = (valve.status_word & canopen::kStatusLocal) != 0;
-  if (active && !local && !canopen::valve_fault(valve.status_word)) return {};
+  if (is_active(valve.status_word)) return {};
   return reason(ReasonCode::kNodeFault, id, valve.status_word, canopen::kControlActive | canopen::kStatusReady);
 }
 
 Reason CanopenClient::supervise(Time now) const noexcept {
   const double limit_s = description_.node_heartbeat_timeout_s;
   for (const Node& node : nodes_) {
+    if (excused(node)) continue;
     if (node.emergency != canopen::kEmcyReset) {
       return reason(ReasonCode::kNodeEmergency, node.id, node.emergency, canopen::kEmcyReset);
     }
@@ -466,7 +515,8 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
   if (output != enable_sent_ || syncs_ % std::uint32_t{BusDescription::kEnableEveryNthSync} == 0) {
     if (bus_.send(canopen::enable_output_frame(description_.enable().rpdo_id(), output))) enable_sent_ = output;
   }
-  if (to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6) {
+  const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;
+  if (heartbeat_due && withheld_from_ != description_.enable().id) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));
     heartbeat_at_ = now;
   }
@@ -482,6 +532,7 @@ void CanopenClient::send_set_points(const PassedCommands& commands, Time now) no
     const auto joint = static_cast<std::size_t>(i);
     const bool dropped = commands[i] == 0 && demand_[i] != 0;
     if (!due && !dropped) continue;
+    if (withheld_from_ == description_.valve(i).id) continue;
     const std::uint16_t control_word = valves_[joint].control_word;
     if (bus_.send(valve_frame(description_, i, control_word, commands))) {
       demand_[i] = commands[i];

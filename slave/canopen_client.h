@@ -45,6 +45,11 @@ class CanopenClient {
   /// that does not take what it is told, or keeps an error, is reset, once.
   void restart() noexcept;
 
+  /// From the next step on what this node's guard waits for is not sent: a valve's set-points; for the enable node the
+  /// controller's heartbeat. 0: all is sent. What it and the enable node (of the heartbeat: all nodes) do because of it
+  /// is no fault until restart().
+  void withhold_from(std::uint8_t node) noexcept;
+
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   /// A frame of ours was sent: whoever has heard it may wait for the next.
   [[nodiscard]] bool commanded() const noexcept { return commanded_; }
@@ -55,6 +60,12 @@ class CanopenClient {
   [[nodiscard]] const SetupFailure& setup_failure() const noexcept { return setup_failure_; }
   [[nodiscard]] const EmergencyLog& emergencies() const noexcept { return emergencies_; }
   [[nodiscard]] const BusWatch& watch() const noexcept { return watch_; }
+  /// Code of an error that the node has told and not taken back; 0 where there is none.
+  [[nodiscard]] std::uint16_t emergency_of(std::uint8_t node) const noexcept;
+  /// Whether the node says that it does not work: by an emergency, its heartbeat or, a valve, its status.
+  [[nodiscard]] bool says_stopped(std::uint8_t node) const noexcept;
+  /// Whether the node is the device whose guard was proved, as far as it was asked.
+  [[nodiscard]] bool same_device(std::uint8_t node) const noexcept;
   [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
   [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
@@ -88,6 +99,7 @@ class CanopenClient {
   };
 
   Node* find(std::uint8_t id) noexcept;
+  [[nodiscard]] const Node* find(std::uint8_t id) const noexcept;
   void enter(Phase phase, Time now) noexcept;
   void fail(const Reason& reason) noexcept;
   void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
@@ -110,6 +122,7 @@ class CanopenClient {
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
   [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
+  [[nodiscard]] bool excused(const Node& node) const noexcept;
   void send_set_points(const PassedCommands& commands, Time now) noexcept;
 
   BusDescription description_;
@@ -124,7 +137,8 @@ class CanopenClient {
   EmergencyLog emergencies_;
   BusWatch watch_;
   bool commanded_ = false;
-  int told_now_ = 0;  // NMT commands of this step
+  int told_now_ = 0;                // NMT commands of this step
+  int asked_now_ = 0, most_asked_;  // SDO requests of this step
   Time inputs_seen_at_ = kNever;
   std::optional<std::uint8_t> short_inputs_;  // bytes of the last ones, where they were shorter than mapped
   bool inputs_closed_ = false, pilot_on_ = false;
@@ -133,6 +147,7 @@ class CanopenClient {
   std::uint32_t syncs_ = 0;
   std::optional<std::uint8_t> enable_sent_;  // nothing since the nodes were started
   Time heartbeat_at_ = kNever;
+  std::uint8_t withheld_from_ = 0, excused_ = 0;  // node ids; excused_ was withheld from since restart()
 };
 
 }  // namespace knuckle::slave

@@ -12,6 +12,9 @@ namespace knuckle::slave {
 namespace {
 
 constexpr Duration kPilotPatience = 1s;
+constexpr Duration kGuardPatience = 400ms;  // beyond a guard's own time: status frames, and the spool's way back
+constexpr double kOpenShare = 0.5, kBackShare = 0.3;  // of the opening: the spool has followed, or is back
+constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.01;
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
 
@@ -20,7 +23,7 @@ bool wants_pilot(Jog::Phase phase) noexcept {
 }
 
 bool expects_pilot(Jog::Phase phase) noexcept {
-  return wants_pilot(phase) && phase != Jog::Phase::kPilotUp;
+  return wants_pilot(phase) && phase != Jog::Phase::kPilotUp && phase != Jog::Phase::kWithheld;
 }
 
 /// Who sends the value at this place of RawSensors::at.
@@ -55,8 +58,9 @@ void Jog::step(Time now) noexcept {
   client_.begin_step(now);
   const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
   if (expects_pilot(phase_) && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
-  gate_ = jog_gate(wanted(now), judged(), gate_.memory, limits_, now);
+  gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
+  client_.withhold_from(phase_ == Phase::kWithheld ? guarded_ : 0);
   client_.end_step(gate_.commands, wants_pilot(phase_), now);
   if (dialogue_) dialogue_->step(bus_, now);
   if (client_.fault()) end_early(client_.fault());
@@ -105,16 +109,17 @@ void Jog::refuse_short(const CanFrame& frame, const BusFrame& known) noexcept {
 /// The opening grows with time, up to the plan's peak.
 JointVector Jog::wanted(Time now) const noexcept {
   JointVector commands = JointVector::Zero();
+  if (phase_ == Phase::kOpening || phase_ == Phase::kWithheld) commands[plan_.joint] = opening_;
   if (phase_ != Phase::kMoving) return commands;
   const double risen = plan_.rise_1ps * to_seconds(now - since_);
   commands[plan_.joint] = std::copysign(std::min(std::abs(plan_.peak), risen), plan_.peak);
   return commands;
 }
 
-JogState Jog::judged() const noexcept {
+JogState Jog::judged(Time now) const noexcept {
   JogState state;
-  const bool moves = phase_ == Phase::kMoving || phase_ == Phase::kClosing;
-  state.joint = moves ? plan_.joint : JogState::kNoJoint;
+  const bool open = phase_ == Phase::kMoving || phase_ == Phase::kClosing || wanted(now) != JointVector::Zero();
+  state.joint = open ? plan_.joint : JogState::kNoJoint;
   state.pilot = wants_pilot(phase_);
   state.since = since_;
   state.travelled_m = sensors_.length_m - from_m_;
@@ -143,6 +148,13 @@ void Jog::go_on(Time now) noexcept {
       return;
     case Phase::kMoving:
       return note_motion(now);
+    case Phase::kOpening:
+      guard_seen_.tried = client_.spool()[plan_.joint] >= kOpenShare * opening_;
+      if (guard_seen_.tried) return enter(Phase::kWithheld, now);
+      if (now - since_ >= kPilotPatience) enter(Phase::kPilotDown, now);
+      return;
+    case Phase::kWithheld:
+      return note_guard(now);
     case Phase::kClosing:
       if (now - since_ >= kSettle) enter(Phase::kPilotDown, now);
       return;
@@ -155,6 +167,29 @@ void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
   if (client_.pilot_on() == on) return enter(then, now);
   if (client_.e_stop_open()) return end_early({ReasonCode::kEmergencyStop, 0, 0, 0});
   if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn, 0, 0, 0});
+}
+
+Duration Jog::guard_patience() const noexcept {
+  return from_seconds(std::max(machine_.bus.valve_watchdog_s, machine_.bus.controller_timeout_s)) + kGuardPatience;
+}
+
+void Jog::note_guard(Time now) noexcept {
+  GuardSeen& seen = guard_seen_;
+  const double t_s = to_seconds(now - since_);
+  const bool valve = opening_ > 0;
+  const double crept_m = valve ? std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]) : 0;
+  if (crept_m > limits_.jog.other_travel_m)
+    return end_early({ReasonCode::kJogOtherMoves, static_cast<std::uint8_t>(plan_.joint),
+                      static_cast<float>(1e3 * crept_m), static_cast<float>(1e3 * limits_.jog.other_travel_m)});
+  const bool stopped = valve ? std::abs(client_.spool()[plan_.joint]) <= kBackShare * opening_ : !client_.pilot_on();
+  if (!seen.told_s && client_.says_stopped(guarded_)) {
+    seen.told_s = t_s;
+    seen.emergency = client_.emergency_of(guarded_);
+  }
+  if (stopped && !seen.stopped_s) seen.stopped_s = t_s;
+  if (valve && !stopped && !client_.pilot_on()) seen.pilot_off_s = t_s;
+  const bool done = (seen.stopped_s && seen.told_s) || seen.pilot_off_s;
+  if (done || now - since_ >= guard_patience()) enter(Phase::kPilotDown, now);
 }
 
 void Jog::note_motion(Time now) noexcept {
@@ -216,6 +251,19 @@ void Jog::move(const JogPlan& plan) noexcept {
   if (phase_ != Phase::kRest || plan.joint < 0 || plan.joint >= kJoints) return;
   plan_ = plan;
   begin(Phase::kMoving);
+}
+
+void Jog::try_guard(const NodeDescription& node) noexcept {
+  if (phase_ != Phase::kRest || !node.is_told()) return;
+  guard_seen_ = {};
+  guarded_ = node.id;
+  opening_ = 0;
+  if (node.role == NodeRole::kEnable) return begin(Phase::kWithheld);
+  plan_.joint = node.joint();
+  const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(plan_.joint)].valve;
+  opening_ = kShareOfDeadBand * std::min(valve.dead_band_extend, valve.dead_band_retract);
+  guard_seen_.tried = opening_ >= kLeastOpening;
+  if (guard_seen_.tried) begin(Phase::kOpening);
 }
 
 void Jog::stop() noexcept {

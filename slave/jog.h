@@ -45,6 +45,16 @@ struct JogSample {
 };
 enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 
+/// What a node did while what its guard waits for was withheld from it: seconds since it was withheld; nullopt where it
+/// did not.
+struct GuardSeen {
+  bool tried = true;                  ///< Else there is no dead band to open it in, or its spool did not follow.
+  std::optional<double> told_s;       ///< It said that it does not work.
+  std::uint16_t emergency = 0;        ///< The code it said; 0 where it said none.
+  std::optional<double> stopped_s;    ///< A valve's spool came back; the enable node took pilot pressure away.
+  std::optional<double> pilot_off_s;  ///< Of a valve: pilot pressure went off before that.
+};
+
 /// Every step sends SYNC, commands that passed the gate, and the controller's heartbeat. Whatever ends a task early
 /// leaves valves neutral and pilot pressure off from that very step on.
 class Jog {
@@ -54,6 +64,8 @@ class Jog {
     kPilotUp,    ///< Switched on, not reported yet; valves closed.
     kHeld,       ///< Pilot pressure on for a while, valves closed.
     kMoving,     ///< One valve open.
+    kOpening,    ///< One valve open inside its dead band: nothing moves.
+    kWithheld,   ///< Likewise, and its node hears no set-points any more; or the enable node no heartbeat.
     kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
     kPilotDown,  ///< Switched off, until the enable node reports it off.
   };
@@ -72,6 +84,11 @@ class Jog {
   void hold_pilot(Duration time) noexcept;
   /// Another: pilot pressure on, the motion, valve closed, pilot pressure off.
   void move(const JogPlan& plan) noexcept;
+  /// Another: pilot pressure on, a valve open inside its dead band, then no set-points for it, or for the enable node
+  /// no heartbeat, until its guard has acted or patience ends; pilot pressure off. See guard_seen(). What the node says
+  /// of it is no trouble until start(), which is needed after it.
+  /// @param node of a valve, or the enable node.
+  void try_guard(const NodeDescription& node) noexcept;
   /// Ends the task, if there is one, with trouble kOperatorStop.
   void stop() noexcept;
   /// Works through SDO steps of one node beside everything else; see dialogue().
@@ -86,6 +103,10 @@ class Jog {
   [[nodiscard]] const std::optional<JogSample>& sample() const noexcept { return sample_; }
   /// How the last motion ended.
   [[nodiscard]] JogEnd end() const noexcept { return end_; }
+  /// Of the last try_guard().
+  [[nodiscard]] const GuardSeen& guard_seen() const noexcept { return guard_seen_; }
+  /// What its valve is opened to then, fraction of stroke; 0 for the enable node.
+  [[nodiscard]] double guard_opening() const noexcept { return opening_; }
   [[nodiscard]] const RawSensors& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
 
@@ -98,9 +119,11 @@ class Jog {
   void enter(Phase phase, Time now) noexcept;
   void end_early(const Reason& why) noexcept;
   [[nodiscard]] JointVector wanted(Time now) const noexcept;
-  [[nodiscard]] JogState judged() const noexcept;
+  [[nodiscard]] JogState judged(Time now) const noexcept;
   void note_motion(Time now) noexcept;
   void go_on(Time now) noexcept;
+  void note_guard(Time now) noexcept;
+  [[nodiscard]] Duration guard_patience() const noexcept;
   void await_pilot(bool on, Phase then, Time now) noexcept;
 
   MachineDescription machine_;
@@ -118,6 +141,9 @@ class Jog {
   JogPlan plan_;
   JointVector from_m_ = JointVector::Zero();
   double still_at_m_ = 0, still_since_s_ = 0;
+  std::uint8_t guarded_ = 0;  // node of try_guard()
+  double opening_ = 0;        // of its valve; 0 for the enable node
+  GuardSeen guard_seen_;
   GateResult gate_;
   std::optional<JogSample> sample_;
   JogEnd end_ = JogEnd::kTime;

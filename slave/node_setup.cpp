@@ -1,6 +1,7 @@
 #include "slave/node_setup.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -72,6 +73,12 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
     if (frame.repeat_s > 0 && !by_sync && !frame.to_node)
       script.push_back(setting({parameters, 5}, milliseconds(frame.repeat_s), 2));
   }
+  // Further ones may be on as delivered, under identifiers that this file gives to others.
+  for (std::size_t i = transmit_pdos(node, machine.bus.wire); i < NodeDescription::kMostPdos; ++i) {
+    const Object cob_id{static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + i), 1};
+    const std::uint32_t off = node.tpdo_id(i) | canopen::kPdoDisabled;
+    script.push_back({Kind::kOptional, {{cob_id, off, 4, Match::kOff}}, {{cob_id, off}}});
+  }
 }
 
 SetupPart produce_heartbeat(const BusDescription& bus) {
@@ -79,9 +86,14 @@ SetupPart produce_heartbeat(const BusDescription& bus) {
 }
 
 /// Nodes that can move something must notice by themselves when the controller is gone.
-SetupPart watch_controller(const BusDescription& bus) {
-  return setting(canopen::kConsumerHeartbeat,
-                 std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s), 4, Kind::kGuard);
+void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+  const Kind kind = node.unguarded.empty() ? Kind::kGuard : Kind::kOptional;
+  if (node.role == NodeRole::kValve)
+    script.push_back(setting(canopen::kRpdo1Timer, milliseconds(bus.valve_watchdog_s), 2, kind));
+  const std::uint32_t watched = std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s);
+  script.push_back(setting(canopen::kConsumerHeartbeat, watched, 4, kind));
+  if (node.guard.proved && node.guard.serial != 0)
+    script.push_back({Kind::kProof, {{canopen::kSerialNumber, node.guard.serial}}, {}});
 }
 
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
@@ -92,8 +104,7 @@ SdoScript valve_script(const MachineDescription& machine, const NodeDescription&
   // What it was told before must not become true again when it is started.
   script.push_back(setting(canopen::kValveControlWord, valve_words(node.profile).init, 2));
   script.push_back(setting(canopen::kValveSetPoint, 0, 2));
-  script.push_back(setting(canopen::kRpdo1Timer, milliseconds(bus.valve_watchdog_s), 2, Kind::kGuard));
-  script.push_back(watch_controller(bus));
+  add_guards(script, bus, node);
   script.push_back(produce_heartbeat(bus));
   return script;
 }
@@ -154,7 +165,7 @@ SdoScript enable_script(const MachineDescription& machine, const NodeDescription
   SdoScript script = identity(node);
   add_pdos(script, machine, node);
   script.push_back(setting(canopen::kEnableOutputs, 0, 1));
-  script.push_back(watch_controller(machine.bus));
+  add_guards(script, machine.bus, node);
   script.push_back(produce_heartbeat(machine.bus));
   return script;
 }
@@ -183,6 +194,26 @@ std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
   return all;
 }
 
+std::vector<std::string> guard_lines(const BusDescription& bus, const std::function<bool(std::uint8_t)>& same_device) {
+  std::vector<std::string> lines, never;
+  for (const NodeDescription& node : bus.nodes) {
+    const GuardProof& proof = node.guard;
+    if (!node.is_told()) continue;
+    if (!node.unguarded.empty())
+      lines.push_back(node.name + " may have no guard, as the machine file says: " + node.unguarded);
+    else if (proof.date.empty())
+      never.push_back(node.name);
+    else if (!proof.proved)
+      lines.push_back("the guard of " + node.name + " was tried on " + proof.date + " and not proved");
+    else if (!same_device(node.id))
+      lines.push_back("the guard of " + node.name + " was proved on " + proof.date + ", of another device");
+  }
+  if (!never.empty())
+    lines.push_back(fmt::format("never proved to stop without its controller: {}; knuckle commission proves it",
+                                fmt::join(never, ", ")));
+  return lines;
+}
+
 SdoScript preset_script(const MachineDescription& machine, double length_m) {
   const auto steps = canopen::to_steps<std::int32_t>(length_m, machine.sensors.encoder_step_m);
   return {{Kind::kSetting,
@@ -198,6 +229,8 @@ bool SdoStep::holds(std::uint32_t found) const noexcept {
       return found == value;
     case Match::kAtLeast:
       return found >= value && found <= canopen::kMostMapped;
+    case Match::kOff:
+      return (found & canopen::kPdoDisabled) != 0;
     case Match::kCobId:
       return (found & ~kNoRemoteRequests) == (value & ~kNoRemoteRequests);
   }
@@ -220,7 +253,9 @@ std::string text(const SetupFailure& failure) {
     case SetupFailure::What::kNotKept:
       return what + fmt::format("gave 0x{:X} after 0x{:X} was written", failure.seen, step.value);
     case SetupFailure::What::kUnguarded:
-      return node + "takes no guard (" + object + "was the last one tried): without its controller it would not stop";
+      return node + "takes no guard (" + object +
+             "was the last one tried): without its controller it would not stop. Set one by its manual, or say in its "
+             "table of the machine file what else stops it: unguarded = \"why\"";
     case SetupFailure::What::kNone:
       break;
   }
@@ -237,6 +272,7 @@ void SdoDialogue::restart() noexcept {
   at_ = 0;
   doing_ = !script_.empty() && script_.front().asked.empty() ? Doing::kWriting : Doing::kAsking;
   answered_ = false;
+  same_device_ = true;
   guards_ = 0;
   asked_ = 0;
   asked_at_ = kNever;
@@ -279,6 +315,7 @@ void SdoDialogue::go_on() noexcept {
 void SdoDialogue::on_other_value(std::uint32_t seen) noexcept {
   details_.seen = seen;
   if (doing_ == Doing::kAskingAgain) return refused(SetupFailure::What::kNotKept);
+  if (script_[part_].kind == Kind::kProof) return refused(SetupFailure::What::kOtherValue);
   if (script_[part_].written.empty()) return fail(SetupFailure::What::kOtherValue);
   asked_ = 0;
   at_ = 0;
@@ -287,7 +324,9 @@ void SdoDialogue::on_other_value(std::uint32_t seen) noexcept {
 
 /// A guard may be missing where another one is there.
 void SdoDialogue::refused(SetupFailure::What what) noexcept {
-  if (script_[part_].kind != Kind::kGuard) return fail(what);
+  const Kind kind = script_[part_].kind;
+  if (kind == Kind::kProof) same_device_ = false;
+  if (kind != Kind::kGuard && kind != Kind::kOptional && kind != Kind::kProof) return fail(what);
   asked_ = 0;
   next_part();
 }
@@ -306,22 +345,26 @@ void SdoDialogue::fail(SetupFailure::What what) noexcept {
   }
 }
 
-void SdoDialogue::step(CanBus& bus, Time now) noexcept {
-  if (done() || failure_ || (asked_ > 0 && now - asked_at_ < timeout_)) return;
+bool SdoDialogue::step(CanBus& bus, Time now) noexcept {
+  if (done() || failure_ || (asked_ > 0 && now - asked_at_ < timeout_)) return false;
   const SdoStep& step = current();
   if (asked_ > 0) {
     // The node is told that its answer is not waited for any more (CiA 301), or it may take the next request for a
     // part of this one.
     bus.send(canopen::sdo_abandoned(node_, step.object, canopen::SdoAbort::kTimeout));
-    if (asked_ == kSdoAttempts) return fail(SetupFailure::What::kSilent);
+    if (asked_ == kSdoAttempts) {
+      fail(SetupFailure::What::kSilent);
+      return false;
+    }
   }
   const bool sent =
       bus.send(doing_ == Doing::kWriting ? canopen::sdo_download(node_, step.object, step.value, step.size)
                                          : canopen::sdo_upload(node_, step.object));
-  if (!sent) return;  // queue full: again in the next step
+  if (!sent) return false;  // queue full: again in the next step
   ++requests_;
   ++asked_;
   asked_at_ = now;
+  return true;
 }
 
 /// One device answers a request once at most, be it late.

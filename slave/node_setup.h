@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct SdoStep {
     kEqual,
     kAtLeast,  ///< Of a transmit PDO's entries: more than are wanted make its frame longer, which is read as well.
     kCobId,    ///< Whatever bit 30 (no remote requests) says.
+    kOff,      ///< Of a PDO's COB-ID: bit 31 is on.
   };
   canopen::Object object;
   std::uint32_t value = 0;
@@ -38,6 +40,8 @@ struct SetupPart {
     kSetting,   ///< Another value is written over, and asked again.
     kGuard,     ///< A setting by which the node stops by itself without its controller. A script that has any needs one
                 ///< that the node takes; the others may be refused.
+    kOptional,  ///< A setting that the node may refuse.
+    kProof,     ///< Another value, or none, is another device than the one whose guard was proved.
   } kind = Kind::kSetting;
   std::vector<SdoStep> asked;
   std::vector<SdoStep> written;  ///< In this order. At once where nothing is asked.
@@ -52,6 +56,12 @@ struct NodeScript {
 };
 /// Of all nodes in their order. @throws InputError where a step cannot be told to its node.
 [[nodiscard]] std::vector<NodeScript> node_scripts(const MachineDescription& machine);
+
+/// What a person must know of the guards of nodes that are told what to do, in lines; none where all were proved of
+/// these devices.
+/// @param same_device whether the node of this id is the device of its proof.
+[[nodiscard]] std::vector<std::string> guard_lines(const BusDescription& bus,
+                                                   const std::function<bool(std::uint8_t)>& same_device);
 
 /// Makes an encoder show this length here and now (CiA 406), and keep it over a reset.
 [[nodiscard]] SdoScript preset_script(const MachineDescription& machine, double length_m);
@@ -84,8 +94,8 @@ class SdoDialogue {
   /// @param timeout for one answer.
   SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout);
   void restart() noexcept;
-  /// Sends what is due. Call once a step.
-  void step(CanBus& bus, Time now) noexcept;
+  /// Sends what is due. Call once a step. @returns whether a request went out.
+  bool step(CanBus& bus, Time now) noexcept;
   /// An answer of this node.
   void receive(const CanFrame& frame) noexcept;
   [[nodiscard]] bool done() const noexcept { return part_ == script_.size() && !failure_; }
@@ -94,6 +104,8 @@ class SdoDialogue {
   /// kNodeIdentity (value seen, expected) or kNodeSetup (part that failed, parts there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
   [[nodiscard]] const SetupFailure& details() const noexcept { return details_; }
+  /// Whether it has the serial number of the device whose guard was proved.
+  [[nodiscard]] bool same_device() const noexcept { return same_device_; }
   /// Somebody else has asked this node: it answers once more.
   void others_asked() noexcept { ++requests_; }
   /// Answers beyond one to each request, 2 at most; one with another value than the first counts twice: two devices
@@ -115,7 +127,7 @@ class SdoDialogue {
   SdoScript script_;
   std::size_t part_ = 0, at_ = 0;  // at_: of what is asked or written in this part
   Doing doing_ = Doing::kAsking;
-  bool answered_ = false;
+  bool answered_ = false, same_device_ = true;
   int guards_ = 0;  // that the node took
   int asked_ = 0;   // times the current step was asked
   Time asked_at_ = kNever;

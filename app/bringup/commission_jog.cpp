@@ -137,6 +137,14 @@ JogRun JogBench::run(const slave::JogPlan& plan) {
   return made;
 }
 
+slave::GuardSeen JogBench::try_guard(const NodeDescription& node) {
+  jog_.try_guard(node);
+  while (jog_.phase() != Jog::Phase::kRest) go_on();
+  const slave::GuardSeen seen = jog_.guard_seen();
+  start();
+  return seen;
+}
+
 void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
   jog_.write_objects(node, std::move(script));
   const auto& dialogue = jog_.dialogue();
@@ -176,6 +184,34 @@ std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_
 }
 
 }  // namespace
+
+GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen) {
+  const auto ms = [](double s) { return fmt::format("{:.0f} ms", 1e3 * s); };
+  const bool valve = node.role == NodeRole::kValve;
+  const std::string told = !seen.told_s ? std::string("told nothing")
+                           : seen.emergency != 0
+                               ? fmt::format("told error 0x{:04X} after ", seen.emergency) + ms(*seen.told_s)
+                               : "no longer works, after " + ms(*seen.told_s);
+  const auto because = [&](const std::string& text) {
+    // Without a guard nothing stops it when this computer is gone.
+    const bool dead = !seen.stopped_s && !seen.pilot_off_s && seen.tried && node.unguarded.empty();
+    return GuardJudged{false, {dead ? Level::kFault : Level::kNote, node.name, "guard not proved: " + text}};
+  };
+  if (!seen.tried) return because("its spool did not follow a small opening inside the dead band");
+  if (!valve && !seen.stopped_s) return because("pilot pressure stayed on without the controller's heartbeat");
+  if (!valve)
+    return {true,
+            {Level::kOk, node.name,
+             "guard proved: without a heartbeat pilot pressure was off after " + ms(*seen.stopped_s)}};
+  if (seen.pilot_off_s)
+    return because(told + ", but pilot pressure went off after " + ms(*seen.pilot_off_s) +
+                   ", before its spool was back: the enable node must leave a valve time to close by itself");
+  if (!seen.stopped_s) return because("without set-points it " + told + ", and its spool stayed open");
+  if (!seen.told_s) return because("its spool was back after " + ms(*seen.stopped_s) + ", but it told nothing");
+  return {true,
+          {Level::kOk, node.name,
+           "guard proved: without set-points it " + told + ", spool back after " + ms(*seen.stopped_s)}};
+}
 
 Finding judge_direction(const JogRun& run, Seen seen) {
   const int joint = run.plan.joint;

@@ -50,6 +50,9 @@ class JogBench {
   /// Pilot pressure on, the motion, neutral, pilot pressure off. @throws CommissionEnded with the reason where the
   /// gate, a node or a person ended it.
   [[nodiscard]] JogRun run(const slave::JogPlan& plan);
+  /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
+  /// anew. @throws CommissionEnded
+  [[nodiscard]] slave::GuardSeen try_guard(const NodeDescription& node);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 
@@ -70,6 +73,13 @@ class JogBench {
   Duration period_;
   Time due_{};
 };
+
+/// A guard that acts by itself, and tells it; or what was seen instead.
+struct GuardJudged {
+  bool proved = false;
+  Finding finding;
+};
+[[nodiscard]] GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen);
 
 // Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 

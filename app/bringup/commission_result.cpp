@@ -57,6 +57,12 @@ void write_record(const WizardResult& result, const ResultOrigin& origin, std::o
     out << (i > 0 ? ", " : "") << toml_quoted(result.recordings[i]);
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
+  for (const GuardResult& guard : result.guards) {
+    out << "\n[[commissioning.guards]]\nnode = " << toml_quoted(guard.node) << '\n';
+    if (guard.serial) out << "serial = " << hex(*guard.serial) << '\n';
+    out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
+        << "\nseen = " << toml_quoted(guard.seen) << '\n';
+  }
   for (const NodeLine& node : result.nodes) {
     out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << toml_quoted(node.name)
         << "\ndevice_type = " << hex(node.device_type.value_or(0)) << "\nvendor = " << hex(node.vendor.value_or(0))

@@ -72,11 +72,16 @@ class Wizard {
 
   void enable_motion() {
     dialogue_.begin(3, "Motion enable");
-    dialogue_.ask("Step 1 of 2: pilot pressure on for two seconds with all valves closed. No cylinder may move.",
+    dialogue_.ask("Step 1 of 3: pilot pressure on for two seconds with all valves closed. No cylinder may move.",
                   {"pilot"});
     bench_->prove_closed();
     keep({Level::kOk, "pilot pressure", "switches on and off, and no cylinder moves"});
-    dialogue_.ask("Step 2 of 2: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
+    dialogue_.ask(
+        "Step 2 of 3: what stops the machine without this computer. Each valve opens inside its dead band and hears no "
+        "more set-points; then the enable node hears no more heartbeats. No cylinder may move.",
+        {"guards"});
+    guards();
+    dialogue_.ask("Step 3 of 3: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
   }
 
   /// Makes it, unless the run that this one continues has completed it.
@@ -159,6 +164,18 @@ class Wizard {
   }
 
  private:
+  void guards() {
+    for (const NodeDescription& node : machine_.bus.nodes) {
+      if (!node.is_told()) continue;
+      const GuardJudged judged = judge_guard(node, bench_->try_guard(node));
+      const auto serial = progress_.serials.find(node.id);
+      result_.guards.push_back({node.name,
+                                serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second),
+                                judged.proved, judged.finding.text});
+      keep(judged.finding);
+    }
+  }
+
   void idle() {
     check_();
     if (bench_)

@@ -23,9 +23,16 @@ struct AxisResult {
   bool preset = false;             ///< The encoder was made to show the pin-to-pin length.
   std::optional<double> dead_band_extend, dead_band_retract;
 };
+struct GuardResult {
+  std::string node;
+  std::optional<std::uint32_t> serial;  ///< Of the device that was tried, where it has one.
+  bool proved = false;
+  std::string seen;
+};
 struct WizardResult {
   std::vector<NodeLine> nodes;
   std::optional<double> tilt_error_rad;  ///< Reading minus the spirit level; nullopt where not compared.
+  std::vector<GuardResult> guards;
   PerJoint<AxisResult> axes;
   Findings findings;
   std::vector<std::string> recordings;  ///< Files for `knuckle identify`.

@@ -279,13 +279,13 @@ class Doctor {
     int as_file = 0, all = 0, guards = 0, guards_there = 0;
     for (const slave::SetupPart& part : expected.script) {
       using Kind = slave::SetupPart::Kind;
-      if (part.kind == Kind::kIdentity) continue;
+      if (part.kind == Kind::kIdentity || part.kind == Kind::kProof) continue;
       if (part.kind == Kind::kGuard) ++guards;
       for (const SdoStep& step : part.asked) {
         const ObjectRead* read = node.read(step.object);
         const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
         if (part.kind == Kind::kGuard) guards_there += there ? 1 : 0;
-        if (part.kind == Kind::kGuard && !there) continue;
+        if ((part.kind == Kind::kGuard || part.kind == Kind::kOptional) && !there) continue;
         if (!there || (part.kind == Kind::kRequire && !step.holds(read->value))) {
           say(Level::kFault, about, wrong_setting(step, read));
         }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <iostream>
 #include <memory>
@@ -105,6 +106,14 @@ cli::Json diagnosis_json(const BusDiagnosis& diagnosis) {
 
 namespace {
 
+std::vector<std::string> guard_notes(const BusDescription& bus, const std::vector<NodeLine>& found) {
+  return slave::guard_lines(bus, [&](std::uint8_t id) {
+    const std::uint32_t proved = bus.find(id)->guard.serial;
+    return proved == 0 || std::any_of(found.begin(), found.end(),
+                                      [&](const NodeLine& node) { return node.id == id && node.serial == proved; });
+  });
+}
+
 struct DoctorOptions {
   std::string can, machine, json;
   bool simulate = false;
@@ -194,6 +203,8 @@ int run_doctor(DoctorOptions options) {
                                       machine ? &*machine : nullptr);
     for (const std::string& note : machine ? limit_notes(*machine) : std::vector<std::string>())
       diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
+    for (const std::string& line : machine ? guard_notes(machine->bus, diagnosis.nodes) : std::vector<std::string>())
+      diagnosis.findings.push_back({Finding::Level::kNote, "guards", line});
     findings = diagnosis.findings;
     for (const std::string& line : diagnosis_lines(diagnosis)) out << line << '\n';
     result.update(diagnosis_json(diagnosis));

@@ -239,7 +239,7 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
   bool guarded = false;
   for (const slave::SetupPart& part : script->script) {
     using Kind = slave::SetupPart::Kind;
-    if (part.kind == Kind::kIdentity) continue;
+    if (part.kind == Kind::kIdentity || part.kind == Kind::kOptional || part.kind == Kind::kProof) continue;
     const std::string obstacle = obstacle_of(device, part, named.id);
     if (part.kind == Kind::kGuard) {
       ++guards;

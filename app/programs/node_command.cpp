@@ -82,15 +82,15 @@ void check(const Options& o) {
 std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescription& bus) {
   std::vector<std::uint8_t> out;
   if (asked == "all") return out;
-  std::vector<std::string> played;
+  std::vector<const NodeDescription*> played;
   std::istringstream list(asked);
-  for (std::string name; std::getline(list, name, ',');) played.push_back(name);
-  for (const std::string& name : played) {
-    if (bus.find(name) == nullptr)
+  for (std::string name; std::getline(list, name, ',');) {
+    played.push_back(bus.find(name));
+    if (played.back() == nullptr)
       cli::refuse_option("--nodes", asked, "no node \"" + name + "\"; there are all, " + bus.node_names());
   }
   for (const NodeDescription& node : bus.nodes) {
-    if (std::find(played.begin(), played.end(), node.name) == played.end()) out.push_back(node.id);
+    if (std::find(played.begin(), played.end(), &node) == played.end()) out.push_back(node.id);
   }
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bitset>
 #include <memory>
 #include <utility>
 
@@ -50,6 +51,11 @@ struct ForeignRead {
 std::string kind_of(const ForeignRead& read) {
   return "foreign read " + std::to_string(read.node);
 }
+/// All nodes work for the first time.
+struct NodesUp {
+  Time at{};
+  std::bitset<128> other_device;  ///< Node ids: not the device whose guard was proved.
+};
 std::string kind_of(const slave::EmergencyRecord& record) {
   return "emergency " + std::to_string(record.node) + " " + std::to_string(record.emergency.code);
 }
@@ -77,6 +83,8 @@ class SlaveRunner {
   bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
   bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
   bool next(ForeignRead& read) noexcept { return reads_.pop(read); }
+  bool next(NodesUp& up) noexcept { return up_.pop(up); }
+  [[nodiscard]] const BusDescription& bus() const noexcept { return machine_.bus; }
   [[nodiscard]] const SlaveStatus& status() noexcept {
     status_.take(shown_);
     return shown_;
@@ -106,6 +114,8 @@ class SlaveRunner {
   Ring<SetupFailureEvent, 16> failures_;
   Ring<slave::EmergencyRecord, 1024> emergencies_;
   Ring<ForeignRead, 16> reads_;
+  bool were_up_ = false;
+  Ring<NodesUp, 2> up_;
   RowTable<slave::SlaveState> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
@@ -138,6 +148,12 @@ void SlaveRunner::observe_nodes(Time now) noexcept {
   const bool failed = failure.what != slave::SetupFailure::What::kNone;
   if (failed && !setup_failed_) failures_.push({now, failure});
   setup_failed_ = failed;
+  if (!were_up_ && side_.slave.client().operational()) {
+    NodesUp up{now, {}};
+    for (const NodeDescription& node : machine_.bus.nodes)
+      up.other_device[node.id] = !side_.slave.client().same_device(node.id);
+    were_up_ = up_.push(up);
+  }
   const slave::EmergencyLog& log = side_.slave.client().emergencies();
   const std::uint64_t fresh = log.count() - emergencies_seen_;
   emergencies_seen_ = log.count();
@@ -256,6 +272,12 @@ class Teller {
     if (records_.on_assist) records_.on_assist(assist_);
   }
   void tell_nodes(SlaveRunner& runner) {
+    NodesUp up;
+    while (runner.next(up)) {
+      for (const std::string& line :
+           slave::guard_lines(runner.bus(), [&up](std::uint8_t id) { return !up.other_device[id]; }))
+        say(up.at, "guards: " + line, "guards " + line, Severity::kWarning);
+    }
     SetupFailureEvent failed;
     while (runner.next(failed)) {
       failures_.add(failed, kind_of(failed));

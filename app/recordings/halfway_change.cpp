@@ -111,6 +111,7 @@ struct UnitJump {
   double log_ratio;   ///< Of cells, behind it over before it.
   double cell, before;
   std::string units;  ///< "MPa after bar"
+  bool small;         ///< A pressure near the tank's, which tells nothing by itself.
 };
 
 /// All that look like a change of its unit.
@@ -120,9 +121,13 @@ std::vector<UnitJump> unit_jumps(const MappedChannel& channel, const Quantity& q
   const double own = std::abs(channel.factor);
   const auto is_own = [&](const Unit& unit) { return std::abs(unit.si / own - 1) < 1e-6; };
   const auto said = std::find_if(quantity.units.begin(), quantity.units.end(), is_own);
+  const bool pressure = quantity.units.data() == kPressures;
+  const auto is_small = [&](double cell, double log_ratio) {
+    return std::abs(cell) * own < (of_thousands(log_ratio) ? 0.1 * quantity.least : quantity.least);
+  };
   const auto believable = [&](double cell, double log_ratio) {
-    const double least = of_thousands(log_ratio) ? 0.1 * quantity.least : quantity.least;
-    return std::abs(cell) * own >= least && std::abs(cell) * own <= quantity.most;
+    const bool least = std::abs(cell) * own >= 0.1 * quantity.least && (pressure || !is_small(cell, log_ratio));
+    return least && std::abs(cell) * own <= quantity.most;
   };
   constexpr double kLeastJump = 1;  // no two units are closer
   for (std::size_t i = 1; i < series.cell.size(); ++i) {
@@ -135,7 +140,8 @@ std::vector<UnitJump> unit_jumps(const MappedChannel& channel, const Quantity& q
       if (!to && !from) continue;
       const char* const own_name = said == quantity.units.end() ? "its own unit" : said->name;
       jumps.push_back({&channel, series.index[i], to ? log_ratio : -log_ratio, series.cell[i], series.cell[i - 1],
-                       fmt::format("{} after {}", to ? other.name : own_name, to ? own_name : other.name)});
+                       fmt::format("{} after {}", to ? other.name : own_name, to ? own_name : other.name),
+                       is_small(to ? series.cell[i - 1] : series.cell[i], log_ratio)});
     }
   }
   return jumps;
@@ -152,6 +158,7 @@ void judge_pressure_jumps(MappedTable& table, const std::vector<UnitJump>& jumps
   for (const UnitJump& jump : jumps) at[jump.index].push_back(&jump);
   const MappedChannel* noted = nullptr;
   for (const UnitJump& jump : jumps) {
+    if (jump.small) continue;
     const auto& same_row = at[jump.index];
     const auto likewise = [&](const UnitJump* other) {
       return other->channel != jump.channel && std::abs(other->log_ratio - jump.log_ratio) < 1e-6;

@@ -32,6 +32,7 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
   result.tilt_error_rad = 0.01;
   result.nodes.push_back({});
+  result.guards = {{"arm_valve", 0x77, true, "spool back"}, {"enable", {}, false, "stayed on"}, {"gone", 1, true, "x"}};
   result.findings.push_back({Finding::Level::kNote, "arm", "a \"quoted\" line"});
   result.recordings = {"slow.csv", "fast.csv"};
   const ResultOrigin origin{"can0", "2026-01-02T03:04:05Z", "abc"};
@@ -41,6 +42,9 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   EXPECT_EQ(back.cylinders[kArm].valve.dead_band_extend, 0.155);
   EXPECT_EQ(back.cylinders[kArm].valve.dead_band_retract, 0.11);  // no further off than a ramp may be
   EXPECT_EQ(back.cylinders[kBoom].valve.dead_band_extend, 0.11);
+  EXPECT_EQ(back.bus.valve(kArm).guard, (GuardProof{true, 0x77, origin.date}));
+  EXPECT_EQ(back.bus.enable().guard, (GuardProof{false, 0, origin.date}));
+  EXPECT_EQ(back.bus.valve(kBoom).guard, GuardProof());
   std::string changed = drawing;
   const std::size_t arm = changed.find("[cylinders.arm.valve]");
   changed.replace(changed.find("dead_band_extend = 0.11", arm), 23, "dead_band_extend = 0.155");

@@ -13,7 +13,7 @@ using Script = std::deque<std::string>;
 
 /// Up to the first motion.
 inline Script start() {
-  return {"ready", "configure", "pressed", "released", "0", "pilot", "move"};
+  return {"ready", "configure", "pressed", "released", "0", "pilot", "guards", "move"};
 }
 inline Script all() {
   Script script = start();
@@ -23,6 +23,6 @@ inline Script all() {
   return script;
 }
 
-inline constexpr std::size_t kSigned = 7 + 12, kStroked = kSigned + 15;  ///< Words up to the ends of these steps.
+inline constexpr std::size_t kSigned = 8 + 12, kStroked = kSigned + 15;  ///< Words up to the ends of these steps.
 
 }  // namespace knuckle::bringup::test

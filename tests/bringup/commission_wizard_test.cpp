@@ -134,6 +134,52 @@ TEST(CommissionWizard, AnyOtherAnswerEndsItNeutralAndOnlyThatFar) {
   }
 }
 
+/// Up to the proof of the guards; then an answer that ends it.
+Script up_to_guards() {
+  Script script = start();
+  script.back() = "no";
+  return script;
+}
+
+TEST(CommissionGuards, AreProvedByWithholdingWhatTheyWaitFor) {
+  const auto bus = simulated_bus();
+  const MotionWatch watch(*bus);
+  const Outcome outcome = commission(bus, up_to_guards());
+  EXPECT_LT(watch.moved_m, 1e-3) << "an opening inside the dead band";
+  for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"}) {
+    EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: without "), std::string::npos) << outcome.told;
+  }
+  EXPECT_NE(outcome.told.find("told error 0x8250 after "), std::string::npos) << outcome.told;
+  EXPECT_FALSE(outcome.pilot);
+}
+
+TEST(CommissionGuards, OneThatIsAcceptedAndDeadEndsItWithWhatWasSeen) {
+  for (const char* node : {"arm_valve", "enable"}) {
+    const auto bus = simulated_bus();
+    const MotionWatch watch(*bus);
+    ASSERT_TRUE(bus->machine().inject(solar().bus.find(std::string(node))->id, sim::NodeFault::kDeadGuard));
+    const Outcome outcome = commission(bus, all());
+    EXPECT_EQ(outcome.ended.find(std::string(node) + ": guard not proved: "), 0u) << outcome.ended;
+    EXPECT_LT(watch.moved_m, 1e-3);
+    EXPECT_FALSE(outcome.pilot);
+    EXPECT_EQ(outcome.demand, JointVector::Zero());
+  }
+}
+
+TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
+  MachineDescription file = solar();
+  for (NodeDescription& node : file.bus.nodes)
+    if (node.name == "arm_valve") node.unguarded = "a relay takes its power away";
+  const auto bus = simulated_bus();
+  ASSERT_TRUE(bus->machine().inject(solar().bus.valve(kArm).id, sim::NodeFault::kDeadGuard));
+  const Outcome outcome = commission(bus, up_to_guards(), file);
+  EXPECT_NE(outcome.told.find("note  arm_valve: guard not proved: without set-points it told nothing, and its spool "
+                              "stayed open"),
+            std::string::npos)
+      << outcome.told;
+  EXPECT_NE(outcome.told.find("bucket_valve: guard proved"), std::string::npos) << outcome.told;
+}
+
 TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);

@@ -160,7 +160,7 @@ TEST_F(HardwareCli, CommissioningWritesOverNoRecording) {
 }
 
 TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndLeavesNoProgressBehindItsResult) {
-  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nmove\n";
+  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nmove\n";
   for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
   std::string strokes;
   for (int j = 0; j < 3; ++j) strokes += "go\ngo\ngo\ntape\npreset\n";
@@ -179,7 +179,7 @@ TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndLeavesNoProgress
 }
 
 TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
-  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nmove\n";
+  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nmove\n";
   for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
   for (int j = 0; j < 3; ++j) lines += "go\ngo\ngo\ntape\npreset\n";
   std::ofstream(path("result.toml")) << "mine\n";

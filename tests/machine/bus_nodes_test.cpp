@@ -67,6 +67,56 @@ TEST(BusNodes, ChannelsFillTheirNodesFramesInTheirOrderValueAndStatusTogether) {
   }
 }
 
+TEST(BusNodes, FramesOfValvesAndEnableNodeAreThoseThatTheLoopReadsAndWrites) {
+  const MachineDescription machine = parse_machine(test::few_nodes_text(), "test.toml");
+  int seen = 0;
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    const NodeRole role = machine.bus.nodes[frame.node].role;
+    if (role != NodeRole::kValve && role != NodeRole::kEnable) continue;
+    const bool valve = role == NodeRole::kValve;
+    const canopen::PdoMap& map = frame.to_node ? (valve ? canopen::kValveRpdo : canopen::kEnableRpdo)
+                                               : (valve ? canopen::kValveTpdo : canopen::kEnableTpdo);
+    ASSERT_EQ(frame.fields.size(), map.count);
+    std::size_t bit = 0;
+    for (std::size_t i = 0; i < map.count; ++i) {
+      const FrameField& field = frame.fields[i];
+      EXPECT_EQ(canopen::mapping(field.object, field.bits.bits), map.entries[i]) << i;
+      EXPECT_EQ(field.bits.start_bit, bit) << i;
+      bit += field.bits.bits;
+    }
+    ++seen;
+  }
+  EXPECT_EQ(seen, 8);
+}
+
+TEST(BusNodes, ANodeIsFoundByItsNameItsSignalAndWhatScenariosCallIt) {
+  const std::string text = listed_with("name = \"arm_valve\"", "name = \"second_spool\"");
+  const BusDescription bus = parse_machine(text, "test.toml").bus;
+  for (const char* name : {"second_spool", "arm_spool", "arm_valve"}) {
+    ASSERT_NE(bus.find(std::string(name)), nullptr) << name;
+    EXPECT_EQ(bus.find(std::string(name))->id, 0x11) << name;
+  }
+  EXPECT_EQ(bus.find(std::string("third_spool")), nullptr);
+}
+
+TEST(BusNodes, ANameThatOtherFilesCouldNotSayOrThatIsAnotherNodesSignalIsRefused) {
+  for (const char* name : {"boom valve", "p-1", "1st", "controller", "a_name_of_twenty_three_c", "0x20", "a=b"}) {
+    EXPECT_EQ(refusal_with("name = \"arm_valve\"", "name = \"" + std::string(name) + "\""),
+              "key 'bus.node[3].name' = '" + std::string(name) +
+                  "': must be a letter and up to 21 letters, digits and _, and not 'controller'");
+  }
+  EXPECT_NE(refusal_with("name = \"arm_valve\"", "name = \"arm_length\"")
+                .find("is what Knuckle calls a signal that this node does not have"),
+            std::string::npos);
+}
+
+TEST(BusNodes, TooManyFramesOfANodeAreOneFault) {
+  const std::string refused =
+      test::refusal([] { (void)parse_machine(listed_with("pressure_value = \"integer16\"", ""), "test.toml"); });
+  EXPECT_NE(refused.find("need 6 frames, and a node has 4"), std::string::npos) << refused;
+  EXPECT_EQ(refused.find("more"), std::string::npos) << refused;
+}
+
 TEST(BusNodes, WhatCannotBeIsRefusedWithItsKey) {
   struct Case {
     const char *from, *to, *said;

@@ -318,7 +318,7 @@ TEST(EnableNode, DropsPilotPressureAtTheEStopAndWantsTheOutputToBeOffOnceBeforeI
   EXPECT_TRUE(rig.nodes.outputs().pilot);
 }
 
-TEST(EnableNode, DropsPilotPressureOnOutputZeroOnLostHeartbeatAndOnAValvesFault) {
+TEST(EnableNode, DropsPilotPressureOnOutputZeroOnLostHeartbeatAndOnAValveInFaultThatDoesNotClose) {
   CanRig zero;
   zero.start();
   zero.send(canopen::enable_output_frame(0x240, 0));
@@ -331,11 +331,18 @@ TEST(EnableNode, DropsPilotPressureOnOutputZeroOnLostHeartbeatAndOnAValvesFault)
   lost.run(202ms);
   EXPECT_FALSE(lost.nodes.outputs().pilot);
 
-  CanRig fault;
-  fault.start();
-  fault.commanding = false;  // the valves' watchdogs
-  fault.run(75ms);
-  EXPECT_FALSE(fault.nodes.outputs().pilot);
+  for (const bool stuck : {false, true}) {
+    CanRig fault;
+    fault.start();
+    fault.command[kArm].set_point = 0.5;
+    fault.run(300ms);
+    ASSERT_TRUE(fault.nodes.inject(0x11, stuck ? NodeFault::kStuck : NodeFault::kNone));
+    fault.commanding = false;  // the valves' watchdogs
+    fault.run(140ms);
+    EXPECT_TRUE(fault.nodes.outputs().pilot) << "time to close by itself";
+    fault.run(60ms);
+    EXPECT_EQ(fault.nodes.outputs().pilot, !stuck);
+  }
 }
 
 TEST(CanNodes, InjectedSensorFaultsAreWhatTheyClaim) {

@@ -52,6 +52,32 @@ TEST_F(BusStartUp, ARestartAsksWhatItToldAndWritesOutputsAlone) {
   }));
 }
 
+TEST_F(BusStartUp, LeavesTheBusRoomForFramesOfTheLowestPriority) {
+  constexpr std::uint32_t kProbe = 0x77E;
+  const Time begun = now;
+  Time heard = now, sent_at = now;
+  Duration longest{};
+  client.restart();
+  for (; now - begun < 2s && !client.operational();) {
+    now += 1ms;
+    nodes.step(now, {});
+    if (now - sent_at >= 10ms) {
+      bus.port(1).send({.id = kProbe, .size = 1, .data = {}});
+      sent_at = now;
+    }
+    bus.advance(now);
+    for (CanFrame frame; port.receive(frame);) {
+      client.receive(frame, now);
+      if (frame.id != kProbe) continue;
+      longest = std::max(longest, now - heard);
+      heard = now;
+    }
+    if (to_ms(now) % 5 == 0) step();
+  }
+  ASSERT_TRUE(client.operational()) << text(client.fault());
+  EXPECT_LE(longest, 30ms) << "135 ms where all nodes are asked at once";
+}
+
 /// An output module that keeps what it was told, and valves that do: the controller was gone, and starts again.
 TEST_F(BusStartUp, WhatOutputsWereToldBeforeNeverBecomesTrueAgain) {
   nodes.set_plain_enable();
@@ -156,8 +182,10 @@ TEST_F(BusStartUp, AValveNeedsOneGuardOfTwo) {
   client.restart();
   ASSERT_TRUE(bring_to(Phase::kFailed));
   expect_fault(ReasonCode::kNodeSetup, 0x11, client.fault().value, client.fault().limit);
-  EXPECT_EQ(text(client.setup_failure()),
-            "node 0x11: takes no guard (0x1016:01 was the last one tried): without its controller it would not stop");
+  EXPECT_EQ(
+      text(client.setup_failure()),
+      "node 0x11: takes no guard (0x1016:01 was the last one tried): without its controller it would not stop. Set "
+      "one by its manual, or say in its table of the machine file what else stops it: unguarded = \"why\"");
 }
 
 TEST_F(BusStartUp, AGuardThatIsAcceptedButNotKeptIsNone) {
