@@ -1,5 +1,7 @@
 #include "app/explain/evidence.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -42,8 +44,11 @@ class Times {
   std::vector<Time> all_;
 };
 
-void note_value(NodeSeen& seen, const CanSeen& can) {
-  if (seen.newest && seen.newest->data == can.frame.data) {
+void note_value(ChannelSeen& seen, const CanSeen& can) {
+  const auto same = [&](const FrameField& field) {
+    return read_raw(field.bits, *seen.newest) == read_raw(field.bits, can.frame);
+  };
+  if (seen.newest && std::all_of(seen.fields.begin(), seen.fields.end(), same)) {
     ++seen.same_times;
   } else {
     if (seen.same_since) seen.longest_same = std::max(seen.longest_same, can.at - *seen.same_since);
@@ -71,27 +76,51 @@ bool around(Time at, const Stop& stop) {
   return at >= stop.at - Evidence::kBefore && at <= stop.at + Evidence::kAfter;
 }
 
-NodeSeen node_seen(const NodeDescription& node, const WireDescription& wire, const Stop& stop, const Window& window,
-                   Evidence& evidence) {
-  NodeSeen seen{.node = node,
-                .data = {},
-                .heartbeat = {},
-                .emergencies = {},
-                .left = {},
-                .booted = {},
-                .same_since = {},
-                .newest = {},
-                .newest_of = {}};
-  Times data, heartbeats;
+/// A node of which nothing has been seen yet.
+NodeSeen unseen(const NodeDescription& node, const MachineDescription& machine) {
+  NodeSeen seen;
+  seen.node = node;
+  BusDescription alone = machine.bus;
+  alone.nodes = {node};
+  for (const BusFrame& frame : bus_frames(alone, machine.sensors)) {
+    if (frame.to_node) continue;
+    seen.pdos.push_back({fmt::format("TPDO{}", frame.pdo + 1), frame.id, {}});
+    for (const FrameField& field : frame.fields) {
+      if (seen.channels.empty() || seen.channels.back().channel != field.channel) {
+        ChannelSeen& channel = seen.channels.emplace_back();
+        channel.channel = field.channel;
+        channel.id = frame.id;
+      }
+      seen.channels.back().fields.push_back(field);
+    }
+  }
+  return seen;
+}
+
+/// Of several PDOs the one that has been missing longest, else the first.
+Stream missing_first(const std::vector<PdoSeen>& pdos) {
+  const auto since = [](const PdoSeen& pdo) { return pdo.frames.silent() ? *pdo.frames.last : Time::max(); };
+  const auto first = std::min_element(pdos.begin(), pdos.end(),
+                                      [&](const PdoSeen& a, const PdoSeen& b) { return since(a) < since(b); });
+  return first == pdos.end() ? Stream{} : first->frames;
+}
+
+NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machine, const Stop& stop,
+                   const Window& window, Evidence& evidence) {
+  NodeSeen seen = unseen(node, machine);
+  std::vector<Times> data(seen.pdos.size());
+  Times heartbeats;
   Time told_to_start = kNever;
   for (const CanSeen& can : window.can) {
     if (can.kind == WireEventKind::kCanSent && can.frame.id == canopen::kNmtId) told_to_start = can.at;
     if (can.kind != WireEventKind::kCanReceived) continue;
     const std::uint32_t id = can.frame.id;
-    if (can.at <= stop.at && sends(node, id, wire)) seen.newest_of[id] = can.frame;
-    if (id == node.tpdo_id()) {
-      data.add(can.at);
-      if (can.at <= stop.at) note_value(seen, can);
+    const auto pdo =
+        std::find_if(seen.pdos.begin(), seen.pdos.end(), [id](const PdoSeen& one) { return one.id == id; });
+    if (pdo != seen.pdos.end()) {
+      data[static_cast<std::size_t>(pdo - seen.pdos.begin())].add(can.at);
+      for (ChannelSeen& channel : seen.channels)
+        if (channel.id == id && can.at <= stop.at) note_value(channel, can);
     } else if (id == canopen::heartbeat_id(node.id)) {
       heartbeats.add(can.at);
       const auto state = canopen::parse_heartbeat(can.frame);
@@ -111,7 +140,8 @@ NodeSeen node_seen(const NodeDescription& node, const WireDescription& wire, con
       note_identity(can, seen, evidence);
     }
   }
-  seen.data = data.around(stop.at, window.to);
+  for (std::size_t i = 0; i < data.size(); ++i) seen.pdos[i].frames = data[i].around(stop.at, window.to);
+  seen.data = missing_first(seen.pdos);
   seen.heartbeat = heartbeats.around(stop.at, window.to);
   return seen;
 }
@@ -180,7 +210,8 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
       if (can.at <= stop.at) note_enable(can, machine, inputs, any, evidence);
       const std::uint8_t node = canopen::node_of(can.frame.id);
       const bool known = std::any_of(evidence.nodes.begin(), evidence.nodes.end(), [&](const NodeSeen& seen) {
-        return seen.node.id == node || sends(seen.node, can.frame.id, machine.bus.wire);
+        return seen.node.id == node || std::any_of(seen.pdos.begin(), seen.pdos.end(),
+                                                   [&](const PdoSeen& pdo) { return pdo.id == can.frame.id; });
       });
       if (!known || canopen::function_of(can.frame.id) == 0) ++evidence.foreign[can.frame.id];
     }
@@ -241,15 +272,25 @@ std::optional<Pause> pause_of(const std::vector<StepMark>& steps, const Stop& st
 
 }  // namespace
 
+std::optional<double> ChannelSeen::read(FrameField::Part part) const {
+  const auto field =
+      std::find_if(fields.begin(), fields.end(), [part](const FrameField& one) { return one.part == part; });
+  return newest && field != fields.end() ? read_value(field->bits, *newest) : std::nullopt;
+}
+
+bool NodeSeen::sends_none() const {
+  return std::all_of(pdos.begin(), pdos.end(), [](const PdoSeen& pdo) { return pdo.frames.silent(); });
+}
+
 bool NodeSeen::silent() const {
   const bool beats = heartbeat.next && !heartbeat.silent();
-  return data.silent() && !beats;
+  return sends_none() && !beats;
 }
 
 Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescription& machine) {
   Evidence evidence;
   for (const NodeDescription& node : machine.bus.nodes)
-    evidence.nodes.push_back(node_seen(node, machine.bus.wire, stop, window, evidence));
+    evidence.nodes.push_back(node_seen(node, machine, stop, window, evidence));
   note_valves(stop, window, evidence);
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);

@@ -10,6 +10,7 @@
 #include "app/explain/window.h"
 #include "core/joints.h"
 #include "machine/bus_description.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "transport/canopen.h"
 
@@ -30,20 +31,40 @@ struct EmergencySeen {
   canopen::Emergency emergency;
 };
 
+/// A process data object of a node.
+struct PdoSeen {
+  std::string name;  ///< "TPDO1"
+  std::uint32_t id = 0;
+  Stream frames;
+};
+
+/// A channel of a node, as its frames have it.
+struct ChannelSeen {
+  NodeChannel channel;
+  std::uint32_t id = 0;  ///< Of its frames.
+  std::vector<FrameField> fields;
+  std::optional<CanFrame> newest;  ///< At the stop.
+  std::optional<Time> same_since;  ///< It had the same bits ever since, until the stop.
+  int same_times = 0;              ///< So often.
+  Duration longest_same{};         ///< Before that, it had the same bits for at most so long.
+  /// At the stop; nullopt where it has no such part, or has not come.
+  [[nodiscard]] std::optional<double> read(FrameField::Part part) const;
+};
+
 /// A node of the machine file on the bus.
 struct NodeSeen {
   NodeDescription node;
-  Stream data, heartbeat;                  ///< Process data (TPDO 1) and heartbeats.
+  std::vector<PdoSeen> pdos;
+  std::vector<ChannelSeen> channels;
+  Stream data;  ///< Process data: of several PDOs the one that has been missing longest, else the first.
+  Stream heartbeat;
   std::vector<EmergencySeen> emergencies;  ///< From kBefore ahead of the stop to kAfter behind it; no resets.
   std::optional<Time> left;                ///< First heartbeat of those that tell another state than operational, ...
   canopen::NmtState left_to{};             ///< ... which is this; within the same time, unless it was told to.
   std::optional<Time> booted;              ///< Said so without having been told to, within kBefore ahead of the stop.
-  std::optional<Time> same_since;          ///< Its process data had the same bytes ever since, until the stop.
-  int same_times = 0;                      ///< So often.
-  Duration longest_same{};                 ///< Before that, they had the same bytes for at most so long.
-  std::optional<CanFrame> newest;          ///< Process data at the stop.
-  std::map<std::uint32_t, CanFrame> newest_of;  ///< Of each of its PDOs.
-  /// It is gone: process data missed their turn, and no heartbeat says that it lives.
+  /// All its process data have missed their turn.
+  [[nodiscard]] bool sends_none() const;
+  /// It is gone: no process data, and no heartbeat says that it lives.
   [[nodiscard]] bool silent() const;
 };
 

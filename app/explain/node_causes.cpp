@@ -9,6 +9,7 @@
 #include "app/explain/text.h"
 #include "core/units.h"
 #include "machine/bus_frames.h"
+#include "slave/plausibility.h"
 #include "slave/sensors.h"
 #include "transport/signal_codec.h"
 
@@ -127,6 +128,15 @@ Cause one_silent(const std::vector<const NodeSeen*>& nodes, const Evidence& evid
   return cause;
 }
 
+/// "process data"; of a node that goes on with others "TPDO2, TPDO3".
+std::string missing_of(const std::vector<const NodeSeen*>& quiet) {
+  if (quiet.size() > 1 || quiet.front()->sends_none()) return "process data";
+  std::string names;
+  for (const PdoSeen& pdo : quiet.front()->pdos)
+    if (pdo.frames.silent()) names += (names.empty() ? "" : ", ") + pdo.name;
+  return names;
+}
+
 std::optional<Cause> silent(const Evidence& evidence) {
   const auto quiet = those(evidence, [](const NodeSeen& seen) { return seen.data.silent(); });
   if (quiet.empty()) return std::nullopt;
@@ -151,7 +161,7 @@ std::optional<Cause> silent(const Evidence& evidence) {
                  first_silence(quiet)};
   if (!gone.empty()) return one_silent(gone, evidence);
   return Cause{"process_data_missing",
-               names_of(quiet) + " sent no process data since " + at_text(first_silence(quiet)) +
+               names_of(quiet) + " sent no " + missing_of(quiet) + " since " + at_text(first_silence(quiet)) +
                    ", although it lives: its heartbeat went on",
                {"no emergency came from it, and the others went on as usual"},
                {"cable and power are sound: look at the node's configuration"},
@@ -266,49 +276,49 @@ Range range_of(const Window& window, Time from, Time to, auto value) {
   return range;
 }
 
-/// A channel's newest value and status.
-struct PressureSeen {
-  const char* name = "";
-  double bar = 0;
-  unsigned status = 0;
-};
+bool says_broken(const ChannelSeen& channel) {
+  const auto status = static_cast<unsigned>(channel.read(FrameField::Part::kStatus).value_or(0));
+  return (status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
+}
 
-/// The one that is broken, or cannot be; the first where none is.
-PressureSeen worst_pressure(const NodeSeen& seen, const MachineDescription& machine) {
-  std::vector<PressureSeen> all;
-  BusDescription alone = machine.bus;
-  alone.nodes = {seen.node};
-  for (const BusFrame& frame : bus_frames(alone, machine.sensors)) {
-    const auto newest = seen.newest_of.find(frame.id);
-    for (std::size_t i = 0; newest != seen.newest_of.end() && i + 1 < frame.fields.size(); i += 2) {
-      const auto value = read_value(frame.fields[i].bits, newest->second),
-                 status = read_value(frame.fields[i + 1].bits, newest->second);
-      if (value && status)
-        all.push_back({frame.fields[i].channel.info().name, *value / kBar, static_cast<unsigned>(*status)});
-    }
-  }
-  const auto bad = [&](const PressureSeen& one) {
-    return (one.status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0 ||
-           !(std::abs(one.bar) <= machine.sensors.pressure_range_Pa / kBar);
+/// The channel that the loop refuses; of a node with one channel that one in any case. Null where there is none.
+const ChannelSeen* bad_pressure(const NodeSeen& seen, double range_Pa) {
+  const auto bad = [range_Pa](const ChannelSeen& channel) {
+    const auto pressure_Pa = channel.read(FrameField::Part::kValue);
+    const bool possible = pressure_Pa >= slave::kValidity.pressure_floor_Pa &&
+                          pressure_Pa <= slave::kValidity.pressure_over_range * range_Pa;
+    return pressure_Pa && (says_broken(channel) || !possible);
   };
-  const auto found = std::find_if(all.begin(), all.end(), bad);
-  return found != all.end() ? *found : all.empty() ? PressureSeen{} : all.front();
+  const auto found = std::find_if(seen.channels.begin(), seen.channels.end(), bad);
+  if (found != seen.channels.end()) return &*found;
+  return seen.channels.size() == 1 ? &seen.channels.front() : nullptr;
+}
+
+/// Of several channels with that one's.
+std::string name_of(const NodeSeen& seen, const ChannelSeen& channel) {
+  return name_of(seen) + (seen.channels.size() > 1 ? fmt::format(", {},", channel.channel.info().name) : "");
 }
 
 Cause invalid_pressure(const NodeSeen& seen, const Stop& stop, const MachineDescription& machine) {
-  const PressureSeen reading = worst_pressure(seen, machine);
-  Cause cause{"sensor_broken", "", {}, {}, seen.same_since.value_or(stop.at)};
-  const std::string name =
-      name_of(seen) + (seen.node.channels.size() > 1 ? ", " + std::string(reading.name) + "," : "");
-  if ((reading.status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
-    cause.text =
-        fmt::format("{} reports of itself that it is broken: its status says \"{}\" (0x{:02X}); replace it", name,
-                    (reading.status & canopen::kPressureInvalid) != 0 ? "value not valid" : "overload", reading.status);
+  const double range_bar = machine.sensors.pressure_range_Pa / kBar;
+  const ChannelSeen* const channel = bad_pressure(seen, machine.sensors.pressure_range_Pa);
+  if (channel == nullptr)
+    return {"sensor_broken",
+            name_of(seen) + " sent a pressure that cannot be: check its sensors and their wiring",
+            {fmt::format("no channel of it has one at the stop; their range ends at {:.0f} bar", range_bar)},
+            {},
+            stop.at};
+  Cause cause{"sensor_broken", "", {}, {}, channel->same_since.value_or(stop.at)};
+  const std::string name = name_of(seen, *channel);
+  if (says_broken(*channel)) {
+    const auto status = static_cast<unsigned>(channel->read(FrameField::Part::kStatus).value_or(0));
+    cause.text = fmt::format("{} reports of itself that it is broken: its status says \"{}\" (0x{:02X}); replace it",
+                             name, (status & canopen::kPressureInvalid) != 0 ? "value not valid" : "overload", status);
     cause.supports.emplace_back("the status byte beside its value says so; the node itself lives and sends in time");
   } else {
     cause.text = name + " sends a pressure that cannot be: check sensor and wiring";
-    cause.supports.push_back(fmt::format("value {:.1f} bar; its range ends at {:.0f} bar", reading.bar,
-                                         machine.sensors.pressure_range_Pa / kBar));
+    cause.supports.push_back(fmt::format("value {:.1f} bar; its range ends at {:.0f} bar",
+                                         channel->read(FrameField::Part::kValue).value_or(0) / kBar, range_bar));
   }
   return cause;
 }
@@ -371,7 +381,8 @@ Cause invalid_length(const NodeSeen& seen, const Stop& stop, const Window& windo
 Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
   const int joint = seen.node.joint();
   const auto axis = static_cast<std::size_t>(joint);
-  const Time since = *seen.same_since;
+  const ChannelSeen& channel = seen.channels.front();
+  const Time since = *channel.same_since;
   const Range spool = range_of(window, since, stop.at, [&](const auto& state) { return state.spool[joint]; });
   Range driven[2];
   for (std::size_t side = 0; side < 2; ++side)
@@ -386,7 +397,7 @@ Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window
   cause.supports.push_back(
       fmt::format("its spool was between {:.0f} and {:.0f} % meanwhile; before, its value stood "
                   "still for {} at most",
-                  100 * spool.low, 100 * spool.high, span_text(seen.longest_same)));
+                  100 * spool.low, 100 * spool.high, span_text(channel.longest_same)));
   cause.supports.push_back(
       fmt::format("its pressures went on changing: head side {:.0f} to {:.0f} bar, rod side {:.0f} to {:.0f} bar",
                   driven[0].low / kBar, driven[0].high / kBar, driven[1].low / kBar, driven[1].high / kBar));
@@ -399,20 +410,47 @@ Cause frozen_length(const NodeSeen& seen, const Stop& stop, const Window& window
   return cause;
 }
 
-Cause frozen_pressure(const NodeSeen& seen, const Stop& stop, const Window& window) {
-  const auto axis = static_cast<std::size_t>(seen.node.joint());
-  const bool rod = seen.node.name.find("_rod_") != std::string::npos;
-  const Time since = *seen.same_since;
-  const Range other =
-      range_of(window, since, stop.at, [&](const auto& s) { return s.pressure_Pa[2 * axis + (rod ? 0 : 1)]; });
-  const Range length = range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[seen.node.joint()]; });
+bool stands(const ChannelSeen& channel, const Stop& stop) {
+  return channel.same_since && stop.at - *channel.same_since >= kFrozen;
+}
+
+/// What the rest of its axis did while a pressure stood.
+struct Meanwhile {
+  Range other_Pa, cylinder_m;
+};
+Meanwhile meanwhile(const ChannelSeen& channel, const Stop& stop, const Window& window) {
+  const int index = channel.channel.info().index;
+  const Time since = *channel.same_since;
+  const auto other = static_cast<std::size_t>(index) ^ 1U;
+  return {range_of(window, since, stop.at, [&](const auto& s) { return s.pressure_Pa[other]; }),
+          range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[index / 2]; })};
+}
+
+/// Of those that stand the one that the loop means: where a chamber does not really stand at one value, and whose axis
+/// did most meanwhile. Null where none stands.
+const ChannelSeen* frozen_of(const NodeSeen& seen, const Stop& stop, const Window& window) {
+  const auto suspect = [&](const ChannelSeen& channel) {
+    if (!stands(channel, stop)) return -1.0;
+    if (channel.read(FrameField::Part::kValue) < slave::kPlausibility.cavitating_Pa) return 0.0;
+    const Meanwhile did = meanwhile(channel, stop, window);
+    return std::max(did.other_Pa.span() / slave::kPlausibility.other_side_Pa,
+                    did.cylinder_m.span() / slave::kPlausibility.repeat_travel_m);
+  };
+  const auto most = std::max_element(seen.channels.begin(), seen.channels.end(),
+                                     [&](const auto& a, const auto& b) { return suspect(a) < suspect(b); });
+  return most != seen.channels.end() && stands(*most, stop) ? &*most : nullptr;
+}
+
+Cause frozen_pressure(const NodeSeen& seen, const ChannelSeen& channel, const Stop& stop, const Window& window) {
+  const Time since = *channel.same_since;
+  const Meanwhile did = meanwhile(channel, stop, window);
   return {"sensor_frozen",
           fmt::format("the pressure transmitter {} froze: it repeated the same value {} times, for {}, since {}",
-                      name_of(seen), seen.same_times, span_text(stop.at - since), at_text(since)),
+                      name_of(seen, channel), channel.same_times, span_text(stop.at - since), at_text(since)),
           {fmt::format("meanwhile the other chamber changed by {:.1f} bar and the cylinder moved by {:.0f} mm",
-                       other.span() / kBar, 1e3 * length.span()),
+                       did.other_Pa.span() / kBar, 1e3 * did.cylinder_m.span()),
            fmt::format("a living transmitter has noise: before, it repeated itself for {} at most",
-                       span_text(seen.longest_same)),
+                       span_text(channel.longest_same)),
            "the node lives and sends in time"},
           {},
           since};
@@ -431,9 +469,9 @@ std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const 
   const bool encoder = seen.node.role == NodeRole::kEncoder, pressure = seen.node.role == NodeRole::kPressure;
   if (invalid && pressure) return invalid_pressure(seen, stop, machine);
   if (invalid && encoder) return invalid_length(seen, stop, window, machine);
-  const bool frozen = seen.same_since && stop.at - *seen.same_since >= kFrozen;
-  if (frozen && encoder) return frozen_length(seen, stop, window, machine);
-  if (frozen && pressure) return frozen_pressure(seen, stop, window);
+  if (encoder && stands(seen.channels.front(), stop)) return frozen_length(seen, stop, window, machine);
+  if (pressure)
+    if (const ChannelSeen* frozen = frozen_of(seen, stop, window)) return frozen_pressure(seen, *frozen, stop, window);
   return Cause{"sensor_contradicts",
                name_of(seen) + " contradicts the other sensors: " + text(stop.reason),
                {"it lives and sends changing values: neither silent nor frozen"},

@@ -3,18 +3,24 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/explain/cause.h"
 #include "app/explain/evidence.h"
 #include "app/explain/timeline.h"
+#include "core/units.h"
+#include "machine/bus_frames.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/loop_tap.h"
 #include "recording/recorder.h"
 #include "slave/slave_state.h"
 #include "tests/explain/faulted_session.h"
+#include "tests/support/few_nodes.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
 
@@ -327,6 +333,99 @@ TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
   EXPECT_EQ(cause.id, "node_not_operational") << cause.text;
   EXPECT_TRUE(contains(cause.text, "arm_head_pressure (node 0x22) said at 1.000 s to be pre-operational"))
       << cause.text;
+}
+
+/// A machine whose six pressures are one node's, in three TPDOs. All send in time and change, but for what a test says;
+/// the arm moves.
+class FewNodes {
+ public:
+  [[nodiscard]] Cause cause(ReasonCode code) {
+    Stop stop;
+    stop.at = Time(1s);
+    stop.reason = {code, machine_.bus.pressure(0).id, 0, 0};
+    Window window;
+    window.to = Time(1400ms);
+    int cycle = 0;
+    for (Time at = Time(500ms); at < window.to; at += 10ms) {
+      slave::SlaveState& state = window.machine.emplace_back();
+      state.at = at;
+      state.cylinder_m[kArm] = 2 + 1e-3 * ++cycle;
+      for (const BusFrame& frame : frames_)
+        if (!frame.to_node && (frame.id != missing_ || at <= Time(960ms)))
+          window.can.push_back({at, WireEventKind::kCanReceived, sent(frame, at, cycle)});
+      if (at.time_since_epoch() % 100ms != Duration::zero()) continue;
+      for (const NodeDescription& node : machine_.bus.nodes)
+        window.can.push_back(
+            {at, WireEventKind::kCanReceived, canopen::heartbeat_frame(node.id, canopen::NmtState::kOperational)});
+    }
+    return likely_cause(stop, window, evidence_of(stop, window, machine_), machine_);
+  }
+  /// From then on this channel stays at a value.
+  void stands(const std::string& signal, double bar, Time since = Time(500ms)) { standing_[signal] = {since, bar}; }
+  void missing(std::uint32_t id) { missing_ = id; }
+
+ private:
+  [[nodiscard]] CanFrame sent(const BusFrame& frame, Time at, int cycle) const {
+    CanFrame can{.id = frame.id};
+    for (const FrameField& field : frame.fields) {
+      const bool value = field.part == FrameField::Part::kValue;
+      write_raw(field.bits, value ? 1000U + static_cast<unsigned>(cycle % 7) : 0U, can);
+      const auto standing = standing_.find(field.channel.info().name);
+      if (value && standing != standing_.end() && at >= standing->second.first)
+        write_value(field.bits, standing->second.second * kBar, can);
+    }
+    return can;
+  }
+
+  MachineDescription machine_ = parse_machine(test::few_nodes_text(), "few_nodes.toml");
+  std::vector<BusFrame> frames_ = bus_frames(machine_.bus, machine_.sensors);
+  std::map<std::string, std::pair<Time, double>> standing_;
+  std::uint32_t missing_ = 0;
+};
+
+TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatFroze) {
+  FewNodes few;
+  few.stands("arm_head_pressure", 80, Time(800ms));
+  few.stands("boom_rod_pressure", 40);  // its cylinder stands as well
+  few.stands("arm_rod_pressure", 0);    // an empty chamber
+  const Cause cause = few.cause(ReasonCode::kSensorImplausible);
+  EXPECT_EQ(cause.id, "sensor_frozen") << cause.text;
+  EXPECT_EQ(cause.text,
+            "the pressure transmitter pressures (node 0x20), arm_head_pressure, froze: it repeated the same value 21 "
+            "times, for 200 ms, since 0.800 s");
+  EXPECT_TRUE(contains(joined(cause.supports), "the cylinder moved by 20 mm")) << joined(cause.supports);
+}
+
+TEST(Explain, OfANodeWithSeveralPdosNamesTheOneThatIsMissing) {
+  FewNodes few;
+  few.missing(0x3A0);
+  const Cause cause = few.cause(ReasonCode::kSensorStale);
+  EXPECT_EQ(cause.id, "process_data_missing") << cause.text;
+  EXPECT_EQ(cause.text, "pressures (node 0x20) sent no TPDO3 since 0.960 s, although it lives: its heartbeat went on");
+}
+
+TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatTheLoopRefuses) {
+  FewNodes few;
+  const Cause none = few.cause(ReasonCode::kSensorInvalid);
+  EXPECT_EQ(none.id, "sensor_broken");
+  EXPECT_FALSE(contains(none.text, "_pressure")) << none.text;
+  struct Case {
+    const char* signal;
+    double bar;
+    const char* told;
+  };
+  for (const auto& [signal, bar, told] :
+       {Case{"boom_rod_pressure", -100, "value -100.0 bar"}, Case{"arm_rod_pressure", 421, "value 421.0 bar"}}) {
+    few.stands(signal, 410);  // beyond its range, but believed
+    EXPECT_EQ(few.cause(ReasonCode::kSensorInvalid).text, none.text);
+    few.stands(signal, bar, Time(900ms));
+    const Cause cause = few.cause(ReasonCode::kSensorInvalid);
+    EXPECT_EQ(cause.text, "pressures (node 0x20), " + std::string(signal) +
+                              ", sends a pressure that cannot be: check sensor and wiring");
+    EXPECT_TRUE(contains(joined(cause.supports), told)) << joined(cause.supports);
+    EXPECT_EQ(cause.since, Time(900ms));
+    few.stands(signal, 410);
+  }
 }
 
 TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
