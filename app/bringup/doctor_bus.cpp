@@ -73,6 +73,7 @@ class Doctor {
     result_.listened_s = survey.listened_s;
     if (machine != nullptr) {
       scripts_ = slave::node_scripts(*machine);
+      frames_ = bus_frames(machine->bus);
       result_.expected_load = worst_bus_load(machine->bus);
     }
   }
@@ -216,6 +217,29 @@ class Doctor {
                                                     id, survey_.listened_s, due));
   }
 
+  /// What holds up one frame of a node's data holds up all: they are one sign together.
+  void add_data(Signs& signs, const SurveyedNode& node, const NodeDescription& expected) const {
+    const auto syncs = survey_.heard.find(canopen::kSyncId);
+    const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
+    const bool by_change = expected.id == machine_->bus.enable().id;
+    Signs worst;
+    for (const BusFrame& frame : frames_) {
+      if (frame.to_node || machine_->bus.nodes[frame.node].id != expected.id) continue;
+      const auto parameters = static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + frame.pdo);
+      const std::uint32_t type = node.value({parameters, 2}).value_or(0);
+      const std::uint32_t timer_ms = node.value({parameters, 5}).value_or(0);
+      Signs one;
+      if (type >= 1 && type <= 240)
+        judge_count(one, frame.id, sync_count / type, by_change);
+      else if (timer_ms > 0)
+        judge_count(one, frame.id, 1e3 * survey_.listened_s / timer_ms, by_change);
+      if (one.count > worst.count) worst = one;
+    }
+    if (worst.count == 0) return;
+    signs.counts = true;
+    signs.add(worst.count, worst.text);
+  }
+
   /// Two signs of two devices with this node id are a fault, one is a note. @return whether it is a fault
   bool twice(const SurveyedNode& node, const NodeDescription& expected, const std::string& about) {
     Signs signs;
@@ -224,16 +248,7 @@ class Doctor {
     if (node.contradicts_itself()) signs.add(1, "its identity changed between two reads");
     if (const auto period_ms = node.value(canopen::kProducerHeartbeat); period_ms.value_or(0) > 0)
       judge_count(signs, canopen::heartbeat_id(node.id), 1e3 * survey_.listened_s / *period_ms);
-    const auto syncs = survey_.heard.find(canopen::kSyncId);
-    const std::uint32_t type = node.value(canopen::kTpdo1Type).value_or(0);
-    const std::uint32_t timer_ms = node.value(canopen::kTpdo1Timer).value_or(0);
-    const bool by_change = expected.id == machine_->bus.enable().id;
-    if (type >= 1 && type <= 240) {
-      const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
-      judge_count(signs, expected.tpdo_id(), sync_count / type, by_change);
-    } else if (timer_ms > 0) {
-      judge_count(signs, expected.tpdo_id(), 1e3 * survey_.listened_s / timer_ms, by_change);
-    }
+    add_data(signs, node, expected);
     // One disturbance makes an error frame and has a frame sent again: both are one sign.
     if (signs.counts && survey_.errors > 0)
       signs.add(1, fmt::format("{} errors on the bus, as where two devices send at once", survey_.errors));
@@ -376,8 +391,7 @@ class Doctor {
   /// Identifiers that no node of the file sends.
   void judge_frames() {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
-    if (machine_ != nullptr)
-      for (const BusFrame& frame : bus_frames(machine_->bus)) known.insert(frame.id);
+    for (const BusFrame& frame : frames_) known.insert(frame.id);
     for (const auto& [id, frames] : survey_.heard) {
       const std::uint32_t function = canopen::function_of(id);
       const bool service = function == 0x080 || function >= 0x580;
@@ -396,6 +410,7 @@ class Doctor {
   const BusSurvey& survey_;
   const MachineDescription* machine_;
   std::vector<NodeScript> scripts_;
+  std::vector<BusFrame> frames_;
   BusDiagnosis result_;
 };
 

@@ -1,9 +1,11 @@
 #include "app/session/session_logs.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 
 #include "core/histogram.h"
+#include "machine/bus_frames.h"
 #include "transport/canopen.h"
 
 namespace knuckle::session {
@@ -14,6 +16,14 @@ constexpr std::size_t kMostEvents = 1024, kMostWarnings = 256;
 /// A latency less is no harm; memory taken in a step is.
 void add_span(std::vector<Span>& spans, const Span& span) noexcept {
   if (spans.size() < spans.capacity()) spans.push_back(span);
+}
+
+/// After a SYNC the highest identifier comes last.
+std::uint32_t last_pressure_id(const BusDescription& bus) {
+  std::uint32_t last = 0;
+  for (const BusFrame& frame : bus_frames(bus))
+    if (bus.nodes[frame.node].role == NodeRole::kPressure) last = std::max(last, frame.id);
+  return last;
 }
 
 }  // namespace
@@ -116,7 +126,7 @@ SessionOutcome SessionLogs::hand_over(const MachineDescription& description, con
   outcome.elapsed_s = to_seconds(end);
   // Of a cycle's frames the last: pressures and set-points.
   const std::uint32_t set_point_id = description.bus.valve(kBucket).rpdo_id();
-  const std::uint32_t pressure_id = description.bus.pressure(5).tpdo_id();
+  const std::uint32_t pressure_id = last_pressure_id(description.bus);
   const auto add = [&outcome](const char* name, const Histogram& latency) {
     outcome.hops.push_back({name, latency.count(), percentiles_us(latency)});
   };

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -13,6 +14,7 @@
 #include "slave/node_setup.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/few_nodes.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
@@ -139,24 +141,76 @@ TEST(DoctorBus, ANodeIdThatTwoDevicesAnswerToIsAFaultThatNamesIt) {
   }
 }
 
-/// Surveyed nodes of the default machine as a healthy running bus shows them.
-BusSurvey running(double listened_s = 2) {
-  BusAccess access = sim::access_to(simulated_bus());
-  BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), brief());
-  survey.listened_s = listened_s;
-  survey.heard[canopen::kSyncId] = {400, 0};
-  const auto said = [&](std::uint8_t id, canopen::Object object, std::uint32_t value) {
-    for (ObjectRead& one : survey.nodes[id].objects)
-      if (one.object == object) one = {object, ObjectRead::Answer::kValue, value, canopen::SdoAbort::kNone};
-  };
-  for (const slave::NodeScript& node : slave::node_scripts(solar())) {
+void say(BusSurvey& survey, std::uint8_t id, canopen::Object object, std::uint32_t value) {
+  for (ObjectRead& one : survey.nodes[id].objects)
+    if (one.object == object) one = {object, ObjectRead::Answer::kValue, value, canopen::SdoAbort::kNone};
+}
+
+/// Surveyed nodes of this machine, set up as its file says, on a bus on which SYNC was heard for two seconds.
+BusSurvey running(const MachineDescription& machine) {
+  BusAccess access = sim::access_to(simulated_bus(machine));
+  BusSurvey survey = survey_bus(access, machine.bus.bit_rate, doctor_objects(machine), brief());
+  survey.listened_s = 2;
+  survey.heard[canopen::kSyncId] = {static_cast<std::uint64_t>(2 * machine.bus.sync_Hz), 0};
+  for (const slave::NodeScript& node : slave::node_scripts(machine)) {
     for (const slave::SetupPart& part : node.script)
-      for (const slave::SdoStep& step : part.asked) said(node.node.id, step.object, step.value);
+      for (const slave::SdoStep& step : part.asked) say(survey, node.node.id, step.object, step.value);
   }
+  return survey;
+}
+/// Of the default machine, as a healthy bus shows them.
+BusSurvey running() {
+  BusSurvey survey = running(solar());
   survey.heard[0x722] = {20, 0};
   survey.heard[0x1A2] = {400, 0};
   survey.heard[0x1C0] = {40, 0, 39};
   return survey;
+}
+
+const MachineDescription& few_nodes() {
+  static const MachineDescription machine = parse_machine(knuckle::test::few_nodes_text(), "few_nodes.toml");
+  return machine;
+}
+
+TEST(DoctorBus, OfANodeWithSeveralChannelsTheBadOneIsNamed) {
+  constexpr std::uint8_t kNode = 0x20, kChannel = 4;
+  constexpr canopen::Object kValue{canopen::kPressureShort.index, kChannel};
+  constexpr canopen::Object kStatus{canopen::kPressureStatus.index, kChannel};
+  BusSurvey survey = running(few_nodes());
+  BusDiagnosis diagnosis = diagnose(survey, &few_nodes());
+  EXPECT_EQ(faults(diagnosis), "");
+  const std::string& reading = line(diagnosis, kNode).reading;
+  EXPECT_EQ(std::count(reading.begin(), reading.end(), ','), 5) << reading;
+  say(survey, kNode, kValue, static_cast<std::uint16_t>(-1000));
+  EXPECT_EQ(faults(diagnose(survey, &few_nodes())),
+            "node 0x20 pressures: boom_rod_pressure: -100.0 bar is outside the range of 0 to 400 bar: check "
+            "transmitter and unit\n");
+  say(survey, kNode, kStatus, canopen::kPressureInvalid);
+  EXPECT_EQ(faults(diagnose(survey, &few_nodes())),
+            "node 0x20 pressures: boom_rod_pressure: status 0x01, value invalid or overloaded: check transmitter and "
+            "wiring\n");
+}
+
+TEST(DoctorBus, OfANodeWithSeveralPdosTheFramesOfEachAreCountedAndAreOneSign) {
+  struct Story {
+    const char* what;
+    std::array<std::uint64_t, 3> frames;
+    bool note, fault;
+  };
+  for (const auto& [what, frames, note, fault] :
+       {Story{"healthy", {200, 200, 200}, false, false}, Story{"the third twice", {200, 200, 400}, false, true},
+        Story{"the third somewhat more often", {200, 200, 218}, true, false},
+        Story{"all, as after a delay", {218, 218, 218}, true, false}}) {
+    BusSurvey survey = running(few_nodes());
+    for (std::size_t pdo = 0; pdo < frames.size(); ++pdo)
+      survey.heard[few_nodes().bus.pressure(0).tpdo_id(pdo)] = {frames[pdo], 0};
+    const BusDiagnosis diagnosis = diagnose(survey, &few_nodes());
+    const char* words = "node 0x20 pressures: two devices have this node id (";
+    EXPECT_EQ(faults(diagnosis).find(words) != std::string::npos, fault) << what << ": " << faults(diagnosis);
+    words = "node 0x20 pressures: possibly two devices have this node id (";
+    const std::string notes = said(diagnosis, Finding::Level::kNote);
+    EXPECT_EQ(notes.find(words) != std::string::npos, note) << what << ": " << notes;
+  }
 }
 
 TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {

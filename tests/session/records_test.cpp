@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,15 +18,16 @@
 #include "core/fields.h"
 #include "machine/load.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/few_nodes.h"
 #include "transport/link_messages.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::session {
 namespace {
 
-SessionSetup short_session() {
+SessionSetup short_session(const MachineDescription& machine = load_machine(find_config("machine", "solar015"))) {
   SessionSetup setup;
-  setup.machine = load_machine(find_config("machine", "solar015"));
+  setup.machine = machine;
   setup.device = load_device(find_config("device", "knuckle1"));
   setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
   setup.scenario.duration_s = 1;
@@ -87,6 +89,21 @@ TEST(SessionLogs, ALatencyBeginsWithTheLastPressureOfACycleAndEndsWithItsLastSet
                                                {"hand_to_valve", 1000 * to_seconds(set_points - Time(120ms))}};
   ASSERT_EQ(longest_ms.size(), expected.size());
   for (const auto& [hop, ms] : expected) EXPECT_NEAR(longest_ms[hop], ms, 1e-6) << hop;
+}
+
+TEST(SessionLogs, OfANodeThatSendsSeveralFramesOfPressuresTheLastIsTheBeginning) {
+  const SessionSetup setup = short_session(parse_machine(test::few_nodes_text(), "few_nodes.toml"));
+  SessionLogs logs(setup);
+  const Time last = put_frames(
+      std::array{0x1A0U, 0x2A0U, 0x3A0U}, [](std::uint32_t id) { return id; }, Time(100ms), logs.machine);
+  logs.slave.measured.push_back({Time(150ms), Time(150ms)});
+  const SessionOutcome outcome = logs.hand_over(setup.machine, operator_of(setup), Time(1s), [](Time at) {
+    return Cause{at, {}};
+  });
+  const auto hop = std::find_if(outcome.hops.begin(), outcome.hops.end(),
+                                [](const HopLatency& one) { return one.hop == "pressure_to_slave"; });
+  ASSERT_NE(hop, outcome.hops.end());
+  EXPECT_NEAR(hop->latency_us.max, 1e6 * to_seconds(Time(150ms) - last), 1e-3);
 }
 
 TEST(Verdict, IsFailedByALostRecordWhateverTheScenarioAsks) {
