@@ -31,6 +31,24 @@ using test::machines_of_every_wire;
 using test::TemporaryFolder;
 using Values = std::map<std::string, double>;  // by signal
 
+canopen::PressureFormat pressure_format(const WireDescription& wire) {
+  using Pressure = WireDescription::Pressure;
+  canopen::PressureFormat format = canopen::pressure_format(wire.pressure == Pressure::kFloat, wire.pressure_digits);
+  if (wire.pressure == Pressure::kInteger16) format.bytes = 2;
+  return format;
+}
+/// The channels in each of a node's TPDOs, by number: as many as a frame of 8 bytes has room for.
+std::vector<std::vector<NodeChannel>> by_tpdo(const NodeDescription& node, const WireDescription& wire) {
+  if (node.role != NodeRole::kPressure) return {node.channels};
+  const std::size_t room = 8 / (pressure_format(wire).bytes + 1);
+  std::vector<std::vector<NodeChannel>> tpdos;
+  for (const NodeChannel& channel : node.channels) {
+    if (tpdos.empty() || tpdos.back().size() == room) tpdos.emplace_back();
+    tpdos.back().push_back(channel);
+  }
+  return tpdos;
+}
+
 /// What Knuckle's decoders make of a frame, in the units of the DBC.
 class OwnDecoders {
  public:
@@ -44,7 +62,11 @@ class OwnDecoders {
     if (frame.id == canopen::heartbeat_id(machine_.bus.controller_id))
       return {{"controller_heartbeat", {{"State", static_cast<double>(canopen::parse_heartbeat(frame).value())}}}};
     for (const NodeDescription& node : machine_.bus.nodes) {
-      if (frame.id == node.tpdo_id()) return {{node.name + "_TPDO1", sent(node, frame)}};
+      const auto tpdos = by_tpdo(node, machine_.bus.wire);
+      for (std::size_t pdo = 0; pdo < tpdos.size(); ++pdo) {
+        if (frame.id == node.tpdo_id(pdo))
+          return {{node.name + "_TPDO" + std::to_string(pdo + 1), sent(node, tpdos[pdo], frame)}};
+      }
       const bool told = node.role == NodeRole::kValve || node.role == NodeRole::kEnable;
       if (told && frame.id == node.rpdo_id()) return {{node.name + "_RPDO1", commanded(node, frame)}};
     }
@@ -55,7 +77,8 @@ class OwnDecoders {
   }
 
  private:
-  [[nodiscard]] Values sent(const NodeDescription& node, const CanFrame& frame) const {
+  [[nodiscard]] Values sent(const NodeDescription& node, const std::vector<NodeChannel>& channels,
+                            const CanFrame& frame) const {
     const WireDescription& wire = machine_.bus.wire;
     switch (node.role) {
       case NodeRole::kValve: {
@@ -66,13 +89,16 @@ class OwnDecoders {
                 {"SpoolPosition", 100 * status.spool}};
       }
       case NodeRole::kPressure: {
-        const auto format =
-            canopen::pressure_format(wire.pressure == WireDescription::Pressure::kFloat, wire.pressure_digits);
-        const auto reading = canopen::parse_pressure(frame, format).value();
-        return {{"Pressure", reading.pressure_Pa / 1e5},
-                {"Invalid", (reading.status & canopen::kPressureInvalid) != 0 ? 1 : 0},
-                {"Overload", (reading.status & canopen::kPressureOverload) != 0 ? 1 : 0},
-                {"Underload", (reading.status & canopen::kPressureUnderload) != 0 ? 1 : 0}};
+        Values values;
+        for (std::size_t place = 0; place < channels.size(); ++place) {
+          const auto reading = canopen::parse_pressure(frame, pressure_format(wire), place).value();
+          const std::string of = node.channels.size() > 1 ? std::string(channels[place].info().name) + "_" : "";
+          values[of + "Pressure"] = reading.pressure_Pa / 1e5;
+          values[of + "Invalid"] = (reading.status & canopen::kPressureInvalid) != 0 ? 1 : 0;
+          values[of + "Overload"] = (reading.status & canopen::kPressureOverload) != 0 ? 1 : 0;
+          values[of + "Underload"] = (reading.status & canopen::kPressureUnderload) != 0 ? 1 : 0;
+        }
+        return values;
       }
       case NodeRole::kEncoder: {
         const auto reading =
@@ -160,9 +186,12 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
           frames.push_back(valve_command_frame(node.rpdo_id(), {control, uniform(-1, 1)}, wire.valve_full_stroke));
           break;
         case NodeRole::kPressure:
-          frames.push_back(pressure_frame(
-              node.tpdo_id(), {uniform(-3e5, 420e5), static_cast<std::uint8_t>(word() & 0x7U)},
-              canopen::pressure_format(wire.pressure == WireDescription::Pressure::kFloat, wire.pressure_digits)));
+          for (std::size_t pdo = 0; pdo < by_tpdo(node, wire).size(); ++pdo) {
+            frames.push_back({.id = node.tpdo_id(pdo)});
+            for (std::size_t left = by_tpdo(node, wire)[pdo].size(); left > 0; --left)
+              add_pressure(frames.back(), {uniform(-3e5, 420e5), static_cast<std::uint8_t>(word() & 0x7U)},
+                           pressure_format(wire));
+          }
           break;
         case NodeRole::kEncoder:
           frames.push_back(encoder_frame(node.tpdo_id(), {uniform(-3, 3), uniform(-0.8, 0.8)},

@@ -8,6 +8,7 @@
 #include "machine/description.h"
 #include "machine/load.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/few_nodes.h"
 #include "tests/support/places.h"
 
 namespace knuckle::test {
@@ -61,10 +62,21 @@ inline MachineDescription coarse_pressures() {
   return machine;
 }
 
-/// The shipped ones, an identified one, and those two.
+/// All pressures on one node, two in a frame, as 16-bit integers.
+inline MachineDescription one_transmitter() {
+  MachineDescription machine = parse_machine(few_nodes_text(), "one_transmitter.toml");
+  machine.name = "one_transmitter";
+  return machine;
+}
+
+/// The shipped ones, an identified one, and those three.
 inline std::vector<MachineDescription> machines_of_every_wire() {
-  return {load_machine(machine_file("solar015")), load_machine(machine_file("compact080")), other_wire(),
-          coarse_pressures(), calibrated_machine()};
+  return {load_machine(machine_file("solar015")),
+          load_machine(machine_file("compact080")),
+          other_wire(),
+          coarse_pressures(),
+          one_transmitter(),
+          calibrated_machine()};
 }
 
 }  // namespace knuckle::test

@@ -13,6 +13,7 @@ within 5 test -c /dev/hidraw0
 # Calibration: the device's own file is to be found again from one that knows neither signs nor zeros.
 device_file=/config/devices/knuckle1.toml
 sed -e '/^counts_rise/s/=.*/= "clockwise"/' -e '/^zero_counts/s/=.*/= 0/' $device_file > unknown.toml
+reports_come() { timeout 1 head -c 1 /dev/hidraw0 > /dev/null; }
 # led_to END: the hand has led all joints to their lower (min_rad) or upper (max_rad) stops.
 led_to() {
   pose=$(awk -v key="$1_rad" '$1 == key { printf "%s%.6f", comma, $3 * 180 / 3.14159265359 + (key == "min_rad" ? 1e-5 : -1e-5); comma = ", " }' $device_file)
@@ -26,6 +27,7 @@ duration_s = 3600'; } > "/tmp/$1.toml"
   [ ! -e /run/hand.pid ] || stop hand
   start hand $on_operators_host knuckle device --gadget /dev/hidg0 --scenario "/tmp/$1.toml" --screen 127.0.0.1:5690
   within 10 holds "$result/hand.log" 'operator: stay'
+  within 10 reports_come
 }
 led_to min
 talk_to calibrate "$on_operators_host knuckle calibrate-device --device hid --device-file unknown.toml --out my_device.toml"

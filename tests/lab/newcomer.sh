@@ -95,6 +95,7 @@ asked 'Release the E-stop' && within 10 holds "$result/node.log" 'fault ended: e
 answer 'Release the E-stop' released
 answer 'slope by a spirit level' "$(awk '/^hull_pitch_deg/ { print $3 }' $truth_file)"
 answer 'pilot pressure on for two seconds' pilot
+answer 'what stops the machine without this computer' guards
 answer 'one cylinder at a time' move
 for joint in boom arm bucket; do
   for way in extends retracts; do
@@ -120,6 +121,7 @@ check "commission: comes to its end" end_of_talk
 check "... having asked what its guide says, in that order ($unanswered)" test -z "$unanswered"
 check "... and says what is next" holds "$result/commission.log" '^written: found.toml'
 cp found.toml "$result"
+check "... and all guards are proved" test "$(grep -c '^proved = true' found.toml)" -eq 4
 
 # of_axis JOINT KEY EXPECTED TOLERANCE: what was found.
 of_axis() {

@@ -70,8 +70,7 @@ TEST(HalfwayChange, OfAUnitIsToldWithItsColumnAndRow) {
                         {{"boom_cylinder_m"}, 1000, "mm after m"},
                         {{"arm_cylinder_m"}, 100, "cm after m"},
                         {{"boom_rad"}, kDeg, "rad after deg"}};
-  // Where a pressure runs through as much by itself at just that moment, its change of unit is no sure sign.
-  int told = 0, accepted = 0;
+  int told = 0;
   for (const Case& c : cases) {
     for (const std::size_t at : kChanges) {
       for (const bool first : {false, true}) {  // the other unit before, or behind
@@ -89,10 +88,6 @@ TEST(HalfwayChange, OfAUnitIsToldWithItsColumnAndRow) {
         }
         const MappedChannel& changed = channel(table, c.channels.front());
         const std::string said = refusal(table);
-        if (said == "accepted") {
-          ++accepted;
-          continue;
-        }
         EXPECT_EQ(said.find("log.csv: column '" + changed.column + "' changes its unit: from row " +
                             std::to_string(at + 2) + " on it is "),
                   0u)
@@ -106,7 +101,6 @@ TEST(HalfwayChange, OfAUnitIsToldWithItsColumnAndRow) {
     }
   }
   EXPECT_GE(told, 60) << "of 70";
-  EXPECT_LE(accepted, told / 20);
 }
 
 TEST(HalfwayChange, OfAUnitIsToldAlsoWhereItChangesBackAndWhereCellsAreMissing) {

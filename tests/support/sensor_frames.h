@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -35,29 +36,42 @@ struct PressureReading {
 struct PressureFormat {
   double unit_Pa = kPressureStep_Pa;
   bool is_float = false;
+  std::size_t bytes = 4;  ///< 2: 0x7130
 };
 /// 0x9130 with so many decimal digits of a bar, or 0x6130 in bar.
 inline PressureFormat pressure_format(bool is_float, int digits) {
   return {is_float ? kBar : kBar / std::pow(10, digits), is_float};
 }
 
-inline CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading,
-                               const PressureFormat& format = {}) {
-  CanFrame frame{.id = cob_id};
+/// A channel more at the frame's end.
+inline void add_pressure(CanFrame& frame, const PressureReading& reading, const PressureFormat& format) {
   const double value = reading.pressure_Pa / format.unit_Pa;
   if (format.is_float)
     sensor_detail::put(frame, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+  else if (format.bytes == 2)
+    sensor_detail::put(frame, to_steps<std::int16_t>(reading.pressure_Pa, format.unit_Pa));
   else
     sensor_detail::put(frame, to_steps<std::int32_t>(reading.pressure_Pa, format.unit_Pa));
   sensor_detail::put(frame, reading.status);
+}
+
+inline CanFrame pressure_frame(std::uint32_t cob_id, const PressureReading& reading,
+                               const PressureFormat& format = {}) {
+  CanFrame frame{.id = cob_id};
+  add_pressure(frame, reading, format);
   return frame;
 }
 
-inline std::optional<PressureReading> parse_pressure(const CanFrame& frame, const PressureFormat& format = {}) {
-  if (frame.size < 5) return std::nullopt;
-  const std::uint32_t raw = sensor_detail::get(frame, 0, 4);
-  const double value = format.is_float ? double{std::bit_cast<float>(raw)} : static_cast<std::int32_t>(raw);
-  return PressureReading{value * format.unit_Pa, frame.data[4]};
+/// @param place of the channel in its frame
+inline std::optional<PressureReading> parse_pressure(const CanFrame& frame, const PressureFormat& format = {},
+                                                     std::size_t place = 0) {
+  const std::size_t at = place * (format.bytes + 1), status = at + format.bytes;
+  if (frame.size <= status) return std::nullopt;
+  const std::uint32_t raw = sensor_detail::get(frame, at, format.bytes);
+  const double value = format.is_float     ? double{std::bit_cast<float>(raw)}
+                       : format.bytes == 2 ? static_cast<std::int16_t>(raw)
+                                           : static_cast<std::int32_t>(raw);
+  return PressureReading{value * format.unit_Pa, frame.data[status]};
 }
 
 struct EncoderReading {
