@@ -56,11 +56,11 @@ void Jog::step(Time now) noexcept {
   sample_.reset();
   hear(now);
   client_.begin_step(now);
-  if (client_.fault()) end_early(client_.fault());
   const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
   if (expects_pilot(phase_) && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
   gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
+  if (client_.fault()) end_early(client_.fault());
   client_.withhold_from(phase_ == Phase::kWithheld ? guarded_ : 0);
   client_.end_step(gate_.commands, wants_pilot(phase_), now);
   if (dialogue_) dialogue_->step(bus_, now);

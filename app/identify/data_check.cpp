@@ -53,21 +53,26 @@ class LabelChecker {
               fmt::format(" and leave {:.0f} % unexplained: wrong channel, unit, sign, machine file or load",
                           100 * fit.error[j]));
     }
-    check_scale(fit);
+    check_scale(apart_from_contact().value_or(fit));
   }
 
  private:
-  /// Whether all is believable but where it looks like contact.
-  [[nodiscard]] bool touched() const {
+  /// What is left where some of it looks like contact, but not most of it: a touch carries weight.
+  [[nodiscard]] std::optional<WeightFit> apart_from_contact() const {
     constexpr double kMostOfIt = 0.7;
     double sum_s = 0;
     for (const Seconds& stretch : check_.contact) sum_s += stretch.to_s - stretch.from_s;
-    if (sum_s == 0 || sum_s > kMostOfIt * file_.recording.duration_s()) return false;
-    const WeightFit free = weigh(machine_, without(check_.contact, file_.recording));
+    if (sum_s == 0 || sum_s > kMostOfIt * file_.recording.duration_s()) return std::nullopt;
+    return weigh(machine_, without(check_.contact, file_.recording));
+  }
+
+  /// Whether all is believable but where it looks like contact.
+  [[nodiscard]] bool touched() const {
+    const auto free = apart_from_contact();
     const auto sure = [&](int joint) {
-      return free.decisive[static_cast<std::size_t>(joint)] && free.believable(joint);
+      return free->decisive[static_cast<std::size_t>(joint)] && free->believable(joint);
     };
-    return sure(kBoom) && sure(kArm) && free.believable(kBucket);
+    return free && sure(kBoom) && sure(kArm) && free->believable(kBucket);
   }
 
   void refuse(const std::string& column, const std::string& what) {

@@ -89,14 +89,19 @@ bool of_thousands(double log_ratio) {
   return std::abs(log_ratio) > std::log(500.0);
 }
 
+/// What a jump may be off the two units' ratio: pressures of thousands are noise otherwise.
+double most_off(double log_ratio) {
+  return of_thousands(log_ratio) ? 0.25 : 0.08;
+}
+
 /// @param log_ratio of the two units. Whether the jump is just this large, and what is before it nowhere as what is
-/// behind it.
-bool jumps_by(const Series& series, std::size_t at, double log_ratio) {
+/// behind it. @param most_off logarithm
+bool jumps_by(const Series& series, std::size_t at, double log_ratio, double most_off) {
   constexpr std::size_t kLeast = 5;
   constexpr double kExact = 0.02, kSteps = 5;
   const bool thousands = of_thousands(log_ratio);
   const double off = std::abs(log_step(series, at) - log_ratio);
-  if (off > (thousands ? 0.25 : 0.08)) return false;
+  if (off > most_off) return false;
   const Around values = around(series, at, thousands ? 200 : 40);
   if (values.before.size() < kLeast || values.after.size() < kLeast) return false;
   if (off > kExact + kSteps * values.usual_step) return false;
@@ -111,7 +116,7 @@ struct UnitJump {
   double log_ratio;   ///< Of cells, behind it over before it.
   double cell, before;
   std::string units;  ///< "MPa after bar"
-  bool small;         ///< A pressure near the tank's, which tells nothing by itself.
+  bool sure;  ///< Else a pressure near the tank's, whose noise is large: it only tells what another one tells, too.
 };
 
 /// All that look like a change of its unit.
@@ -130,18 +135,21 @@ std::vector<UnitJump> unit_jumps(const MappedChannel& channel, const Quantity& q
     return least && std::abs(cell) * own <= quantity.most;
   };
   constexpr double kLeastJump = 1;  // no two units are closer
+  constexpr double kNoise = 0.25;   // of two neighbouring pressures
   for (std::size_t i = 1; i < series.cell.size(); ++i) {
     if (!(std::abs(log_step(series, i)) > kLeastJump)) continue;
     for (const Unit& other : quantity.units) {
       if (is_own(other)) continue;
       const double log_ratio = std::log(own / other.si);  // from its own unit to the other one
-      const bool to = believable(series.cell[i - 1], log_ratio) && jumps_by(series, i, log_ratio);
-      const bool from = !to && believable(series.cell[i], log_ratio) && jumps_by(series, i, -log_ratio);
+      const double off = pressure ? kNoise : most_off(log_ratio);
+      const bool to = believable(series.cell[i - 1], log_ratio) && jumps_by(series, i, log_ratio, off);
+      const bool from = !to && believable(series.cell[i], log_ratio) && jumps_by(series, i, -log_ratio, off);
       if (!to && !from) continue;
+      const bool sure = !is_small(to ? series.cell[i - 1] : series.cell[i], log_ratio) &&
+                        jumps_by(series, i, to ? log_ratio : -log_ratio, most_off(log_ratio));
       const char* const own_name = said == quantity.units.end() ? "its own unit" : said->name;
       jumps.push_back({&channel, series.index[i], to ? log_ratio : -log_ratio, series.cell[i], series.cell[i - 1],
-                       fmt::format("{} after {}", to ? other.name : own_name, to ? own_name : other.name),
-                       is_small(to ? series.cell[i - 1] : series.cell[i], log_ratio)});
+                       fmt::format("{} after {}", to ? other.name : own_name, to ? own_name : other.name), sure});
     }
   }
   return jumps;
@@ -158,7 +166,7 @@ void judge_pressure_jumps(MappedTable& table, const std::vector<UnitJump>& jumps
   for (const UnitJump& jump : jumps) at[jump.index].push_back(&jump);
   const MappedChannel* noted = nullptr;
   for (const UnitJump& jump : jumps) {
-    if (jump.small) continue;
+    if (!jump.sure) continue;
     const auto& same_row = at[jump.index];
     const auto likewise = [&](const UnitJump* other) {
       return other->channel != jump.channel && std::abs(other->log_ratio - jump.log_ratio) < 1e-6;

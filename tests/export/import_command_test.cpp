@@ -45,7 +45,7 @@ TEST_F(ImportCommand, MakesARecordingThatIsExportedAndNotReplayed) {
 
 /// The first rows of a session, half of them before every sensor has been heard: zeros that nobody measured.
 TEST_F(ImportCommand, RowsThatWereNotMeasuredAreHoles) {
-  const ProgramRun imported = import_part("--to", "0.3");
+  const ProgramRun imported = import_part("--to", "0.6");
   EXPECT_EQ(imported.exit_code, 0) << imported.err;
   EXPECT_NE(imported.out.find(" x not measured (not used): row 2"), std::string::npos) << imported.out;
   EXPECT_EQ(imported.out.find("outside what is possible"), std::string::npos) << imported.out;
