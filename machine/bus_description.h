@@ -59,8 +59,9 @@ struct NodeChannel {
 /// What commissioning has seen of a node's guard: what ends its motion when the controller falls silent.
 struct GuardProof {
   bool proved = false;
-  std::uint32_t serial = 0;  ///< Of the device it was seen of; 0 where that has none.
-  std::string date;          ///< Empty where it was never tried.
+  std::uint32_t serial = 0;    ///< Of the device it was seen of; 0 where that has none.
+  std::string date;            ///< Empty where it was never tried.
+  bool of_this_device = true;  ///< Whether that was one with the node's vendor and product.
   bool operator==(const GuardProof&) const = default;
 };
 

@@ -331,6 +331,10 @@ class NodeReader {
 std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus) {
   NodeReader read(bus);
   if (!file.has("node")) return read.read_keyed(file.table("nodes"));
+  if (file.has("nodes")) {
+    file.leave("nodes");
+    file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");
+  }
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
   const std::string missing = read.missing();
   file.require(missing.empty(), "node", "no node has " + missing);
@@ -563,13 +567,17 @@ std::vector<CameraDescription> read_cameras(TomlTable& file) {
 void read_guard_proofs(TomlTable record, std::vector<NodeDescription>& nodes) {
   for (TomlTable& file : record.tables("guards")) {
     const std::string name = file.text("node");
+    const auto number = [&](const char* key) { return static_cast<std::uint32_t>(file.integer(key, 0, 0xFFFFFFFF)); };
     GuardProof proof;
     proof.proved = file.boolean("proved");
-    if (file.has("serial")) proof.serial = static_cast<std::uint32_t>(file.integer("serial", 0, 0xFFFFFFFF));
+    if (file.has("serial")) proof.serial = number("serial");
     proof.date = file.text("date");
     file.leave("seen");
+    const std::uint32_t vendor = number("vendor"), product = number("product");
     const auto of = std::find_if(nodes.begin(), nodes.end(), [&](const NodeDescription& n) { return n.name == name; });
-    if (of != nodes.end()) of->guard = proof;
+    if (of == nodes.end()) continue;
+    proof.of_this_device = of->vendor == vendor && of->product == product;
+    of->guard = proof;
   }
   record.leave_rest();
 }

@@ -205,7 +205,7 @@ std::vector<std::string> guard_lines(const BusDescription& bus, const std::funct
       never.push_back(node.name);
     else if (!proof.proved)
       lines.push_back("the guard of " + node.name + " was tried on " + proof.date + " and not proved");
-    else if (!same_device(node.id))
+    else if (!proof.of_this_device || !same_device(node.id))
       lines.push_back("the guard of " + node.name + " was proved on " + proof.date + ", of another device");
   }
   if (!never.empty())

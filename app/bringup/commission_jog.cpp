@@ -232,6 +232,12 @@ Finding judge_direction(const JogRun& run, Seen seen) {
   }
   if (!counted) return fault("moved, but its encoder measured no motion: check the encoder, its wire and its node id");
   const bool longer = seen == Seen::kLonger;
+  if (longer != extends && (way_mm > 0) == extends) {
+    return fault(fmt::format(
+        "was to {}, its encoder measured {:+.1f} mm, and you saw the opposite: if you saw right, exchange the valve's "
+        "hoses A and B and change the encoder's direction; else begin anew",
+        extends ? "extend" : "retract", way_mm));
+  }
   if (longer != extends) {
     return fault(
         "moves in the wrong direction: exchange the valve's hoses A and B, or change the sign in the valve's set-up");

@@ -58,7 +58,8 @@ void write_record(const WizardResult& result, const ResultOrigin& origin, std::o
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
   for (const GuardResult& guard : result.guards) {
-    out << "\n[[commissioning.guards]]\nnode = " << toml_quoted(guard.node) << '\n';
+    out << "\n[[commissioning.guards]]\nnode = " << toml_quoted(guard.node) << "\nvendor = " << hex(guard.vendor)
+        << "\nproduct = " << hex(guard.product) << '\n';
     if (guard.serial) out << "serial = " << hex(*guard.serial) << '\n';
     out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
         << "\nseen = " << toml_quoted(guard.seen) << '\n';

@@ -115,7 +115,7 @@ class Wizard {
       }
       if (offered(j, "moves back to the middle of its stroke", retracted || extended))
         to_middle(j, retracted.has_value());
-      zero(j);
+      zero(j, extended, retracted);
     }
   }
 
@@ -169,7 +169,7 @@ class Wizard {
       if (!node.is_told()) continue;
       const GuardJudged judged = judge_guard(node, bench_->try_guard(node));
       const auto serial = progress_.serials.find(node.id);
-      result_.guards.push_back({node.name,
+      result_.guards.push_back({node.name, node.vendor, node.product,
                                 serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second),
                                 judged.proved, judged.finding.text});
       keep(judged.finding);
@@ -295,15 +295,19 @@ class Wizard {
     return end;
   }
 
-  void zero(int joint) {
+  /// @param extended, retracted readings at the stops, which lie within the cylinder's range whatever the zero is.
+  void zero(int joint, const std::optional<StrokeEnd>& extended, const std::optional<StrokeEnd>& retracted) {
     AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
     bench_->idle(500ms);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const auto tape_m = access_.tape_m(joint);
+    const double now_m = bench_->sensors().length_m[joint];
+    const double way_in_m = retracted ? now_m - retracted->reading_m : 0;
+    const double way_out_m = extended ? extended->reading_m - now_m : 0;
     const double length_m =
         1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape",
-                                    1e3 * cylinder(joint).min_length_m - kTape_mm,
-                                    1e3 * cylinder(joint).max_length_m + kTape_mm, "mm",
+                                    1e3 * (cylinder(joint).min_length_m + way_in_m) - kTape_mm,
+                                    1e3 * (cylinder(joint).max_length_m - way_out_m) + kTape_mm, "mm",
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
     axis.offset_m = bench_->sensors().length_m[joint] - length_m;
     const std::string question = fmt::format(

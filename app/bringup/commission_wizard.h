@@ -25,6 +25,7 @@ struct AxisResult {
 };
 struct GuardResult {
   std::string node;
+  std::uint32_t vendor = 0, product = 0;
   std::optional<std::uint32_t> serial;  ///< Of the device that was tried, where it has one.
   bool proved = false;
   std::string seen;

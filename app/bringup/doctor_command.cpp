@@ -205,6 +205,9 @@ int run_doctor(DoctorOptions options) {
       diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
     for (const std::string& line : machine ? guard_notes(machine->bus, diagnosis.nodes) : std::vector<std::string>())
       diagnosis.findings.push_back({Finding::Level::kNote, "guards", line});
+    if (options.simulate)
+      diagnosis.findings.push_back({Finding::Level::kNote, "simulated",
+                                    "identities and set-ups are those of the machine file, not of your devices"});
     findings = diagnosis.findings;
     for (const std::string& line : diagnosis_lines(diagnosis)) out << line << '\n';
     result.update(diagnosis_json(diagnosis));

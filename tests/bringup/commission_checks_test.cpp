@@ -35,7 +35,8 @@ TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
   };
   EXPECT_NE(fault(motion(0.2, -0.015), Seen::kLonger).find("counts in the wrong direction"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, -0.015), Seen::kShorter).find("moves in the wrong direction"), std::string::npos);
-  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kShorter).find("moves in the wrong direction"), std::string::npos);
+  EXPECT_NE(fault(motion(0.2, 0.015), Seen::kShorter).find("encoder measured +15.0 mm, and you saw the opposite"),
+            std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0), Seen::kLonger).find("its encoder measured no motion"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0.015), Seen::kStill).find("encoders are exchanged"), std::string::npos);
   EXPECT_NE(fault(motion(0.2, 0), Seen::kStill).find("did not move"), std::string::npos);

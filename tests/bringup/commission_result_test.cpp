@@ -32,7 +32,10 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
   result.tilt_error_rad = 0.01;
   result.nodes.push_back({});
-  result.guards = {{"arm_valve", 0x77, true, "spool back"}, {"enable", {}, false, "stayed on"}, {"gone", 1, true, "x"}};
+  result.guards = {{"arm_valve", 0x4B4E, 0x0408, 0x77, true, "spool back"},
+                   {"bucket_valve", 0x4B4E, 0x0409, 0x78, true, "of another product"},
+                   {"enable", 0x4B4E, 0x0401, {}, false, "stayed on"},
+                   {"gone", 1, 1, 1, true, "x"}};
   result.findings.push_back({Finding::Level::kNote, "arm", "a \"quoted\" line"});
   result.recordings = {"slow.csv", "fast.csv"};
   const ResultOrigin origin{"can0", "2026-01-02T03:04:05Z", "abc"};
@@ -45,6 +48,7 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   EXPECT_EQ(back.bus.valve(kArm).guard, (GuardProof{true, 0x77, origin.date}));
   EXPECT_EQ(back.bus.enable().guard, (GuardProof{false, 0, origin.date}));
   EXPECT_EQ(back.bus.valve(kBoom).guard, GuardProof());
+  EXPECT_EQ(back.bus.valve(kBucket).guard, (GuardProof{true, 0x78, origin.date, false}));
   std::string changed = drawing;
   const std::size_t arm = changed.find("[cylinders.arm.valve]");
   changed.replace(changed.find("dead_band_extend = 0.11", arm), 23, "dead_band_extend = 0.155");

@@ -99,6 +99,14 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
   }
 }
 
+TEST(CommissionWizard, ATapeThatPutsAStopBeyondTheCylinderIsRefused) {
+  Script script = all();
+  *std::find(script.begin(), script.end(), "tape") = "1000";  // within the cylinder's range, but not where it stands
+  const Outcome outcome = commission(simulated_bus(), script);
+  EXPECT_NE(outcome.ended.find("1000"), std::string::npos) << outcome.ended;
+  EXPECT_FALSE(outcome.result.axes[kBoom].preset);
+}
+
 TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {
   const auto bus = simulated_bus();
   const Outcome outcome = commission(bus, {"ready", "configure", "pressed", "released", "0", "no"});

@@ -137,7 +137,7 @@ TEST(BusNodes, WhatCannotBeIsRefusedWithItsKey) {
       {"name = \"pressures\"", "name = \"pressures\"\ntpdo3 = 0x1B8", "its frames' identifier 0x1B8 is taken by"},
       {"pressure_value = \"integer16\"", "pressure_value = \"integer\"", "need 6 frames, and a node has 4"},
       {"pressure_digits = 1", "pressure_digits = 2", "16 bits reach 327.67 bar"},
-      {"[limits]", "[bus.nodes]\n[limits]", "bus.nodes"},
+      {"[limits]", "[bus.nodes]\n[limits]", "stands beside [[bus.node]] tables: keep one of the two"},
       {"bit_rate_kbps = 250", "bit_rate_kbps = 125", "too slow: these frames load the bus"},
   };
   for (const Case& c : cases)

@@ -139,12 +139,13 @@ TEST(GuardLines, NameWhatWasNeverProvedNotProvedAndProvedOfAnotherDevice) {
   node("boom_valve").guard = {true, 7, "2026-01-02"};
   node("arm_valve").guard = {false, 8, "2026-01-02"};
   node("bucket_valve").unguarded = "a relay takes its power away";
-  node("enable").guard = {true, 9, "2026-01-02"};
+  node("enable").guard = {true, 9, "2026-01-02", false};
   lines = guard_lines(bus, [](std::uint8_t id) { return id != 0x10; });
   EXPECT_EQ(lines, (std::vector<std::string>{
                        "the guard of boom_valve was proved on 2026-01-02, of another device",
                        "the guard of arm_valve was tried on 2026-01-02 and not proved",
-                       "bucket_valve may have no guard, as the machine file says: a relay takes its power away"}));
+                       "bucket_valve may have no guard, as the machine file says: a relay takes its power away",
+                       "the guard of enable was proved on 2026-01-02, of another device"}));
 }
 
 /// Starts the nodes of the machine as its file is, with a change.
