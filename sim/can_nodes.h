@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
+#include "sim/lss_node.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 
@@ -61,8 +63,18 @@ class NodeProtocol {
   [[nodiscard]] std::uint32_t value(canopen::Object object) const noexcept;
   void replace(canopen::Object object, std::uint32_t value) noexcept;
   /// From its next reset on it has these objects as they are delivered and no others, whatever this kind of node has.
-  /// What the kind does not know and a transmit PDO maps is a constant.
+  /// What the kind does not know is a number without effect.
   void become(const std::vector<DeviceObject>& dictionary);
+  /// Object 0x1018:04, which a node does not have by itself.
+  void set_serial(std::uint32_t serial);
+  /// Switched on with this node id instead of the one it was made with; lss::kNoNodeId: with none, so that it is there
+  /// for LSS alone. The identifiers of its PDOs follow its id.
+  void start_as(std::uint8_t id) noexcept;
+  /// Its node id cannot be set by LSS, but is what all these objects say, from its next reset on.
+  void keep_id_in(std::vector<canopen::Object> objects) { id_objects_ = std::move(objects); }
+  /// As a device without LSS.
+  void remove_lss() noexcept { has_lss_ = false; }
+  [[nodiscard]] LssNode& lss() noexcept { return lss_; }
   /// As some devices: without this object; refusing every write to it; silent for so long from each reset on.
   void remove(canopen::Object object) noexcept;
   void refuse(canopen::Object object, canopen::SdoAbort abort) noexcept;
@@ -125,6 +137,9 @@ class NodeProtocol {
   /// Whose parameters (0x1800 and up) or map (0x1A00 and up) this is; nullptr where it is neither.
   [[nodiscard]] Tpdo* tpdo_with(std::uint16_t index, std::uint16_t first) noexcept;
   void obey(canopen::NmtCommand command) noexcept;
+  void hear_lss(const CanFrame& frame, Outbox& out) noexcept;
+  /// The one it was given since it was started.
+  void take_node_id(bool all) noexcept;
   /// Whatever can be written is kept over a reset from now on.
   void save() noexcept;
   void power_on(std::uint16_t first_index, std::uint16_t last_index) noexcept;
@@ -139,6 +154,10 @@ class NodeProtocol {
   void send(Tpdo& tpdo, Time now, Outbox& out) noexcept;
 
   std::uint8_t id_;
+  std::uint8_t cob_id_of_;  ///< Node id that the identifiers of its PDOs are for.
+  LssNode lss_;
+  bool has_lss_ = true;
+  std::vector<canopen::Object> id_objects_;
   std::vector<Entry> entries_;
   Handle error_register_ = 0, consumer_ = 0, producer_ = 0;
   std::array<Tpdo, kTpdos> tpdos_;

@@ -17,6 +17,7 @@ constexpr std::uint8_t kCobId = 1, kType = 2;  // sub-indices of a PDO's paramet
 constexpr std::uint32_t kMostSyncs = 240;      // a transmission type up to this is every so many SYNCs
 constexpr std::uint16_t kFirstDeviceIndex = 0x2000;
 constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // bit 30 of a COB-ID
+constexpr Object kRevision{0x1018, 3};
 
 /// The object of an entry of a map.
 Object mapped_by(std::uint32_t mapping) noexcept {
@@ -31,7 +32,8 @@ Duration milliseconds(std::uint32_t value) noexcept {
 
 NodeProtocol::NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdos, std::uint8_t tpdo_type,
                            const canopen::PdoMap& rpdo)
-    : id_(identity.id) {
+    : id_(identity.id), cob_id_of_(identity.id) {
+  lss_.set_node_id(id_);
   add(canopen::kDeviceType, 4, Access::kReadOnly, identity.device_type);
   error_register_ = add(canopen::kErrorRegister, 1, Access::kReadOnly);
   consumer_ = add(canopen::kConsumerHeartbeat, 4, Access::kReadWrite);
@@ -96,11 +98,19 @@ void NodeProtocol::become(const std::vector<DeviceObject>& dictionary) {
     entry.value = entry.at_power_on = sold->value;
   }
   for (const DeviceObject& entry : dictionary) {
-    if (tpdo_with(entry.object.index, kTpdoMaps) == nullptr || entry.object.subindex == 0) continue;
-    const auto constant = of_device(mapped_by(entry.value));
-    if (constant != dictionary.end() && find(constant->object) == nullptr)
-      add(constant->object, constant->size, constant->access, constant->value);
+    if (find(entry.object) == nullptr) add(entry.object, entry.size, entry.access, entry.value);
   }
+  power_on(0, 0xFFFF);
+}
+
+void NodeProtocol::set_serial(std::uint32_t serial) {
+  if (find(canopen::kSerialNumber) == nullptr) add(canopen::kSerialNumber, 4, Access::kReadOnly);
+  replace(canopen::kSerialNumber, serial);
+}
+
+void NodeProtocol::start_as(std::uint8_t id) noexcept {
+  lss_.set_node_id(id);
+  take_node_id(false);
   power_on(0, 0xFFFF);
 }
 
@@ -186,6 +196,7 @@ bool NodeProtocol::rpdo_lost(Time now) const noexcept {
 }
 
 void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcept {
+  if (frame.id == lss::kRequestId) return hear_lss(frame, out);
   if (state_ == NmtState::kBootUp) return;
   if (frame.id == canopen::kSyncId) {
     if (operational()) hear_sync();
@@ -199,6 +210,40 @@ void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcep
   } else if (frame.id == canopen::heartbeat_id(static_cast<std::uint8_t>(entries_[consumer_].value >> 16 & 0x7FU))) {
     if (canopen::parse_heartbeat(frame)) producer_heard_ = now;
   }
+}
+
+void NodeProtocol::hear_lss(const CanFrame& frame, Outbox& out) noexcept {
+  const bool boots = state_ == NmtState::kBootUp && id_ != lss::kNoNodeId;
+  if (!has_lss_ || boots) return;
+  const LssNode::Reply reply = lss_.receive(
+      frame, id_,
+      {value(canopen::kVendorId), value(canopen::kProductCode), value(kRevision), value(canopen::kSerialNumber)});
+  if (reply.answers) out.push(reply.frame);
+  if (reply.boots) obey(NmtCommand::kResetCommunication);
+}
+
+void NodeProtocol::take_node_id(bool all) noexcept {
+  std::uint8_t id = lss_.pending();
+  if (all && !id_objects_.empty()) {
+    id = static_cast<std::uint8_t>(value(id_objects_[0]));
+    for (const Object object : id_objects_) {
+      if (Entry* entry = find(object)) entry->at_power_on = entry->value;
+      if (value(object) != id) id = id_;
+    }
+    if (id < 1 || id > 127) id = id_;
+    lss_.set_node_id(id);
+  }
+  if (id != lss::kNoNodeId) {
+    const auto move = [&](Handle cob_id) {
+      Entry& entry = entries_[cob_id];
+      if (canopen::node_of(entry.at_power_on) == cob_id_of_)
+        entry.at_power_on += static_cast<std::uint32_t>(id - cob_id_of_);
+    };
+    move(rpdo_.cob_id);
+    for (const Tpdo& tpdo : tpdos_) move(tpdo.pdo.cob_id);
+    cob_id_of_ = id;
+  }
+  id_ = id;
 }
 
 void NodeProtocol::hear_sync() noexcept {
@@ -243,9 +288,11 @@ void NodeProtocol::obey(NmtCommand command) noexcept {
       state_ = NmtState::kPreOperational;
       break;
     case NmtCommand::kResetNode:
+      take_node_id(true);
       power_on(0, 0xFFFF);
       break;
     case NmtCommand::kResetCommunication:
+      take_node_id(false);
       power_on(0, kFirstDeviceIndex - 1);
       break;
   }
@@ -272,6 +319,7 @@ void NodeProtocol::power_on(std::uint16_t first_index, std::uint16_t last_index)
 
 void NodeProtocol::step(Time now, Outbox& out) noexcept {
   if (state_ == NmtState::kBootUp) {
+    if (id_ == lss::kNoNodeId) return;
     if (boots_since_ == kNever) boots_since_ = now;
     if (now - boots_since_ < boot_time_) return;
     boots_since_ = kNever;
@@ -329,7 +377,7 @@ void NodeProtocol::send(Tpdo& tpdo, Time now, Outbox& out) noexcept {
 void NodeProtocol::emergency(std::uint16_t code, Outbox& out) noexcept {
   const std::uint8_t error_register = code == canopen::kEmcyReset ? 0 : 1;
   entries_[error_register_].value = error_register;
-  if (state_ == NmtState::kStopped) return;
+  if (state_ == NmtState::kStopped || id_ == lss::kNoNodeId) return;
   out.push(canopen::emergency_frame(id_, {code, error_register, {}}));
 }
 

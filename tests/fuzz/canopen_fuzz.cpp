@@ -4,6 +4,7 @@
 
 #include "tests/fuzz/require.h"
 #include "transport/canopen.h"
+#include "transport/lss.h"
 #include "transport/signal_codec.h"
 
 namespace {
@@ -24,6 +25,12 @@ void check(const knuckle::CanFrame& frame) {
   (void)canopen::parse_nmt(frame);
   (void)canopen::parse_heartbeat(frame);
   (void)canopen::parse_enable(frame);
+  for (const auto& message : {knuckle::lss::parse_request(frame), knuckle::lss::parse_answer(frame)}) {
+    if (!message) continue;
+    const knuckle::CanFrame again = knuckle::lss::request(message->service, message->value);
+    require(frame.size == 8 && std::equal(again.data.begin(), again.data.begin() + 5, frame.data.begin()));
+    require(knuckle::lss::error_text(message->service, message->code()) != nullptr);
+  }
 }
 
 /// Wherever a field lies: it is read, or the frame is too short for it.

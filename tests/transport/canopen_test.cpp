@@ -11,16 +11,7 @@
 namespace knuckle::canopen {
 namespace {
 
-/// A frame as candump writes it: "185#0011".
-CanFrame frame(const std::string& text) {
-  CanFrame result;
-  const auto hash = text.find('#');
-  result.id = static_cast<std::uint32_t>(std::stoul(text.substr(0, hash), nullptr, 16));
-  const auto data = test::hex(text.substr(hash + 1));
-  result.size = static_cast<std::uint8_t>(data.size());
-  std::copy(data.begin(), data.end(), result.data.begin());
-  return result;
-}
+using test::frame;
 
 TEST(Canopen, NetworkFramesHaveTheBytesOfCia301) {
   EXPECT_EQ(nmt_frame(NmtCommand::kStart, 0), frame("000#0100"));
