@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -250,6 +251,22 @@ void refuse_option(const std::string& option, const std::string& value, const st
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit) {
   if (!value || (*value >= low && *value <= high)) return;  // a NaN is in no range
   refuse_option(option, shown(*value), "must be from " + shown(low) + " to " + shown(high) + unit);
+}
+
+std::optional<std::uint32_t> whole_number(std::string_view text, std::uint32_t most) {
+  const bool hex = text.starts_with("0x");
+  if (hex) text.remove_prefix(2);
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
+  if (error != std::errc() || end != text.data() + text.size() || value > most) return std::nullopt;
+  return value;
+}
+
+std::uint8_t node_id(const std::string& option, const std::string& text) {
+  constexpr std::uint32_t kLast = 127;
+  const auto id = whole_number(text, kLast);
+  if (!id || *id == 0) refuse_option(option, text, "must be a node id, 1 to 127 or 0x01 to 0x7F");
+  return static_cast<std::uint8_t>(*id);
 }
 
 void check_readable(const std::string& option, const std::string& file) {

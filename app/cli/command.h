@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/cli/options.h"
@@ -60,6 +61,10 @@ inline constexpr const char* kExitCodes =
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
 /// A value that is not given is in every range. @throws InputError
 void check_range(const char* option, const std::optional<double>& value, double low, double high, const char* unit);
+/// Decimal or 0x...; nullopt where the text is no such number, or one above `most`.
+[[nodiscard]] std::optional<std::uint32_t> whole_number(std::string_view text, std::uint32_t most);
+/// Of a CANopen device. @throws InputError where the text is none.
+[[nodiscard]] std::uint8_t node_id(const std::string& option, const std::string& text);
 /// @throws InputError unless the file can be read.
 void check_readable(const std::string& option, const std::string& file);
 /// @throws InputError unless files can be made in the folder; where it is missing, in the one it would be made in.

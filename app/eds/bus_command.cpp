@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
+#include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
+#include "app/eds/assign_id.h"
 #include "app/eds/migrate.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
@@ -263,17 +265,19 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
 namespace {
 
 struct BusOptions {
-  std::string action, file, id, as, machine;
+  std::string action, file, id, as, machine, can, from;
+  std::optional<std::uint32_t> serial;
+  std::vector<std::string> by_objects;
 };
 
-std::uint8_t node_id(const std::string& text) {
-  const bool hex = text.starts_with("0x");
-  unsigned id = 0;
-  const char* const begin = text.data() + (hex ? 2 : 0);
-  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), id, hex ? 16 : 10);
-  if (error != std::errc() || end != text.data() + text.size() || id < 1 || id > 127)
-    cli::refuse_option("--id", text, "must be a node id, 1 to 127 or 0x01 to 0x7F");
-  return static_cast<std::uint8_t>(id);
+/// "0x20F0" or "0x20F0:01", the sub-index in hexadecimal.
+canopen::Object own_object(const std::string& text) {
+  const auto colon = text.find(':');
+  const auto index = cli::whole_number(text.substr(0, colon), 0xFFFF);
+  const auto subindex = colon == std::string::npos ? 0 : cli::whole_number("0x" + text.substr(colon + 1), 0xFF);
+  if (!text.starts_with("0x") || !index || *index < 0x2000 || !subindex)
+    cli::refuse_option("--by-object", text, "must be an object of the device, such as 0x20F0 or 0x20F0:01");
+  return {static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex)};
 }
 
 /// The machine file's text, where it may be changed.
@@ -296,7 +300,7 @@ std::string write_keeping_older(const std::string& machine, const std::string& t
 }
 
 int add(const BusOptions& o) {
-  const std::uint8_t id = node_id(o.id);
+  const std::uint8_t id = cli::node_id("--id", o.id);
   cli::check_readable("FILE", o.file);
   cli::Places places;
   places.input("FILE", o.file);
@@ -331,34 +335,108 @@ int migrate(const std::string& machine) {
   return 0;
 }
 
-int run_bus(const BusOptions& o) {
-  const bool adds = o.action == "add";
-  for (const auto& [option, value] : {std::pair{"FILE", &o.file}, {"--id", &o.id}, {"--as", &o.as}}) {
-    if (adds && value->empty()) cli::refuse_option(option, "", "is required by bus add");
-    if (!adds && !value->empty()) cli::refuse_option(option, *value, "does not go with bus " + o.action);
+/// Which device has the id, and what the machine file calls it.
+std::string given_text(const IdRequest& request, const AssignedId& given) {
+  const NodeDescription* const node = request.bus.find(request.id);
+  std::string name;
+  if (!request.machine.empty())
+    name = node != nullptr ? ", " + node->name + " in " + request.machine + ", whose vendor and product it has"
+                           : ", which " + request.machine + " has not";
+  const std::string before =
+      given.before == lss::kNoNodeId ? "had no node id" : fmt::format("was node 0x{:02X}", given.before);
+  return fmt::format("{}: {}, is node 0x{:02X}{}", text(given.device), before, request.id, name);
+}
+
+int assign(const BusOptions& o) {
+  IdRequest request;
+  request.id = cli::node_id("--id", o.id);
+  if (!o.from.empty()) request.from = cli::node_id("--from", o.from);
+  if (request.from == request.id) cli::refuse_option("--from", o.from, "is the node id that it is to have");
+  if (request.from && o.serial) cli::refuse_option("--serial", "", "does not go with --from, which names the device");
+  request.serial = o.serial;
+  for (const std::string& one : o.by_objects) request.objects.push_back(own_object(one));
+  if (!request.objects.empty() && !request.from)
+    cli::refuse_option("--by-object", o.by_objects[0], "needs --from: the node id that the device has now");
+  if (!o.machine.empty()) {
+    request.machine = o.machine;
+    request.bus = load_machine(find_config("machine", o.machine)).bus;
   }
-  return adds ? add(o) : migrate(o.machine);
+  if (request.id == request.bus.controller_id)
+    cli::refuse_option("--id", o.id, "is the controller's" + (o.machine.empty() ? "" : " in " + o.machine));
+  const cli::InterruptGuard interrupt;
+  BusAccess access = real_access(o.can);
+  const AssignedId given = assign_id(access, request, [&](bool told) {
+    if (!interrupt.pending()) return;
+    throw cli::Interrupted(told ? "the device may have its new node id: see knuckle doctor --can " + o.can
+                                : "no device was told another node id");
+  });
+  if (!given.problem.empty()) {
+    std::cerr << "knuckle: " << o.can << ": " << text(given.device) << ": " << given.problem << '\n';
+    return 1;
+  }
+  std::cout << given_text(request, given)
+            << (given.device.serial != 0
+                    ? "; found there with the same serial\n"
+                    : "; found there; it has no serial: another one of its kind would look the same\n");
+  return 0;
+}
+
+/// Refuses an option that the action needs and has not, or has and does not know.
+void check_options(const BusOptions& o) {
+  struct Option {
+    const char* name;
+    bool given;
+    std::string value, needed_by, known_by;
+  };
+  const std::string add = " add ", assign = " assign-id ", migrate = " migrate ", action = ' ' + o.action + ' ';
+  for (const auto& [name, given, value, needed_by, known_by] :
+       {Option{"FILE", !o.file.empty(), o.file, add, add},
+        {"--id", !o.id.empty(), o.id, add + assign, add + assign},
+        {"--as", !o.as.empty(), o.as, add, add},
+        {"--machine", !o.machine.empty(), o.machine, add + migrate, add + migrate + assign},
+        {"--can", !o.can.empty(), o.can, assign, assign},
+        {"--from", !o.from.empty(), o.from, "", assign},
+        {"--serial", o.serial.has_value(), "", "", assign},
+        {"--by-object", !o.by_objects.empty(), "", "", assign}}) {
+    if (!given && needed_by.find(action) != std::string::npos)
+      cli::refuse_option(name, "", "is required by bus " + o.action);
+    if (given && known_by.find(action) == std::string::npos)
+      cli::refuse_option(name, value, "does not go with bus " + o.action);
+  }
+}
+
+int run_bus(const BusOptions& o) {
+  check_options(o);
+  return o.action == "add" ? add(o) : o.action == "assign-id" ? assign(o) : migrate(o.machine);
 }
 
 }  // namespace
 
 cli::Command bus_entry() {
   return {
-      "bus", "Puts a device that is sold into a machine file, from its vendor's EDS; writes older files' nodes anew",
+      "bus", "Gives a device that is sold its node id, and puts it into a machine file; writes older files' nodes anew",
       [](const cli::OptionList& command) {
         const auto o = std::make_shared<BusOptions>();
         command
             .add_option("ACTION", o->action,
-                        "add: puts a device into the machine file. migrate: writes [bus.nodes] as [[bus.node]] tables")
+                        "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
+                        "migrate: writes [bus.nodes] as [[bus.node]] tables")
             .required()
-            .one_of({"add", "migrate"});
+            .one_of({"assign-id", "add", "migrate"});
         command.add_option("FILE", o->file, "add: the device's file from its vendor (.eds)");
-        command.add_option("--id", o->id, "add: node id of the device, 1 to 127 or 0x01 to 0x7F");
+        command.add_option("--id", o->id, "add, assign-id: node id of the device, 1 to 127 or 0x01 to 0x7F");
         command.add_option("--as", o->as, "add: name of the node whose place it takes: boom_valve, tilt, ...");
+        command.add_option("--machine", o->machine,
+                           "add, migrate: machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml. "
+                           "assign-id: name or file of the machine whose node it is to be");
+        command.add_option("--can", o->can, "assign-id: CAN interface");
+        command.add_option("--from", o->from,
+                           "assign-id: node id that it has now (default: the one device that answers LSS)");
+        command.add_option("--serial", o->serial, "assign-id: of several equal devices with LSS, the one to change");
         command
-            .add_option("--machine", o->machine,
-                        "Machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml")
-            .required();
+            .add_option("--by-object", o->by_objects,
+                        "assign-id: object of the device that holds its node id, instead of LSS: 0x20F0 or 0x20F0:01")
+            .one_value_each();
         return [o] { return run_bus(*o); };
       }};
 }

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <csignal>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
@@ -14,6 +16,7 @@
 #include "app/session/truth_file.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
+#include "transport/lss.h"
 #include "transport/socket_can.h"
 
 namespace knuckle::programs {
@@ -25,7 +28,7 @@ constexpr const char* kSchema = "knuckle-node/1";
 struct Options {
   std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth, family;
   std::uint64_t seed = 1;
-  std::vector<std::string> faults, devices;
+  std::vector<std::string> faults, devices, serials, first_ids;
   std::optional<double> duration_s, boot_time_s;
   std::string csv, json;
 };
@@ -56,6 +59,10 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--nodes", o.nodes, "Nodes to simulate: all, or names separated by commas, such as boom_valve,tilt")
       .show_default();
   c.add_option("--eds", o.devices, "Play a node as a device that is sold: NODE=FILE, such as boom_valve=valve.eds")
+      .one_value_each();
+  c.add_option("--serial", o.serials, "Serial number of a node: NODE=NUMBER").one_value_each();
+  c.add_option("--node-id", o.first_ids,
+               "Node id that a node has at first, as delivered: NODE=ID, or NODE=none (knuckle bus assign-id)")
       .one_value_each();
   c.add_option("--boot-time", o.boot_time_s, "How long every node boots, in seconds (default: 0)");
   c.add_option("--fault", o.faults,
@@ -95,16 +102,33 @@ std::vector<std::uint8_t> left_out(const std::string& asked, const BusDescriptio
   return out;
 }
 
-/// NODE=FILE
-SoldDevice sold_device(const std::string& asked, const BusDescription& bus) {
+/// Of NODE=VALUE. @return the node's id, and the value
+std::pair<std::uint8_t, std::string> of_node(const char* option, const std::string& asked, const BusDescription& bus) {
   const auto equals = asked.find('=');
   const NodeDescription* const node = bus.find(asked.substr(0, equals));
   if (equals == std::string::npos || node == nullptr)
-    cli::refuse_option("--eds", asked, "must be NODE=FILE; nodes are " + bus.node_names());
-  const std::string file = asked.substr(equals + 1);
+    cli::refuse_option(option, asked, "must be NODE=...; nodes are " + bus.node_names());
+  return {node->id, asked.substr(equals + 1)};
+}
+
+SoldDevice sold_device(const std::string& asked, const BusDescription& bus) {
+  const auto [node, file] = of_node("--eds", asked, bus);
   cli::check_readable("--eds", file);
   const eds::DeviceFile device = eds::read_device_file(file);
-  return {node->id, eds::dictionary(device, node->id)};
+  return {node, eds::dictionary(device, node), device.lss};
+}
+
+void identify_nodes(const Options& o, const BusDescription& bus, NodeSetup& setup) {
+  for (const std::string& asked : o.serials) {
+    const auto [node, text] = of_node("--serial", asked, bus);
+    const auto serial = cli::whole_number(text, std::numeric_limits<std::uint32_t>::max());
+    if (!serial) cli::refuse_option("--serial", asked, "must be a number of 32 bits");
+    setup.serials[node] = *serial;
+  }
+  for (const std::string& asked : o.first_ids) {
+    const auto [node, text] = of_node("--node-id", asked, bus);
+    setup.first_ids[node] = text == "none" ? lss::kNoNodeId : cli::node_id("--node-id", text);
+  }
 }
 
 NodeSetup set_up(const Options& o) {
@@ -117,6 +141,7 @@ NodeSetup set_up(const Options& o) {
   setup.seed = o.seed;
   setup.left_out = left_out(o.nodes, machine.bus);
   for (const std::string& device : o.devices) setup.devices.push_back(sold_device(device, machine.bus));
+  identify_nodes(o, machine.bus, setup);
   setup.boot_time_s = o.boot_time_s.value_or(0);
   for (const std::string& fault : o.faults) setup.faults.push_back(parse_fault(fault, machine.bus));
   return setup;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -35,13 +34,8 @@ double seconds_in(const std::string& text, const std::string& cell, const char* 
 }
 
 std::uint8_t node_in(const std::string& text, const std::string& cell, sim::FaultKind kind, const BusDescription& bus) {
-  const bool hex = cell.rfind("0x", 0) == 0;
-  unsigned id = 0;
-  const char* first = cell.data() + (hex ? 2 : 0);
-  const char* last = cell.data() + cell.size();
-  const auto [end, error] = std::from_chars(first, last, id, hex ? 16 : 10);
-  const bool number = error == std::errc() && end == last;
-  const NodeDescription* const found = number && id <= 127 ? bus.find(static_cast<std::uint8_t>(id)) : bus.find(cell);
+  const auto id = cli::whole_number(cell, 127);
+  const NodeDescription* const found = id ? bus.find(static_cast<std::uint8_t>(*id)) : bus.find(cell);
   if (found == nullptr) refuse(text, "no node \"" + cell + "\"; there are " + bus.node_names());
   const std::uint8_t node = found->id;
   if (const char* const why = sim::why_not(kind, node, bus)) refuse(text, why);
@@ -120,10 +114,15 @@ class NodeRunner {
         signals_(signals),
         rows_(truth_csv, kTicksPerRow) {
     sim::CanNodes& nodes = machine_.machine().nodes();
-    for (const SoldDevice& device : setup.devices) nodes.node(device.node)->become(device.dictionary);
+    for (const SoldDevice& device : setup.devices) {
+      nodes.node(device.node)->become(device.dictionary);
+      if (!device.lss) nodes.node(device.node)->remove_lss();
+    }
     for (const NodeDescription& node : setup.truth.machine.bus.nodes)
       nodes.node(node.id)->set_boot_time(from_seconds(setup.boot_time_s));
     for (const std::uint8_t node : setup.left_out) machine_.machine().inject(node, sim::NodeFault::kSilent);
+    for (const auto& [node, serial] : setup.serials) nodes.node(node)->set_serial(serial);
+    for (const auto& [node, id] : setup.first_ids) nodes.node(node)->start_as(id);  // last: nodes are found by their id
   }
 
   // The loop's thread.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -75,6 +76,7 @@ class NodeFaults {
 struct SoldDevice {
   std::uint8_t node = 0;
   std::vector<sim::DeviceObject> dictionary;
+  bool lss = true;  ///< Its node id can be set by LSS.
 };
 
 struct NodeSetup {
@@ -85,6 +87,9 @@ struct NodeSetup {
   std::vector<std::uint8_t> left_out;  ///< Nodes that are not played: real ones, or none.
   std::vector<SoldDevice> devices;
   double boot_time_s = 0;  ///< Of every node.
+  // By the node ids of the machine file.
+  std::map<std::uint8_t, std::uint32_t> serials;
+  std::map<std::uint8_t, std::uint8_t> first_ids;  ///< Until they are given another; lss::kNoNodeId: none.
   std::vector<PlannedFault> faults;
 };
 

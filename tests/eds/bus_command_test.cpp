@@ -344,13 +344,36 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
   EXPECT_NE(said({"add", "--machine", file}).find("knuckle: FILE: is required by bus add"), std::string::npos);
   EXPECT_NE(said({"add", "a.eds", "--machine", file}).find("knuckle: --id: is required by bus add"), std::string::npos);
   EXPECT_NE(said({"add", "a.eds", "--id", "3", "--machine", file}).find("--as: is required by"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--as", "tilt"}).find("--machine is required"), std::string::npos);
-  EXPECT_NE(said({"migrate"}).find("--machine is required"), std::string::npos);
+  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--as", "tilt"}).find("--machine: is required by bus add"),
+            std::string::npos);
+  EXPECT_NE(said({"migrate"}).find("--machine: is required by bus migrate"), std::string::npos);
   EXPECT_NE(said({"migrate", "a.eds", "--machine", file}).find("FILE a.eds: does not go with bus migrate"),
             std::string::npos);
   EXPECT_NE(said({"migrate", "--as", "tilt", "--machine", file}).find("--as tilt: does not go with"),
             std::string::npos);
   EXPECT_EQ(test::content(file), solar());
+  struct Case {
+    std::vector<std::string> arguments;
+    const char* told;
+  };
+  for (const auto& [arguments, told] :
+       {Case{{"--can", "no_such_can"}, "--id: is required by bus assign-id"},
+        Case{{"--id", "0x10"}, "--can: is required by bus assign-id"},
+        Case{{"--id", "0x80", "--can", "c"}, "--id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F"},
+        Case{{"--id", "0x10", "--can", "c", "--as", "tilt"}, "--as tilt: does not go with bus assign-id"},
+        Case{{"--id", "0x10", "--can", "c", "--from", "16"}, "--from 16: is the node id that it is to have"},
+        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--serial", "7"}, "--serial: does not go with --from"},
+        Case{{"--id", "0x10", "--can", "c", "--by-object", "0x20F0"}, "--by-object 0x20F0: needs --from"},
+        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--by-object", "0x1018:04"},
+             "--by-object 0x1018:04: must be an object of the device, such as 0x20F0 or 0x20F0:01"},
+        Case{{"--id", "1", "--can", "c"}, "--id 1: is the controller's"},
+        Case{{"--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"}}) {
+    std::vector<std::string> all{"assign-id"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const std::string err = said(all);
+    EXPECT_NE(err.find(told), std::string::npos) << err;
+    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+  }
 }
 
 TEST(BusAdd, FindsNothingAgainstDevicesThatAreSold) {

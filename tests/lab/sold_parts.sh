@@ -1,4 +1,4 @@
-# Parts that are sold: valves with control words of their own, without a heartbeat consumer and with defaults that map
+# Parts that are sold: how they get their node ids; valves with control words of their own, without a heartbeat consumer and with defaults that map
 # something else; an inclinometer whose COB-ID nobody may write. From their vendors' files into the machine file, and
 # from nodes that boot for 3 s to valves that are active, without a word about how.
 # shellcheck shell=dash disable=SC2154,SC2016
@@ -57,6 +57,20 @@ check "an inclinometer's as well" add /tmp/tilt.eds 0x38 tilt
 check "... with the words that the valves want" holds $machine 'profile = "cia408/pved"'
 
 vcan_up vcan0
+record ids vcan0
+start ids.node knuckle node --machine $machine --can vcan0 --nodes boom_valve,arm_valve --boot-time 1 \
+  --node-id boom_valve=none --serial boom_valve=4711 --node-id arm_valve=0x7F --serial arm_valve=4712
+within 5 sh -c "grep -q ' 77F#00' $result/ids.candump.log"
+assign() { knuckle bus assign-id --can vcan0 --machine $machine "$@" > /tmp/assigned 2>&1; }
+check "of two valves that answer LSS none gets an id" not assign --id 0x10
+check "... both are named" holds /tmp/assigned '2 devices answer LSS, with the serials 4711, 4712'
+check "... one of them by its serial gets its id" assign --id 0x10 --serial 4711
+check "... and says so under it" holds /tmp/assigned 'serial 4711: had no node id, is node 0x10, boom_valve in'
+check "the other by the id that it has" assign --id 0x11 --from 0x7F
+check "... no id a second time" not assign --id 0x11 --serial 4711
+check "... which is in use" holds /tmp/assigned 'node id 0x11 is in use: .*serial 4712'
+stop ids.node
+stop recorder
 record sold vcan0
 start sold.node knuckle node --machine $machine --can vcan0 --boot-time 3 --eds boom_valve=/tmp/valve.eds \
   --eds arm_valve=/tmp/valve.eds --eds bucket_valve=/tmp/valve.eds --eds tilt=/tmp/tilt.eds

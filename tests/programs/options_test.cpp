@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "app/cli/command.h"
 #include "app/programs/programs.h"
 #include "core/error.h"
 #include "tests/support/places.h"
@@ -190,6 +191,25 @@ TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_NE(message.find(bad.named[0]), std::string::npos) << message;
   }
+}
+
+TEST(CommandLine, SerialAndFirstIdOfASimulatedNodeAreOfANodeThatThereIsAndWithinTheirBounds) {
+  const auto refused = [](const std::string& option, const std::string& value) {
+    return test::refusal([&] {
+      return cli::parse_command_line({"knuckle", "", "", {node_entry()}},
+                                     {"node", "--can", "no_such_can", option, value})
+          .run();
+    });
+  };
+  EXPECT_EQ(refused("--serial", "boom_valve=4294967296"),
+            "--serial boom_valve=4294967296: must be a number of 32 bits");
+  EXPECT_EQ(refused("--node-id", "boom_valve=0x80"), "--node-id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F");
+  for (const std::string option : {"--serial", "--node-id", "--eds"}) {
+    for (const std::string value : {"swing_valve=7", "boom_valve"})
+      EXPECT_EQ(refused(option, value).find(option + ' ' + value + ": must be NODE=...; nodes are boom_valve, "), 0U);
+  }
+  EXPECT_EQ(refused("--node-id", "boom_valve=none").find("CAN interface"), 0U) << "taken";
+  EXPECT_EQ(refused("--serial", "boom_valve=0xFFFFFFFF").find("CAN interface"), 0U);
 }
 
 TEST(CommandLine, AnUnknownCommandIsRefused) {
