@@ -10,6 +10,7 @@
 #include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "transport/canopen.h"
+#include "transport/lss.h"
 #include "transport/signal_codec.h"
 #include "transport/virtual_can.h"
 
@@ -24,7 +25,7 @@ constexpr std::size_t kAtOnce = 8;  // nodes whose answers are waited for side b
 // Request and response take half a millisecond at 500 kbit/s: an eighth of the bus load, beside other participants.
 constexpr Duration kApart = 4ms;
 const std::vector<Object> kStranger{canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode,
-                                    canopen::kErrorRegister};
+                                    canopen::kSerialNumber, canopen::kErrorRegister};
 
 /// Reads one node's objects one after the other.
 class Reader {
@@ -119,6 +120,13 @@ class Surveyor {
     }
   }
 
+  /// Any device without a node id answers; it does nothing else.
+  void ask_for_devices_without_id() {
+    const Time sent = access_.now();
+    (void)access_.bus().send(lss::request(lss::Service::kIdentifyUnconfigured));
+    while (access_.now() - sent < from_seconds(options_.answer_s)) tick();
+  }
+
   [[nodiscard]] BusSurvey& found() noexcept { return found_; }
   [[nodiscard]] BusSurvey finish() {
     found_.state = access_.bus().state();
@@ -154,6 +162,8 @@ class Surveyor {
       frames.newest = frame;
     }
     found_.sync = found_.sync || frame.id == canopen::kSyncId;
+    if (const auto answer = lss::parse_answer(frame); answer && answer->service == lss::Service::kUnconfigured)
+      ++found_.without_id;
     const std::uint8_t id = canopen::node_of(frame.id);
     if (id == 0) return;
     if (canopen::function_of(frame.id) == canopen::sdo_request_id(0)) found_.others_ask = true;
@@ -224,6 +234,7 @@ BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,
     if (!wanted.contains(id)) readers.emplace_back(id, kStranger);
   }
   surveyor.ask(std::move(readers));
+  surveyor.ask_for_devices_without_id();
   std::erase_if(surveyor.found().nodes, [&](const auto& entry) {
     const SurveyedNode& node = entry.second;
     return !wanted.contains(entry.first) && !node.answers() && !node.state && !node.emergency;

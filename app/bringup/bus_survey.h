@@ -1,5 +1,5 @@
-// Lists the nodes of a machine bus by listening and by reading objects over SDO: nothing is started, configured or
-// moved, and only SDO upload requests are sent.
+// Lists the nodes of a machine bus by listening, by reading objects over SDO, and by asking over LSS for devices
+// without a node id: nothing is started, configured or moved.
 #pragma once
 
 #include <array>
@@ -62,9 +62,10 @@ struct BusSurvey {
   double load = 0;                             ///< Share of the bit rate, without what the survey sent itself.
   std::map<std::uint32_t, HeardFrames> heard;  ///< By identifier.
   std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; every node that sent a frame or got a request.
-  bool others_ask = false;   ///< Another program uses SDO: no request was sent, as responses could be mixed up.
-  bool sync = false;         ///< A controller is active.
-  std::uint64_t errors = 0;  ///< Error frames, and frames lost on the way, meanwhile.
+  bool others_ask = false;       ///< Another program uses SDO: no request was sent, as responses could be mixed up.
+  bool sync = false;             ///< A controller is active.
+  std::uint64_t without_id = 0;  ///< Devices without a node id that answered LSS: on a real bus their answers are one.
+  std::uint64_t errors = 0;      ///< Error frames, and frames lost on the way, meanwhile.
 };
 
 struct SurveyOptions {

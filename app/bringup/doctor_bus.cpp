@@ -65,6 +65,26 @@ std::string state_text(const SurveyedNode& node) {
   return "?";
 }
 
+/// What stops the node where its controller falls silent, as it is set now.
+std::string guard_text(const SurveyedNode& node, const NodeScript& expected) {
+  std::string text;
+  bool any = false;
+  for (const slave::SetupPart& part : expected.script) {
+    if (part.kind != slave::SetupPart::Kind::kGuard) continue;
+    any = true;
+    for (const SdoStep& step : part.asked) {
+      const std::uint32_t value = node.value(step.object).value_or(0), ms = value & 0xFFFFU;
+      if (ms == 0) continue;
+      text += text.empty() ? "" : ", ";
+      text += step.object == canopen::kConsumerHeartbeat
+                  ? fmt::format("{} ms without heartbeat of 0x{:02X}", ms, value >> 16)
+                  : fmt::format("{} ms without set-points", ms);
+    }
+  }
+  if (!any) return "";
+  return text.empty() ? "has no guard until start-up sets it" : "stops after " + text;
+}
+
 class Doctor {
  public:
   Doctor(const BusSurvey& survey, const MachineDescription* machine) : survey_(survey), machine_(machine) {
@@ -96,8 +116,9 @@ class Doctor {
     return std::any_of(scripts_.begin(), scripts_.end(), [id](const NodeScript& s) { return s.node.id == id; });
   }
   [[nodiscard]] bool bus_silent() const {
-    return survey_.heard.empty() && std::none_of(survey_.nodes.begin(), survey_.nodes.end(),
-                                                 [](const auto& entry) { return entry.second.answers(); });
+    return survey_.heard.empty() && survey_.without_id == 0 &&
+           std::none_of(survey_.nodes.begin(), survey_.nodes.end(),
+                        [](const auto& entry) { return entry.second.answers(); });
   }
 
   void judge_bus() {
@@ -127,6 +148,10 @@ class Doctor {
       say(Level::kNote, name, "SYNC is received: a controller is active on this bus; the nodes were read meanwhile");
     if (bus_silent() && !survey_.others_ask) {
       say(Level::kFault, name, "no frame received, no node answers: check the nodes' power, the plug and the bit rate");
+    }
+    if (survey_.without_id > 0) {
+      say(Level::kNote, name,
+          "a device without a node id is on the bus, perhaps several: knuckle bus assign-id gives it one");
     }
     const std::string load = fmt::format("{:.1f} % load over {:.1f} s", 100 * survey_.load, survey_.listened_s);
     say(survey_.load > kFullestBus ? Level::kFault : Level::kOk, name,
@@ -167,6 +192,7 @@ class Doctor {
       // Whatever it reads, either of the two may have said it.
     } else if (identity(node, expected, about)) {
       settings(node, expected, about, line);
+      line.guard = guard_text(node, expected);
       const NodeReading reading = reading_of(node, expected.node, *machine_);
       line.reading = reading.text;
       if (!reading.complaint.empty()) say(reading.fault ? Level::kFault : Level::kNote, about, reading.complaint);
@@ -367,25 +393,29 @@ class Doctor {
       say(Level::kNote, about,
           "is not in the machine file" +
               (line.device_type ? " (" + profile(*line.device_type) +
-                                      fmt::format(", vendor 0x{:08X}, product 0x{:08X})", line.vendor.value_or(0),
-                                                  line.product.value_or(0))
+                                      fmt::format(", vendor 0x{:08X}, product 0x{:08X}{})", line.vendor.value_or(0),
+                                                  line.product.value_or(0),
+                                                  line.serial ? fmt::format(", serial {}", *line.serial) : "")
                                 : std::string()) +
               possible_node(node));
     }
     errors(node, about);
   }
 
-  /// A missing node of the same type and product: most likely its id is wrong.
+  /// Missing nodes of the same type and product: most likely its id is wrong.
   [[nodiscard]] std::string possible_node(const SurveyedNode& node) const {
+    std::string names;
     for (const NodeScript& expected : scripts_) {
       const auto there = survey_.nodes.find(expected.node.id);
       const bool missing = there == survey_.nodes.end() || !there->second.answers();
       if (missing && node.value(canopen::kDeviceType) == expected.node.device_type &&
           node.value(canopen::kProductCode) == expected.node.product) {
-        return ": possibly " + expected.node.name + fmt::format(", expected with node id 0x{:02X}", expected.node.id);
+        names += (names.empty() ? "" : ", or ") +
+                 fmt::format("{}, expected with node id 0x{:02X}", expected.node.name, expected.node.id);
       }
     }
-    return "";
+    if (names.empty()) return "";
+    return ": possibly " + names + fmt::format("; knuckle bus assign-id --from 0x{:02X} gives it that id", node.id);
   }
 
   /// Identifiers that no node of the file sends.

@@ -20,6 +20,7 @@ struct NodeLine {
   std::string name;     ///< Key in the machine file; "-" where the file has no such node.
   std::string state;    ///< "operational", ...; "no heartbeat", "silent"
   std::string reading;  ///< Process value or state now, such as "60.21 bar"; empty where there is none.
+  std::string guard;    ///< Of a node that is told to move something: what stops it without its controller now.
   std::optional<std::uint32_t> device_type, vendor, product, error_register;
   std::optional<std::uint32_t> serial;            ///< Where the device has one.
   std::optional<std::uint16_t> emergency;         ///< Newest EMCY received, else of its error list (0x1003).

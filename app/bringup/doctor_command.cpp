@@ -61,6 +61,8 @@ std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
   std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "reading"})};
   for (const NodeLine& node : diagnosis.nodes) {
     std::string now = node.reading;
+    if (!node.guard.empty()) now += (now.empty() ? "" : "; ") + node.guard;
+    if (node.serial) now += (now.empty() ? "" : "; ") + fmt::format("serial {}", *node.serial);
     if (node.settings) {
       now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
              std::to_string(*node.settings) + " settings as in the machine file";
@@ -91,6 +93,8 @@ cli::Json diagnosis_json(const BusDiagnosis& diagnosis) {
                      {"device_type", or_null(node.device_type)},
                      {"vendor", or_null(node.vendor)},
                      {"product", or_null(node.product)},
+                     {"serial", or_null(node.serial)},
+                     {"guard", node.guard.empty() ? Json() : Json(node.guard)},
                      {"error_register", or_null(node.error_register)},
                      {"emergency", or_null(node.emergency)},
                      {"reading", node.reading.empty() ? Json() : Json(node.reading)},

@@ -16,6 +16,7 @@
 #include "tests/support/bus_nodes.h"
 #include "tests/support/few_nodes.h"
 #include "transport/canopen.h"
+#include "transport/lss.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -71,12 +72,16 @@ TEST(DoctorBus, MachineAsItsFileSaysIsHealthyNodeByNode) {
 TEST(DoctorBus, SendsNothingButReadingRequests) {
   const auto bus = simulated_bus();
   struct Seen {
-    int reads = 0, others = 0;
+    int reads = 0, asked_for_id = 0, others = 0;
   } seen;
   bus->bus().set_tap({[](void* context, Time, const CanFrame& frame) {
                         auto& s = *static_cast<Seen*>(context);
                         const std::uint32_t function = canopen::function_of(frame.id);
                         if (function == 0x580 || function == 0x700) return;  // of the nodes
+                        if (frame == lss::request(lss::Service::kIdentifyUnconfigured)) {
+                          ++s.asked_for_id;
+                          return;
+                        }
                         const auto request = canopen::parse_sdo_request(frame);
                         const bool read = request && request->kind == canopen::SdoRequest::Kind::kUpload;
                         if (read)
@@ -87,6 +92,7 @@ TEST(DoctorBus, SendsNothingButReadingRequests) {
                       &seen});
   (void)look(bus);
   EXPECT_GT(seen.reads, 200);
+  EXPECT_EQ(seen.asked_for_id, 1);
   EXPECT_EQ(seen.others, 0);
   for (std::uint8_t id = 0x10; id <= 0x40; ++id) {
     if (sim::NodeProtocol* node = bus->machine().nodes().node(id)) {
@@ -355,6 +361,49 @@ TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
       << notes;
 }
 
+TEST(DoctorBus, ADeviceThatTheFileHasNotIsListedWithItsSerialAndTheNodesThatItMayBe) {
+  const auto bus = simulated_bus();
+  bus->machine().inject(0x12, sim::NodeFault::kSilent);
+  sim::NodeProtocol& valve = *bus->machine().nodes().node(0x11);
+  valve.set_serial(4711);
+  valve.start_as(0x7F);
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_EQ(line(diagnosis, 0x7F).serial, 4711U);
+  const std::string notes = said(diagnosis, Finding::Level::kNote);
+  EXPECT_NE(notes.find("node 0x7F: is not in the machine file (CiA 408, hydraulic valve, vendor 0x00004B4E, product "
+                       "0x00000408, serial 4711): possibly arm_valve, expected with node id 0x11, or bucket_valve, "
+                       "expected with node id 0x12; knuckle bus assign-id --from 0x7F gives it that id\n"),
+            std::string::npos)
+      << notes;
+}
+
+TEST(DoctorBus, ADeviceWithoutANodeIdIsNoted) {
+  const std::string note =
+      "simulated bus: a device without a node id is on the bus, perhaps several: knuckle bus "
+      "assign-id gives it one\n";
+  EXPECT_EQ(said(look(simulated_bus()), Finding::Level::kNote).find(note), std::string::npos);
+  const auto bus = simulated_bus();
+  bus->machine().nodes().node(0x12)->start_as(lss::kNoNodeId);
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_NE(said(diagnosis, Finding::Level::kNote).find(note), std::string::npos);
+  EXPECT_NE(faults(diagnosis).find("node 0x12 bucket_valve: does not answer"), std::string::npos);
+}
+
+TEST(DoctorBus, SaysOfEachNodeThatMovesSomethingWhatStopsItAsItIsSet) {
+  const auto bus = simulated_bus();
+  sim::CanNodes& nodes = bus->machine().nodes();
+  nodes.node(0x10)->replace(canopen::kRpdo1Timer, 50);
+  nodes.node(0x11)->replace(canopen::kRpdo1Timer, 50);
+  nodes.node(0x11)->replace(canopen::kConsumerHeartbeat, 0x01'0096);
+  nodes.node(0x40)->replace(canopen::kConsumerHeartbeat, 0x01'0096);
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_EQ(line(diagnosis, 0x10).guard, "stops after 50 ms without set-points");
+  EXPECT_EQ(line(diagnosis, 0x11).guard, "stops after 50 ms without set-points, 150 ms without heartbeat of 0x01");
+  EXPECT_EQ(line(diagnosis, 0x12).guard, "has no guard until start-up sets it");
+  EXPECT_EQ(line(diagnosis, 0x40).guard, "stops after 150 ms without heartbeat of 0x01");
+  EXPECT_EQ(line(diagnosis, 0x20).guard, "") << "it moves nothing";
+}
+
 TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
   const auto bus = simulated_bus();
   bus->machine().nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
@@ -444,6 +493,8 @@ TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
   const auto json = nlohmann::json::parse(diagnosis_json(diagnosis).dump());
   ASSERT_EQ(json["nodes"].size(), 14U);
   EXPECT_EQ(json["nodes"][0]["name"], "boom_valve");
+  EXPECT_EQ(json["nodes"][0]["guard"], "has no guard until start-up sets it");
+  EXPECT_EQ(json["nodes"][0]["serial"], nullptr);
   EXPECT_EQ(json["nodes"][5]["device_type"], nullptr);
   EXPECT_EQ(nlohmann::json::parse(findings_json(diagnosis.findings).dump()).size(), diagnosis.findings.size());
 }
