@@ -7,6 +7,7 @@
 
 #include "estimation/friction.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -41,7 +42,7 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
     : links_(machine.links),
       cylinders_(machine.cylinders),
       hydraulics_(machine.hydraulics),
-      encoder_step_m_(machine.sensors.encoder_step_m),
+      length_step_m_(length_steps_m(machine)),
       pins_calibrated_(machine.geometry_calibration.has_value()),
       kinematics_(machine),
       arm_(machine),
@@ -51,10 +52,10 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       pitch_(kPitchCutoff_Hz, step_s, 0.0),
       vibration_(machine, step_s),
-      slow_(kSlowBand, step_s, machine.sensors.encoder_step_m),
+      slow_(kSlowBand, step_s, length_step_m_),
       torque_rate_(kSlowBand.observer_Hz, step_s),
-      fast_(kFastBand, step_s, machine.sensors.encoder_step_m),
-      contact_(kContactBand, step_s, machine.sensors.encoder_step_m),
+      fast_(kFastBand, step_s, length_step_m_),
+      contact_(kContactBand, step_s, length_step_m_),
       matched_first_(kSlowBand.velocity_Hz, step_s),
       matched_(kSlowBand.velocity_Hz, step_s),
       bank_(kSlowBand.observer_Hz, step_s),

@@ -219,8 +219,8 @@ class ForceEstimator {
   }
   /// A channel that is not reported: its bias goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
-    QuickChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
-        : motion(band, step_s, encoder_step_m),
+    QuickChannel(const ChannelBand& band, double step_s, const JointVector& length_step_m) noexcept
+        : motion(band, step_s, length_step_m),
           torque_rate(band.observer_Hz, step_s),
           first(band.velocity_Hz, step_s),
           second(band.velocity_Hz, step_s) {}
@@ -248,7 +248,7 @@ class ForceEstimator {
   PerJoint<LinkDescription> links_;
   PerJoint<CylinderDescription> cylinders_;
   HydraulicsDescription hydraulics_;
-  double encoder_step_m_;
+  JointVector length_step_m_;
   bool pins_calibrated_;
   Kinematics kinematics_;
   RigidArm arm_;

@@ -108,11 +108,12 @@ void ForceEstimator::watch_reliefs(const JointState& state) noexcept {
   }
 }
 
-/// Half a step of every wire encoder, shaken at a channel's edge: the most that its steps can do to the torque.
+/// Half a step of every encoder, shaken at a channel's edge: the most that its steps can do to the torque.
 /// Near one step per sample the error of a wire encoder is no noise but a slow beat.
 JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
                                              const ChannelBand& band) const noexcept {
-  const JointVector half_step = 0.5 * encoder_step_m_ * lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m).cwiseInverse();
+  const JointVector per_lever = lever_m.cwiseAbs().cwiseMax(kLeastSureLever_m).cwiseInverse();
+  const JointVector half_step = (0.5 * length_step_m_).cwiseProduct(per_lever);
   const double edge = 2.0 * std::numbers::pi * band.observer_Hz;
   return edge * edge * joint_torque(arm_.momentum(pose, absolute(half_step)) * parameters_);
 }

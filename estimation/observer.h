@@ -147,11 +147,12 @@ struct ChannelBand {
 
 /// Speed, bristles and observer of one bandwidth.
 struct ObserverChannel {
-  /// @param encoder_step_m of the rods' encoders.
-  ObserverChannel(const ChannelBand& band, double step_s, double encoder_step_m) noexcept
+  /// @param length_step_m length_steps_m() of the machine.
+  ObserverChannel(const ChannelBand& band, double step_s, const JointVector& length_step_m) noexcept
       : period_s(step_s),
-        one_step_mps(encoder_step_m * 2 * std::numbers::pi * band.velocity_Hz / std::numbers::e),
-        one_step_share(std::min(1.0, DahlState::kTurnDistance_m / (kStepsToTurn * encoder_step_m))),
+        one_step_mps(length_step_m * 2 * std::numbers::pi * band.velocity_Hz / std::numbers::e),
+        one_step_share(length_step_m.unaryExpr(
+            [](double step_m) { return std::min(1.0, DahlState::kTurnDistance_m / (kStepsToTurn * step_m)); })),
         first(band.velocity_Hz, step_s, JointVector::Zero()),
         rate(band.velocity_Hz, step_s),
         observer(band.observer_Hz, step_s) {
@@ -172,8 +173,8 @@ struct ObserverChannel {
     for (int i = 0; i < kJoints; ++i) {
       DahlState& state = dahl[static_cast<std::size_t>(i)];
       const double seen_mps = cylinder_mps[i];
-      const bool stands = held && std::abs(seen_mps) <= one_step_mps;
-      state.step(stands ? one_step_share * seen_mps : seen_mps, period_s);
+      const bool stands = held && std::abs(seen_mps) <= one_step_mps[i];
+      state.step(stands ? one_step_share[i] * seen_mps : seen_mps, period_s);
       if (stands) state.release(std::max(0.0, vibration_mps[i] - kOneWay * std::abs(seen_mps)) * period_s);
       if (!held) state.settle(seen_mps, period_s);
       bristle[i] = state.value();
@@ -201,8 +202,8 @@ struct ObserverChannel {
   /// since of a rod that vibrates by a step they show steps, too: pulls would be known half as well.
   static constexpr double kOneWay = 0.3;
   double period_s;
-  double one_step_mps;    ///< What a single step of an encoder looks like at most, behind the two poles.
-  double one_step_share;  ///< Of such a speed, that is taken for the rod's.
+  JointVector one_step_mps;    ///< What a single step of an encoder looks like at most, behind the two poles.
+  JointVector one_step_share;  ///< Of such a speed, that is taken for the rod's.
   /// Two equal poles: behind one, each 0.1 mm step of a wire encoder is a jolt of 500 N m to the boom's momentum.
   LowPass<JointVector> first;
   FohFilter<JointVector> rate;

@@ -6,6 +6,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,14 @@ enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable
 
 /// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
 struct SignalInfo {
-  const char* name;  ///< As machine files call it.
-  const char* node;  ///< What its node is called where the file has [bus.nodes], and in scenarios.
-  NodeRole role;     ///< Of the nodes that can have it.
-  int index;         ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
+  const char* name;       ///< As machine files call it.
+  const char* node;       ///< What its node is called where the file has [bus.nodes], and in scenarios.
+  NodeRole role;          ///< Of the nodes that can have it.
+  int index;              ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
+  bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
-/// All are needed. A node's place in BusDescription::nodes is that of its first signal here.
+/// All are needed, but of each joint's length and angle one. A node's place in BusDescription::nodes is that of its
+/// first signal here.
 inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
                                      SignalInfo{"arm_spool", "arm_valve", NodeRole::kValve, 1},
                                      SignalInfo{"bucket_spool", "bucket_valve", NodeRole::kValve, 2},
@@ -35,8 +38,11 @@ inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", Node
                                      SignalInfo{"bucket_head_pressure", "bucket_head_pressure", NodeRole::kPressure, 4},
                                      SignalInfo{"bucket_rod_pressure", "bucket_rod_pressure", NodeRole::kPressure, 5},
                                      SignalInfo{"boom_length", "boom_encoder", NodeRole::kEncoder, 0},
+                                     SignalInfo{"boom_angle", "boom_encoder", NodeRole::kEncoder, 0, true},
                                      SignalInfo{"arm_length", "arm_encoder", NodeRole::kEncoder, 1},
+                                     SignalInfo{"arm_angle", "arm_encoder", NodeRole::kEncoder, 1, true},
                                      SignalInfo{"bucket_length", "bucket_encoder", NodeRole::kEncoder, 2},
+                                     SignalInfo{"bucket_angle", "bucket_encoder", NodeRole::kEncoder, 2, true},
                                      SignalInfo{"slope", "tilt", NodeRole::kTilt, 0},
                                      SignalInfo{"machine_enable", "enable", NodeRole::kEnable, 0}};
 
@@ -65,6 +71,19 @@ struct GuardProof {
   bool operator==(const GuardProof&) const = default;
 };
 
+/// How a rotary encoder (CiA 406) is mounted on its joint: angle = zero_rad + sign * steps * step_rad(), but for whole
+/// turns.
+struct RotaryDescription {
+  std::uint32_t steps_per_turn = 0;  ///< 0x6001
+  std::uint32_t turns = 1;           ///< Until it begins again at 0: 0x6002 by 0x6001.
+  int sign = 1;                      ///< 1: counts up with the joint's angle; or -1.
+  double zero_rad = 0;               ///< The joint's angle where it counts 0.
+  [[nodiscard]] double step_rad() const noexcept { return 2 * std::numbers::pi / steps_per_turn; }
+  /// All that it counts: 0x6002.
+  [[nodiscard]] std::uint32_t range() const noexcept { return steps_per_turn * turns; }
+  bool operator==(const RotaryDescription&) const = default;
+};
+
 /// A device on the bus: what it is called, what its channels are, the identity it must show (objects 0x1000 and
 /// 0x1018:01, :02) before anything moves, and what its process data are sent under.
 struct NodeDescription {
@@ -75,6 +94,7 @@ struct NodeDescription {
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
   ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
+  RotaryDescription rotary;                      ///< Of an encoder that measures_angle().
   std::array<std::uint16_t, kMostPdos> tpdos{};  ///< COB-IDs of its PDOs; 0: pre-defined connection set.
   std::uint16_t rpdo = 0;
   std::string unguarded;  ///< Of a node that is told to move something: why it may do without a guard. Else empty.
@@ -88,6 +108,7 @@ struct NodeDescription {
     return own != 0 ? own : 0x180U + 0x100U * static_cast<std::uint32_t>(pdo) + id;
   }
   [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
+  [[nodiscard]] bool measures_angle() const noexcept { return !channels.empty() && channels.front().info().is_angle; }
   /// Joint of its first channel; -1 of a node that is the whole machine's, or of several joints.
   [[nodiscard]] int joint() const noexcept;
   bool operator==(const NodeDescription&) const = default;
@@ -125,7 +146,7 @@ struct BusDescription {
   double activate_timeout_s = 0.5;  ///< Valves ACTIVE after the control words.
   std::uint8_t controller_id = 1;
   WireDescription wire;
-  std::vector<NodeDescription> nodes;  ///< In the order of kSignals. Each signal is of one of them.
+  std::vector<NodeDescription> nodes;  ///< In the order of kSignals.
 
   // The one that has this signal. Loaded descriptions have all.
   [[nodiscard]] const NodeDescription& node_of(NodeRole role, int index) const noexcept;

@@ -37,6 +37,13 @@ std::vector<FrameField> pressure_fields(const NodeChannel& channel, const WireDe
   return {value(canopen::kPressureValue, Type::kSigned, 32), status};
 }
 
+FrameField angle_field(const NodeChannel& channel, const RotaryDescription& rotary) {
+  FrameField angle =
+      field(Part::kValue, channel, canopen::kEncoderPosition, Type::kUnsigned, 32, rotary.sign * rotary.step_rad());
+  angle.bits.offset = rotary.zero_rad;
+  return angle;
+}
+
 std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& channel, const WireDescription& wire,
                              const SensorDescription& sensors) {
   switch (node.role) {
@@ -46,6 +53,7 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
     case NodeRole::kPressure:
       return pressure_fields(channel, wire);
     case NodeRole::kEncoder:
+      if (channel.info().is_angle) return {angle_field(channel, node.rotary)};
       return {field(Part::kValue, channel, canopen::kEncoderPosition, Type::kSigned, 32, sensors.encoder_step_m),
               field(Part::kRate, channel, canopen::kEncoderSpeed, Type::kSigned, 16, wire.encoder_speed_step_mps)};
     case NodeRole::kTilt:

@@ -15,7 +15,7 @@ namespace knuckle {
 /// A mapped object: what it says, and where.
 struct FrameField {
   enum class Part : std::uint8_t {
-    kValue,   ///< SI; of a spool, steps of the wire.
+    kValue,   ///< SI; of a spool, steps of the wire; of an angle, any turn of it.
     kRate,    ///< SI a second.
     kStatus,  ///< Status word, status bits, inputs: as they are.
     kControl  ///< Control word, outputs: as they are.

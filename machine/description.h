@@ -54,6 +54,7 @@ struct MachineDescription {
   // What identification has found out; nothing of it is in the values above until calibrated() has put it there.
   std::optional<DynamicsCalibration> dynamics_calibration;
   std::optional<GeometryCalibration> geometry_calibration;
+  std::optional<GeometryCalibration> drawing;                   ///< What calibrated() has replaced by that.
   PerJoint<std::optional<ValveCalibration>> valve_calibration;  ///< Of the axes whose valve was identified.
   std::optional<CalibrationProvenance> calibration_provenance;
   /// Force scale etc. of the bilateral law live with the device; the slave's contact law in ControlDescription.
@@ -83,5 +84,7 @@ struct MachineDescription {
 /// The machine as controller and estimator are to see it: geometry, encoder offsets and valves replaced by what was
 /// calibrated. The simulator's machine is sampled around the description as it was read.
 [[nodiscard]] MachineDescription calibrated(const MachineDescription& machine);
+/// With the geometry of its file's drawing again, where calibrated() has replaced that.
+[[nodiscard]] MachineDescription as_drawn(const MachineDescription& machine);
 
 }  // namespace knuckle

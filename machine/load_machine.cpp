@@ -29,6 +29,7 @@ constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a val
 constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
 constexpr int kPvedMostStroke = 32766;
+constexpr std::int64_t kMostSteps = std::int64_t{1} << 31;  // of an encoder: what counts more is broken
 constexpr double kOverRange = 1.1;  // a pressure is told to be too high, not the highest there is
 constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
@@ -159,12 +160,20 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
                {".hydraulics.port_relief_bar"});
   sensors.pressure_step_Pa = file.number("pressure_step_bar", 0.001, 5, kBar);
   sensors.pressure_noise_Pa = file.number("pressure_noise_bar", 0, 10, kBar);
-  sensors.encoder_step_m = file.number("encoder_step_mm", 0.0001, 5, kMilli);
   sensors.tilt_step_rad = file.number("tilt_step_deg", 0.001, 2, kDegree);
   sensors.tilt_noise_rad = file.number("tilt_noise_deg", 0, 5, kDegree);
   sensors.tilt_mount = file.choice("tilt_mount", {"hull", "boom"}) == 0 ? SensorDescription::TiltMount::kOnHull
                                                                         : SensorDescription::TiltMount::kOnBoom;
   return sensors;
+}
+
+/// Needed where there is a wire encoder.
+void read_encoder_step(TomlTable file, MachineDescription& machine) {
+  const bool rotary = std::all_of(machine.bus.nodes.begin(), machine.bus.nodes.end(), [](const NodeDescription& node) {
+    return node.role != NodeRole::kEncoder || node.measures_angle();
+  });
+  if (!rotary || file.has("encoder_step_mm"))
+    machine.sensors.encoder_step_m = file.number("encoder_step_mm", 0.0001, 5, kMilli);
 }
 
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
@@ -176,6 +185,7 @@ class NodeReader {
   std::vector<NodeDescription> read_keyed(TomlTable nodes) {
     std::vector<NodeDescription> all;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      if (kSignals[i].is_angle) continue;
       NodeDescription node;
       node.name = kSignals[i].node;
       node.role = kSignals[i].role;
@@ -209,16 +219,27 @@ class NodeReader {
     return all;
   }
 
-  /// "boom_length, slope"; empty where each signal is some node's.
+  /// "boom_length or boom_angle, slope"; empty where each signal is some node's.
   [[nodiscard]] std::string missing() const {
     std::string names;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
-      if (signals_.count(i) == 0) names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
+      const std::size_t other = in_place_of(i);
+      if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
+      names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
+      if (other != i) names += std::string(" or ") + kSignals[other].name;
     }
     return names;
   }
 
  private:
+  /// The signal that says the same, by another sensor: a joint's length or angle. Itself where there is none.
+  static std::size_t in_place_of(std::size_t signal) {
+    const SignalInfo& one = kSignals[signal];
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+      if (i != signal && kSignals[i].role == one.role && kSignals[i].index == one.index) return i;
+    return signal;
+  }
+
   static std::uint8_t first_signal(const NodeDescription& node) {
     return std::min_element(node.channels.begin(), node.channels.end(),
                             [](const NodeChannel& a, const NodeChannel& b) { return a.signal < b.signal; })
@@ -269,6 +290,11 @@ class NodeReader {
       if (channels.sound({key})) {
         const auto [other, is_new] = signals_.emplace(place, node.name);
         channels.require(is_new, key, "is taken by '" + other->second + "'");
+        const auto twin = in_place_of(place) == place ? signals_.end() : signals_.find(in_place_of(place));
+        channels.require(twin == signals_.end(), key,
+                         twin == signals_.end() ? ""
+                                                : "'" + twin->second + "' has " + kSignals[twin->first].name +
+                                                      ": of a joint's length and angle there must be one");
       }
       node.channels.push_back({static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(place)});
     }
@@ -292,6 +318,7 @@ class NodeReader {
     node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
     node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
+    if (node.measures_angle()) node.rotary = read_rotary(file);
     constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"};
     const std::size_t pdos = transmit_pdos(node, wire_);
     file.require(
@@ -305,6 +332,23 @@ class NodeReader {
     if (file.has("unguarded")) node.unguarded = file.text("unguarded");
     node.rpdo = frame_id(file, "rpdo");
     take(file, node.name, "rpdo", node.rpdo_id());
+  }
+
+  static RotaryDescription read_rotary(TomlTable& file) {
+    RotaryDescription rotary;
+    rotary.steps_per_turn = static_cast<std::uint32_t>(file.integer("steps_per_turn", 1 << 9, 1 << 24));
+    if (file.has("turns")) {
+      rotary.turns = static_cast<std::uint32_t>(file.integer("turns", 1, 1 << 16));
+      file.require(std::int64_t{rotary.steps_per_turn} * rotary.turns <= kMostSteps, "turns",
+                   "must be at most " + std::to_string(kMostSteps / rotary.steps_per_turn) + ": 2^31 steps in all",
+                   {"steps_per_turn"});
+    }
+    if (file.has("sign")) {
+      rotary.sign = static_cast<int>(file.integer("sign", -1, 1));
+      file.require(rotary.sign != 0, "sign", "must be 1 or -1");
+    }
+    if (file.has("zero_rad")) rotary.zero_rad = file.number("zero_rad", -std::numbers::pi, std::numbers::pi);
+    return rotary;
   }
 
   /// Optional. CiA 301 keeps what lies outside for other services.
@@ -600,8 +644,10 @@ MachineDescription read_machine(TomlTable file) {
   machine.bucket_profile = read_profile(profile);
   check_outline(profile, machine);
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
-  machine.sensors = read_sensors(file.table("sensors"), machine.hydraulics);
+  const TomlTable sensors = file.table("sensors");
+  machine.sensors = read_sensors(sensors, machine.hydraulics);
   machine.bus = read_bus(file.table("bus"), machine.sensors);
+  read_encoder_step(sensors, machine);
   machine.limits = read_limits(tables.limits, machine);
   machine.control = read_control(file.table("control"));
   TomlTable payload = file.table("payload");

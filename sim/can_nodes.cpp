@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "transport/bytes.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr double kFollowingLimit = 0.1;  // of spool stroke
 constexpr Duration kFollowingTime = 100ms;
 constexpr double kWindBack_mps = 1.5;
+constexpr double kTurnAway_radps = 5;
 constexpr std::uint8_t kEverySync = 1;
 constexpr std::uint16_t kPvedRpdoTimeout = 0x81FF;
 constexpr canopen::Object kEncoderOffset{0x6509, 0};  // i32 steps, what a preset has added
@@ -34,6 +36,8 @@ const canopen::PdoMap& map_of(SensorNode::Kind kind) noexcept {
       return canopen::kPressureTpdo;
     case SensorNode::Kind::kEncoder:
       return canopen::kEncoderTpdo;
+    case SensorNode::Kind::kRotary:
+      return canopen::kRotaryTpdo;
     case SensorNode::Kind::kTilt:
       break;
   }
@@ -46,6 +50,7 @@ double spike_of(SensorNode::Kind kind) noexcept {
     case SensorNode::Kind::kPressure:
       return 1.5e7;
     case SensorNode::Kind::kEncoder:
+    case SensorNode::Kind::kRotary:
       return 0.1;
     case SensorNode::Kind::kTilt:
       break;
@@ -150,7 +155,11 @@ void ValveNode::watch(Time now, Outbox& out) noexcept {
 
 SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolution, double range,
                        const WireDescription& wire, unsigned channels)
-    : kind_(kind), resolution_(resolution), range_(range), protocol_(identity, {map_of(kind)}, kEverySync) {
+    : kind_(kind),
+      resolution_(resolution),
+      range_(range),
+      rotary_(identity.rotary),
+      protocol_(identity, {map_of(kind)}, kEverySync) {
   switch (kind) {
     case Kind::kPressure:
       for (unsigned n = 1; n <= channels; ++n) add_pressure(static_cast<std::uint8_t>(n), wire);
@@ -162,8 +171,11 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
                                 canopen::encoder_step_object(resolution > 0 ? resolution : canopen::kEncoderStep_m)),
                   protocol_.add(canopen::kEncoderSpeedStep, 4, Access::kReadWrite,
                                 static_cast<std::uint32_t>(std::lround(wire.encoder_speed_step_mps / 1e-5)))};
-      preset_ = protocol_.add(canopen::kEncoderPreset, 4, Access::kReadWrite);
-      offset_ = protocol_.add(kEncoderOffset, 4, Access::kReadOnly);
+      break;
+    case Kind::kRotary:
+      objects_ = {protocol_.add(canopen::kEncoderPosition, 4, Access::kReadOnly),
+                  protocol_.add(canopen::kEncoderStepsPerTurn, 4, Access::kReadWrite, rotary_.steps_per_turn),
+                  protocol_.add(canopen::kEncoderRange, 4, Access::kReadWrite, rotary_.range())};
       break;
     case Kind::kTilt:
       objects_ = {protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly),
@@ -171,6 +183,9 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
                                 canopen::tilt_step_object(resolution > 0 ? resolution : canopen::kTiltStep_rad))};
       break;
   }
+  if (!is_encoder()) return;
+  preset_ = protocol_.add(canopen::kEncoderPreset, 4, Access::kReadWrite);
+  offset_ = protocol_.add(kEncoderOffset, 4, Access::kReadOnly);
 }
 
 void SensorNode::add_pressure(std::uint8_t channel, const WireDescription& wire) {
@@ -197,7 +212,7 @@ void SensorNode::obey_preset() noexcept {
 }
 
 void SensorNode::step(Time now, std::span<const Sample> samples, Outbox& out) noexcept {
-  if (kind_ == Kind::kEncoder && protocol_.take_written(canopen::kEncoderPreset)) obey_preset();
+  if (is_encoder() && protocol_.take_written(canopen::kEncoderPreset)) obey_preset();
   if (fault_ == NodeFault::kInvalid) {
     put_invalid();
   } else if (fault_ != NodeFault::kFrozen && protocol_.samples_now()) {
@@ -211,6 +226,8 @@ SensorNode::Sample SensorNode::disturbed(const Sample& sample, Time now) const n
   Sample seen = sample;
   if (fault_ == NodeFault::kSpike && protocol_.operational()) {
     seen.value += spike_of(kind_);
+  } else if (fault_ == NodeFault::kBrokenWire && kind_ == Kind::kRotary) {
+    seen.value = sample.value - kTurnAway_radps * to_seconds(now - fault_at_);
   } else if (fault_ == NodeFault::kBrokenWire) {
     seen.value = std::max(0.0, sample.value - kWindBack_mps * to_seconds(now - fault_at_));
     seen.rate = seen.value > 0 ? -kWindBack_mps : 0.0;
@@ -226,6 +243,9 @@ void SensorNode::put(std::size_t channel, const Sample& sample) noexcept {
       break;
     case Kind::kEncoder:
       put_encoder(sample);
+      break;
+    case Kind::kRotary:
+      put_rotary(sample.value);
       break;
     case Kind::kTilt:
       put_tilt(sample.value);
@@ -255,6 +275,14 @@ void SensorNode::put_encoder(const Sample& sample) noexcept {
   protocol_.set(objects_[1], bits(canopen::to_steps<std::int16_t>(sample.rate, speed_step_mps)));
 }
 
+void SensorNode::put_rotary(double shaft_rad) noexcept {
+  const double step_rad = 2 * std::numbers::pi / protocol_.value(objects_[1]);
+  const auto range = std::max<std::int64_t>(1, protocol_.value(objects_[2]));
+  const auto offset = static_cast<std::int32_t>(protocol_.value(offset_));
+  const std::int64_t counted = std::llround(rotary_.sign * (shaft_rad - rotary_.zero_rad) / step_rad) + offset;
+  protocol_.set(objects_[0], static_cast<std::uint32_t>((counted % range + range) % range));
+}
+
 void SensorNode::put_tilt(double slope_rad) noexcept {
   const double step_rad = protocol_.value(objects_[1]) * 1e-3 * std::numbers::pi / 180;
   protocol_.set(objects_[0], bits(canopen::to_steps<std::int16_t>(slope_rad, step_rad)));
@@ -269,7 +297,7 @@ void SensorNode::put_invalid() noexcept {
     protocol_.set(channel.float_value, std::bit_cast<std::uint32_t>(std::numeric_limits<float>::quiet_NaN()));
     protocol_.set(channel.status, canopen::kPressureInvalid);
   }
-  if (kind_ == Kind::kEncoder) protocol_.set(objects_[0], bits(kLargest));
+  if (is_encoder()) protocol_.set(objects_[0], bits(kLargest));
   if (kind_ == Kind::kTilt) protocol_.set(objects_[0], bits(kLargestShort));
 }
 

@@ -1,6 +1,6 @@
 // The machine's CANopen nodes: three valves (CiA 408), pressure transmitters of one or several channels (404), three
-// wire encoders (406), a tilt sensor (410) and the machine enable (401). They know plain signals and frames, and
-// nothing of the plant.
+// wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401). They know plain signals and frames,
+// and nothing of the plant.
 #pragma once
 
 #include <array>
@@ -176,7 +176,8 @@ struct MachineSignals {
   JointVector spool = JointVector::Zero();  ///< Actual, fraction of stroke.
   std::array<double, 6> pressure_Pa{};      ///< boom A, B, arm A, B, bucket A, B
   JointVector cylinder_m = JointVector::Zero(), cylinder_mps = JointVector::Zero();
-  double slope_rad = 0;  ///< At the tilt sensor.
+  double slope_rad = 0;                         ///< At the tilt sensor.
+  JointVector shaft_rad = JointVector::Zero();  ///< Joint angles, as rotary encoders' shafts turn with them.
 };
 /// What the nodes ask of the machine.
 struct NodeOutputs {
@@ -188,6 +189,7 @@ struct SensorErrors {
   std::array<double, 6> pressure_gain{1, 1, 1, 1, 1, 1}, pressure_offset_Pa{}, pressure_noise_Pa{};
   JointVector encoder_offset_m = JointVector::Zero();
   double encoder_noise_m = 0;
+  double rotary_lever_m = 1;  ///< Of a rotary encoder both are seen at this lever.
   double tilt_offset_rad = 0, tilt_noise_rad = 0;
 };
 
@@ -197,7 +199,7 @@ enum class NodeFault : std::uint8_t {
   kFrozen,      ///< Goes on sending its last values.
   kInvalid,     ///< Sends the impossible value devices have for "broken" (largest integer; pressure status bit).
   kSpike,       ///< One PDO far off, then well again.
-  kBrokenWire,  ///< Encoder: the wire snaps and winds back at 1.5 m/s.
+  kBrokenWire,  ///< Encoder: the wire snaps and winds back at 1.5 m/s; a rotary one breaks off and turns at 5 rad/s.
   kStuck,       ///< Valve: the spool stays where it is as long as there is pilot pressure.
   kDeadGuard,   ///< Valve or enable node: it misses neither set-points nor heartbeat.
 };
@@ -230,13 +232,13 @@ class ValveNode {
   NodeFault fault_ = NodeFault::kNone;
 };
 
-/// Pressure transmitter of one or more channels, wire encoder or tilt sensor. A fault is the whole node's.
+/// Pressure transmitter of one or more channels, wire or rotary encoder, or tilt sensor. A fault is the whole node's.
 class SensorNode {
  public:
   struct Sample {
-    double value = 0, rate = 0;  ///< Pa, m and m/s, or rad, sensor errors included; rate for encoders only.
+    double value = 0, rate = 0;  ///< Pa, m and m/s, or rad, sensor errors included; rate for wire encoders only.
   };
-  enum class Kind : std::uint8_t { kPressure, kEncoder, kTilt };
+  enum class Kind : std::uint8_t { kPressure, kEncoder, kRotary, kTilt };
   static constexpr std::size_t kMostChannels = 8;
   /// @param resolution smallest difference the sensor itself can tell, in SI.
   /// @param channels of a pressure transmitter: its objects have sub-indices 1 to so many. As delivered it sends the
@@ -247,6 +249,7 @@ class SensorNode {
   void step(Time now, std::span<const Sample> samples, Outbox& out) noexcept;
   void step(Time now, const Sample& sample, Outbox& out) noexcept { step(now, {&sample, 1}, out); }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
+  [[nodiscard]] bool is_rotary() const noexcept { return kind_ == Kind::kRotary; }
   void inject(NodeFault fault, Time now) noexcept;
 
  private:
@@ -254,10 +257,12 @@ class SensorNode {
   struct PressureChannel {
     Handle value = 0, short_value = 0, float_value = 0, status = 0, digits = 0;
   };
+  [[nodiscard]] bool is_encoder() const noexcept { return kind_ == Kind::kEncoder || is_rotary(); }
   void add_pressure(std::uint8_t channel, const WireDescription& wire);
   void put(std::size_t channel, const Sample& sample) noexcept;
   void put_pressure(const PressureChannel& channel, double pressure_Pa) noexcept;
   void put_encoder(const Sample& sample) noexcept;
+  void put_rotary(double shaft_rad) noexcept;
   void obey_preset() noexcept;
   void put_tilt(double slope_rad) noexcept;
   void put_invalid() noexcept;
@@ -265,6 +270,7 @@ class SensorNode {
 
   Kind kind_;
   double resolution_, range_;
+  RotaryDescription rotary_;  ///< How it is mounted.
   NodeProtocol protocol_;
   std::vector<PressureChannel> pressures_;
   std::array<Handle, 4> objects_{};  ///< Of the others: value, second value, and the two step objects of the kind.

@@ -8,6 +8,13 @@ namespace {
 
 constexpr std::size_t kFirstPressure = kJoints;
 
+SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
+  const NodeDescription& node = machine.bus.encoder(joint);
+  if (node.measures_angle()) return {SensorNode::Kind::kRotary, node, 0, 0};
+  return {SensorNode::Kind::kEncoder, node, machine.sensors.encoder_step_m, machine.cylinders[joint].max_length_m,
+          machine.bus.wire};
+}
+
 PerJoint<NodeDescription> valves_of(const BusDescription& bus) {
   return {bus.valve(0), bus.valve(1), bus.valve(2)};
 }
@@ -22,8 +29,7 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
               ValveNode(machine.bus.valve(1), machine.bus.wire.valve_full_stroke),
               ValveNode(machine.bus.valve(2), machine.bus.wire.valve_full_stroke)},
       encoders_([&]<std::size_t... I>(std::index_sequence<I...>) {
-        return std::array{SensorNode(SensorNode::Kind::kEncoder, machine.bus.encoder(I), machine.sensors.encoder_step_m,
-                                     machine.cylinders[I].max_length_m, machine.bus.wire)...};
+        return std::array{encoder_node(machine, I)...};
       }(std::make_index_sequence<kJoints>())),
       tilt_(SensorNode::Kind::kTilt, machine.bus.tilt(), machine.sensors.tilt_step_rad, std::numbers::pi),
       enable_(machine.bus.enable(), valves_of(machine.bus), machine.bus.wire.valve_full_stroke) {
@@ -92,8 +98,12 @@ void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   }
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto axis = static_cast<int>(j);
-    SensorNode::Sample sample{signals.cylinder_m[axis] + errors_.encoder_offset_m[axis], signals.cylinder_mps[axis]};
-    if (encoders_[j].protocol().samples_now()) sample.value += noise(errors_.encoder_noise_m);
+    const bool rotary = encoders_[j].is_rotary();
+    const double lever_m = rotary ? errors_.rotary_lever_m : 1;
+    SensorNode::Sample sample{
+        (rotary ? signals.shaft_rad : signals.cylinder_m)[axis] + errors_.encoder_offset_m[axis] / lever_m,
+        signals.cylinder_mps[axis]};
+    if (encoders_[j].protocol().samples_now()) sample.value += noise(errors_.encoder_noise_m) / lever_m;
     step_node(first_encoder_ + j, encoders_[j], sample);
   }
   SensorNode::Sample slope;

@@ -20,6 +20,7 @@ SensorErrors errors_of(const MachineTruth& truth) {
   }
   errors.encoder_offset_m = truth.encoder_offset_m;
   errors.encoder_noise_m = truth.encoder_noise_m;
+  errors.rotary_lever_m = MachineTruth::kRotaryLever_m;
   errors.tilt_offset_rad = truth.tilt_offset_rad;
   errors.tilt_noise_rad = truth.tilt_noise_rad;
   return errors;
@@ -32,7 +33,8 @@ SimulatedMachine::SimulatedMachine(const MachineTruth& truth, const WorldDescrip
     : plant_(truth, world, start_rad),
       nodes_(truth.machine, errors_of(truth), port, seed),
       felt_Pa_(plant_.state().transmitter_Pa),
-      wire_m_(plant_.state().cylinder_m) {
+      wire_m_(plant_.state().cylinder_m),
+      shaft_rad_(plant_.state().joint_rad) {
   draw_wires();
 }
 
@@ -85,6 +87,8 @@ void SimulatedMachine::draw_wires() noexcept {
     wire_m_[j] = std::clamp(wire_m_[j], drawn_m - half, drawn_m + half);
     const bool follows = half == 0 || wire_m_[j] != before_m;
     wire_mps_[j] = follows ? (1 + truth.encoder_scale[j]) * plant_.state().cylinder_mps[j] : 0;
+    const double slack = half / MachineTruth::kRotaryLever_m, joint_rad = plant_.state().joint_rad[j];
+    shaft_rad_[j] = std::clamp(shaft_rad_[j], joint_rad - slack, joint_rad + slack);
   }
 }
 
@@ -102,7 +106,7 @@ double SimulatedMachine::ripple_Pa(std::size_t channel) const noexcept {
 
 MachineSignals SimulatedMachine::signals() const noexcept {
   const PlantState& state = plant_.state();
-  MachineSignals signals{state.spool, felt_Pa_, wire_m_, wire_mps_, state.tilt_hull_rad};
+  MachineSignals signals{state.spool, felt_Pa_, wire_m_, wire_mps_, state.tilt_hull_rad, shaft_rad_};
   for (std::size_t i = 0; i < felt_Pa_.size(); ++i) {
     signals.pressure_Pa[i] += plant_.truth().pressure[i].drift_Pa_per_K * state.warmth_K;
   }

@@ -53,7 +53,7 @@ class SimulatedMachine {
   void step_once(Time now) noexcept;
   /// The transmitters' own lag.
   void feel(Duration time) noexcept;
-  /// What the encoders' wires follow: askew, and slack after a reversal.
+  /// What the encoders' wires follow: askew, and slack after a reversal; their shafts have slack alone.
   void draw_wires() noexcept;
   [[nodiscard]] double ripple_Pa(std::size_t channel) const noexcept;
   [[nodiscard]] MachineSignals signals() const noexcept;
@@ -62,7 +62,7 @@ class SimulatedMachine {
   CanNodes nodes_;
   std::array<double, 6> felt_Pa_, share_{};  // of the way to the true pressure within felt_for_
   Duration felt_for_{};
-  JointVector wire_m_, wire_mps_ = JointVector::Zero();
+  JointVector wire_m_, wire_mps_ = JointVector::Zero(), shaft_rad_;
   Time last_ = kNever;
 };
 

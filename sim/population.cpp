@@ -100,6 +100,14 @@ double sample_viscosity(const Spread& spread, Sampler& sample) {
   return std::exp(sample.within(std::log(spread.viscosity)));
 }
 
+/// Of the coarsest encoder.
+double encoder_step_m(const MachineDescription& nominal) {
+  double step_m = nominal.sensors.encoder_step_m;
+  for (const NodeDescription& node : nominal.bus.nodes)
+    if (node.measures_angle()) step_m = std::max(step_m, node.rotary.step_rad() * MachineTruth::kRotaryLever_m);
+  return step_m;
+}
+
 /// What every simulated machine has beside its drawing.
 MachineTruth sample_plain(const MachineDescription& nominal, const Spread& spread, Sampler& sample) {
   MachineTruth truth = nominal_truth(nominal);
@@ -120,7 +128,7 @@ MachineTruth sample_plain(const MachineDescription& nominal, const Spread& sprea
   truth.viscosity_factor = sample_viscosity(spread, sample);
   const double lag_s = 5e-3 + sample.within(3e-3);  // six of one make
   for (PressureSensorError& sensor : truth.pressure) sensor.lag_s = lag_s;
-  truth.encoder_noise_m = nominal.sensors.encoder_step_m * (0.1 + sample.within(0.1));
+  truth.encoder_noise_m = encoder_step_m(nominal) * (0.1 + sample.within(0.1));
   return truth;
 }
 

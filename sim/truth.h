@@ -94,9 +94,11 @@ struct MachineTruth {
   JointVector encoder_scale = JointVector::Zero();    ///< Reading grows by this share too fast: a wire that runs askew.
   JointVector encoder_slack_m = JointVector::Zero();  ///< The reading follows after this much of a reversal.
   double encoder_noise_m = 0;                         ///< Standard deviation, before the encoder's own steps.
-  double hull_pitch_rad = 0;                          ///< M's x axis above the horizontal, counter-clockwise.
-  double tilt_offset_rad = 0;                         ///< Error of the tilt sensor.
-  double tilt_noise_rad = 0;                          ///< Standard deviation.
+  /// A rotary encoder's offset, slack and noise are those of a length at this lever.
+  static constexpr double kRotaryLever_m = 0.5;
+  double hull_pitch_rad = 0;   ///< M's x axis above the horizontal, counter-clockwise.
+  double tilt_offset_rad = 0;  ///< Error of the tilt sensor.
+  double tilt_noise_rad = 0;   ///< Standard deviation.
   HullTruth hull;
   WarmUp warm_up;
   double cross_talk = 0;        ///< Share of a valve's flow that full opening of another takes away.

@@ -44,6 +44,7 @@ bool RawSensors::invalid() const noexcept {
 
 Jog::Jog(const MachineDescription& machine, CanBus& bus)
     : machine_(machine),
+      lengths_(machine),
       bus_(bus),
       client_(machine, bus),
       frames_(bus_frames(machine.bus, machine.sensors)),
@@ -94,10 +95,17 @@ void Jog::take(const FrameField& field, double value, Time now) noexcept {
     if (place < kPressures)
       sensors_.pressure_Pa[place] = value;
     else if (place < kTilt)
-      sensors_.length_m[static_cast<int>(place - kPressures)] = value;
+      take_length(place - kPressures, value);
     else
       sensors_.tilt_rad = value;
   }
+}
+
+void Jog::take_length(std::size_t joint, double reading) noexcept {
+  const auto axis = static_cast<int>(joint);
+  const auto length_m = lengths_.length_m(axis, reading);
+  sensors_.no_length[joint] = !length_m;
+  if (length_m) sensors_.length_m[axis] = *length_m;
 }
 
 void Jog::refuse_short(const CanFrame& frame, const BusFrame& known) noexcept {
@@ -131,6 +139,9 @@ JogState Jog::judged(Time now) const noexcept {
   state.oldest_node = node_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
   for (std::size_t i = 0; i < kPressures; ++i) {
     if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressure(i).id;
+  }
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (sensors_.no_length[j]) state.invalid_node = machine_.bus.encoder(j).id;
   }
   state.e_stop_open = client_.e_stop_open();
   return state;

@@ -10,6 +10,7 @@
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
@@ -24,6 +25,7 @@ struct RawSensors {
   double tilt_rad = 0;
   std::array<Time, 10> at{};               ///< Arrivals: pressures, lengths, tilt; kNever before the first.
   std::array<bool, 6> pressure_invalid{};  ///< As reported by the transmitter.
+  std::array<bool, 3> no_length{};         ///< An angle that its joint cannot have; length_m is an older one.
   [[nodiscard]] Time oldest() const noexcept;
   [[nodiscard]] bool invalid() const noexcept;
 };
@@ -114,6 +116,7 @@ class Jog {
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
   void take(const FrameField& field, double value, Time now) noexcept;
+  void take_length(std::size_t joint, double reading) noexcept;
   void refuse_short(const CanFrame& frame, const BusFrame& known) noexcept;
   void begin(Phase phase) noexcept;
   void enter(Phase phase, Time now) noexcept;
@@ -127,6 +130,7 @@ class Jog {
   void await_pilot(bool on, Phase then, Time now) noexcept;
 
   MachineDescription machine_;
+  EncoderLengths lengths_;
   CanBus& bus_;
   CanopenClient client_;
   std::vector<BusFrame> frames_;  // sized once, at construction

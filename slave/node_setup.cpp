@@ -12,7 +12,9 @@
 #include "core/error.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 #include "slave/valve_frame.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::slave {
 namespace {
@@ -137,7 +139,18 @@ void check_step(const MachineDescription& machine, const char* key, double step,
     refuse("too fine: its 16 bits would not reach far enough");
 }
 
+SdoScript rotary_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  script.push_back(required(canopen::kEncoderStepsPerTurn, node.rotary.steps_per_turn, 4));
+  if (node.rotary.turns > 1)  // devices of a single turn may not have it
+    script.push_back(required(canopen::kEncoderRange, node.rotary.range(), 4));
+  add_pdos(script, machine, node);
+  script.push_back(produce_heartbeat(machine.bus));
+  return script;
+}
+
 SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node) {
+  if (node.measures_angle()) return rotary_script(machine, node);
   SdoScript script = identity(node);
   check_step(machine, "encoder_step_mm", machine.sensors.encoder_step_m, 1e-9, 0);
   const std::uint32_t step = canopen::encoder_step_object(machine.sensors.encoder_step_m);
@@ -214,12 +227,16 @@ std::vector<std::string> guard_lines(const BusDescription& bus, const std::funct
   return lines;
 }
 
-SdoScript preset_script(const MachineDescription& machine, double length_m) {
-  const auto steps = canopen::to_steps<std::int32_t>(length_m, machine.sensors.encoder_step_m);
-  return {{Kind::kSetting,
-           {},
-           {{canopen::kEncoderPreset, static_cast<std::uint32_t>(steps)},
-            {canopen::kStoreParameters, canopen::kSaveSignature}}}};
+SdoScript preset_script(const MachineDescription& machine, int joint, double length_m) {
+  const NodeDescription& encoder = machine.bus.encoder(joint);
+  const auto reading = EncoderLengths(machine).reading(joint, length_m);
+  if (!reading)
+    throw InputError(machine.source + fmt::format(": no angle of the {} gives its cylinder a length of {:.1f} mm",
+                                                  kJointNames[static_cast<std::size_t>(joint)], 1e3 * length_m));
+  auto steps = static_cast<std::uint32_t>(raw_of(sent_fields(encoder, machine).front().bits, *reading));
+  if (encoder.measures_angle()) steps %= encoder.rotary.steps_per_turn;
+  return {
+      {Kind::kSetting, {}, {{canopen::kEncoderPreset, steps}, {canopen::kStoreParameters, canopen::kSaveSignature}}}};
 }
 
 bool SdoStep::holds(std::uint32_t found) const noexcept {

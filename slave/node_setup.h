@@ -63,8 +63,10 @@ struct NodeScript {
 [[nodiscard]] std::vector<std::string> guard_lines(const BusDescription& bus,
                                                    const std::function<bool(std::uint8_t)>& same_device);
 
-/// Makes an encoder show this length here and now (CiA 406), and keep it over a reset.
-[[nodiscard]] SdoScript preset_script(const MachineDescription& machine, double length_m);
+/// Makes the encoder of a joint show that its cylinder has this length here and now (CiA 406), and keep it over a
+/// reset.
+/// @throws InputError where no angle of the joint gives this length.
+[[nodiscard]] SdoScript preset_script(const MachineDescription& machine, int joint, double length_m);
 
 /// How often to ask.
 inline constexpr int kSdoAttempts = 2;

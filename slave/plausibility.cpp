@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 
 namespace knuckle::slave {
 namespace {
@@ -27,7 +28,7 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       repeats_(machine.sensors.pressure_noise_Pa >= 0.5 * machine.sensors.pressure_step_Pa ? kLimits.repeats
                                                                                            : kLimits.repeats_quiet),
-      moved_m_(std::max(kLimits.moved_m, kLimits.moved_steps * machine.sensors.encoder_step_m)) {
+      moved_m_((kLimits.moved_steps * length_steps_m(machine)).cwiseMax(kLimits.moved_m)) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
     const bool sure = found && found->straight();
@@ -76,7 +77,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
   FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
   const double moved_m = direction * (length - axis.anchor_m);
-  if (direction != axis.direction || direction == 0 || at_end || std::abs(moved_m) >= moved_m_) {
+  if (direction != axis.direction || direction == 0 || at_end || std::abs(moved_m) >= moved_m_[joint]) {
     if (direction == axis.direction && direction != 0 && !at_end && moved_m > 0) {
       const double flowed_m = moved_m + expanded_m(joint, direction, length, axis.return_Pa - pressure);
       share.see(std::max(0.0, flowed_m));

@@ -83,7 +83,7 @@ class Plausibility {
   BusDescription bus_;
   double step_s_;
   int repeats_;
-  double moved_m_;
+  JointVector moved_m_;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};
 };

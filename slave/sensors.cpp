@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "machine/description.h"
@@ -41,12 +42,13 @@ Duration tilt_extra_age(const MachineDescription& machine) noexcept {
 
 SensorSet::SensorSet(const MachineDescription& machine)
     : encoder_offset_m_(machine.sensors.encoder_offset_m),
-      jump_m_(std::max(kValidity.jump_m, kValidity.jump_steps * machine.sensors.encoder_step_m)),
+      jump_m_((kValidity.jump_steps * length_steps_m(machine)).cwiseMax(kValidity.jump_m)),
       pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
       age_limit_(from_seconds(machine.bus.sensor_age_limit_s)),
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
-      kinematics_(machine) {
+      kinematics_(machine),
+      lengths_(machine) {
   for (std::size_t i = 0; i < kJoints; ++i) {
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
@@ -123,22 +125,27 @@ void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) n
 }
 
 void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   Channel& channel = channels_[kPressures + joint];
-  const double length = value_in(channel.field, frame) - encoder_offset_m_[static_cast<Eigen::Index>(joint)];
+  const auto axis = static_cast<int>(joint);
+  const double reading = value_in(channel.field, frame);
+  const double length = lengths_.length_m(axis, reading).value_or(kNone) - encoder_offset_m_[axis];
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
   // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
   const Duration since = std::min(now - channel.at, age_limit_);
-  const double allowed = jump_m_ + kValidity.cylinder_mps * to_seconds(since);
+  const double allowed = jump_m_[axis] + kValidity.cylinder_mps * to_seconds(since);
   const bool reachable = channel.at == kNever || std::abs(length - channel.value) <= allowed;
-  accept(channel, length, in_range && reachable, length, now);
+  accept(channel, length, in_range && reachable, std::isnan(length) ? reading : length, now);
   if (reachable)
     channel.settled = 0;
   else
-    settle(channel, length, in_range);
+    settle(joint, length, in_range);
 }
 
-void SensorSet::settle(Channel& channel, double length_m, bool in_range) noexcept {
-  const bool still = in_range && channel.settled > 0 && std::abs(length_m - channel.elsewhere) <= jump_m_;
+void SensorSet::settle(std::size_t joint, double length_m, bool in_range) noexcept {
+  Channel& channel = channels_[kPressures + joint];
+  const double moved_m = std::abs(length_m - channel.elsewhere);
+  const bool still = in_range && channel.settled > 0 && moved_m <= jump_m_[static_cast<Eigen::Index>(joint)];
   if (!still) channel.elsewhere = length_m;
   channel.settled = in_range ? std::min(still ? channel.settled + 1 : 1, kValidity.settled_in_a_row) : 0;
 }
@@ -176,7 +183,8 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 }
 
 Reason SensorSet::fault(Time now) const noexcept {
-  for (const Channel& channel : channels_) {
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    const Channel& channel = channels_[i];
     if (channel.bad < kValidity.bad_in_a_row) continue;
     if (channel.short_bytes) {
       return {ReasonCode::kFrameShort, channel.node, static_cast<float>(*channel.short_bytes),
@@ -184,7 +192,7 @@ Reason SensorSet::fault(Time now) const noexcept {
     }
     if (channel.settled >= kValidity.settled_in_a_row) {
       return {ReasonCode::kLengthElsewhere, channel.node, static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
-              static_cast<float>(1e3 * jump_m_)};
+              static_cast<float>(1e3 * jump_m_[static_cast<Eigen::Index>(i - kPressures)])};
     }
     return {ReasonCode::kSensorInvalid, channel.node, static_cast<float>(channel.worst), 0};
   }

@@ -13,6 +13,7 @@
 #include "estimation/joint_state.h"
 #include "machine/bus_frames.h"
 #include "machine/description_fwd.h"
+#include "machine/encoder_length.h"
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
@@ -91,19 +92,20 @@ class SensorSet {
   void take(std::size_t which, const CanFrame& frame, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
-  void settle(Channel& channel, double length_m, bool in_range) noexcept;
+  void settle(std::size_t joint, double length_m, bool in_range) noexcept;
   void on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;
-  double jump_m_;
+  JointVector jump_m_;
   double pressure_ceiling_Pa_;
   bool tilt_on_boom_;
   int shaken_ = 0;  // slopes in a row that no hull can have
   Duration age_limit_, tilt_age_limit_;
   Kinematics kinematics_;
+  EncoderLengths lengths_;
 };
 
 }  // namespace knuckle::slave

@@ -89,6 +89,8 @@ inline constexpr Object kEncoderPreset{0x6003, 0};     ///< i32 steps: what the 
 inline constexpr Object kEncoderSpeed{0x6030, 1};      ///< i16 steps
 inline constexpr Object kEncoderStep{0x6005, 1};       ///< u32, 0.001 um
 inline constexpr Object kEncoderSpeedStep{0x6005, 2};  ///< u32, 0.01 mm/s
+// A rotary one has u32 steps of a turn, and:
+inline constexpr Object kEncoderStepsPerTurn{0x6001, 0}, kEncoderRange{0x6002, 0};  ///< u32; of all turns
 // CiA 410 tilt
 inline constexpr Object kTiltResolution{0x6000, 0};  ///< u16, 0.001 deg
 inline constexpr Object kTiltSlope{0x6010, 0};       ///< i16 longitudinal slope
@@ -114,6 +116,7 @@ inline constexpr PdoMap kValveRpdo{2, {mapping(kValveControlWord, 16), mapping(k
 inline constexpr PdoMap kPressureTpdo{2, {mapping(kPressureValue, 32), mapping(kPressureStatus, 8)}};
 inline constexpr PdoMap kPressureFloatTpdo{2, {mapping(kPressureFloat, 32), mapping(kPressureStatus, 8)}};
 inline constexpr PdoMap kEncoderTpdo{2, {mapping(kEncoderPosition, 32), mapping(kEncoderSpeed, 16)}};
+inline constexpr PdoMap kRotaryTpdo{1, {mapping(kEncoderPosition, 32)}};
 inline constexpr PdoMap kTiltTpdo{1, {mapping(kTiltSlope, 16)}};
 inline constexpr PdoMap kEnableTpdo{1, {mapping(kEnableInputs, 8)}};
 inline constexpr PdoMap kEnableRpdo{1, {mapping(kEnableOutputs, 8)}};

@@ -9,6 +9,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 #include "transport/canopen.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"
@@ -305,14 +306,19 @@ NodeReading of_pressures(const SurveyedNode& node, const NodeDescription& expect
   return all;
 }
 
-NodeReading of_encoder(const SurveyedNode& node, int joint, const MachineDescription& machine) {
-  const auto steps = node.value(canopen::kEncoderPosition);
-  if (!steps) return {};
-  const double length_m = static_cast<std::int32_t>(*steps) * machine.sensors.encoder_step_m;
-  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
-  NodeReading reading{fmt::format("{:.4f} m", length_m), "", false};
+NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+  const FrameField field = sent_fields(expected, machine).front();
+  const auto raw = node.value(field.object);
+  if (!raw) return {};
+  const double value = value_of(field.bits, *raw);
+  const auto length_m = EncoderLengths(machine).length_m(expected.joint(), value);
+  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(expected.joint())];
+  NodeReading reading{length_m ? fmt::format("{:.4f} m", *length_m) : "no length", "", false};
+  if (expected.measures_angle())
+    reading.text += fmt::format(", {:.2f} deg", std::remainder(value, 2 * std::numbers::pi) / kDegree);
   constexpr double kTolerance_m = 0.01;
-  if (length_m < cylinder.min_length_m - kTolerance_m || length_m > cylinder.max_length_m + kTolerance_m) {
+  if (!length_m || *length_m < cylinder.min_length_m - kTolerance_m ||
+      *length_m > cylinder.max_length_m + kTolerance_m) {
     reading.complaint = fmt::format(
         "reads no length that its cylinder can have ({:.3f} to {:.3f} m): uncalibrated; knuckle commission "
         "presets it",
@@ -360,7 +366,7 @@ NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected
     case NodeRole::kPressure:
       return of_pressures(node, expected, machine);
     case NodeRole::kEncoder:
-      return of_encoder(node, expected.joint(), machine);
+      return of_encoder(node, expected, machine);
     case NodeRole::kTilt:
       return of_tilt(node, machine);
     case NodeRole::kEnable:

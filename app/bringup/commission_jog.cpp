@@ -243,7 +243,10 @@ Finding judge_direction(const JogRun& run, Seen seen) {
         "moves in the wrong direction: exchange the valve's hoses A and B, or change the sign in the valve's set-up");
   }
   if ((way_mm > 0) != longer) {
-    return fault("its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool");
+    return fault(
+        "its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool, or the 'sign' of "
+        "a "
+        "rotary encoder in the machine file");
   }
   return {Level::kOk, about,
           fmt::format("{}: encoder {:+.1f} mm, as commanded", extends ? "extends" : "retracts", way_mm)};
@@ -282,6 +285,10 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
               axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
 }
 
+const char* step_key(const MachineDescription& machine, int joint) noexcept {
+  return machine.bus.encoder(joint).measures_angle() ? "steps_per_turn" : "encoder_step_mm";
+}
+
 Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machine) {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
@@ -295,7 +302,8 @@ Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machi
                   1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
   if (good) return {Level::kOk, axis(joint), range};
   return {Level::kFault, axis(joint),
-          range + ": check encoder_step_mm, min_length_m, max_length_m, and that it reached both stops"};
+          range + fmt::format(": check {}, min_length_m, max_length_m, and that it reached both stops",
+                              step_key(machine, joint))};
 }
 
 std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valve) {

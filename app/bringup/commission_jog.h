@@ -99,6 +99,9 @@ struct StrokeEnd {
 /// At a stop the driven chamber must have risen more than any other. @param extended which end.
 [[nodiscard]] Finding judge_sides(const StrokeEnd& end, int joint, bool extended);
 
+/// The machine file's key of how much a step of this joint's encoder is.
+[[nodiscard]] const char* step_key(const MachineDescription& machine, int joint) noexcept;
+
 /// Between both stops. A linkage may stop before the cylinder does, but not inside the joint's working range; further
 /// than the cylinder goes nothing does.
 [[nodiscard]] Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machine);

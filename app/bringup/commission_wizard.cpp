@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "app/bringup/commission_result.h"
@@ -68,6 +69,9 @@ class Wizard {
     e_stop();
     tilt();
     check_presets();
+    // Before its zero is known, an angle says no length, and steps 3 to 6 are judged by lengths.
+    for (int j = 0; j < kJoints; ++j)
+      if (machine_.bus.encoder(j).measures_angle() && !result_.axes[static_cast<std::size_t>(j)].preset) zero(j);
   }
 
   void enable_motion() {
@@ -115,7 +119,7 @@ class Wizard {
       }
       if (offered(j, "moves back to the middle of its stroke", retracted || extended))
         to_middle(j, retracted.has_value());
-      zero(j, extended, retracted);
+      if (!machine_.bus.encoder(j).measures_angle()) zero(j, extended, retracted);
     }
   }
 
@@ -200,9 +204,10 @@ class Wizard {
   void show_readings() {
     const slave::RawSensors& s = bench_->sensors();
     for (std::size_t j = 0; j < kJoints; ++j) {
-      dialogue_.say(fmt::format("   {:6} {:.4f} m, head side {:.1f} bar, rod side {:.1f} bar, spool {:+.1f} %",
-                                kJointNames[j], s.length_m[static_cast<int>(j)], s.pressure_Pa[2 * j] / 1e5,
-                                s.pressure_Pa[2 * j + 1] / 1e5, 100 * bench_->client().spool()[static_cast<int>(j)]));
+      const std::string length = s.no_length[j] ? "no length" : fmt::format("{:.4f} m", length_m(static_cast<int>(j)));
+      dialogue_.say(fmt::format("   {:6} {}, head side {:.1f} bar, rod side {:.1f} bar, spool {:+.1f} %",
+                                kJointNames[j], length, s.pressure_Pa[2 * j] / 1e5, s.pressure_Pa[2 * j + 1] / 1e5,
+                                100 * bench_->client().spool()[static_cast<int>(j)]));
     }
     dialogue_.say(fmt::format("   tilt {:.2f} deg", s.tilt_rad / kDegree));
     if (s.invalid()) {
@@ -283,10 +288,9 @@ class Wizard {
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     if (run.end == slave::JogEnd::kTravelled) {
       keep({Level::kFault, about,
-            fmt::format("moved by {:.1f} mm, the machine file has a stroke of {:.1f} mm: check encoder_step_mm, "
-                        "min_length_m and "
+            fmt::format("moved by {:.1f} mm, the machine file has a stroke of {:.1f} mm: check {}, min_length_m and "
                         "max_length_m",
-                        1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m)});
+                        1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m, step_key(machine_, joint))});
     }
     if (!end)
       keep({Level::kFault, about, "did not reach its stop within 80 s: check pump, engine speed and dead band"});
@@ -295,39 +299,50 @@ class Wizard {
     return end;
   }
 
+  /// By its encoder; NaN where the angle of a rotary one is none of the joint's.
+  [[nodiscard]] double length_m(int joint) const {
+    const slave::RawSensors& s = bench_->sensors();
+    return s.no_length[static_cast<std::size_t>(joint)] ? std::numeric_limits<double>::quiet_NaN() : s.length_m[joint];
+  }
+  [[nodiscard]] static std::string reading_text(double length_m) {
+    return std::isnan(length_m) ? "no length" : fmt::format("{:.1f} mm", 1e3 * length_m);
+  }
+
   /// @param extended, retracted readings at the stops, which lie within the cylinder's range whatever the zero is.
-  void zero(int joint, const std::optional<StrokeEnd>& extended, const std::optional<StrokeEnd>& retracted) {
+  void zero(int joint, const std::optional<StrokeEnd>& extended = {}, const std::optional<StrokeEnd>& retracted = {}) {
     AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
     bench_->idle(500ms);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const auto tape_m = access_.tape_m(joint);
-    const double now_m = bench_->sensors().length_m[joint];
-    const double way_in_m = retracted ? now_m - retracted->reading_m : 0;
-    const double way_out_m = extended ? extended->reading_m - now_m : 0;
-    const double length_m =
+    const double here_m = bench_->sensors().length_m[joint];
+    const double way_in_m = retracted ? here_m - retracted->reading_m : 0;
+    const double way_out_m = extended ? extended->reading_m - here_m : 0;
+    const double tape_length_m =
         1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape",
                                     1e3 * (cylinder(joint).min_length_m + way_in_m) - kTape_mm,
                                     1e3 * (cylinder(joint).max_length_m - way_out_m) + kTape_mm, "mm",
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
-    axis.offset_m = bench_->sensors().length_m[joint] - length_m;
+    const double before_m = length_m(joint);
+    if (!std::isnan(before_m)) axis.offset_m = before_m - tape_length_m;
     const std::string question = fmt::format(
-        "{}: the encoder reads {:.1f} mm, the tape {:.1f} mm. Preset the encoder (0x6003) to the tape's value and save "
-        "it?",
-        about, 1e3 * (length_m + *axis.offset_m), 1e3 * length_m);
-    if (dialogue_.ask(question, {"preset", "keep"}) == 1) return;
-    const double before_m = bench_->sensors().length_m[joint];
-    bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, length_m));
+        "{}: the encoder reads {}, the tape {:.1f} mm. Preset the encoder (0x6003) to the tape's value and save it?",
+        about, reading_text(before_m), 1e3 * tape_length_m);
+    if (dialogue_.ask(question, {"preset", "keep"}) == 1) {
+      if (std::isnan(before_m))
+        keep({Level::kFault, about, "its encoder reads no length that its cylinder can have: it must be preset"});
+      return;
+    }
+    bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, tape_length_m));
     bench_->idle(200ms);
-    const double error_m = bench_->sensors().length_m[joint] - length_m;
-    axis.preset = std::abs(error_m) <= kPresetError_m;
+    const double now_m = length_m(joint);
+    axis.preset = std::abs(now_m - tape_length_m) <= kPresetError_m;
     if (!axis.preset) {
       keep({Level::kFault, about,
-            fmt::format(
-                "reads {:.1f} mm after the preset to {:.1f} mm, tolerance {:.0f} mm: check the encoder by its manual",
-                1e3 * (length_m + error_m), 1e3 * length_m, 1e3 * kPresetError_m)});
+            fmt::format("reads {} after the preset to {:.1f} mm, tolerance {:.0f} mm: check the encoder by its manual",
+                        reading_text(now_m), 1e3 * tape_length_m, 1e3 * kPresetError_m)});
     }
     keep({Level::kOk, about,
-          fmt::format("encoder preset: {:.1f} mm before, {:.1f} mm now", 1e3 * before_m, 1e3 * length_m)});
+          fmt::format("encoder preset: {} before, {:.1f} mm now", reading_text(before_m), 1e3 * tape_length_m)});
   }
 
   void to_middle(int joint, bool from_retracted) {
@@ -357,13 +372,13 @@ class Wizard {
       const std::string about = kJointNames[static_cast<std::size_t>(joint)];
       // A simulated machine is a new one in each run.
       if (const auto tape_m = access_.tape_m(joint)) {
-        bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, *tape_m));
+        bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, *tape_m));
         bench_->idle(200ms);
       }
-      const double length_m = bench_->sensors().length_m[joint];
+      const double now_m = length_m(joint);
       const bool sound =
-          length_m > cylinder(joint).min_length_m - kTape_m && length_m < cylinder(joint).max_length_m + kTape_m;
-      const std::string reads = fmt::format("encoder reads {:.1f} mm", 1e3 * length_m);
+          now_m > cylinder(joint).min_length_m - kTape_m && now_m < cylinder(joint).max_length_m + kTape_m;
+      const std::string reads = "encoder reads " + reading_text(now_m);
       if (!sound)
         throw ProgressLost(about + ": " + reads +
                            ", which its cylinder cannot have: the preset is lost; begin anew, without --resume");

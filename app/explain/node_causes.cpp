@@ -9,6 +9,7 @@
 #include "app/explain/text.h"
 #include "core/units.h"
 #include "machine/bus_frames.h"
+#include "machine/encoder_length.h"
 #include "slave/plausibility.h"
 #include "slave/sensors.h"
 #include "transport/signal_codec.h"
@@ -329,16 +330,20 @@ struct Flight {
   double fastest_mps = 0;
   Time since{}, until{};
 };
-std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Window& window, double step_m) {
+std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Window& window,
+                                const MachineDescription& machine) {
+  const EncoderLengths lengths(machine);
+  const BitField field = sent_fields(seen.node, machine).front().bits;
   std::optional<Flight> flight;
   double last_m = 0;
   Time last_at = kNever;
   for (const CanSeen& can : window.can) {
     if (can.at > stop.at + kLookBack) break;
     if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.node.tpdo_id()) continue;
-    const auto steps = read_value(BitField{.type = BitField::Type::kSigned, .bits = 32, .scale = step_m}, can.frame);
-    if (!steps || can.at < stop.at - kLookBack) continue;
-    const double now_m = *steps;
+    const auto reading = read_value(field, can.frame);
+    const auto length_m = reading ? lengths.length_m(seen.node.joint(), *reading) : std::nullopt;
+    if (!length_m || can.at < stop.at - kLookBack) continue;
+    const double now_m = *length_m;
     if (last_at != kNever && can.at > last_at) {
       const double speed_mps = std::abs(now_m - last_m) / to_seconds(can.at - last_at);
       if (!flight && speed_mps > slave::kValidity.cylinder_mps) flight = Flight{last_m, last_m, 0, can.at, can.at};
@@ -356,20 +361,23 @@ std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Wi
 
 Cause invalid_length(const NodeSeen& seen, const Stop& stop, const Window& window, const MachineDescription& machine) {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(seen.node.joint())];
-  const auto flight = flight_of(seen, stop, window, machine.sensors.encoder_step_m);
+  const auto flight = flight_of(seen, stop, window, machine);
   const std::string range = fmt::format("its cylinder is {:.3f} to {:.3f} m long; the node lives and sends in time",
                                         cylinder.min_length_m, cylinder.max_length_m);
   if (!flight)
     return {"sensor_broken",
-            name_of(seen) + " sends a length that cannot be: check sensor, mounting and wiring",
+            name_of(seen) + (seen.node.measures_angle() ? " sends an angle" : " sends a length") +
+                " that cannot be: check sensor, mounting and wiring",
             {range},
             {},
             stop.at};
   const bool beyond = flight->to_m > cylinder.max_length_m || flight->to_m < cylinder.min_length_m;
+  const bool angle = seen.node.measures_angle();
+  const char* const slipped = angle ? ", or slipped" : ", or its drum slipped";
   return {"encoder_wire",
-          fmt::format("the wire of {} snapped{}: at {} its length ran away, faster than any cylinder moves{}",
-                      name_of(seen), beyond ? "" : ", or its drum slipped", at_text(flight->since),
-                      beyond ? ", to beyond the cylinder's end" : ""),
+          fmt::format("the {} of {} {}{}: at {} its length ran away, faster than any cylinder moves{}",
+                      angle ? "coupling" : "wire", name_of(seen), angle ? "broke" : "snapped", beyond ? "" : slipped,
+                      at_text(flight->since), beyond ? ", to beyond the cylinder's end" : ""),
           {fmt::format("from {:.3f} m to {:.3f} m within {}, at up to {:.1f} m/s; a cylinder makes less than {:.1f}",
                        flight->from_m, flight->to_m, span_text(flight->until - flight->since + 5ms),
                        flight->fastest_mps, slave::kValidity.cylinder_mps),

@@ -151,6 +151,14 @@ std::vector<Signal> pressures(const BusFrame& frame, const NodeDescription& node
   return all;
 }
 
+/// Of the shaft: a DBC cannot take whole turns off.
+std::vector<Signal> rotary_encoder(const RotaryDescription& rotary) {
+  const double step_deg = rounded(rotary.step_rad() / kDegree);
+  return {number(Type::kUnsigned, "Shaft", 0, 32, step_deg, "deg", 0, step_deg * (rotary.range() - 1),
+                 fmt::format("0x6004: the joint's angle is {:.6g} deg {} this, less whole turns",
+                             rotary.zero_rad / kDegree, rotary.sign > 0 ? "plus" : "minus"))};
+}
+
 std::vector<Signal> encoder(const MachineDescription& machine, int joint) {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const double offset_m = machine.sensors.encoder_offset_m[joint], margin_m = slave::kValidity.length_margin_m;
@@ -178,7 +186,7 @@ std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& mac
     case NodeRole::kPressure:
       return pressures(frame, node, machine);
     case NodeRole::kEncoder:
-      return encoder(machine, node.joint());
+      return node.measures_angle() ? rotary_encoder(node.rotary) : encoder(machine, node.joint());
     case NodeRole::kTilt:
       return tilt(machine);
     case NodeRole::kEnable:

@@ -9,6 +9,7 @@
 #include "core/quantile.h"
 #include "core/units.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::identify {
@@ -26,6 +27,7 @@ class SampleChecker {
   SampleChecker(const MachineDescription& machine, recordings::RecordedFile& file, bool commands_tell,
                 std::vector<DataFinding>& findings)
       : machine_(machine),
+        length_step_m_(length_steps_m(machine)),
         file_(file),
         recording_(file.recording),
         good_(recording_.usable),
@@ -151,15 +153,15 @@ class SampleChecker {
     return 2.5 * machine_.hydraulics.pump_flow_m3ps / machine_.cylinders[joint].rod_side_area_m2();
   }
   [[nodiscard]] double largest_step(std::size_t joint) const {
-    return too_fast(joint) * recording_.step_s + 10 * machine_.sensors.encoder_step_m;
+    return too_fast(joint) * recording_.step_s + 10 * length_step_m_[static_cast<Eigen::Index>(joint)];
   }
 
   /// One or two samples off what both their neighbours say.
   void check_spikes(std::size_t c) {
-    const double least =
-        c < recordings::kPressureChannels
-            ? std::max(25 * kBar, 20 * machine_.sensors.pressure_noise_Pa)
-            : 0.5 * largest_step(c - recordings::kPressureChannels) + 20 * machine_.sensors.encoder_step_m;
+    const double least = c < recordings::kPressureChannels
+                             ? std::max(25 * kBar, 20 * machine_.sensors.pressure_noise_Pa)
+                             : 0.5 * largest_step(c - recordings::kPressureChannels) +
+                                   20 * length_step_m_[static_cast<Eigen::Index>(c - recordings::kPressureChannels)];
     constexpr double kSpread = 3;
     std::vector<double> off(size(), 0.0);
     for (std::size_t i = 2; i + 2 < size(); ++i) {
@@ -298,6 +300,7 @@ class SampleChecker {
   }
 
   const MachineDescription& machine_;
+  JointVector length_step_m_;
   recordings::RecordedFile& file_;
   Recording& recording_;
   const Flags good_;  // as read

@@ -14,6 +14,7 @@
 #include "estimation/identification/smoothing.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -88,7 +89,7 @@ CalibrationVector column_noise(const MachineDescription& machine, const FullOpti
   constexpr double kShare = 0.01, kBristle = 0.02, kLoad_N = 1000, kPressure_Pa = 5e5;
   const int half = smoothing_half_window(options.motion, step_s);
   const double derivative = savitzky_golay(half, options.motion.order, 1, step_s).norm();
-  const double speed_mps = std::max(1e-9, kShare * machine.sensors.encoder_step_m / std::sqrt(12.0) * derivative);
+  const double speed_mps = std::max(1e-9, kShare * length_steps_m(machine).maxCoeff() / std::sqrt(12.0) * derivative);
   CalibrationVector noise = CalibrationVector::Zero();
   noise.head<kJoints>().setConstant(2 * std::numbers::pi * options.regressor.pole_Hz * speed_mps / lever_m);
   for (int j = 0; j < kJoints; ++j) {

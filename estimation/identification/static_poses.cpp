@@ -8,6 +8,7 @@
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -118,7 +119,7 @@ TorqueComparison compare(const StaticResult& result, const Motion& motion) {
 }  // namespace
 
 double still_m(const MachineDescription& machine) {
-  return std::max(kLeastStill_m, 2 * machine.sensors.encoder_step_m);
+  return std::max(kLeastStill_m, 2 * length_steps_m(machine).maxCoeff());
 }
 
 std::vector<RestingPose> resting_poses(const MachineDescription& machine, const Recording& recording,

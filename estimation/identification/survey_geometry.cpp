@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "machine/description.h"
+#include "machine/encoder_length.h"
 
 namespace knuckle::estimation {
 
@@ -131,14 +132,14 @@ Eigen::Matrix<double, 2, kGeometryCount> error_gradient(const SurveyPoint& point
 Eigen::Matrix2d whitening_of(const Kinematics& kinematics, const MachineDescription& machine,
                              const JointVector& joints_rad, int link, double point_sigma_m) {
   Eigen::Matrix2d covariance = point_sigma_m * point_sigma_m * Eigen::Matrix2d::Identity();
-  const double encoder_variance = machine.sensors.encoder_step_m * machine.sensors.encoder_step_m / 12;
+  const JointVector encoder_variance = length_steps_m(machine).cwiseAbs2() / 12;
   PlanarVector beyond = PlanarVector::Zero();  // from joint i to the point
   for (int i = link; i >= 0; --i) {
     const double along = joints_rad.head(i + 1).sum();
     beyond += machine.links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(along), std::sin(along));
     const double lever = kinematics.cylinder_at(i, joints_rad[i]).value().lever_m;
     const PlanarVector across(-beyond.y(), beyond.x());
-    covariance += across * across.transpose() * (encoder_variance / (lever * lever));
+    covariance += across * across.transpose() * (encoder_variance[i] / (lever * lever));
   }
   const Eigen::Matrix2d factor = covariance.llt().matrixL();
   return factor.inverse();

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <deque>
+#include <numbers>
 #include <sstream>
 
 #include "app/cli/interrupt.h"
 #include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/rotary_machine.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -105,6 +107,67 @@ TEST(CommissionWizard, ATapeThatPutsAStopBeyondTheCylinderIsRefused) {
   const Outcome outcome = commission(simulated_bus(), script);
   EXPECT_NE(outcome.ended.find("1000"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.result.axes[kBoom].preset);
+}
+
+// Rotary encoders, whose angles say no length before they are preset.
+
+MachineDescription rotary() {
+  return parse_machine(knuckle::test::rotary_text(), "rotary.toml");
+}
+Script all_of_rotary() {
+  Script script = start();
+  const Script zeros{"tape", "preset", "tape", "preset", "tape", "preset"};
+  script.insert(script.begin() + 5, zeros.begin(), zeros.end());
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go"});
+  script.insert(script.end(), {"go", "go", "go", "finish"});
+  return script;
+}
+std::shared_ptr<sim::MachineOnBus> as_mounted(const MachineDescription& machine) {
+  auto bus = simulated_bus(machine, 7);
+  for (const std::uint8_t id : {0x30, 0x31, 0x32})
+    bus->machine().nodes().node(id)->replace({0x6509, 0}, 1000U * id);  // as they came from the box
+  return bus;
+}
+
+TEST(CommissionWizard, PresetsRotaryEncodersBeforeAnythingMovesAndComesToItsEnd) {
+  const MachineDescription machine = rotary();
+  const auto bus = as_mounted(machine);
+  const Outcome outcome = commission(bus, all_of_rotary(), machine);
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings));
+  EXPECT_NE(outcome.told.find("no length"), std::string::npos) << outcome.told;
+  bus->advance(bus->now() + 50ms);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_TRUE(outcome.result.axes[j].preset);
+    EXPECT_TRUE(outcome.result.axes[j].stroke_m && outcome.result.axes[j].dead_band_extend) << j;
+    const NodeDescription& node = machine.bus.encoder(j);
+    const std::uint32_t steps = bus->machine().nodes().node(node.id)->value(canopen::kEncoderPosition);
+    const double angle = node.rotary.zero_rad + node.rotary.sign * steps * node.rotary.step_rad();
+    const double error = std::remainder(angle - bus->plant().joint_rad[static_cast<int>(j)], 2 * std::numbers::pi);
+    EXPECT_NEAR(error, 0, 0.03) << kJointNames[j];
+  }
+}
+
+TEST(CommissionWizard, FindsARotaryEncoderThatCountsTheOtherWay) {
+  MachineDescription file = rotary();
+  const auto bus = as_mounted(file);
+  RotaryDescription& arm = knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).rotary;
+  arm.sign = -arm.sign;
+  const Outcome outcome = commission(bus, all_of_rotary(), file);
+  EXPECT_NE(outcome.ended.find("arm: its encoder counts in the wrong direction"), std::string::npos) << outcome.ended;
+  EXPECT_FALSE(outcome.pilot);
+}
+
+TEST(CommissionWizard, MovesNothingByAnAngleThatIsNoneOfTheJoints) {
+  const auto bus = as_mounted(rotary());
+  const MotionWatch watch(*bus);
+  Script script = start();
+  script.resize(5);
+  for (const char* word : {"tape", "keep", "tape", "keep", "tape", "keep"}) script.emplace_back(word);
+  const Outcome outcome = commission(bus, script, rotary());
+  EXPECT_NE(outcome.ended.find("it must be preset"), std::string::npos) << outcome.ended;
+  EXPECT_FALSE(watch.powered);
 }
 
 TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {

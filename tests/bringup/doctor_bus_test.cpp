@@ -11,10 +11,13 @@
 #include <sstream>
 
 #include "app/bringup/doctor_command.h"
+#include "core/units.h"
+#include "machine/load.h"
 #include "slave/node_setup.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/few_nodes.h"
+#include "tests/support/rotary_machine.h"
 #include "transport/canopen.h"
 #include "transport/lss.h"
 
@@ -414,6 +417,23 @@ TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
             std::string::npos)
       << told;
   EXPECT_NE(told.find("node 0x11 arm_valve: 0x6042:00 is 0x2"), std::string::npos) << told;
+}
+
+TEST(DoctorBus, RotaryEncodersAreReadAsLengthAndAngleOrAreToBePreset) {
+  const MachineDescription machine = parse_machine(knuckle::test::rotary_text(), "rotary.toml");
+  const auto bus = simulated_bus(machine);
+  const double boom_deg = bus->plant().joint_rad[kBoom] / kDegree;
+  const BusDiagnosis diagnosis = look(bus, machine);
+  EXPECT_TRUE(healthy(diagnosis.findings)) << faults(diagnosis);
+  const std::string reading = line(diagnosis, 0x30).reading;
+  EXPECT_NEAR(std::stod(reading), bus->plant().cylinder_m[kBoom], 0.01) << reading;
+  EXPECT_NEAR(std::stod(reading.substr(reading.find(", ") + 2)), boom_deg, 0.2) << reading;
+  bus->machine().nodes().node(0x30)->replace({0x6509, 0}, 5000);
+  const BusDiagnosis as_mounted = look(bus, machine);
+  EXPECT_EQ(line(as_mounted, 0x30).reading.find("no length, "), 0U) << line(as_mounted, 0x30).reading;
+  const std::string notes = said(as_mounted, Finding::Level::kNote);
+  EXPECT_NE(notes.find("node 0x30 boom_encoder: reads no length that its cylinder can have"), std::string::npos)
+      << notes;
 }
 
 TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {

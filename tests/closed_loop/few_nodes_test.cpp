@@ -1,4 +1,4 @@
-// The default machine with six pressures on one node and a bus of 250 kbit/s.
+// The default machine with six pressures on one node and a bus of 250 kbit/s, and with rotary encoders.
 #include "tests/support/few_nodes.h"
 
 #include <gtest/gtest.h>
@@ -7,18 +7,19 @@
 
 #include "app/session/metrics.h"
 #include "app/session/session_result.h"
+#include "tests/support/rotary_machine.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
 
-std::string unsafe(const std::string& scenario, std::uint64_t seed) {
+std::string unsafe(const std::string& machine, const std::string& scenario, std::uint64_t seed) {
   const TemporaryFolder folder;
-  std::ofstream(folder.file("few.toml")) << few_nodes_text();
+  std::ofstream(folder.file("machine.toml")) << machine;
   session::SimulateOptions options;
   options.scenario = scenario;
   options.seed = seed;
-  options.machine = folder.file("few.toml");
+  options.machine = folder.file("machine.toml");
   const session::Judged judged = session::judge(session::run_simulation(options, {}));
   std::string text;
   int safety = 0;
@@ -33,7 +34,15 @@ std::string unsafe(const std::string& scenario, std::uint64_t seed) {
 
 TEST(FewNodes, AreSafeAmidFaultsAndInContact) {
   for (const char* scenario : {"bus_faults", "sensor_faults", "hidden_faults", "wall_contact"})
-    for (const std::uint64_t seed : {1U, 2U}) EXPECT_EQ(unsafe(scenario, seed), "") << scenario << ", seed " << seed;
+    for (const std::uint64_t seed : {1U, 2U})
+      EXPECT_EQ(unsafe(few_nodes_text(), scenario, seed), "") << scenario << ", seed " << seed;
+}
+
+TEST(RotaryEncoders, AreSafeAmidFaultsAndInContact) {
+  for (const char* scenario : {"sensor_faults", "wall_contact"}) {
+    EXPECT_EQ(unsafe(rotary_text(), scenario, 1), "") << scenario;
+    EXPECT_EQ(unsafe(with_rotary_encoders(few_nodes_text()), scenario, 1), "") << scenario << ", on few nodes";
+  }
 }
 
 }  // namespace

@@ -101,6 +101,8 @@ class OwnDecoders {
         return values;
       }
       case NodeRole::kEncoder: {
+        if (node.measures_angle())
+          return {{"Shaft", 360.0 * (frame.data[0] | frame.data[1] << 8U | frame.data[2] << 16U) / 16384}};
         const auto reading =
             canopen::parse_encoder(frame, machine_.sensors.encoder_step_m, wire.encoder_speed_step_mps).value();
         return {{"Length", reading.position_m * 1e3}, {"Speed", reading.speed_mps * 1e3}};
@@ -194,6 +196,13 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
           }
           break;
         case NodeRole::kEncoder:
+          if (node.measures_angle()) {
+            const std::uint32_t steps = word() % 16384U;
+            frames.push_back({.id = node.tpdo_id(),
+                              .size = 4,
+                              .data = {static_cast<std::uint8_t>(steps), static_cast<std::uint8_t>(steps >> 8U)}});
+            break;
+          }
           frames.push_back(encoder_frame(node.tpdo_id(), {uniform(-3, 3), uniform(-0.8, 0.8)},
                                          machine.sensors.encoder_step_m, wire.encoder_speed_step_mps));
           break;

@@ -10,6 +10,7 @@
 #include "tests/support/bus_nodes.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/places.h"
+#include "tests/support/rotary_machine.h"
 
 namespace knuckle::test {
 
@@ -69,14 +70,15 @@ inline MachineDescription one_transmitter() {
   return machine;
 }
 
-/// The shipped ones, an identified one, and those three.
+/// The shipped ones, an identified one, those three, and one with rotary encoders.
 inline std::vector<MachineDescription> machines_of_every_wire() {
   return {load_machine(machine_file("solar015")),
           load_machine(machine_file("compact080")),
           other_wire(),
           coarse_pressures(),
           one_transmitter(),
-          calibrated_machine()};
+          calibrated_machine(),
+          parse_machine(rotary_text(), "rotary")};
 }
 
 }  // namespace knuckle::test

@@ -189,7 +189,7 @@ TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
 TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
   BenchMachine m;
   ASSERT_TRUE(sets_up(m));
-  SdoDialogue preset(0x30, preset_script(m.description, 0.9), 250ms);
+  SdoDialogue preset(0x30, preset_script(m.description, kBoom, 0.9), 250ms);
   // The loop empties the port: the answers are read off the wire.
   std::size_t seen = m.wire.size();
   for (int i = 0; i < 200 && !preset.done(); ++i) {

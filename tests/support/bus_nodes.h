@@ -14,6 +14,7 @@ inline std::vector<NodeDescription> one_node_each() {
   std::vector<NodeDescription> nodes;
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     const SignalInfo& signal = kSignals[i];
+    if (signal.is_angle) continue;
     NodeDescription node;
     node.name = signal.name;
     for (const auto& [from, to] :

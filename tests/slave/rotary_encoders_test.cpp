@@ -1,0 +1,206 @@
+// Rotary encoders on the joints: set up, read, judged and preset; above the wire there are lengths.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "machine/kinematics.h"
+#include "slave/jog.h"
+#include "slave/node_setup.h"
+#include "slave/sensors.h"
+#include "tests/slave/bench_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr canopen::Object kOffset{0x6509, 0};
+
+/// 0x30 to 0x32; the boom's begins a new turn within its range.
+MachineDescription machine_with_rotary_encoders() {
+  MachineDescription machine = test::test_machine();
+  machine.sensors.encoder_step_m = 0;
+  constexpr std::array kMounted{RotaryDescription{.steps_per_turn = 16384, .sign = -1, .zero_rad = 0.4},
+                                RotaryDescription{.steps_per_turn = 16384, .turns = 4096, .zero_rad = -3.1},
+                                RotaryDescription{.steps_per_turn = 65536, .sign = -1, .zero_rad = 2}};
+  for (NodeDescription& node : machine.bus.nodes) {
+    if (node.role != NodeRole::kEncoder) continue;
+    ++node.channels[0].signal;  // the angle is next to the length
+    node.rotary = kMounted[static_cast<std::size_t>(node.joint())];
+  }
+  return machine;
+}
+
+/// By the definition of sign and zero.
+CanFrame counted(const MachineDescription& machine, int joint, double angle_rad) {
+  const NodeDescription& node = machine.bus.encoder(joint);
+  const double turns = node.rotary.sign * (angle_rad - node.rotary.zero_rad) / kTurn;
+  const double steps = std::round((turns - std::floor(turns)) * node.rotary.steps_per_turn);
+  const auto raw = static_cast<std::uint32_t>(steps) % node.rotary.steps_per_turn;
+  CanFrame frame{.id = node.tpdo_id(), .size = 4, .data = {}};
+  for (std::size_t byte = 0; byte < 4; ++byte) frame.data[byte] = static_cast<std::uint8_t>(raw >> (8 * byte));
+  return frame;
+}
+
+/// Fed with frames at 200 Hz, all other sensors well.
+struct FedSensors {
+  void feed(double boom_rad, int times = 1) {
+    for (int n = 0; n < times; ++n) {
+      now += 5ms;
+      for (std::uint32_t i = 0; i < 6; ++i)
+        sensors.receive({.id = 0x1A0U + i, .size = 5, .data = {0x88, 0x13, 0, 0, 0}}, now);
+      sensors.receive(counted(machine, kBoom, boom_rad), now);
+      sensors.receive(counted(machine, kArm, -1.5), now);
+      sensors.receive(counted(machine, kBucket, -0.8), now);
+      sensors.receive({.id = 0x1B8, .size = 2, .data = {}}, now);
+    }
+  }
+  MachineDescription machine = machine_with_rotary_encoders();
+  SensorSet sensors{machine};
+  Kinematics kinematics{machine};
+  Time now{1s};
+};
+
+TEST(RotaryEncoders, AreReadAsLengthsThroughoutTheJointsRange) {
+  FedSensors fed;
+  const LinkDescription& boom = fed.machine.links[kBoom];
+  for (double angle = boom.min_rad; angle < boom.max_rad; angle += 0.005) {
+    fed.feed(angle);
+    ASSERT_FALSE(fed.sensors.fault(fed.now)) << angle << ": " << text(fed.sensors.fault(fed.now));
+    ASSERT_FALSE(fed.sensors.unreachable());
+    const auto measured = fed.sensors.measurement();
+    ASSERT_TRUE(measured);
+    const CylinderState drawn = fed.kinematics.cylinder_at(kBoom, angle).value();
+    EXPECT_NEAR(measured->cylinder_m[kBoom], drawn.length_m, 0.51 * kTurn / 16384 * std::abs(drawn.lever_m));
+  }
+}
+
+TEST(RotaryEncoders, JumpsAndAnglesOutsideTheJointAreNotBelieved) {
+  FedSensors fed;
+  fed.feed(0.3);
+  fed.feed(0.4, 3);
+  EXPECT_EQ(fed.sensors.fault(fed.now).code, ReasonCode::kSensorInvalid) << "0.1 rad at once";
+  EXPECT_EQ(fed.sensors.fault(fed.now).subject, 0x30);
+  EXPECT_NEAR(fed.sensors.measurement()->cylinder_m[kBoom], fed.kinematics.cylinder_at(kBoom, 0.3)->length_m, 2e-4);
+  FedSensors out;
+  out.feed(0.3);
+  out.feed(3, 3);
+  EXPECT_EQ(out.sensors.fault(out.now).code, ReasonCode::kSensorInvalid);
+  EXPECT_NEAR(std::remainder(out.sensors.fault(out.now).value - 3, kTurn), 0, 1e-3) << "the angle is told";
+  EXPECT_FALSE(FedSensors().sensors.measurement());
+}
+
+TEST(RotaryEncoders, AreSetUpAndEngage) {
+  BenchMachine m(machine_with_rotary_encoders());
+  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+  m.run(500ms);
+  const auto measured = m.loop.sensors().measurement().value();
+  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
+  EXPECT_FALSE(m.loop.fault()) << text(m.loop.fault());
+}
+
+TEST(RotaryEncoders, AFaultIsToldOfTheNode) {
+  for (const auto& [fault, code] : {std::pair(sim::NodeFault::kInvalid, ReasonCode::kSensorInvalid),
+                                    {sim::NodeFault::kBrokenWire, ReasonCode::kSensorInvalid},
+                                    {sim::NodeFault::kSilent, ReasonCode::kSensorStale}}) {
+    BenchMachine m(machine_with_rotary_encoders());
+    ASSERT_TRUE(m.engage());
+    ASSERT_TRUE(m.nodes.inject(0x31, fault));
+    m.run(100ms);
+    EXPECT_EQ(m.loop.fault().code, code) << text(m.loop.fault());
+    EXPECT_EQ(m.loop.fault().subject, 0x31);
+  }
+}
+
+TEST(RotaryEncoders, OfAnotherNumberOfStepsAreRefused) {
+  struct Case {
+    std::uint8_t node;
+    canopen::Object object;
+    const char* said;
+  };
+  for (const Case& c :
+       {Case{0x32, canopen::kEncoderStepsPerTurn, "0x6001:00 gave 0x2000, the machine file says 0x10000"},
+        {0x31, canopen::kEncoderRange, "0x6002:00 gave 0x2000, the machine file says 0x4000000"}}) {
+    BenchMachine m(machine_with_rotary_encoders());
+    m.nodes.node(c.node)->replace(c.object, 8192);
+    EXPECT_FALSE(m.engage());
+    const std::string failure = text(m.loop.client().setup_failure());
+    EXPECT_NE(failure.find(c.said), std::string::npos) << failure;
+  }
+}
+
+TEST(RotaryEncoders, OfASingleTurnNeedNotSayHowFarTheyCount) {
+  BenchMachine m(machine_with_rotary_encoders());
+  m.nodes.node(0x30)->remove(canopen::kEncoderRange);
+  EXPECT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+}
+
+/// 0x6003 of the preset.
+std::uint32_t preset_steps(const MachineDescription& machine, int joint, double length_m) {
+  const SdoScript script = preset_script(machine, joint, length_m);
+  EXPECT_EQ(script[0].written[0].object, canopen::kEncoderPreset);
+  return script[0].written[0].value;
+}
+
+TEST(RotaryEncoders, APresetIsWhatTheyCountWhereTheCylinderHasThisLength) {
+  const MachineDescription machine = machine_with_rotary_encoders();
+  const Kinematics kinematics(machine);
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+    for (double angle = link.min_rad; angle < link.max_rad; angle += 0.01) {
+      const CanFrame frame = counted(machine, joint, angle);
+      const unsigned steps = frame.data[0] | frame.data[1] << 8U;
+      EXPECT_EQ(preset_steps(machine, joint, kinematics.cylinder_at(joint, angle)->length_m), steps) << angle;
+    }
+  }
+  const double just_before = machine.bus.encoder(kBoom).rotary.zero_rad + 1e-6;  // a whole turn less a hair
+  EXPECT_EQ(preset_steps(machine, kBoom, kinematics.cylinder_at(kBoom, just_before)->length_m), 0U);
+  EXPECT_THROW((void)preset_script(machine, kBoom, 2.5), InputError);
+}
+
+/// Frames of the nodes read by a jog, which moves nothing.
+struct JogBeforeMotion {
+  JogBeforeMotion() {
+    const JointVector angles(0.3, -1.5, -0.8);
+    signals.shaft_rad = angles;
+    for (int i = 0; i < kJoints; ++i) length_m[i] = Kinematics(machine).cylinder_at(i, angles[i])->length_m;
+  }
+  void run(Duration time) {
+    for (const Time end = now + time; now < end; now += 1ms) {
+      nodes.step(now, signals);
+      bus.advance(now);
+      if (now.time_since_epoch() / 1ms % 5 == 0) jog.step(now);
+    }
+  }
+  MachineDescription machine = machine_with_rotary_encoders();
+  VirtualCanBus bus{2, machine.bus.bit_rate};
+  sim::CanNodes nodes{machine, {}, bus.port(1), 1};
+  sim::MachineSignals signals;
+  JointVector length_m = JointVector::Zero();
+  Jog jog{machine, bus.port(0)};
+  Time now{1s};
+};
+
+TEST(RotaryEncoders, BeforeAnythingMovesTheyAreReadAndPreset) {
+  JogBeforeMotion rig;
+  rig.nodes.node(0x30)->replace(kOffset, 5000);  // mounted as it came: an angle that the boom cannot have
+  rig.jog.start();
+  rig.run(2s);
+  ASSERT_TRUE(rig.jog.client().operational()) << text(rig.jog.client().setup_failure());
+  EXPECT_EQ(rig.jog.sensors().no_length, (std::array{true, false, false}));
+  EXPECT_NEAR(rig.jog.sensors().length_m[kArm], rig.length_m[kArm], 3e-4);
+  rig.jog.hold_pilot(100ms);
+  rig.run(50ms);
+  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kSensorInvalid) << "no pilot pressure where an angle says nothing";
+  EXPECT_EQ(rig.jog.trouble().subject, 0x30);
+  rig.jog.write_objects(0x30, preset_script(rig.machine, kBoom, rig.length_m[kBoom]));
+  rig.run(200ms);
+  EXPECT_EQ(rig.jog.sensors().no_length, (std::array{false, false, false}));
+  EXPECT_NEAR(rig.jog.sensors().length_m[kBoom], rig.length_m[kBoom], 3e-4);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
