@@ -282,6 +282,11 @@ class NodeReader {
       names.push_back(kSignals[i].name);
       places.push_back(i);
     }
+    if (!file.sound({"profile"})) {  // which values and keys it may have is not known, then
+      file.leave_rest();
+      node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
+      return;
+    }
     TomlTable channels = file.table("channels");
     for (int number = 1; number <= kMostChannels; ++number) {
       const std::string key = std::to_string(number);
@@ -300,11 +305,9 @@ class NodeReader {
     }
     const bool several = node.role == NodeRole::kPressure;
     file.require(!node.channels.empty(), "channels",
-                 "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }", {"profile"});
-    file.require(several || node.channels.size() < 2, "channels", "must be one: only nodes of cia404 may have several",
-                 {"profile"});
-    file.require(several || node.channels.empty() || node.channels[0].number == 1, "channels", "must be channel 1",
-                 {"profile"});
+                 "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }");
+    file.require(several || node.channels.size() < 2, "channels", "must be one: only nodes of cia404 may have several");
+    file.require(several || node.channels.empty() || node.channels[0].number == 1, "channels", "must be channel 1");
     if (node.channels.empty()) node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
   }
 
@@ -374,7 +377,7 @@ class NodeReader {
 
 std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus) {
   NodeReader read(bus);
-  if (!file.has("node")) return read.read_keyed(file.table("nodes"));
+  if (!file.has("node") && file.has("nodes")) return read.read_keyed(file.table("nodes"));
   if (file.has("nodes")) {
     file.leave("nodes");
     file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");

@@ -14,6 +14,7 @@
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
 #include "tests/support/few_nodes.h"
+#include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
@@ -26,6 +27,10 @@ const std::string kDevices = test::source_dir() + "/../shared/data/devices/";
 
 std::string solar() {
   return test::content(test::source_dir() + "/config/machines/solar015.toml");
+}
+/// The same machine in the older words.
+std::string keyed() {
+  return test::with_keyed_nodes(solar());
 }
 MachineDescription machine() {
   return parse_machine(solar(), "my.toml");
@@ -64,27 +69,27 @@ std::string refused(const std::string& node, std::uint8_t id, const DeviceFile& 
   return "accepted";
 }
 
-TEST(BusAdd, ChangesTheOneLineOfTheNodeAndNothingElse) {
-  const std::string text = with_device(solar(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
+TEST(BusAddToKeyedNodes, ChangesTheOneLineOfTheNodeAndNothingElse) {
+  const std::string text = with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
   const MachineDescription after = parse_machine(text, "my.toml");
   EXPECT_EQ(after.bus.valve(0).id, 0x50);
   EXPECT_EQ(after.bus.valve(0).vendor, 0x1234U);
   EXPECT_EQ(after.bus.valve(0).product, 0x5678U);
   EXPECT_EQ(after.bus.valve(0).tpdos[0], 0);
-  std::istringstream was(solar()), is(text);
+  std::istringstream was(keyed()), is(text);
   int changed = 0;
   for (std::string a, b; std::getline(was, a) && std::getline(is, b);) changed += a != b ? 1 : 0;
   EXPECT_EQ(changed, 1);
 }
 
-TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
+TEST(BusAddToKeyedNodes, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   DeviceFile device = made_for("tilt");
   Entry& cob_id = device.entries[0x180001];
   cob_id.access = Access::kReadOnly;
   cob_id.value = Value{0x280, true};
-  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
+  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
   cob_id.value = Value{0x180, true};
-  EXPECT_EQ(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
 }
 
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
@@ -93,12 +98,15 @@ TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
             std::string::npos);
   EXPECT_EQ(refused("tilt", 0x38, valve),
             "a.eds: 0x1000:00 = 0x198: is a device of CiA 408; tilt must be one of CiA 410");
-  std::string table = solar();
+}
+
+TEST(BusAddToKeyedNodes, RefusesANodeThatIsATableOfItsOwn) {
+  std::string table = keyed();
   const auto at = table.find("boom_valve           = {"), end = table.find('}', at);
   table.replace(at, end - at + 1, "");
   table += "\n[bus.nodes.boom_valve]\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
   EXPECT_EQ(
-      refused("boom_valve", 0x10, valve, table),
+      refused("boom_valve", 0x10, made_for("boom_valve"), table),
       fmt::format("my.toml: line {}: [bus.nodes.boom_valve] is a table of its own: needs boom_valve = {{ ... }} on "
                   "one line in [bus.nodes], or [[bus.node]] tables (knuckle bus migrate)",
                   std::count(table.begin(), table.end(), '\n') - 4));
@@ -157,10 +165,6 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
   }
 }
 
-/// The shipped machine in [[bus.node]] tables: each node's channels, then its id and identity.
-std::string listed() {
-  return with_node_tables(solar(), "my.toml");
-}
 /// `text` with `from`, which is there, replaced.
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
@@ -184,7 +188,7 @@ std::string block_of(const std::string& text, const std::string& name) {
 }
 
 TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNothingElse) {
-  const std::string before = replaced(replaced(listed(), "id = 0x11", "id = 0x11      # its switches: 2"),
+  const std::string before = replaced(replaced(solar(), "id = 0x11", "id = 0x11      # its switches: 2"),
                                       "name = \"arm_valve\"", "# Behind the cab.\nname = \"arm_valve\"  # mine");
   const std::string text = with_device(before, "my.toml", "arm_valve", 0x50, made_for("arm_valve"));
   EXPECT_EQ(block_of(text, "arm_valve"),
@@ -196,7 +200,7 @@ TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNoth
 
 TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLineEnds) {
   for (const std::string end : {"\n", "\r\n"}) {
-    std::string text = listed();
+    std::string text = solar();
     const std::string block =
         "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
         "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
@@ -213,26 +217,26 @@ TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLine
 }
 
 TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMovedAndTakesOutOldOnes) {
-  DeviceFile pved = with_fixed(with_fixed(made_for("boom_valve"), 0x180001, 0x280), 0x140001, 0x300);
+  DeviceFile pved = with_fixed(with_fixed(made_for("arm_valve"), 0x180001, 0x280), 0x140001, 0x300);
   pved.vendor = 0x01000019;
   pved.product = 0x53373235;
-  const std::string text = with_device(listed(), "my.toml", "boom_valve", 0x10, pved);
-  EXPECT_EQ(block_of(text, "boom_valve"),
-            "[[bus.node]]\nname = \"boom_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"boom_spool\" }\n"
-            "id = 0x10\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x290\nrpdo = 0x310\n");
-  EXPECT_EQ(with_device(text, "my.toml", "boom_valve", 0x10, pved), text) << "once more";
-  EXPECT_EQ(with_device(all_replaced(listed(), "\n", "\r\n"), "my.toml", "boom_valve", 0x10, pved),
+  const std::string text = with_device(solar(), "my.toml", "arm_valve", 0x11, pved);
+  EXPECT_EQ(block_of(text, "arm_valve"),
+            "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"arm_spool\" }\n"
+            "id = 0x11\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x291\nrpdo = 0x311\n");
+  EXPECT_EQ(with_device(text, "my.toml", "arm_valve", 0x11, pved), text) << "once more";
+  EXPECT_EQ(with_device(all_replaced(solar(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
             all_replaced(text, "\n", "\r\n"));
-  const std::string moved = with_device(text, "my.toml", "boom_valve", 0x13, pved);
+  const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
   EXPECT_NE(moved.find("\ntpdo = 0x293\nrpdo = 0x313\n"), std::string::npos) << moved;
-  const std::string noted = replaced(text, "tpdo = 0x290", "tpdo = 0x290  # as delivered");
-  EXPECT_EQ(block_of(with_device(noted, "my.toml", "boom_valve", 0x10, made_for("boom_valve")), "boom_valve"),
-            "[[bus.node]]\nname = \"boom_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"boom_spool\" }\n"
-            "id = 0x10\ndevice_type = 0x198\nvendor = 0x1234\nproduct = 0x5678\n# as delivered\n");
+  const std::string noted = replaced(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");
+  EXPECT_EQ(block_of(with_device(noted, "my.toml", "arm_valve", 0x11, made_for("arm_valve")), "arm_valve"),
+            "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"arm_spool\" }\n"
+            "id = 0x11\ndevice_type = 0x198\nvendor = 0x1234\nproduct = 0x5678\n# as delivered\n");
 }
 
 TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
-  std::string text = listed();
+  std::string text = with_node_tables(keyed(), "my.toml");  // without comments
   const DeviceFile tilt = made_for("tilt");
   const std::string needs = "my.toml: needs tilt in a [[bus.node]] table with each key on a line of its own";
   EXPECT_EQ(refused("tilt", 0x39, tilt, replaced(text, "id = 0x38", "\"id\" = 0x38")), needs);
@@ -247,8 +251,8 @@ TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
   text = replaced(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
   ASSERT_EQ(parse_machine(text, "my.toml").bus.nodes, machine().bus.nodes);
   EXPECT_EQ(refused("tilt", 0x39, tilt, text), needs);
-  EXPECT_NE(refused("boom_valve", 0x39, tilt, listed()).find("must be one of CiA 408"), std::string::npos);
-  EXPECT_NE(refused("swing", 0x39, tilt, listed()).find("its nodes: boom_valve"), std::string::npos);
+  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar()).find("must be one of CiA 408"), std::string::npos);
+  EXPECT_NE(refused("swing", 0x39, tilt, solar()).find("its nodes: boom_valve"), std::string::npos);
 }
 
 TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeThere) {

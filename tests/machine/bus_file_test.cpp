@@ -1,34 +1,34 @@
 // Identifiers, scalings and patience of the machine bus: what a machine file may say of them, and what is refused.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "machine/load.h"
+#include "tests/support/keyed_nodes.h"
 #include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle {
 namespace {
 
-/// The shipped file with one text replaced.
-std::string changed(const std::string& from, const std::string& to) {
-  std::ifstream file(test::source_dir() + "/config/machines/solar015.toml");
-  std::string text{std::istreambuf_iterator<char>(file), {}};
+std::string solar() {
+  return test::content(test::source_dir() + "/config/machines/solar015.toml");
+}
+/// A file with one text replaced.
+std::string changed(const std::string& from, const std::string& to, std::string text = solar()) {
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
 }
-MachineDescription read(const std::string& from, const std::string& to) {
-  return parse_machine(changed(from, to), "test.toml");
+MachineDescription read(const std::string& from, const std::string& to, const std::string& text = solar()) {
+  return parse_machine(changed(from, to, text), "test.toml");
 }
 /// What is said of such a file, without file and line.
-std::string refusal(const std::string& from, const std::string& to) {
-  return test::with_match_replaced(test::refusal([&] { (void)read(from, to); }), "^test.toml:[0-9]+: ", "");
+std::string refusal(const std::string& from, const std::string& to, const std::string& text = solar()) {
+  return test::with_match_replaced(test::refusal([&] { (void)read(from, to, text); }), "^test.toml:[0-9]+: ", "");
 }
 
-const std::string kTilt = "id = 0x38, ", kArmValve = "id = 0x11, ", kBus = "controller_id = 1\n";
+const std::string kTilt = "id = 0x38\n", kArmValve = "id = 0x11\n", kBus = "controller_id = 1\n";
 
 TEST(BusFile, WithoutThemIdentifiersFollowTheNodeIdsAndValuesTheDefaultProfiles) {
   const BusDescription bus = read("", "").bus;
@@ -43,28 +43,43 @@ TEST(BusFile, WithoutThemIdentifiersFollowTheNodeIdsAndValuesTheDefaultProfiles)
 }
 
 TEST(BusFile, IdentifiersOfFramesAreTakenPerNode) {
-  const BusDescription bus = read(kArmValve, kArmValve + "tpdo = 0x2A1, rpdo = 0x321, ").bus;
+  const BusDescription bus = read(kArmValve, kArmValve + "tpdo = 0x2A1\nrpdo = 0x321\n").bus;
   EXPECT_EQ(bus.valve(1).tpdo_id(), 0x2A1U);
   EXPECT_EQ(bus.valve(1).rpdo_id(), 0x321U);
   EXPECT_EQ(bus.valve(0).tpdo_id(), 0x190U);
 }
 
 TEST(BusFile, AValveMayBeOfAProfileThatIsLedInItsOwnWay) {
-  const std::string pved = kArmValve + "profile = \"cia408/pved\", ";
-  const BusDescription bus = read(kArmValve, pved).bus;
+  const std::string arm_valve = "name = \"arm_valve\"\nprofile = \"cia408";
+  const BusDescription bus = read(arm_valve, arm_valve + "/pved").bus;
   EXPECT_EQ(bus.valve(1).profile, ValveProfile::kPved);
   EXPECT_EQ(bus.valve(0).profile, ValveProfile::kCia408);
-  EXPECT_NE(refusal(kArmValve, kArmValve + "profile = \"cia409\", ").find("cia408/pved"), std::string::npos);
-  EXPECT_NE(refusal(kTilt, kTilt + "profile = \"cia408\", ").find("profile"), std::string::npos) << "no valve";
+  EXPECT_NE(refusal(arm_valve, arm_valve + "/plus").find("cia408/pved"), std::string::npos);
   const auto stroke = [&](int most) {
-    return refusal("[bus.nodes]\nboom_valve           = {",
-                   "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) +
-                       "\n[bus.nodes]\nboom_valve = { profile = \"cia408/pved\",");
+    const std::string wire = "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) + "\n";
+    return test::refusal([&] { (void)read(arm_valve, arm_valve + "/pved", changed(kBus, kBus + wire)); });
   };
   EXPECT_NE(stroke(32767).find("must be at most 32766"), std::string::npos) << stroke(32767);
-  EXPECT_NO_THROW(
-      (void)read("[bus.nodes]\nboom_valve           = {",
-                 "[bus.wire]\nvalve_full_stroke = 32766\n[bus.nodes]\nboom_valve = { profile = \"cia408/pved\","));
+  EXPECT_EQ(stroke(32766), "accepted");
+}
+
+TEST(BusFile, OlderWordsForNodesSayTheSame) {
+  const std::string older = test::with_keyed_nodes(solar()), tilt = "id = 0x38, ", arm_valve = "id = 0x11, ";
+  const BusDescription bus =
+      read(arm_valve, arm_valve + "tpdo = 0x2A1, rpdo = 0x321, profile = \"cia408/pved\", ", older).bus;
+  EXPECT_EQ(bus.valve(1).tpdo_id(), 0x2A1U);
+  EXPECT_EQ(bus.valve(1).rpdo_id(), 0x321U);
+  EXPECT_EQ(bus.valve(1).profile, ValveProfile::kPved);
+  EXPECT_EQ(bus.valve(0), read("", "").bus.valve(0));
+  const auto starts = [&](const std::string& from, const std::string& more, const std::string& said) {
+    const std::string told = refusal(from, from + more, older);
+    EXPECT_TRUE(told.starts_with(said)) << told;
+  };
+  starts(tilt, "tpdo = 0x1A0, ",
+         "key 'bus.nodes.tilt.tpdo' = 0x1A0: its frames' identifier 0x1A0 is taken by 'boom_head_pressure.tpdo'");
+  starts(tilt, "rpdo = 0x238, ", "key 'bus.nodes.tilt.rpdo' = 0x238: unknown key,");
+  starts(tilt, "profile = \"cia408\", ", "key 'bus.nodes.tilt.profile' = 'cia408': unknown key,");
+  starts(arm_valve, "profile = \"cia409\", ", "key 'bus.nodes.arm_valve.profile' = 'cia409': must be one of");
 }
 
 TEST(BusFile, ScalingsAndPatienceAreTaken) {
@@ -85,16 +100,14 @@ TEST(BusFile, ScalingsAndPatienceAreTaken) {
 }
 
 TEST(BusFile, IdentifiersThatClashOrBelongToOtherServicesAreRefused) {
-  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x1A0, "),
-            "key 'bus.nodes.tilt.tpdo' = 0x1A0: its frames' identifier 0x1A0 is taken by 'boom_head_pressure.tpdo'");
-  EXPECT_EQ(refusal(kArmValve, kArmValve + "rpdo = 0x190, "),
-            "key 'bus.nodes.arm_valve.rpdo' = 0x190: its frames' identifier 0x190 is taken by 'boom_valve.tpdo'");
-  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x180, "),
-            "key 'bus.nodes.tilt.tpdo' = 0x180: must be within [0x181, 0x57F]");
-  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x601, "),
-            "key 'bus.nodes.tilt.tpdo' = 0x601: must be within [0x181, 0x57F]");
+  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x1A0\n"),
+            "key 'bus.node[12].tpdo' = 0x1A0: its frames' identifier 0x1A0 is taken by 'boom_head_pressure.tpdo'");
+  EXPECT_EQ(refusal(kArmValve, kArmValve + "rpdo = 0x190\n"),
+            "key 'bus.node[1].rpdo' = 0x190: its frames' identifier 0x190 is taken by 'boom_valve.tpdo'");
+  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x180\n"), "key 'bus.node[12].tpdo' = 0x180: must be within [0x181, 0x57F]");
+  EXPECT_EQ(refusal(kTilt, kTilt + "tpdo = 0x601\n"), "key 'bus.node[12].tpdo' = 0x601: must be within [0x181, 0x57F]");
   // A sensor is told nothing.
-  EXPECT_EQ(refusal(kTilt, kTilt + "rpdo = 0x238, ").substr(0, 47), "key 'bus.nodes.tilt.rpdo' = 0x238: unknown key,");
+  EXPECT_EQ(refusal(kTilt, kTilt + "rpdo = 0x238\n").substr(0, 45), "key 'bus.node[12].rpdo' = 0x238: unknown key,");
 }
 
 TEST(BusFile, ScalingsOutOfBoundsAreRefused) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "machine/file_text.h"
+#include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
 
 namespace knuckle::test {
@@ -21,7 +22,6 @@ inline std::string few_nodes_text() {
   set("valve_status_every_nth_sync", "2");
   set("tilt_every_nth_sync", "1");
   set("sensor_age_limit_ms", "45");
-  const std::size_t begin = text.find("[bus.nodes]"), end = text.find("\n[limits]");
   std::string nodes = "[bus.wire]\npressure_value = \"integer16\"\npressure_digits = 1\n";
   const auto node = [&nodes](const char* name, const char* profile, const char* id, const char* identity,
                              const char* channels) {
@@ -43,7 +43,7 @@ inline std::string few_nodes_text() {
   node("arm_encoder", "cia406", "0x31", encoder, "1 = \"arm_length\"");
   node("bucket_encoder", "cia406", "0x32", encoder, "1 = \"bucket_length\"");
   node("tilt", "cia410", "0x38", "device_type = 0x019A\nvendor = 0x4B4E\nproduct = 0x0410\n", "1 = \"slope\"");
-  return text.replace(begin, end - begin, nodes);
+  return with_nodes(text, nodes);
 }
 
 }  // namespace knuckle::test
