@@ -71,7 +71,8 @@ class Wizard {
     check_presets();
     // Before its zero is known, an angle says no length, and steps 3 to 6 are judged by lengths.
     for (int j = 0; j < kJoints; ++j)
-      if (machine_.bus.encoder(j).measures_angle() && !result_.axes[static_cast<std::size_t>(j)].preset) zero(j);
+      if (machine_.bus.encoder(j).measures_angle() && !result_.axes[static_cast<std::size_t>(j)].preset)
+        zero(j, std::nullopt, std::nullopt);
   }
 
   void enable_motion() {
@@ -309,20 +310,19 @@ class Wizard {
   }
 
   /// @param extended, retracted readings at the stops, which lie within the cylinder's range whatever the zero is.
-  void zero(int joint, const std::optional<StrokeEnd>& extended = {}, const std::optional<StrokeEnd>& retracted = {}) {
+  void zero(int joint, const std::optional<StrokeEnd>& extended, const std::optional<StrokeEnd>& retracted) {
     AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
     bench_->idle(500ms);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
     const auto tape_m = access_.tape_m(joint);
-    const double here_m = bench_->sensors().length_m[joint];
-    const double way_in_m = retracted ? here_m - retracted->reading_m : 0;
-    const double way_out_m = extended ? extended->reading_m - here_m : 0;
+    const double before_m = length_m(joint);
+    const double way_in_m = retracted ? before_m - retracted->reading_m : 0;
+    const double way_out_m = extended ? extended->reading_m - before_m : 0;
     const double tape_length_m =
         1e-3 * dialogue_.ask_number(about + ": the cylinder's length from pin to pin, measured with a tape",
                                     1e3 * (cylinder(joint).min_length_m + way_in_m) - kTape_mm,
                                     1e3 * (cylinder(joint).max_length_m - way_out_m) + kTape_mm, "mm",
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
-    const double before_m = length_m(joint);
     if (!std::isnan(before_m)) axis.offset_m = before_m - tape_length_m;
     const std::string question = fmt::format(
         "{}: the encoder reads {}, the tape {:.1f} mm. Preset the encoder (0x6003) to the tape's value and save it?",

@@ -125,8 +125,8 @@ Script all_of_rotary() {
 }
 std::shared_ptr<sim::MachineOnBus> as_mounted(const MachineDescription& machine) {
   auto bus = simulated_bus(machine, 7);
-  for (const std::uint8_t id : {0x30, 0x31, 0x32})
-    bus->machine().nodes().node(id)->replace({0x6509, 0}, 1000U * id);  // as they came from the box
+  for (const std::uint8_t id : {std::uint8_t{0x30}, std::uint8_t{0x31}, std::uint8_t{0x32}})
+    bus->machine().nodes().node(id)->replace({0x6509, 0}, 8000);  // as they came from the box
   return bus;
 }
 
@@ -143,7 +143,7 @@ TEST(CommissionWizard, PresetsRotaryEncodersBeforeAnythingMovesAndComesToItsEnd)
     EXPECT_TRUE(outcome.result.axes[j].stroke_m && outcome.result.axes[j].dead_band_extend) << j;
     const NodeDescription& node = machine.bus.encoder(j);
     const std::uint32_t steps = bus->machine().nodes().node(node.id)->value(canopen::kEncoderPosition);
-    const double angle = node.rotary.zero_rad + node.rotary.sign * steps * node.rotary.step_rad();
+    const double angle = node.rotary.zero_rad + node.rotary.sign * node.rotary.step_rad() * steps;
     const double error = std::remainder(angle - bus->plant().joint_rad[static_cast<int>(j)], 2 * std::numbers::pi);
     EXPECT_NEAR(error, 0, 0.03) << kJointNames[j];
   }

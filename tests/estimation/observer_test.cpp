@@ -15,7 +15,7 @@ constexpr double kStep_s = 0.005, kLever_m = 0.3, kEncoderStep_m = 1e-4;
 /// Rods of three joints alike, bent one way by two millimetres of extension, and standing.
 class Rods {
  public:
-  explicit Rods(const ChannelBand& band = kSlowBand) : channel_(band, kStep_s, kEncoderStep_m) {
+  explicit Rods(const ChannelBand& band = kSlowBand) : channel_(band, kStep_s, JointVector::Constant(kEncoderStep_m)) {
     for (int k = 0; k < 20; ++k) move(1e-4, 0, false);
     for (int k = 0; k < 100; ++k) move(0, 0, true);
   }
