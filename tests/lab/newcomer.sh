@@ -63,9 +63,10 @@ lists_all_nodes() {
 all_well() { [ "$2" -eq 0 ] && holds "$1" '^nothing wrong' && not holds "$1" '^FAULT'; }
 # all_well_or_told LOG EXIT_CODE: or 1, and a FAULT that says what is missing.
 all_well_or_told() { all_well "$1" "$2" || { [ "$2" -eq 1 ] && holds "$1" '^something is wrong' && holds "$1" '^FAULT'; }; }
-# Uploads and their answers, boot-ups and heartbeats of nodes: no NMT, no SYNC, no process data, no download.
+# Uploads and their answers, the question whether a device has no node id, boot-ups and heartbeats of nodes: no NMT, no
+# SYNC, no process data, no download.
 only_reads() {
-  holds "$1" ' 6..#40' && not grep -q -v -E ' (6[0-9A-F]{2}#40[0-9A-F]{14}|5[89A-F][0-9A-F]#.*|7[0-9A-F]{2}#(00|7F))$' "$1"
+  holds "$1" ' 6..#40' && not grep -q -v -E ' (6[0-9A-F]{2}#40[0-9A-F]{14}|7E5#4C0{14}|5[89A-F][0-9A-F]#.*|7[0-9A-F]{2}#(00|7F))$' "$1"
 }
 
 check "README's section has the nine commands that are tried here" test "$(wc -l < /tmp/commands)" -eq 9
