@@ -62,6 +62,11 @@ class CanopenClient {
   [[nodiscard]] const BusWatch& watch() const noexcept { return watch_; }
   /// Code of an error that the node has told and not taken back; 0 where there is none.
   [[nodiscard]] std::uint16_t emergency_of(std::uint8_t node) const noexcept;
+  // When they were last said; kNever before the first.
+  [[nodiscard]] Time valve_seen_at(int joint) const noexcept {
+    return valves_[static_cast<std::size_t>(joint)].seen_at;
+  }
+  [[nodiscard]] Time inputs_seen_at() const noexcept { return inputs_seen_at_; }
   /// Whether the node says that it does not work: by an emergency, its heartbeat or, a valve, its status.
   [[nodiscard]] bool says_stopped(std::uint8_t node) const noexcept;
   /// Whether the node is the device whose guard was proved, as far as it was asked.

@@ -12,9 +12,11 @@ namespace knuckle::slave {
 namespace {
 
 constexpr Duration kPilotPatience = 1s;
-constexpr Duration kGuardPatience = 400ms;  // beyond a guard's own time: status frames, and the spool's way back
-constexpr double kOpenShare = 0.5, kBackShare = 0.3;  // of the opening: the spool has followed, or is back
-constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.01;
+constexpr Duration kGuardPatience = 600ms;  // beyond a guard's own time: status frames, and the spool's way back
+constexpr double kOpenShare = 0.5, kBackShare = 0.3;            // of the opening: the spool has followed, or is back
+constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stroke: more than noise
+constexpr Duration kStands = 100ms, kStaysBack = 200ms;
+constexpr double kGuardCreep_m = 2e-3;
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
 
@@ -59,6 +61,7 @@ void Jog::step(Time now) noexcept {
   client_.begin_step(now);
   const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
   if (expects_pilot(phase_) && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
+  watch_creep(now);
   gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
   if (client_.fault()) end_early(client_.fault());
@@ -160,10 +163,7 @@ void Jog::go_on(Time now) noexcept {
     case Phase::kMoving:
       return note_motion(now);
     case Phase::kOpening:
-      guard_seen_.tried = client_.spool()[plan_.joint] >= kOpenShare * opening_;
-      if (guard_seen_.tried) return enter(Phase::kWithheld, now);
-      if (now - since_ >= kPilotPatience) enter(Phase::kPilotDown, now);
-      return;
+      return open_for_guard(now);
     case Phase::kWithheld:
       return note_guard(now);
     case Phase::kClosing:
@@ -184,22 +184,56 @@ Duration Jog::guard_patience() const noexcept {
   return from_seconds(std::max(machine_.bus.valve_watchdog_s, machine_.bus.controller_timeout_s)) + kGuardPatience;
 }
 
+/// Inside the dead band no cylinder moves.
+void Jog::watch_creep(Time now) noexcept {
+  if (opening_ == 0 || (phase_ != Phase::kOpening && phase_ != Phase::kWithheld)) return;
+  const double crept_m = std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]);
+  if (crept_m <= kGuardCreep_m) return;
+  guard_seen_.crept_m = crept_m;
+  enter(Phase::kPilotDown, now);
+}
+
+void Jog::open_for_guard(Time now) noexcept {
+  const bool there =
+      client_.demand()[plan_.joint] >= opening_ - 1e-9 && client_.spool()[plan_.joint] >= kOpenShare * opening_;
+  stands_since_ = !there ? kNever : stands_since_ == kNever ? now : stands_since_;
+  if (there && now - stands_since_ >= kStands) {
+    guard_seen_.tried = GuardSeen::Tried::kYes;
+    stands_since_ = kNever;
+    return enter(Phase::kWithheld, now);
+  }
+  guard_seen_.tried = GuardSeen::Tried::kDidNotFollow;
+  if (now - since_ >= kPilotPatience) enter(Phase::kPilotDown, now);
+}
+
 void Jog::note_guard(Time now) noexcept {
   GuardSeen& seen = guard_seen_;
   const double t_s = to_seconds(now - since_);
   const bool valve = opening_ > 0;
-  const double crept_m = valve ? std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]) : 0;
-  if (crept_m > limits_.jog.other_travel_m)
-    return end_early({ReasonCode::kJogOtherMoves, static_cast<std::uint8_t>(plan_.joint),
-                      static_cast<float>(1e3 * crept_m), static_cast<float>(1e3 * limits_.jog.other_travel_m)});
-  const bool stopped = valve ? std::abs(client_.spool()[plan_.joint]) <= kBackShare * opening_ : !client_.pilot_on();
   if (!seen.told_s && client_.says_stopped(guarded_)) {
     seen.told_s = t_s;
     seen.emergency = client_.emergency_of(guarded_);
   }
-  if (stopped && !seen.stopped_s) seen.stopped_s = t_s;
-  if (valve && !stopped && !client_.pilot_on()) seen.pilot_off_s = t_s;
-  const bool done = (seen.stopped_s && seen.told_s) || seen.pilot_off_s;
+  const Time said_at = valve ? client_.valve_seen_at(plan_.joint) : client_.inputs_seen_at();
+  seen.silent = now - said_at > kStaysBack;
+  bool done = seen.pilot_off_s.has_value();
+  if (valve && !client_.pilot_on()) {
+    seen.pilot_off_s = t_s;
+    seen.stopped_s.reset();
+    done = true;
+  } else if (valve) {
+    const bool back = said_at > since_ && std::abs(client_.spool()[plan_.joint]) <= kBackShare * opening_;
+    if (!back || seen.silent) seen.stopped_s.reset();
+    if (back && !seen.stopped_s) seen.stopped_s = t_s;
+    stands_since_ = !seen.stopped_s || !seen.told_s ? kNever : stands_since_ == kNever ? now : stands_since_;
+    done = stands_since_ != kNever && now - stands_since_ >= kStaysBack;
+  } else if (!client_.pilot_on()) {
+    seen.stopped_s = t_s;
+    done = true;
+  } else {
+    for (int i = 0; i < kJoints; ++i)
+      seen.others_stopped = seen.others_stopped || client_.says_stopped(machine_.bus.valve(i).id);
+  }
   if (done || now - since_ >= guard_patience()) enter(Phase::kPilotDown, now);
 }
 
@@ -273,8 +307,12 @@ void Jog::try_guard(const NodeDescription& node) noexcept {
   plan_.joint = node.joint();
   const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(plan_.joint)].valve;
   opening_ = kShareOfDeadBand * std::min(valve.dead_band_extend, valve.dead_band_retract);
-  guard_seen_.tried = opening_ >= kLeastOpening;
-  if (guard_seen_.tried) begin(Phase::kOpening);
+  stands_since_ = kNever;
+  if (opening_ < kLeastOpening) {
+    guard_seen_.tried = GuardSeen::Tried::kNoDeadBand;
+    return;
+  }
+  begin(Phase::kOpening);
 }
 
 void Jog::stop() noexcept {

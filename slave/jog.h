@@ -50,11 +50,18 @@ enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 /// What a node did while what its guard waits for was withheld from it: seconds since it was withheld; nullopt where it
 /// did not.
 struct GuardSeen {
-  bool tried = true;                  ///< Else there is no dead band to open it in, or its spool did not follow.
-  std::optional<double> told_s;       ///< It said that it does not work.
-  std::uint16_t emergency = 0;        ///< The code it said; 0 where it said none.
-  std::optional<double> stopped_s;    ///< A valve's spool came back; the enable node took pilot pressure away.
-  std::optional<double> pilot_off_s;  ///< Of a valve: pilot pressure went off before that.
+  enum class Tried : std::uint8_t {
+    kYes,
+    kNoDeadBand,    ///< Too small for an opening that could be told from noise.
+    kDidNotFollow,  ///< The valve's spool did not come to that opening.
+  } tried = Tried::kYes;
+  std::optional<double> told_s;     ///< It said that it does not work.
+  std::uint16_t emergency = 0;      ///< The code it said; 0 where it said none.
+  std::optional<double> stopped_s;  ///< A valve's spool came back and stayed; the enable node took pilot pressure away.
+  std::optional<double> pilot_off_s;  ///< Of a valve: pilot pressure went off before that was sure.
+  bool silent = false;                ///< It says no more where its spool is, or whether pilot pressure is on.
+  bool others_stopped = false;        ///< Of the enable node: a valve had stopped before, which may be why.
+  std::optional<double> crept_m;      ///< The cylinder moved at the small opening.
 };
 
 /// Every step sends SYNC, commands that passed the gate, and the controller's heartbeat. Whatever ends a task early
@@ -125,6 +132,8 @@ class Jog {
   [[nodiscard]] JogState judged(Time now) const noexcept;
   void note_motion(Time now) noexcept;
   void go_on(Time now) noexcept;
+  void watch_creep(Time now) noexcept;
+  void open_for_guard(Time now) noexcept;
   void note_guard(Time now) noexcept;
   [[nodiscard]] Duration guard_patience() const noexcept;
   void await_pilot(bool on, Phase then, Time now) noexcept;
@@ -148,6 +157,7 @@ class Jog {
   std::uint8_t guarded_ = 0;  // node of try_guard()
   double opening_ = 0;        // of its valve; 0 for the enable node
   GuardSeen guard_seen_;
+  Time stands_since_ = kNever;  // the spool at the opening; or back, told, and pilot pressure on
   GateResult gate_;
   std::optional<JogSample> sample_;
   JogEnd end_ = JogEnd::kTime;

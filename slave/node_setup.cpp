@@ -79,7 +79,7 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
   for (std::size_t i = transmit_pdos(node, machine.bus.wire); i < NodeDescription::kMostPdos; ++i) {
     const Object cob_id{static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + i), 1};
     const std::uint32_t off = node.tpdo_id(i) | canopen::kPdoDisabled;
-    script.push_back({Kind::kOptional, {{cob_id, off, 4, Match::kOff}}, {{cob_id, off}}});
+    script.push_back({Kind::kOptional, {{cob_id, off, 4, Match::kOff}}, {{cob_id, off, 4, Match::kOff}}});
   }
 }
 
@@ -362,6 +362,11 @@ void SdoDialogue::fail(SetupFailure::What what) noexcept {
   }
 }
 
+/// A PDO that is on may only be turned off, not be given another identifier (CiA 301).
+std::uint32_t SdoDialogue::to_write(const SdoStep& step) const noexcept {
+  return step.match == Match::kOff ? value_ | canopen::kPdoDisabled : step.value;
+}
+
 bool SdoDialogue::step(CanBus& bus, Time now) noexcept {
   if (done() || failure_ || (asked_ > 0 && now - asked_at_ < timeout_)) return false;
   const SdoStep& step = current();
@@ -375,7 +380,7 @@ bool SdoDialogue::step(CanBus& bus, Time now) noexcept {
     }
   }
   const bool sent =
-      bus.send(doing_ == Doing::kWriting ? canopen::sdo_download(node_, step.object, step.value, step.size)
+      bus.send(doing_ == Doing::kWriting ? canopen::sdo_download(node_, step.object, to_write(step), step.size)
                                          : canopen::sdo_upload(node_, step.object));
   if (!sent) return false;  // queue full: again in the next step
   ++requests_;
@@ -412,7 +417,10 @@ void SdoDialogue::receive(const CanFrame& frame) noexcept {
   answered_ = true;
   if (answer->kind != (writing ? Answer::kDownloaded : Answer::kUploaded)) {
     details_.abort = answer->kind == Answer::kAborted ? answer->abort : canopen::SdoAbort::kUnknownCommand;
-    return is_missing(details_.abort) ? refused(SetupFailure::What::kAborted) : fail(SetupFailure::What::kAborted);
+    const Kind kind = script_[part_].kind;
+    const bool may_lack = kind == Kind::kOptional || kind == Kind::kProof;
+    return may_lack || is_missing(details_.abort) ? refused(SetupFailure::What::kAborted)
+                                                  : fail(SetupFailure::What::kAborted);
   }
   if (writing) return go_on();
   read_ = answer->object;

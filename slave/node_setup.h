@@ -117,6 +117,7 @@ class SdoDialogue {
  private:
   enum class Doing : std::uint8_t { kAsking, kWriting, kAskingAgain };
   [[nodiscard]] const SdoStep& current() const noexcept;
+  [[nodiscard]] std::uint32_t to_write(const SdoStep& step) const noexcept;
   void next_part() noexcept;
   void go_on() noexcept;
   void on_other_value(std::uint32_t seen) noexcept;

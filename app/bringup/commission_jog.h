@@ -52,7 +52,7 @@ class JogBench {
   [[nodiscard]] JogRun run(const slave::JogPlan& plan);
   /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
   /// anew. @throws CommissionEnded
-  [[nodiscard]] slave::GuardSeen try_guard(const NodeDescription& node);
+  [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 

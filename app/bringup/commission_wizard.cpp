@@ -172,7 +172,7 @@ class Wizard {
   void guards() {
     for (const NodeDescription& node : machine_.bus.nodes) {
       if (!node.is_told()) continue;
-      const GuardJudged judged = judge_guard(node, bench_->try_guard(node));
+      const GuardJudged judged = judge_guard(node, bench_->try_guard(machine_.bus, node));
       const auto serial = progress_.serials.find(node.id);
       result_.guards.push_back({node.name, node.vendor, node.product,
                                 serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second),

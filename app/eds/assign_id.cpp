@@ -69,6 +69,14 @@ class Talk {
     return heard;
   }
 
+  /// As pause(), on the way out: nothing ends it.
+  void settle() noexcept {
+    try {
+      access_.wait_until(access_.now() + kApart);
+    } catch (...) {  // a simulated bus that cannot go on
+    }
+  }
+
   void pause() {
     (void)gather(kApart, [](const CanFrame&) { return std::optional<CanFrame>(); });
   }
@@ -192,7 +200,10 @@ class LssMaster {
  public:
   explicit LssMaster(Talk& talk) : talk_(talk) { wait(); }
   ~LssMaster() {
-    if (configures_) talk_.bus().send(switch_all(lss::State::kWaiting));
+    for (int i = 0; configures_ && i < 2; ++i) {  // a device that was busy, or a full queue, may miss the first
+      talk_.settle();
+      talk_.bus().send(switch_all(lss::State::kWaiting));
+    }
   }
   LssMaster(const LssMaster&) = delete;
   LssMaster& operator=(const LssMaster&) = delete;
@@ -343,6 +354,10 @@ AssignedId by_lss(Talk& talk, const IdRequest& request) {
   if (request.from && result.before != *request.from)
     talk.refuse(fmt::format("{} answers LSS with node id 0x{:02X}, not 0x{:02X}: switch its power off and on",
                             text(result.device), result.before, *request.from));
+  // It will be reset under the id that it has now: no other device may have it.
+  if (const bool has_id = result.before >= 1 && result.before <= 127; has_id && !request.from) {
+    if (const SdoIdentity there = identity_of(talk, result.before); !there.problem.empty()) talk.refuse(there.problem);
+  }
   talk.tell();
   result.problem = failure_of(talk, Service::kConfigureNodeId, request.id, kPatience);
   if (result.problem.empty()) result.problem = failure_of(talk, Service::kStore, 0, kStoring);

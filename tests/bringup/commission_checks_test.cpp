@@ -43,6 +43,54 @@ TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
   EXPECT_NE(fault(motion(0.2, 0.015), Seen::kAnother).find("moves another cylinder"), std::string::npos);
 }
 
+TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
+  using Seen = slave::GuardSeen;
+  NodeDescription valve, enable;
+  valve.name = "boom_valve";
+  enable.name = "enable";
+  enable.role = NodeRole::kEnable;
+  const auto seen = [](std::optional<double> told_s, std::optional<double> stopped_s,
+                       const std::function<void(Seen&)>& change = {}) {
+    Seen made;
+    made.told_s = told_s;
+    made.stopped_s = stopped_s;
+    if (change) change(made);
+    return made;
+  };
+  struct Case {
+    const NodeDescription& node;
+    Seen seen;
+    bool proved;
+    Level level;
+    const char* text;
+  };
+  const Case cases[] = {
+      {valve, seen(0.055, 0.12), true, Level::kOk, "no longer works, after 55 ms"},
+      {valve, seen(0.055, {}), false, Level::kFault, "and its spool stayed open"},
+      {valve, seen({}, {}), false, Level::kFault, "told nothing, and its spool stayed open"},
+      {valve, seen({}, 0.12), false, Level::kNote, "but it told nothing"},
+      {valve, seen(0.055, {}, [](Seen& s) { s.pilot_off_s = 0.06; }), false, Level::kNote, "pilot pressure went off"},
+      {valve, seen(0.055, {}, [](Seen& s) { s.silent = true; }), false, Level::kNote,
+       "says no more where its spool is"},
+      {valve, seen(0.055, 0.1, [](Seen& s) { s.crept_m = 3e-3; }), false, Level::kFault, "moved by 3.0 mm"},
+      {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kNoDeadBand; }), false, Level::kNote, "too small"},
+      {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kDidNotFollow; }), false, Level::kNote, "did not come"},
+      {enable, seen(0.15, 0.15), true, Level::kOk, "pilot pressure was off after 150 ms"},
+      {enable, seen({}, {}), false, Level::kFault, "stayed on without"},
+      {enable, seen({}, 0.15, [](Seen& s) { s.others_stopped = true; }), false, Level::kNote,
+       "after a valve had stopped"},
+      {enable, seen(0.15, {}, [](Seen& s) { s.silent = true; }), false, Level::kNote, "whether pilot pressure is on"},
+  };
+  for (const Case& c : cases) {
+    const GuardJudged judged = judge_guard(c.node, c.seen);
+    EXPECT_EQ(judged.proved, c.proved) << c.text;
+    EXPECT_EQ(judged.finding.level, c.level) << c.text;
+    EXPECT_NE(judged.finding.text.find(c.text), std::string::npos) << judged.finding.text;
+  }
+  valve.unguarded = "a relay";
+  EXPECT_EQ(judge_guard(valve, seen({}, {})).finding.level, Level::kNote);
+}
+
 TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
   JogRun run = motion(0.2, 0.1, JogEnd::kStalled);
   for (JogSample& s : run.samples) {

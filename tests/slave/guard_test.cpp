@@ -12,6 +12,7 @@ namespace knuckle::slave {
 namespace {
 
 using Phase = Jog::Phase;
+using Tried = GuardSeen::Tried;
 
 /// The bench without its loop: the jog has the bus.
 struct GuardRig {
@@ -45,8 +46,8 @@ TEST(Guard, OfAValveIsTriedWithThatValveAloneInsideItsDeadBandAndOnlyItsFramesWi
     const BusDescription& bus = rig.bench.description.bus;
     const GuardSeen& seen = rig.try_guard(bus.valve(joint));
     EXPECT_FALSE(rig.jog.trouble()) << text(rig.jog.trouble());
-    ASSERT_TRUE(seen.tried && seen.told_s && seen.stopped_s)
-        << seen.tried << ' ' << seen.told_s.value_or(-1) << ' ' << seen.stopped_s.value_or(-1) << ' '
+    ASSERT_TRUE(seen.tried == Tried::kYes && seen.told_s && seen.stopped_s)
+        << static_cast<int>(seen.tried) << ' ' << seen.told_s.value_or(-1) << ' ' << seen.stopped_s.value_or(-1) << ' '
         << seen.pilot_off_s.value_or(-1);
     EXPECT_FALSE(seen.pilot_off_s);
     EXPECT_EQ(seen.emergency, canopen::kEmcyRpdoTimeout);
@@ -78,7 +79,7 @@ TEST(Guard, ThatIsDeadIsSeenAndTheValveIsToldToCloseAtOnce) {
   const NodeDescription& valve = rig.bench.description.bus.valve(kBoom);
   ASSERT_TRUE(rig.bench.nodes.inject(valve.id, sim::NodeFault::kDeadGuard));
   const GuardSeen& seen = rig.try_guard(valve);
-  EXPECT_TRUE(seen.tried);
+  EXPECT_EQ(seen.tried, Tried::kYes);
   EXPECT_FALSE(seen.told_s || seen.stopped_s || seen.pilot_off_s);
   EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector(0, 0, 0));
   EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
@@ -104,14 +105,33 @@ TEST(Guard, OfTheEnableNodeTakesPilotPressureAwayWithoutAHeartbeat) {
 TEST(Guard, AnEStopWhileItIsTriedIsTroubleAndNeutral) {
   GuardRig rig;
   rig.start();
-  rig.jog.try_guard(rig.bench.description.bus.valve(kArm));
+  const NodeDescription& valve = rig.bench.description.bus.valve(kArm);
+  ASSERT_TRUE(rig.bench.nodes.inject(valve.id, sim::NodeFault::kDeadGuard));  // nothing closes it but the jog
+  rig.jog.try_guard(valve);
   for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
   ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
+  ASSERT_GT(rig.bench.nodes.outputs().spool_demand[kArm], 0.02);
   rig.bench.nodes.set_estop(true);
-  for (int i = 0; i < 40; ++i) rig.step();
+  for (int i = 0; i < 3; ++i) rig.step();
   EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kEmergencyStop);
   EXPECT_EQ(rig.jog.phase(), Phase::kRest);
   EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector(0, 0, 0));
+}
+
+/// Moves the cylinder that is tried, as where the file's dead band is not the valve's.
+TEST(Guard, ACylinderThatMovesAtTheSmallOpeningEndsItAtOnce) {
+  GuardRig rig;
+  rig.start();
+  rig.jog.try_guard(rig.bench.description.bus.valve(kArm));
+  int crept = 0;
+  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kRest; ++i) {
+    if (rig.bench.nodes.outputs().spool_demand[kArm] > 0.01) rig.bench.signals.cylinder_m[kArm] += 1e-4;
+    crept += rig.jog.guard_seen().crept_m ? 1 : 0;
+    EXPECT_TRUE(crept < 3 || rig.bench.nodes.outputs().spool_demand[kArm] == 0) << "two steps after";
+    rig.step();
+  }
+  ASSERT_TRUE(rig.jog.guard_seen().crept_m);
+  EXPECT_LT(*rig.jog.guard_seen().crept_m, 3e-3);
 }
 
 TEST(Guard, WithoutADeadBandToOpenTheValveInItIsNotTriedAndNothingMoves) {
@@ -121,7 +141,7 @@ TEST(Guard, WithoutADeadBandToOpenTheValveInItIsNotTriedAndNothingMoves) {
   Jog jog(machine, rig.bench.bus.port(0));
   jog.try_guard(machine.bus.valve(kBoom));
   EXPECT_EQ(jog.phase(), Phase::kRest);
-  EXPECT_FALSE(jog.guard_seen().tried);
+  EXPECT_EQ(jog.guard_seen().tried, Tried::kNoDeadBand);
 }
 
 TEST(GuardLines, NameWhatWasNeverProvedNotProvedAndProvedOfAnotherDevice) {
