@@ -500,7 +500,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   }
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
-  if (age_s > age_limit_s && excused_ == 0) {
+  if (age_s > age_limit_s && excused_ != description_.enable().id) {
     return missing(description_.enable().id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
   }
   return {};

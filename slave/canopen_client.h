@@ -47,7 +47,7 @@ class CanopenClient {
 
   /// From the next step on what this node's guard waits for is not sent: a valve's set-points; for the enable node the
   /// controller's heartbeat. 0: all is sent. What it and the enable node (of the heartbeat: all nodes) do because of it
-  /// is no fault until restart().
+  /// is no fault until restart(), but for inputs that do not come while a valve is tried: pilot pressure must be known.
   void withhold_from(std::uint8_t node) noexcept;
 
   [[nodiscard]] Phase phase() const noexcept { return phase_; }

@@ -114,8 +114,6 @@ class Jog {
   [[nodiscard]] JogEnd end() const noexcept { return end_; }
   /// Of the last try_guard().
   [[nodiscard]] const GuardSeen& guard_seen() const noexcept { return guard_seen_; }
-  /// What its valve is opened to then, fraction of stroke; 0 for the enable node.
-  [[nodiscard]] double guard_opening() const noexcept { return opening_; }
   [[nodiscard]] const RawSensors& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
 

@@ -260,8 +260,7 @@ Finding judge_direction(const JogRun& run, Seen seen) {
   if ((way_mm > 0) != longer) {
     return fault(
         "its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool, or the 'sign' of "
-        "a "
-        "rotary encoder in the machine file");
+        "a rotary encoder in the machine file");
   }
   return {Level::kOk, about,
           fmt::format("{}: encoder {:+.1f} mm, as commanded", extends ? "extends" : "retracts", way_mm)};

@@ -118,6 +118,19 @@ TEST(Guard, AnEStopWhileItIsTriedIsTroubleAndNeutral) {
   EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector(0, 0, 0));
 }
 
+TEST(Guard, OfAValveIsNotProvedWhereTheEnableNodeSaysNoMoreWhetherPilotPressureIsOn) {
+  GuardRig rig;
+  rig.start();
+  const BusDescription& bus = rig.bench.description.bus;
+  rig.jog.try_guard(bus.valve(kArm));
+  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
+  ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
+  ASSERT_TRUE(rig.bench.nodes.inject(bus.enable().id, sim::NodeFault::kSilent));
+  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kRest; ++i) rig.step();
+  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kSensorStale) << text(rig.jog.trouble());
+  EXPECT_EQ(rig.jog.trouble().subject, bus.enable().id);
+}
+
 /// Moves the cylinder that is tried, as where the file's dead band is not the valve's.
 TEST(Guard, ACylinderThatMovesAtTheSmallOpeningEndsItAtOnce) {
   GuardRig rig;
