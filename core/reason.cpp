@@ -37,9 +37,10 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "the bucket has met something stiff: release enable, look, then press again", "kN/m"},
     {"release_to_recover", SubjectKind::kNothing, "fault is over: release enable, then press again", nullptr},
     {"link_lost", SubjectKind::kNothing, "no new packet over the link: check the network", "ms"},
-    {"sensor_stale", SubjectKind::kNode, "sensor has stopped sending: check node and cable", "ms"},
-    {"sensor_invalid", SubjectKind::kNode, "sensor sends an impossible value: check sensor and wiring", "raw"},
-    {"sensor_implausible", SubjectKind::kNode, "sensor contradicts the others: check mounting and wiring", nullptr},
+    {"sensor_stale", SubjectKind::kNodeOrSignal, "sensor has stopped sending: check node and cable", "ms"},
+    {"sensor_invalid", SubjectKind::kNodeOrSignal, "sensor sends an impossible value: check sensor and wiring", "raw"},
+    {"sensor_implausible", SubjectKind::kNodeOrSignal, "sensor contradicts the others: check mounting and wiring",
+     nullptr},
     {"node_silent", SubjectKind::kNode, "heartbeat is missing: check node power and bus", "ms"},
     {"node_emergency", SubjectKind::kNode, "node reports an emergency, code in decimal: see its manual", "code"},
     {"node_fault", SubjectKind::kNode, "node is no longer operational: check it, then start again", nullptr},
@@ -110,11 +111,12 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "force of the machine is not known: contact is only signalled, move the arm in free air", "%"},
     {"motor_heat", SubjectKind::kNothing, "force feedback reduced: the device's motors are hot, press less for a while",
      "%"},
-    {"length_elsewhere", SubjectKind::kNode,
+    {"length_elsewhere", SubjectKind::kNodeOrSignal,
      "length jumped and stands still: look at the machine; if the new one is right, press and release enable", "mm"},
     {"device_unpowered", SubjectKind::kNothing,
      "haptic device drives no motor: check its supply and its E-stop, then press enable again", nullptr},
-    {"frame_short", SubjectKind::kNode, "process data is too short to be used: check the node's PDO mapping", "bytes"},
+    {"frame_short", SubjectKind::kNodeOrSignal, "process data is too short to be used: check the node's PDO mapping",
+     "bytes"},
     {"other_controller", SubjectKind::kNothing, "another controller is on the bus: stop one of the two", nullptr},
     {"foreign_sender", SubjectKind::kNode, "another sender on the bus commands this node: find it and take it off",
      nullptr},
@@ -125,22 +127,6 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
 const Entry& entry(ReasonCode code) noexcept {
   const auto index = static_cast<std::size_t>(code);
   return kEntries[index < kEntries.size() ? index : 0];
-}
-
-std::string subject_text(SubjectKind kind, std::uint8_t subject) {
-  constexpr std::array<const char*, 6> kChambers{"boom head side", "boom rod side",    "arm head side",
-                                                 "arm rod side",   "bucket head side", "bucket rod side"};
-  switch (kind) {
-    case SubjectKind::kNothing:
-      return "";
-    case SubjectKind::kJoint:
-      return subject < kJoints ? std::string(kJointNames[subject]) + ": " : "joint ?: ";
-    case SubjectKind::kNode:
-      return fmt::format("node 0x{:02X}: ", subject);
-    case SubjectKind::kChamber:
-      return subject < kChambers.size() ? std::string(kChambers[subject]) + ": " : "chamber ?: ";
-  }
-  return "";
 }
 
 /// What the node of a node_fault says that it is: its NMT state (CiA 301) where the limit is that of an operational
@@ -181,9 +167,42 @@ const char* name(ReasonCode code) noexcept {
   return entry(code).name;
 }
 
+SubjectKind subject_kind(ReasonCode code) noexcept {
+  return entry(code).subject;
+}
+
+std::optional<std::size_t> signal_of(const Reason& reason) noexcept {
+  constexpr std::uint8_t kFirst = signal_subject(0);
+  if (subject_kind(reason.code) != SubjectKind::kNodeOrSignal || reason.subject < kFirst) return std::nullopt;
+  return static_cast<std::size_t>(reason.subject - kFirst);
+}
+
+std::string subject_text(const Reason& reason) {
+  constexpr std::array<const char*, 6> kChambers{"boom head side", "boom rod side",    "arm head side",
+                                                 "arm rod side",   "bucket head side", "bucket rod side"};
+  const std::uint8_t subject = reason.subject;
+  switch (entry(reason.code).subject) {
+    case SubjectKind::kNothing:
+      return "";
+    case SubjectKind::kJoint:
+      return subject < kJoints ? kJointNames[subject] : "joint ?";
+    case SubjectKind::kNode:
+    case SubjectKind::kNodeOrSignal:
+      if (const auto place = signal_of(reason)) return fmt::format("signal {}", *place);
+      return fmt::format("node 0x{:02X}", subject);
+    case SubjectKind::kChamber:
+      return subject < kChambers.size() ? kChambers[subject] : "chamber ?";
+  }
+  return "";
+}
+
 std::string text(const Reason& reason) {
+  return text_about(subject_text(reason), reason);
+}
+
+std::string text_about(const std::string& subject, const Reason& reason) {
   const Entry& e = entry(reason.code);
-  std::string line = subject_text(e.subject, reason.subject) + e.text;
+  std::string line = (subject.empty() ? "" : subject + ": ") + e.text;
   if (reason.code == ReasonCode::kNodeFault) return line + node_state_text(reason);
   if (reason.code == ReasonCode::kFrameShort)
     return line + fmt::format(" (frame has {:.0f} bytes, {:.0f} are mapped)", reason.value, reason.limit);

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/time.h"
@@ -26,9 +28,9 @@ enum class ReasonCode : std::uint16_t {
   kReleaseToRecover,  ///< latched fault gone: release enable, then press again
   // Faults: each latches and is neutral on the wire.
   kLinkLost,           ///< ms since the last newer packet
-  kSensorStale,        ///< subject: node id; age in ms
-  kSensorInvalid,      ///< subject: node id; non-finite, out of range, or status bad
-  kSensorImplausible,  ///< subject: node id; sensors contradict each other; value in the unit of the rule
+  kSensorStale,        ///< subject: node id or signal; age in ms
+  kSensorInvalid,      ///< subject: node id or signal; non-finite, out of range, or status bad
+  kSensorImplausible,  ///< subject: node id or signal; sensors contradict each other; value in the unit of the rule
   kNodeSilent,         ///< subject: node id; heartbeat missing, ms
   kNodeEmergency,      ///< subject: node id; value: EMCY error code
   kNodeFault,          ///< subject: node id; valve left ACTIVE or reports a fault
@@ -80,9 +82,9 @@ enum class ReasonCode : std::uint16_t {
   kCuesEstimate,  ///< confidence in %
   kMotorHeat,     ///< force lowered to what the device's motors bear; % of the wanted
   // Another fault.
-  kLengthElsewhere,  ///< subject: node id; an encoder stands still elsewhere than it was; mm
+  kLengthElsewhere,  ///< subject: node id or signal; an encoder stands still elsewhere than it was; mm
   kDeviceUnpowered,  ///< the haptic device drives no motor although it is asked to
-  kFrameShort,       ///< subject: node id; bytes of its process data frame, bytes mapped
+  kFrameShort,       ///< subject: node id or signal; bytes of its process data frame, bytes mapped
   // Who else speaks on the bus.
   kOtherController,  ///< value: identifier of a frame that only the controller sends, and another one sent
   kForeignSender,    ///< subject: node id that was commanded or written to; value: the frame's identifier
@@ -91,7 +93,14 @@ enum class ReasonCode : std::uint16_t {
 };
 
 /// What a Reason's subject counts.
-enum class SubjectKind : std::uint8_t { kNothing, kJoint, kNode, kChamber };
+enum class SubjectKind : std::uint8_t {
+  kNothing,
+  kJoint,
+  kNode,          ///< Node id, at most 127.
+  kNodeOrSignal,  ///< Node id; or, where a node has several signals and one is meant, signal_subject().
+  kChamber,       ///< 0...5
+};
+[[nodiscard]] SubjectKind subject_kind(ReasonCode code) noexcept;
 
 struct Reason {
   ReasonCode code = ReasonCode::kNone;
@@ -101,6 +110,13 @@ struct Reason {
   explicit operator bool() const noexcept { return code != ReasonCode::kNone; }
 };
 
+/// The subject that names a signal: above all node ids. @param place in kSignals (machine/bus_description.h)
+[[nodiscard]] constexpr std::uint8_t signal_subject(std::size_t place) noexcept {
+  return static_cast<std::uint8_t>(0x80 + place);
+}
+/// Place in kSignals of the signal that the reason names; nullopt where it names none.
+[[nodiscard]] std::optional<std::size_t> signal_of(const Reason& reason) noexcept;
+
 /// Whether both say the same of the same subject, whatever was measured: one standing reason, not a new event.
 [[nodiscard]] constexpr bool same_cause(const Reason& a, const Reason& b) noexcept {
   return a.code == b.code && a.subject == b.subject;
@@ -108,10 +124,16 @@ struct Reason {
 
 /// Stable identifier for files and JSON, such as "link_lost".
 [[nodiscard]] const char* name(ReasonCode code) noexcept;
-/// One line a person can act on, such as "arm: hand is 7.2 deg from the machine; limit 5 deg". Not for loops:
-/// allocates.
+// Words. They allocate: not for loops. Nodes and signals are numbers here; where the machine is known,
+// machine/reason_text.h names them.
+
+/// What the reason is about: "arm", "node 0x30"; empty where its code has no subject.
+[[nodiscard]] std::string subject_text(const Reason& reason);
+/// One line a person can act on, such as "arm: hand is 7.2 deg from the machine; limit 5 deg".
 [[nodiscard]] std::string text(const Reason& reason);
-/// The same behind its identifier, for logs: "hand_not_aligned: arm: hand is ...". Allocates.
+/// The same with the subject in the caller's words.
+[[nodiscard]] std::string text_about(const std::string& subject, const Reason& reason);
+/// text() behind its identifier, for logs: "hand_not_aligned: arm: hand is ...".
 [[nodiscard]] std::string text_with_code(const Reason& reason);
 
 }  // namespace knuckle

@@ -32,6 +32,19 @@ const NodeDescription& BusDescription::node_of(NodeRole role, int index) const n
   return found == nullptr ? none : *found;
 }
 
+NodeChannel BusDescription::valve_channel(int joint) const noexcept {
+  for (const NodeChannel& channel : valve(joint).channels)
+    if (channel.info().index == joint) return channel;
+  return {};
+}
+
+std::string channels_text(const NodeDescription& node) {
+  std::string all;
+  for (const NodeChannel& channel : node.channels)
+    all += (all.empty() ? "" : ", ") + std::to_string(channel.number) + " = " + channel.info().name;
+  return all;
+}
+
 const NodeDescription* BusDescription::find(const std::string& name) const noexcept {
   const auto called = [&](const NodeDescription& node) { return node.name == name; };
   const auto has = [&](const NodeDescription& node) {

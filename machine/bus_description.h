@@ -27,7 +27,7 @@ struct SignalInfo {
   bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
 /// All are needed, but of each joint's length and angle one. A node's place in BusDescription::nodes is that of its
-/// first signal here.
+/// first signal here. Reasons in recordings and on the link name a signal by its place: new ones go to the end.
 inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
                                      SignalInfo{"arm_spool", "arm_valve", NodeRole::kValve, 1},
                                      SignalInfo{"bucket_spool", "bucket_valve", NodeRole::kValve, 2},
@@ -54,20 +54,26 @@ enum class ValveProfile : std::uint8_t {
 /// As machine files call them, in the order of ValveProfile.
 inline constexpr std::array kValveProfileNames{"cia408", "cia408/pved"};
 
-/// A part of a device that has a value of its own: a sub-index of the profile's objects, from 1.
+/// A part of a device that has a value of its own: a sub-index of the profile's objects, from 1; of a valve the axis,
+/// which has objects of its own (canopen::of_axis()); of a tilt sensor 1 for 0x6010 and 2 for 0x6020.
 struct NodeChannel {
   std::uint8_t number = 1;
   std::uint8_t signal = 0;  ///< Place in kSignals.
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+  /// Of what is told what to do: its receive PDO, and a valve's transmit PDO, from 0. CiA 301 keeps PDO 65 (0x1440) and
+  /// on for the second device in a module, but has no identifiers for them; CAN drivers of several axes that are sold
+  /// have the four PDOs of the pre-defined connection set in a row, and so axis k has the k-th.
+  [[nodiscard]] constexpr std::uint8_t pdo() const noexcept { return static_cast<std::uint8_t>(number - 1U); }
   bool operator==(const NodeChannel&) const = default;
 };
 
 /// What commissioning has seen of a node's guard: what ends its motion when the controller falls silent.
 struct GuardProof {
   bool proved = false;
-  std::uint32_t serial = 0;    ///< Of the device it was seen of; 0 where that has none.
-  std::string date;            ///< Empty where it was never tried.
-  bool of_this_device = true;  ///< Whether that was one with the node's vendor and product.
+  std::uint32_t serial = 0;  ///< Of the device it was seen of; 0 where that has none.
+  std::string date;          ///< Empty where it was never tried.
+  /// What is not as it was then: a proof holds of what was tried alone.
+  enum class Changed : std::uint8_t { kNothing, kDevice, kChannels, kTimes, kNotRecorded } changed = Changed::kNothing;
   bool operator==(const GuardProof&) const = default;
 };
 
@@ -93,26 +99,35 @@ struct NodeDescription {
   std::vector<NodeChannel> channels;  ///< By number.
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
-  ValveProfile profile = ValveProfile::kCia408;  ///< Of a valve.
-  RotaryDescription rotary;                      ///< Of an encoder that measures_angle().
-  std::array<std::uint16_t, kMostPdos> tpdos{};  ///< COB-IDs of its PDOs; 0: pre-defined connection set.
-  std::uint16_t rpdo = 0;
+  ValveProfile profile = ValveProfile::kCia408;           ///< Of a valve.
+  RotaryDescription rotary;                               ///< Of an encoder that measures_angle().
+  std::array<std::uint16_t, kMostPdos> tpdos{}, rpdos{};  ///< COB-IDs of its PDOs; 0: pre-defined connection set.
+  /// What its transmit PDOs map, of a sensor that lets nobody change it: 0x61300120 is 32 bits of 0x6130:01. Else
+  /// empty.
+  std::vector<std::vector<std::uint32_t>> tpdo_maps;
   std::string unguarded;  ///< Of a node that is told to move something: why it may do without a guard. Else empty.
   GuardProof guard;
   /// Whether it is told what to do, so that it needs a guard.
   [[nodiscard]] constexpr bool is_told() const noexcept {
     return role == NodeRole::kValve || role == NodeRole::kEnable;
   }
-  [[nodiscard]] constexpr std::uint32_t tpdo_id(std::size_t pdo = 0) const noexcept {
-    const std::uint16_t own = pdo < kMostPdos ? tpdos[pdo] : std::uint16_t{0};
-    return own != 0 ? own : 0x180U + 0x100U * static_cast<std::uint32_t>(pdo) + id;
-  }
-  [[nodiscard]] constexpr std::uint32_t rpdo_id() const noexcept { return rpdo != 0 ? rpdo : 0x200U + id; }
+  [[nodiscard]] constexpr std::uint32_t tpdo_id(std::size_t pdo = 0) const noexcept { return id_of(tpdos, 0x180, pdo); }
+  [[nodiscard]] constexpr std::uint32_t rpdo_id(std::size_t pdo = 0) const noexcept { return id_of(rpdos, 0x200, pdo); }
   [[nodiscard]] bool measures_angle() const noexcept { return !channels.empty() && channels.front().info().is_angle; }
   /// Joint of its first channel; -1 of a node that is the whole machine's, or of several joints.
   [[nodiscard]] int joint() const noexcept;
   bool operator==(const NodeDescription&) const = default;
+
+ private:
+  [[nodiscard]] constexpr std::uint32_t id_of(const std::array<std::uint16_t, kMostPdos>& own, std::uint32_t first,
+                                              std::size_t pdo) const noexcept {
+    if (pdo < kMostPdos && own[pdo] != 0) return own[pdo];
+    return first + 0x100U * static_cast<std::uint32_t>(pdo) + id;
+  }
 };
+
+/// "1 = boom_spool, 2 = arm_spool"
+[[nodiscard]] std::string channels_text(const NodeDescription& node);
 
 /// How values are written on the wire where devices differ.
 struct WireDescription {
@@ -162,6 +177,15 @@ struct BusDescription {
   }
   [[nodiscard]] const NodeDescription& tilt() const noexcept { return node_of(NodeRole::kTilt, 0); }
   [[nodiscard]] const NodeDescription& enable() const noexcept { return node_of(NodeRole::kEnable, 0); }
+  // Identifiers of the frames of a joint's valve: what it is told, and its status with the spool's position.
+  [[nodiscard]] std::uint32_t set_point_id(std::integral auto joint) const noexcept {
+    return valve(joint).rpdo_id(valve_channel(static_cast<int>(joint)).pdo());
+  }
+  [[nodiscard]] std::uint32_t spool_id(std::integral auto joint) const noexcept {
+    return valve(joint).tpdo_id(valve_channel(static_cast<int>(joint)).pdo());
+  }
+  /// Which axis of valve(joint) it is.
+  [[nodiscard]] NodeChannel valve_channel(int joint) const noexcept;
 
   /// The node of this name, else the one that has the signal of this name or SignalInfo::node, or of this id; null
   /// where there is none.

@@ -1,5 +1,6 @@
 #include "machine/bus_frames.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace knuckle {
@@ -48,8 +49,8 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
                              const SensorDescription& sensors) {
   switch (node.role) {
     case NodeRole::kValve:
-      return {field(Part::kStatus, channel, canopen::kValveStatusWord, Type::kUnsigned, 16),
-              field(Part::kValue, channel, canopen::kValveActual, Type::kSigned, 16)};
+      return {field(Part::kStatus, channel, of_axis(canopen::kValveStatusWord, channel.number), Type::kUnsigned, 16),
+              field(Part::kValue, channel, of_axis(canopen::kValveActual, channel.number), Type::kSigned, 16)};
     case NodeRole::kPressure:
       return pressure_fields(channel, wire);
     case NodeRole::kEncoder:
@@ -57,21 +58,19 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
       return {field(Part::kValue, channel, canopen::kEncoderPosition, Type::kSigned, 32, sensors.encoder_step_m),
               field(Part::kRate, channel, canopen::kEncoderSpeed, Type::kSigned, 16, wire.encoder_speed_step_mps)};
     case NodeRole::kTilt:
-      return {field(Part::kValue, channel, canopen::kTiltSlope, Type::kSigned, 16, sensors.tilt_step_rad)};
+      return {field(Part::kValue, channel, channel.number == 2 ? canopen::kTiltLateral : canopen::kTiltSlope,
+                    Type::kSigned, 16, sensors.tilt_step_rad)};
     case NodeRole::kEnable:
       break;
   }
   return {field(Part::kStatus, channel, canopen::kEnableInputs, Type::kUnsigned, 8)};
 }
 
-std::vector<FrameField> told(const NodeDescription& node) {
-  const NodeChannel channel = node.channels.front();
-  if (node.role == NodeRole::kValve)
-    return {field(Part::kControl, channel, canopen::kValveControlWord, Type::kUnsigned, 16),
-            field(Part::kValue, channel, canopen::kValveSetPoint, Type::kSigned, 16)};
-  if (node.role == NodeRole::kEnable)
+std::vector<FrameField> told(const NodeDescription& node, const NodeChannel& channel) {
+  if (node.role != NodeRole::kValve)
     return {field(Part::kControl, channel, canopen::kEnableOutputs, Type::kUnsigned, 8)};
-  return {};
+  return {field(Part::kControl, channel, of_axis(canopen::kValveControlWord, channel.number), Type::kUnsigned, 16),
+          field(Part::kValue, channel, of_axis(canopen::kValveSetPoint, channel.number), Type::kSigned, 16)};
 }
 
 int bits_of(const std::vector<FrameField>& fields) noexcept {
@@ -80,20 +79,61 @@ int bits_of(const std::vector<FrameField>& fields) noexcept {
   return bits;
 }
 
-/// One after another; a group that a frame has no room for begins the next.
-std::vector<std::vector<FrameField>> packed(const NodeDescription& node, const WireDescription& wire,
-                                            const SensorDescription& sensors) {
-  constexpr int kMostBits = 64;
-  std::vector<std::vector<FrameField>> frames;
-  for (const NodeChannel& channel : node.channels) {
-    std::vector<FrameField> group = sent(node, channel, wire, sensors);
-    if (frames.empty() || bits_of(frames.back()) + bits_of(group) > kMostBits) frames.emplace_back();
+std::uint32_t mapping(const FrameField& field) noexcept {
+  return canopen::mapping(field.object, field.bits.bits);
+}
+
+/// What one PDO maps, and what of it is known.
+struct Pdo {
+  std::uint8_t number = 0;  ///< From 0.
+  std::vector<FrameField> fields;
+  std::vector<std::uint32_t> mapped;
+  void add(std::vector<FrameField> group) {
     for (FrameField& one : group) {
-      one.bits.start_bit = static_cast<std::uint8_t>(bits_of(frames.back()));
-      frames.back().push_back(std::move(one));
+      one.bits.start_bit = static_cast<std::uint8_t>(bits_of(fields));
+      mapped.push_back(mapping(one));
+      fields.push_back(std::move(one));
     }
   }
+};
+
+/// As the device maps it, whatever else that is. What belongs to a value in another frame is not known.
+std::vector<Pdo> packed_by_device(const NodeDescription& node, const std::vector<FrameField>& wanted) {
+  std::vector<Pdo> frames;
+  for (const std::vector<std::uint32_t>& map : node.tpdo_maps) {
+    Pdo pdo{static_cast<std::uint8_t>(frames.size()), {}, map};
+    std::uint32_t at = 0;
+    for (const std::uint32_t entry : map) {
+      for (const FrameField& one : wanted) {
+        if (mapping(one) != entry) continue;
+        pdo.fields.push_back(one);
+        pdo.fields.back().bits.start_bit = static_cast<std::uint8_t>(at);
+      }
+      at += canopen::mapped_bits(entry);
+    }
+    const std::vector<FrameField> found = pdo.fields;
+    std::erase_if(pdo.fields,
+                  [&](const FrameField& one) { return find_field(found, Part::kValue, one.channel) == nullptr; });
+    frames.push_back(std::move(pdo));
+  }
   return frames;
+}
+
+/// One after another; a group that a frame has no room for begins the next. An axis of a valve has its own.
+std::vector<Pdo> packed(const NodeDescription& node, const WireDescription& wire, const SensorDescription& sensors) {
+  constexpr int kMostBits = 64;
+  std::vector<Pdo> frames;
+  std::vector<FrameField> all;
+  for (const NodeChannel& channel : node.channels) {
+    std::vector<FrameField> group = sent(node, channel, wire, sensors);
+    all.insert(all.end(), group.begin(), group.end());
+    if (node.role == NodeRole::kValve)
+      frames.push_back({channel.pdo(), {}, {}});
+    else if (frames.empty() || bits_of(frames.back().fields) + bits_of(group) > kMostBits)
+      frames.push_back({static_cast<std::uint8_t>(frames.size()), {}, {}});
+    frames.back().add(std::move(group));
+  }
+  return node.tpdo_maps.empty() ? frames : packed_by_device(node, all);
 }
 
 int nth_sync(const BusDescription& bus, NodeRole role) noexcept {
@@ -105,24 +145,36 @@ int nth_sync(const BusDescription& bus, NodeRole role) noexcept {
 }  // namespace
 
 std::uint8_t BusFrame::bytes() const noexcept {
-  return static_cast<std::uint8_t>(bits_of(fields) / 8);
+  std::uint32_t bits = 0;
+  for (const std::uint32_t entry : mapped) bits += canopen::mapped_bits(entry);
+  return static_cast<std::uint8_t>(bits / 8);
 }
 
-std::size_t transmit_pdos(const NodeDescription& node, const WireDescription& wire) {
-  return packed(node, wire, {}).size();
+std::vector<std::uint8_t> transmit_pdos(const NodeDescription& node, const WireDescription& wire) {
+  std::vector<std::uint8_t> pdos;
+  for (const Pdo& pdo : packed(node, wire, {})) pdos.push_back(pdo.number);
+  return pdos;
 }
 
-bool sends(const NodeDescription& node, std::uint32_t id, const WireDescription& wire) {
-  for (std::size_t pdo = 0; pdo < transmit_pdos(node, wire); ++pdo) {
-    if (node.tpdo_id(pdo) == id) return true;
-  }
-  return false;
+std::vector<std::uint8_t> receive_pdos(const NodeDescription& node) {
+  std::vector<std::uint8_t> pdos;
+  for (const NodeChannel& channel : node.channels)
+    if (node.is_told()) pdos.push_back(channel.pdo());
+  return pdos;
+}
+
+const FrameField* find_field(const std::vector<FrameField>& fields, FrameField::Part part,
+                             const NodeChannel& channel) noexcept {
+  const auto found = std::find_if(fields.begin(), fields.end(), [&](const FrameField& field) {
+    return field.part == part && field.channel == channel;
+  });
+  return found == fields.end() ? nullptr : &*found;
 }
 
 std::vector<FrameField> sent_fields(const NodeDescription& node, const MachineDescription& machine) {
   std::vector<FrameField> all;
-  for (const std::vector<FrameField>& fields : packed(node, machine.bus.wire, machine.sensors))
-    all.insert(all.end(), fields.begin(), fields.end());
+  for (const Pdo& pdo : packed(node, machine.bus.wire, machine.sensors))
+    all.insert(all.end(), pdo.fields.begin(), pdo.fields.end());
   return all;
 }
 
@@ -130,18 +182,18 @@ std::vector<BusFrame> bus_frames(const BusDescription& bus, const SensorDescript
   std::vector<BusFrame> frames;
   for (std::size_t n = 0; n < bus.nodes.size(); ++n) {
     const NodeDescription& node = bus.nodes[n];
-    std::uint8_t pdo = 0;
-    for (std::vector<FrameField>& fields : packed(node, bus.wire, sensors)) {
-      frames.push_back(
-          {n, false, pdo, node.tpdo_id(pdo), nth_sync(bus, node.role), bus.controller_heartbeat_s, std::move(fields)});
-      ++pdo;
-    }
-    std::vector<FrameField> fields = told(node);
-    if (fields.empty()) continue;
-    fields.back().bits.start_bit = static_cast<std::uint8_t>(bits_of(fields) - fields.back().bits.bits);
+    for (Pdo& pdo : packed(node, bus.wire, sensors))
+      frames.push_back({n, false, pdo.number, node.tpdo_id(pdo.number), nth_sync(bus, node.role),
+                        bus.controller_heartbeat_s, std::move(pdo.fields), std::move(pdo.mapped)});
     const bool valve = node.role == NodeRole::kValve;
-    frames.push_back({n, true, 0, node.rpdo_id(), valve ? bus.set_point_every_nth_sync : bus.kEnableEveryNthSync, 0,
-                      std::move(fields)});
+    for (const NodeChannel& channel : node.channels) {
+      if (!node.is_told()) continue;
+      Pdo pdo{channel.pdo(), {}, {}};
+      pdo.add(told(node, channel));
+      frames.push_back({n, true, pdo.number, node.rpdo_id(pdo.number),
+                        valve ? bus.set_point_every_nth_sync : bus.kEnableEveryNthSync, 0, std::move(pdo.fields),
+                        std::move(pdo.mapped)});
+    }
   }
   return frames;
 }

@@ -33,23 +33,28 @@ struct BusFrame {
   std::uint32_t id = 0;
   int every_nth_sync = 0;  ///< 0: when something changes, and every repeat_s.
   double repeat_s = 0;
-  std::vector<FrameField> fields;  ///< In the order they are mapped in.
+  std::vector<FrameField> fields;     ///< In the order they are mapped in.
+  std::vector<std::uint32_t> mapped;  ///< All that is mapped, as 0x1A00 says it: 0x61300120 is 32 bits of 0x6130:01.
   [[nodiscard]] std::uint8_t bytes() const noexcept;
   [[nodiscard]] double rate_Hz(double sync_Hz) const noexcept {
     return every_nth_sync > 0 ? sync_Hz / every_nth_sync : 1 / repeat_s;
   }
 };
 
-/// How many transmit PDOs this node's channels fill; may be more than there are.
-[[nodiscard]] std::size_t transmit_pdos(const NodeDescription& node, const WireDescription& wire);
+/// The transmit PDOs that this node's channels fill, from 0; may be more than there are.
+[[nodiscard]] std::vector<std::uint8_t> transmit_pdos(const NodeDescription& node, const WireDescription& wire);
 
-/// Whether one of the transmit PDOs that this node's channels fill has this identifier.
-[[nodiscard]] bool sends(const NodeDescription& node, std::uint32_t id, const WireDescription& wire);
+/// The receive PDOs that tell this node's channels what to do, from 0.
+[[nodiscard]] std::vector<std::uint8_t> receive_pdos(const NodeDescription& node);
 
-/// All that a node sends.
+/// What this part of a channel is mapped as; null where it is not.
+[[nodiscard]] const FrameField* find_field(const std::vector<FrameField>& fields, FrameField::Part part,
+                                           const NodeChannel& channel) noexcept;
+
+/// All that is known of what a node sends.
 [[nodiscard]] std::vector<FrameField> sent_fields(const NodeDescription& node, const MachineDescription& machine);
 
-/// Of all nodes in their order, each one's transmit PDOs before its receive PDO.
+/// Of all nodes in their order, each one's transmit PDOs before its receive PDOs.
 [[nodiscard]] std::vector<BusFrame> bus_frames(const BusDescription& bus, const SensorDescription& sensors = {});
 
 }  // namespace knuckle

@@ -12,8 +12,10 @@
 #include <optional>
 
 #include "core/units.h"
+#include "machine/bus_budget.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"
+#include "machine/device_profile.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_calibration.h"
@@ -24,14 +26,10 @@ namespace knuckle {
 namespace {
 
 constexpr double kHeaviest_kg = 50000;
-constexpr double kFullestBus = 0.6;
-constexpr double kLongestBlind_ms = 200;    // without a sensor's value or a valve's command, whatever a file says
 constexpr double kLeastGyration = 0.05;     // radius, of a link's length
 constexpr double kLargestRadiusRatio = 10;  // of what a joint yields with to what another does
 constexpr int kPvedMostStroke = 32766;
 constexpr std::int64_t kMostSteps = std::int64_t{1} << 31;  // of an encoder: what counts more is broken
-constexpr double kOverRange = 1.1;  // a pressure is told to be too high, not the highest there is
-constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  // CiA 301, table 1
 
 LinkDescription read_link(TomlTable& file) {
   LinkDescription link;
@@ -272,9 +270,30 @@ class NodeReader {
     if (profile == 1) node.profile = ValveProfile::kPved;
   }
 
+  struct ChannelRange {
+    int most;
+    const char* bound;
+  };
+  static ChannelRange channels_of(const NodeDescription& node) {
+    switch (node.role) {
+      case NodeRole::kValve:
+        if (node.profile == ValveProfile::kPved) return {1, "must be channel 1: a PVED-CC has one axis"};
+        return {static_cast<int>(NodeDescription::kMostPdos),
+                "must be an axis from 1 to 4: each has PDOs of its own, and a node has 4"};
+      case NodeRole::kPressure:
+        return {8, "must be a channel from 1 to 8"};
+      case NodeRole::kTilt:
+        return {2, "must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"};
+      case NodeRole::kEncoder:
+      case NodeRole::kEnable:
+        break;
+    }
+    return {1, "must be channel 1"};
+  }
+
   /// channels = { 1 = "boom_head_pressure", 2 = "boom_rod_pressure" }
   void read_channels(TomlTable& file, NodeDescription& node) {
-    constexpr int kMostChannels = 8;
+    const ChannelRange range = channels_of(node);
     std::vector<const char*> names;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
@@ -288,11 +307,27 @@ class NodeReader {
       return;
     }
     TomlTable channels = file.table("channels");
-    for (int number = 1; number <= kMostChannels; ++number) {
+    std::vector<int> numbers;
+    for (const std::string& key : channels.keys()) {
+      const bool digits = !key.empty() && key.size() <= 2 &&
+                          std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+      if (digits && key == std::to_string(std::stoi(key))) {
+        numbers.push_back(std::stoi(key));
+      } else {
+        channels.require(false, key, std::string("unknown key: ") + range.bound);
+        channels.leave(key);
+      }
+    }
+    std::sort(numbers.begin(), numbers.end());
+    for (const int number : numbers) {
       const std::string key = std::to_string(number);
-      if (!channels.has(key)) continue;
       const std::size_t place = places[static_cast<std::size_t>(channels.choice(key, names))];
-      if (channels.sound({key})) {
+      const bool known = channels.sound({key});
+      if (!channels.require(number >= 1 && number <= range.most, key, range.bound)) {
+        if (known) signals_.emplace(place, node.name);  // it is not missing, too
+        continue;
+      }
+      if (known) {
         const auto [other, is_new] = signals_.emplace(place, node.name);
         channels.require(is_new, key, "is taken by '" + other->second + "'");
         const auto twin = in_place_of(place) == place ? signals_.end() : signals_.find(in_place_of(place));
@@ -303,11 +338,8 @@ class NodeReader {
       }
       node.channels.push_back({static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(place)});
     }
-    const bool several = node.role == NodeRole::kPressure;
     file.require(!node.channels.empty(), "channels",
                  "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }");
-    file.require(several || node.channels.size() < 2, "channels", "must be one: only nodes of cia404 may have several");
-    file.require(several || node.channels.empty() || node.channels[0].number == 1, "channels", "must be channel 1");
     if (node.channels.empty()) node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
   }
 
@@ -319,22 +351,84 @@ class NodeReader {
       file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
     }
     node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
+    file.require(
+        may_be(node.device_type, node.role), "device_type",
+        fmt::format("must have {0} = 0x{0:04X}, the number of the node's profile, in its lower 16 bits; has {1}",
+                    profile_number(node.role), profile_number(node.device_type)),
+        {"profile"});
     node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
     if (node.measures_angle()) node.rotary = read_rotary(file);
-    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"};
-    const std::size_t pdos = transmit_pdos(node, wire_);
-    file.require(
-        pdos <= NodeDescription::kMostPdos, "channels",
-        "need " + std::to_string(pdos) + " frames, and a node has 4: pressure_value = \"integer16\" needs fewer");
-    for (std::size_t pdo = 0; pdo < std::min(pdos, NodeDescription::kMostPdos); ++pdo) {
+    read_maps(file, node);
+    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"}, kRpdoKeys{"rpdo", "rpdo2", "rpdo3", "rpdo4"};
+    const std::vector<std::uint8_t> pdos = transmit_pdos(node, wire_);
+    file.require(pdos.size() <= NodeDescription::kMostPdos, "channels",
+                 "need " + std::to_string(pdos.size()) +
+                     " frames, and a node has 4: pressure_value = \"integer16\" needs fewer");
+    for (const std::uint8_t pdo : pdos) {
+      if (pdo >= NodeDescription::kMostPdos) break;
       node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
       take(file, node.name, kTpdoKeys[pdo], node.tpdo_id(pdo));
     }
-    if (!node.is_told()) return;
-    if (file.has("unguarded")) node.unguarded = file.text("unguarded");
-    node.rpdo = frame_id(file, "rpdo");
-    take(file, node.name, "rpdo", node.rpdo_id());
+    if (node.is_told() && file.has("unguarded")) node.unguarded = file.text("unguarded");
+    for (const std::uint8_t pdo : receive_pdos(node)) {
+      node.rpdos[pdo] = frame_id(file, kRpdoKeys[pdo]);
+      take(file, node.name, kRpdoKeys[pdo], node.rpdo_id(pdo));
+    }
+  }
+
+  /// Optional, one after the other from the first.
+  void read_maps(TomlTable& file, NodeDescription& node) const {
+    constexpr double kMax32 = 0xFFFFFFFF;
+    constexpr std::size_t kMostMapped = 8;  // bytes of a frame
+    const std::vector<FrameField> wanted = known_fields(node);
+    for (const char* key : {"tpdo_map", "tpdo2_map", "tpdo3_map", "tpdo4_map"}) {
+      if (!file.has(key)) break;
+      std::vector<std::uint32_t>& map = node.tpdo_maps.emplace_back();
+      std::uint32_t bits = 0;
+      for (const double entry : file.list(key, 1, kMostMapped, 0, kMax32)) {
+        map.push_back(static_cast<std::uint32_t>(entry));
+        const std::uint32_t own = canopen::mapped_bits(map.back());
+        file.require(entry == std::floor(entry), key,
+                     fmt::format("has {}: must be whole numbers, such as 0x61300120", number_text(entry)));
+        file.require(own > 0, key, fmt::format("has 0x{:08X}, which is 0 bits: must be at least 1", map.back()));
+        bits += own;
+      }
+      file.require(!node.is_told(), key,
+                   "only goes with sensors: a node that moves something maps as start-up wants it");
+      file.require(bits % 8 == 0 && bits <= 64, key, fmt::format("has {} bits: must be whole bytes, 8 at most", bits));
+      require_once(file, key, node.tpdo_maps, wanted);
+    }
+    if (node.tpdo_maps.empty() || node.is_told()) return;
+    const std::vector<FrameField> found = known_fields(node);
+    for (const FrameField& field : wanted) {
+      file.require(field.part != FrameField::Part::kValue || find_field(found, field.part, field.channel) != nullptr,
+                   "tpdo_map",
+                   fmt::format("nor a further one has 0x{:08X}, which is {}",
+                               canopen::mapping(field.object, field.bits.bits), field.channel.info().name));
+    }
+  }
+  /// Which of two would be the value is not known.
+  static void require_once(const TomlTable& file, const char* key, const std::vector<std::vector<std::uint32_t>>& maps,
+                           const std::vector<FrameField>& wanted) {
+    for (const FrameField& field : wanted) {
+      const std::uint32_t entry = canopen::mapping(field.object, field.bits.bits);
+      const auto times_in = [&](const auto& map) { return std::count(map.begin(), map.end(), entry); };
+      const auto here = times_in(maps.back());
+      file.require(here <= 1, key, fmt::format("has 0x{:08X} twice", entry));
+      const bool before = std::any_of(maps.begin(), maps.end() - 1, [&](const auto& map) { return times_in(map) > 0; });
+      file.require(here == 0 || !before, key, fmt::format("has 0x{:08X}, which an earlier map has, too", entry));
+    }
+  }
+  [[nodiscard]] std::vector<FrameField> known_fields(const NodeDescription& node) const {
+    BusDescription alone;
+    alone.wire = wire_;
+    alone.nodes = {node};
+    std::vector<FrameField> all;
+    for (const BusFrame& frame : bus_frames(alone)) {
+      if (!frame.to_node) all.insert(all.end(), frame.fields.begin(), frame.fields.end());
+    }
+    return all;
   }
 
   static RotaryDescription read_rotary(TomlTable& file) {
@@ -460,12 +554,15 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
       "wire",
       "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
       {".sensors.pressure_range_bar"});
-  const double load = worst_bus_load(bus);
-  file.require(load <= kFullestBus, "bit_rate_kbps",
-               "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
-                   " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %",
-               {"node", "nodes", "wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync",
-                "tilt_every_nth_sync", "controller_heartbeat_ms", "node_heartbeat_ms"});
+  if (const double load = worst_bus_load(bus); load > kFullestBus) {
+    const std::string fits = what_fits(bus, sensors);
+    file.require(false, "bit_rate_kbps",
+                 "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
+                     " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %" +
+                     (fits.empty() ? "" : "; " + fits),
+                 {"node", "nodes", "wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync",
+                  "tilt_every_nth_sync", "controller_heartbeat_ms", "node_heartbeat_ms"});
+  }
   return bus;
 }
 
@@ -611,19 +708,36 @@ std::vector<CameraDescription> read_cameras(TomlTable& file) {
 
 /// What `knuckle commission` has found: the rest is for people and tools. What it says of a node that is no longer
 /// there is nothing.
-void read_guard_proofs(TomlTable record, std::vector<NodeDescription>& nodes) {
+void read_guard_proofs(TomlTable record, BusDescription& bus) {
   for (TomlTable& file : record.tables("guards")) {
+    using Changed = GuardProof::Changed;
     const std::string name = file.text("node");
     const auto number = [&](const char* key) { return static_cast<std::uint32_t>(file.integer(key, 0, 0xFFFFFFFF)); };
+    const auto is_now = [&](const char* key, double now_s) {
+      constexpr double kMost_ms = 1e5, kSame_s = 1e-6;
+      return std::abs(file.number(key, 0, kMost_ms, kMilli) - now_s) < kSame_s;
+    };
     GuardProof proof;
     proof.proved = file.boolean("proved");
     if (file.has("serial")) proof.serial = number("serial");
     proof.date = file.text("date");
     file.leave("seen");
     const std::uint32_t vendor = number("vendor"), product = number("product");
-    const auto of = std::find_if(nodes.begin(), nodes.end(), [&](const NodeDescription& n) { return n.name == name; });
-    if (of == nodes.end()) continue;
-    proof.of_this_device = of->vendor == vendor && of->product == product;
+    const bool recorded = file.has("channels");
+    const std::string channels = recorded ? file.text("channels") : "";
+    const bool watchdog = recorded && is_now("valve_watchdog_ms", bus.valve_watchdog_s);
+    const bool timeout = recorded && is_now("controller_timeout_ms", bus.controller_timeout_s);
+    const auto of =
+        std::find_if(bus.nodes.begin(), bus.nodes.end(), [&](const NodeDescription& n) { return n.name == name; });
+    if (of == bus.nodes.end()) continue;
+    if (of->vendor != vendor || of->product != product)
+      proof.changed = Changed::kDevice;
+    else if (!recorded)
+      proof.changed = Changed::kNotRecorded;
+    else if (channels != channels_text(*of))
+      proof.changed = Changed::kChannels;
+    else if (!timeout || (of->role == NodeRole::kValve && !watchdog))
+      proof.changed = Changed::kTimes;
     of->guard = proof;
   }
   record.leave_rest();
@@ -658,7 +772,7 @@ MachineDescription read_machine(TomlTable file) {
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
   machine.cameras = read_cameras(file);
   load_calibration(file, machine);
-  if (file.has("commissioning")) read_guard_proofs(file.table("commissioning"), machine.bus.nodes);
+  if (file.has("commissioning")) read_guard_proofs(file.table("commissioning"), machine.bus);
   check_geometry(machine, tables);
   file.finish();
   return machine;

@@ -384,6 +384,13 @@ bool TomlTable::has(std::string_view key) const {
   return node_->table != nullptr && node_->table->contains(key);
 }
 
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::string> all;
+  if (node_->table == nullptr) return all;
+  for (const auto& [key, value] : *node_->table) all.emplace_back(key.str());
+  return all;
+}
+
 void TomlTable::leave(std::string_view key) {
   node_->asked.emplace(key);
 }

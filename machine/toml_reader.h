@@ -69,6 +69,8 @@ class TomlTable {
 
   /// For optional keys: whether it is there. Does not count as asking for its value.
   [[nodiscard]] bool has(std::string_view key) const;
+  /// Names of all that is in this table, sorted. Does not count as asking for it.
+  [[nodiscard]] std::vector<std::string> keys() const;
   /// For what others keep in the file: whether it is there and what is in it does not matter.
   void leave(std::string_view key);
   /// Where the key that decides which others belong here was noted: whatever else is here does not matter.

@@ -69,85 +69,115 @@ ValveState asked_state(std::uint32_t control_word) noexcept {
 // ---- Valve
 // -----------------------------------------------------------------------------------------------------------
 
+namespace {
+
+/// A driver of several axes has its PDOs in a row.
+std::vector<canopen::PdoMap> valve_rpdos(std::size_t axes) {
+  std::vector<canopen::PdoMap> maps(axes > 1 ? NodeDescription::kMostPdos : 1);
+  maps[0] = canopen::kValveRpdo;
+  return maps;
+}
+
+}  // namespace
+
 ValveNode::ValveNode(const NodeDescription& identity, double full_stroke)
     : profile_(identity.profile),
-      protocol_(identity, {canopen::kValveTpdo}, kEverySync, canopen::kValveRpdo),
-      control_(protocol_.add(canopen::kValveControlWord, 2, Access::kReadWrite)),
-      status_(protocol_.add(canopen::kValveStatusWord, 2, Access::kReadOnly)),
-      mode_(protocol_.add(canopen::kValveControlMode, 1, Access::kReadWrite, 1)),
-      set_point_(protocol_.add(canopen::kValveSetPoint, 2, Access::kReadWrite)),
-      actual_(protocol_.add(canopen::kValveActual, 2, Access::kReadOnly)),
-      full_stroke_(full_stroke) {}
-
-void ValveNode::step(Time now, double spool, Outbox& out) noexcept {
-  if (protocol_.take_reset()) {
-    state_ = ValveState::kInit;
-    faulted_ = reset_bit_ = false;
+      protocol_(identity, {canopen::kValveTpdo}, kEverySync, valve_rpdos(identity.channels.back().number)),
+      full_stroke_(full_stroke) {
+  for (unsigned number = 1; number <= identity.channels.back().number; ++number) {
+    const auto add = [&](canopen::Object object, std::uint8_t size, Access access, std::uint32_t value = 0) {
+      return protocol_.add(of_axis(object, number), size, access, value);
+    };
+    axes_.push_back({.control = add(canopen::kValveControlWord, 2, Access::kReadWrite),
+                     .status = add(canopen::kValveStatusWord, 2, Access::kReadOnly),
+                     .mode = add(canopen::kValveControlMode, 1, Access::kReadWrite, 1),
+                     .set_point = add(canopen::kValveSetPoint, 2, Access::kReadWrite),
+                     .actual = add(canopen::kValveActual, 2, Access::kReadOnly)});
   }
-  if (protocol_.take_written()) obey_control_word();
-  if (!protocol_.operational() && state_ != ValveState::kInit) state_ = ValveState::kDisabled;
+}
+
+void ValveNode::step(Time now, const Spools& spools, Outbox& out) noexcept {
+  const bool reset = protocol_.take_reset();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    Axis& axis = axes_[i];
+    if (reset) {
+      axis.state = ValveState::kInit;
+      axis.faulted = axis.reset_bit = false;
+    }
+    if (protocol_.take_written_axis(i)) obey_control_word(axis);
+    if (!protocol_.operational() && axis.state != ValveState::kInit) axis.state = ValveState::kDisabled;
+  }
   watch(now, out);
-
-  const bool from_bus = protocol_.value(mode_) == 1;
-  const bool active = protocol_.operational() && state_ == ValveState::kActive && !faulted_ && from_bus;
-  const auto set_point = static_cast<std::int16_t>(protocol_.value(set_point_));
-  demand_ = active ? std::clamp(set_point / full_stroke_, -1.0, 1.0) : 0.0;
-  if (fault_ == NodeFault::kStuck) demand_ = stuck_at_;
-  protocol_.set_error(faulted_);
-
-  if (fault_ != NodeFault::kFrozen) {
-    protocol_.set(status_, static_cast<std::uint32_t>(state_) | (faulted_ ? 0U : unsigned{canopen::kStatusReady}) |
-                               (from_bus ? 0U : unsigned{canopen::kStatusLocal}));
-    const auto actual = fault_ == NodeFault::kInvalid ? std::numeric_limits<std::int16_t>::max()
-                                                      : canopen::to_steps<std::int16_t>(spool, 1 / full_stroke_);
-    protocol_.set(actual_, bits(actual));
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    put(axes_[i], spools[i]);
+    if (fault_ == NodeFault::kStuck) axes_[i].demand = stuck_at_[i];
   }
+  protocol_.set_error(std::any_of(axes_.begin(), axes_.end(), [](const Axis& axis) { return axis.faulted; }));
   protocol_.step(now, out);
 }
 
+void ValveNode::put(Axis& axis, double spool) noexcept {
+  const bool from_bus = protocol_.value(axis.mode) == 1;
+  const bool active = protocol_.operational() && axis.state == ValveState::kActive && !axis.faulted && from_bus;
+  const auto set_point = static_cast<std::int16_t>(protocol_.value(axis.set_point));
+  axis.demand = active ? std::clamp(set_point / full_stroke_, -1.0, 1.0) : 0.0;
+  if (fault_ == NodeFault::kFrozen) return;
+  protocol_.set(axis.status, static_cast<std::uint32_t>(axis.state) |
+                                 (axis.faulted ? 0U : unsigned{canopen::kStatusReady}) |
+                                 (from_bus ? 0U : unsigned{canopen::kStatusLocal}));
+  const auto actual = fault_ == NodeFault::kInvalid ? std::numeric_limits<std::int16_t>::max()
+                                                    : canopen::to_steps<std::int16_t>(spool, 1 / full_stroke_);
+  protocol_.set(axis.actual, bits(actual));
+}
+
 // Upwards one state a command, downwards at once; a fault is left by a rising edge of the reset bit without bit 2.
-void ValveNode::obey_control_word() noexcept {
-  const std::uint32_t word = protocol_.value(control_);
-  if (profile_ == ValveProfile::kPved) return obey_pved(word);
+void ValveNode::obey_control_word(Axis& axis) noexcept {
+  const std::uint32_t word = protocol_.value(axis.control);
+  if (profile_ == ValveProfile::kPved) return obey_pved(axis, word);
   const bool reset = (word & canopen::kControlReset) != 0;
-  if (faulted_ && reset && !reset_bit_ && (word & 4U) == 0) {
-    faulted_ = false;
-    state_ = ValveState::kInit;
+  if (axis.faulted && reset && !axis.reset_bit && (word & 4U) == 0) {
+    axis.faulted = false;
+    axis.state = ValveState::kInit;
   }
-  reset_bit_ = reset;
-  if (faulted_) return;
+  axis.reset_bit = reset;
+  if (axis.faulted) return;
   const auto asked = static_cast<unsigned>(asked_state(word));
-  const auto next = static_cast<unsigned>(state_) << 1 | 1U;
-  state_ = static_cast<ValveState>(std::min(asked, next));
+  const auto next = static_cast<unsigned>(axis.state) << 1 | 1U;
+  axis.state = static_cast<ValveState>(std::min(asked, next));
 }
 
 // A PVED-CC takes 0x08, 0x09, 0x0B, 0x0F one after the other; a fault is left by 0x03, then 0x0B.
-void ValveNode::obey_pved(std::uint32_t word) noexcept {
-  const std::uint32_t last = std::exchange(last_word_, word);
-  if (faulted_) {
+void ValveNode::obey_pved(Axis& axis, std::uint32_t word) noexcept {
+  const std::uint32_t last = std::exchange(axis.last_word, word);
+  if (axis.faulted) {
     if (last != 0x03 || word != 0x0B) return;
-    faulted_ = false;
-    state_ = ValveState::kInit;
+    axis.faulted = false;
+    axis.state = ValveState::kInit;
     return;
   }
   if ((word & 0x08U) == 0) {
-    state_ = ValveState::kInit;
+    axis.state = ValveState::kInit;
     return;
   }
-  const auto next = static_cast<unsigned>(state_) << 1 | 1U;
-  state_ = static_cast<ValveState>(std::min(static_cast<unsigned>(asked_state(word)), next));
+  const auto next = static_cast<unsigned>(axis.state) << 1 | 1U;
+  axis.state = static_cast<ValveState>(std::min(static_cast<unsigned>(asked_state(word)), next));
 }
 
-// The valve's own watchdogs: without controller or set-points it goes to neutral and says so.
+// The valve's own watchdogs: without controller all axes go to neutral, without set-points theirs; and it says so.
 void ValveNode::watch(Time now, Outbox& out) noexcept {
-  if (faulted_ || fault_ == NodeFault::kDeadGuard) return;
-  const bool rpdo_lost = protocol_.operational() && protocol_.rpdo_lost(now);
-  if (rpdo_lost)
-    protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
-  if (rpdo_lost || protocol_.heartbeat_lost(now)) {
-    faulted_ = true;
-    state_ = ValveState::kDisabled;
+  if (fault_ == NodeFault::kDeadGuard) return;
+  const bool alone = protocol_.heartbeat_lost(now);
+  bool missed = false, stopped = false;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    Axis& axis = axes_[i];
+    const bool rpdo_lost = !axis.faulted && protocol_.operational() && protocol_.rpdo_lost(now, i);
+    missed = missed || rpdo_lost;
+    if (axis.faulted || !(rpdo_lost || alone)) continue;
+    axis.faulted = stopped = true;
+    axis.state = ValveState::kDisabled;
   }
+  if (missed) protocol_.emergency(profile_ == ValveProfile::kPved ? kPvedRpdoTimeout : canopen::kEmcyRpdoTimeout, out);
+  if (stopped) protocol_.communication_error();
 }
 
 // ---- Sensors
@@ -160,6 +190,7 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
       range_(range),
       rotary_(identity.rotary),
       protocol_(identity, {map_of(kind)}, kEverySync) {
+  const bool lateral = !identity.channels.empty() && identity.channels.front().number == 2;
   switch (kind) {
     case Kind::kPressure:
       for (unsigned n = 1; n <= channels; ++n) add_pressure(static_cast<std::uint8_t>(n), wire);
@@ -178,7 +209,9 @@ SensorNode::SensorNode(Kind kind, const NodeDescription& identity, double resolu
                   protocol_.add(canopen::kEncoderRange, 4, Access::kReadWrite, rotary_.range())};
       break;
     case Kind::kTilt:
-      objects_ = {protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly),
+      // Of two axes, one of which stays level.
+      if (lateral) protocol_.add(canopen::kTiltSlope, 2, Access::kReadOnly);
+      objects_ = {protocol_.add(lateral ? canopen::kTiltLateral : canopen::kTiltSlope, 2, Access::kReadOnly),
                   protocol_.add(canopen::kTiltResolution, 2, Access::kReadWrite,
                                 canopen::tilt_step_object(resolution > 0 ? resolution : canopen::kTiltStep_rad))};
       break;
@@ -304,21 +337,25 @@ void SensorNode::put_invalid() noexcept {
 // ---- Machine enable
 // --------------------------------------------------------------------------------------------------
 
-EnableNode::EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves, double full_stroke)
-    : protocol_(identity, {canopen::kEnableTpdo}, canopen::kEventDriven, canopen::kEnableRpdo),
+EnableNode::EnableNode(const BusDescription& bus)
+    : protocol_(bus.enable(), {canopen::kEnableTpdo}, canopen::kEventDriven, {canopen::kEnableRpdo}),
       inputs_(protocol_.add(canopen::kEnableInputs, 1, Access::kReadOnly)),
       outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)),
-      valves_(valves),
-      full_stroke_(full_stroke) {}
+      full_stroke_(bus.wire.valve_full_stroke) {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    set_point_ids_[j] = bus.set_point_id(j);
+    spool_ids_[j] = bus.spool_id(j);
+  }
+}
 
 void EnableNode::observe(const CanFrame& frame) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
-    if (frame.id == valves_[j].rpdo_id()) {
+    if (frame.id == set_point_ids_[j]) {
       if (const auto command = canopen::parse_valve_command(frame, full_stroke_)) {
         const bool active = asked_state(command->control_word) == ValveState::kActive;
         demand_[j] = active ? command->set_point : 0.0;
       }
-    } else if (frame.id == valves_[j].tpdo_id()) {
+    } else if (frame.id == spool_ids_[j]) {
       if (const auto status = canopen::parse_valve_status(frame, full_stroke_)) {
         actual_[j] = status->spool;
         valve_fault_[j] = canopen::valve_fault(status->status_word);

@@ -1,6 +1,6 @@
-// The machine's CANopen nodes: three valves (CiA 408), pressure transmitters of one or several channels (404), three
-// wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401). They know plain signals and frames,
-// and nothing of the plant.
+// The machine's CANopen nodes: valves of one or several axes (CiA 408), pressure transmitters of one or several
+// channels (404), three wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401). They know
+// plain signals and frames, and nothing of the plant.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@
 namespace knuckle::sim {
 
 // The CANopen side that all simulated nodes share (CiA 301): network state, heartbeats, SDO server over an object
-// table, up to four transmit PDOs and one receive PDO with honoured parameters. Devices put process values in and take
+// table, up to four transmit PDOs and receive PDOs with honoured parameters. Devices put process values in and take
 // them out by handle.
 
 /// Frames that nodes want to send in one step.
@@ -35,6 +35,9 @@ struct Outbox {
 };
 
 enum class Access : std::uint8_t { kReadOnly, kReadWrite };
+
+/// What an operational node does on a communication error (CiA 301): 0 goes pre-operational, 1 stays, 2 stops. u8.
+inline constexpr canopen::Object kErrorBehaviour{0x1029, 1};
 
 /// An object of a device that is sold.
 struct DeviceObject {
@@ -51,9 +54,9 @@ class NodeProtocol {
   using TpdoMaps = std::array<canopen::PdoMap, kTpdos>;
   /// Identifiers follow the pre-defined connection set; PDOs start with these maps, disabled where a map is empty,
   /// producer heartbeat and timers off, as a device does before it is configured.
-  /// @param tpdo_type of all: every n-th SYNC, or kEventDriven.
+  /// @param tpdo_type of all: every n-th SYNC, or kEventDriven. @param rpdos of all that it has.
   NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdos, std::uint8_t tpdo_type,
-               const canopen::PdoMap& rpdo = {});
+               const std::vector<canopen::PdoMap>& rpdos = {canopen::PdoMap{}});
 
   /// Adds a device object before the first step; little-endian value of 1, 2 or 4 bytes.
   Handle add(canopen::Object object, std::uint8_t size, Access access, std::uint32_t value = 0);
@@ -79,6 +82,8 @@ class NodeProtocol {
   void remove(canopen::Object object) noexcept;
   void refuse(canopen::Object object, canopen::SdoAbort abort) noexcept;
   void set_boot_time(Duration time) noexcept { boot_time_ = time; }
+  /// Heartbeat or set-points are missed: an operational node with object 0x1029:01 does what that says (CiA 301).
+  void communication_error() noexcept;
   /// The device itself has an error that is not over: until then its error register (0x1001) says so.
   void set_error(bool is_there) noexcept { device_error_ = is_there; }
 
@@ -93,16 +98,16 @@ class NodeProtocol {
   [[nodiscard]] bool operational() const noexcept { return state_ == canopen::NmtState::kOperational; }
   /// Whether this step's values can go out: the moment to sample.
   [[nodiscard]] bool samples_now() const noexcept;
-  /// True once after something was written to the device's objects, by PDO or SDO.
-  [[nodiscard]] bool take_written() noexcept;
+  /// True once after something was written to the objects of this axis, from 0, by PDO or SDO.
+  [[nodiscard]] bool take_written_axis(std::size_t axis) noexcept;
   /// True once after this very object was written by SDO.
   [[nodiscard]] bool take_written(canopen::Object object) noexcept;
   /// True once after a reset of node or power-on.
   [[nodiscard]] bool take_reset() noexcept;
   /// The watched producer was heard and has been silent for longer than 0x1016:01 allows.
   [[nodiscard]] bool heartbeat_lost(Time now) const noexcept;
-  /// The RPDO was heard while operational and has been missing for longer than 0x1400:05 allows.
-  [[nodiscard]] bool rpdo_lost(Time now) const noexcept;
+  /// This RPDO, from 0, was heard while operational and has been missing for longer than its timer (0x1400:05) allows.
+  [[nodiscard]] bool rpdo_lost(Time now, std::size_t rpdo = 0) const noexcept;
 
  private:
   static constexpr std::size_t kMapSlots = std::tuple_size_v<decltype(canopen::PdoMap::entries)>;
@@ -128,14 +133,24 @@ class NodeProtocol {
     Time sent = kNever;
     CanFrame last;
   };
+  struct Rpdo {
+    Pdo pdo;
+    Time heard = kNever;
+  };
   [[nodiscard]] Entry* find(canopen::Object object) noexcept;
-  Pdo add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type, const canopen::PdoMap& map);
+  Pdo add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type, const canopen::PdoMap& map,
+              Access map_access = Access::kReadWrite);
   void resolve(Pdo& pdo) noexcept;
   /// To be called when one may have been enabled or disabled.
   void count_tpdos() noexcept;
   [[nodiscard]] bool enabled(const Pdo& pdo) const noexcept;
   /// Whose parameters (0x1800 and up) or map (0x1A00 and up) this is; nullptr where it is neither.
   [[nodiscard]] Tpdo* tpdo_with(std::uint16_t index, std::uint16_t first) noexcept;
+  /// Likewise (0x1400, 0x1600).
+  [[nodiscard]] Rpdo* rpdo_with(std::uint16_t index, std::uint16_t first) noexcept;
+  /// That is on and takes frames under this identifier.
+  [[nodiscard]] Rpdo* rpdo_under(std::uint32_t id) noexcept;
+  void note_written(canopen::Object object) noexcept;
   void obey(canopen::NmtCommand command) noexcept;
   void hear_lss(const CanFrame& frame, Outbox& out) noexcept;
   /// The one it was given since it was started.
@@ -149,7 +164,7 @@ class NodeProtocol {
   [[nodiscard]] canopen::SdoAbort check(const Entry& entry, std::uint32_t value) noexcept;
   [[nodiscard]] canopen::SdoAbort check_map(const Pdo& pdo, const Entry& entry, std::uint32_t value) noexcept;
   [[nodiscard]] canopen::SdoAbort check_mapped(std::uint32_t mapping) noexcept;
-  void take_rpdo(const CanFrame& frame, Time now, Outbox& out) noexcept;
+  void take_rpdo(Rpdo& rpdo, const CanFrame& frame, Time now, Outbox& out) noexcept;
   void hear_sync() noexcept;
   void send(Tpdo& tpdo, Time now, Outbox& out) noexcept;
 
@@ -162,10 +177,11 @@ class NodeProtocol {
   Handle error_register_ = 0, consumer_ = 0, producer_ = 0;
   std::array<Tpdo, kTpdos> tpdos_;
   std::size_t used_tpdos_ = 1;  ///< The first, and all up to the last that is enabled: none else is due.
-  Pdo rpdo_;
+  std::vector<Rpdo> rpdos_;
   canopen::NmtState state_ = canopen::NmtState::kBootUp;
-  Time heartbeat_due_{}, producer_heard_ = kNever, rpdo_heard_ = kNever;
-  bool written_ = false, reset_ = true, loss_told_ = false, device_error_ = false;
+  Time heartbeat_due_{}, producer_heard_ = kNever;
+  std::array<bool, 8> written_{};  // axes
+  bool reset_ = true, loss_told_ = false, device_error_ = false;
   Duration boot_time_{};
   Time boots_since_ = kNever;
   canopen::Object last_written_;
@@ -204,31 +220,41 @@ enum class NodeFault : std::uint8_t {
   kDeadGuard,   ///< Valve or enable node: it misses neither set-points nor heartbeat.
 };
 
-/// CiA 408 proportional valve.
+/// CiA 408 proportional valve with one or several axes. An injected fault is the whole node's, an axis that misses its
+/// set-points alone in fault.
 class ValveNode {
  public:
+  static constexpr std::size_t kMostAxes = NodeDescription::kMostPdos;
+  /// Of all axes up to the last that is named. As delivered its PDOs carry the first alone.
   explicit ValveNode(const NodeDescription& identity, double full_stroke = canopen::kFullStroke);
-  void step(Time now, double spool, Outbox& out) noexcept;
-  /// Zero unless operational, ACTIVE, without fault and set from the bus.
-  [[nodiscard]] double demand() const noexcept { return demand_; }
+  using Spools = std::array<double, kMostAxes>;
+  void step(Time now, const Spools& spools, Outbox& out) noexcept;
+  /// Zero unless operational, ACTIVE, without fault and set from the bus. @param axis from 0
+  [[nodiscard]] double demand(std::size_t axis) const noexcept { return axes_[axis].demand; }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
-  void inject(NodeFault fault, double spool) noexcept {
+  void inject(NodeFault fault, const Spools& spools) noexcept {
     fault_ = fault;
-    stuck_at_ = spool;
+    stuck_at_ = spools;
   }
 
  private:
-  void obey_control_word() noexcept;
-  void obey_pved(std::uint32_t word) noexcept;
+  struct Axis {
+    NodeProtocol::Handle control = 0, status = 0, mode = 0, set_point = 0, actual = 0;
+    canopen::ValveState state = canopen::ValveState::kInit;
+    bool faulted = false, reset_bit = false;
+    std::uint32_t last_word = 0;  ///< kPved
+    double demand = 0;
+  };
+  void obey_control_word(Axis& axis) noexcept;
+  static void obey_pved(Axis& axis, std::uint32_t word) noexcept;
   void watch(Time now, Outbox& out) noexcept;
+  void put(Axis& axis, double spool) noexcept;
 
   ValveProfile profile_;
   NodeProtocol protocol_;
-  NodeProtocol::Handle control_, status_, mode_, set_point_, actual_;
-  canopen::ValveState state_ = canopen::ValveState::kInit;
-  bool faulted_ = false, reset_bit_ = false;
-  std::uint32_t last_word_ = 0;  ///< kPved
-  double full_stroke_, demand_ = 0, stuck_at_ = 0;
+  std::vector<Axis> axes_;
+  double full_stroke_;
+  Spools stuck_at_{};
   NodeFault fault_ = NodeFault::kNone;
 };
 
@@ -282,8 +308,7 @@ class SensorNode {
 /// CiA 401 machine enable: gives pilot pressure, and takes it away by itself.
 class EnableNode {
  public:
-  EnableNode(const NodeDescription& identity, const PerJoint<NodeDescription>& valves,
-             double full_stroke = canopen::kFullStroke);
+  explicit EnableNode(const BusDescription& bus);
   /// Every frame on the bus: it compares the valves' set-points with their actual positions.
   void observe(const CanFrame& frame) noexcept;
   void step(Time now, Outbox& out) noexcept;
@@ -301,7 +326,7 @@ class EnableNode {
 
   NodeProtocol protocol_;
   NodeProtocol::Handle inputs_, outputs_;
-  PerJoint<NodeDescription> valves_;
+  PerJoint<std::uint32_t> set_point_ids_{}, spool_ids_{};
   double full_stroke_;
   PerJoint<double> demand_{};                         ///< The newest set-points on the bus ...
   PerJoint<std::array<double, kDemands>> demands_{};  ///< ... and as they were every 10 ms, a ring.
@@ -342,6 +367,7 @@ class CanNodes {
   void step_sensors(const MachineSignals& signals) noexcept;
   template <typename Node, typename... Arguments>
   void step_node(std::size_t index, Node& node, const Arguments&... arguments) noexcept;
+  [[nodiscard]] ValveNode::Spools spools_of(std::size_t valve) const noexcept;
   /// Place in all_: valves, pressures, encoders, tilt, enable; its size where there is none.
   [[nodiscard]] std::size_t index_of(std::uint8_t id) const noexcept;
 
@@ -349,15 +375,15 @@ class CanNodes {
   SensorErrors errors_;
   std::mt19937_64 random_;
   std::normal_distribution<> normal_;
-  PerJoint<ValveNode> valves_;
+  std::vector<ValveNode> valves_;
   std::vector<SensorNode> pressures_;
-  std::vector<std::vector<NodeChannel>> pressure_channels_;  // of each
+  std::vector<std::vector<NodeChannel>> valve_channels_, pressure_channels_;  // of each
   PerJoint<SensorNode> encoders_;
   SensorNode tilt_;
   EnableNode enable_;
   std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
   std::vector<char> silent_;
-  std::size_t first_encoder_ = 0, tilt_at_ = 0, enable_at_ = 0;
+  std::size_t first_pressure_ = 0, first_encoder_ = 0, tilt_at_ = 0, enable_at_ = 0;
   Outbox out_;
   Time now_{};
   JointVector spool_ = JointVector::Zero();

@@ -6,17 +6,11 @@ namespace knuckle::sim {
 
 namespace {
 
-constexpr std::size_t kFirstPressure = kJoints;
-
 SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
   const NodeDescription& node = machine.bus.encoder(joint);
   if (node.measures_angle()) return {SensorNode::Kind::kRotary, node, 0, 0};
   return {SensorNode::Kind::kEncoder, node, machine.sensors.encoder_step_m, machine.cylinders[joint].max_length_m,
           machine.bus.wire};
-}
-
-PerJoint<NodeDescription> valves_of(const BusDescription& bus) {
-  return {bus.valve(0), bus.valve(1), bus.valve(2)};
 }
 
 }  // namespace
@@ -25,21 +19,23 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
     : port_(port),
       errors_(errors),
       random_(seed),
-      valves_{ValveNode(machine.bus.valve(0), machine.bus.wire.valve_full_stroke),
-              ValveNode(machine.bus.valve(1), machine.bus.wire.valve_full_stroke),
-              ValveNode(machine.bus.valve(2), machine.bus.wire.valve_full_stroke)},
       encoders_([&]<std::size_t... I>(std::index_sequence<I...>) {
         return std::array{encoder_node(machine, I)...};
       }(std::make_index_sequence<kJoints>())),
       tilt_(SensorNode::Kind::kTilt, machine.bus.tilt(), machine.sensors.tilt_step_rad, std::numbers::pi),
-      enable_(machine.bus.enable(), valves_of(machine.bus), machine.bus.wire.valve_full_stroke) {
+      enable_(machine.bus) {
   for (const NodeDescription& node : machine.bus.nodes) {
+    if (node.role == NodeRole::kValve) {
+      valves_.emplace_back(node, machine.bus.wire.valve_full_stroke);
+      valve_channels_.push_back(node.channels);
+    }
     if (node.role != NodeRole::kPressure) continue;
     pressures_.emplace_back(SensorNode::Kind::kPressure, node, machine.sensors.pressure_step_Pa,
                             machine.sensors.pressure_range_Pa, machine.bus.wire, node.channels.back().number);
     pressure_channels_.push_back(node.channels);
   }
   for (ValveNode& node : valves_) all_.push_back(&node.protocol());
+  first_pressure_ = all_.size();
   for (SensorNode& node : pressures_) all_.push_back(&node.protocol());
   first_encoder_ = all_.size();
   for (SensorNode& node : encoders_) all_.push_back(&node.protocol());
@@ -55,7 +51,7 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   spool_ = signals.spool;
   out_.count = 0;
   hear(now);
-  for (std::size_t j = 0; j < kJoints; ++j) step_node(j, valves_[j], signals.spool[static_cast<int>(j)]);
+  for (std::size_t i = 0; i < valves_.size(); ++i) step_node(i, valves_[i], spools_of(i));
   step_sensors(signals);
   step_node(enable_at_, enable_);
   for (std::size_t i = 0; i < out_.count; ++i) {
@@ -93,7 +89,7 @@ void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
                                                errors_.pressure_offset_Pa[chamber] +
                                                noise(errors_.pressure_noise_Pa[chamber]);
     }
-    step_node(kFirstPressure + i, pressures_[i],
+    step_node(first_pressure_ + i, pressures_[i],
               std::span<const SensorNode::Sample>(samples.data(), channels.back().number));
   }
   for (std::size_t j = 0; j < kJoints; ++j) {
@@ -113,8 +109,18 @@ void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   step_node(tilt_at_, tilt_, slope);
 }
 
+ValveNode::Spools CanNodes::spools_of(std::size_t valve) const noexcept {
+  ValveNode::Spools spools{};
+  for (const NodeChannel& axis : valve_channels_[valve]) spools[axis.number - 1U] = spool_[axis.info().index];
+  return spools;
+}
+
 NodeOutputs CanNodes::outputs() const noexcept {
-  return {{valves_[0].demand(), valves_[1].demand(), valves_[2].demand()}, enable_.pilot()};
+  NodeOutputs out{.pilot = enable_.pilot()};
+  for (std::size_t i = 0; i < valves_.size(); ++i)
+    for (const NodeChannel& axis : valve_channels_[i])
+      out.spool_demand[axis.info().index] = valves_[i].demand(axis.number - 1U);
+  return out;
 }
 
 std::size_t CanNodes::index_of(std::uint8_t id) const noexcept {
@@ -127,7 +133,7 @@ std::size_t CanNodes::index_of(std::uint8_t id) const noexcept {
 bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   const std::size_t i = index_of(id);
   if (i == all_.size()) return false;
-  const bool valve = i < kFirstPressure;
+  const bool valve = i < first_pressure_;
   const bool encoder = i >= first_encoder_ && i < tilt_at_;
   if ((fault == NodeFault::kStuck && !valve) || (fault == NodeFault::kBrokenWire && !encoder)) return false;
   if (fault == NodeFault::kSpike && (valve || i == enable_at_)) return false;
@@ -137,9 +143,9 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   if (i == enable_at_ && !own) return false;
   silent_[i] = fault == NodeFault::kSilent;
   if (valve) {
-    valves_[i].inject(fault, spool_[static_cast<int>(i)]);
+    valves_[i].inject(fault, spools_of(i));
   } else if (i < first_encoder_) {
-    pressures_[i - kFirstPressure].inject(fault, now_);
+    pressures_[i - first_pressure_].inject(fault, now_);
   } else if (encoder) {
     encoders_[i - first_encoder_].inject(fault, now_);
   } else if (i == tilt_at_) {

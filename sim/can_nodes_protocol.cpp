@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "sim/can_nodes.h"
 
@@ -12,16 +13,26 @@ using canopen::SdoRequest;
 
 namespace {
 
-constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kTpdoMaps = 0x1A00, kMapOffset = 0x200;
+constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kMapOffset = 0x200;
+constexpr std::uint16_t kRpdoMaps = kRpdoParameters + kMapOffset, kTpdoMaps = kTpdoParameters + kMapOffset;
 constexpr std::uint8_t kCobId = 1, kType = 2;  // sub-indices of a PDO's parameters
 constexpr std::uint32_t kMostSyncs = 240;      // a transmission type up to this is every so many SYNCs
 constexpr std::uint16_t kFirstDeviceIndex = 0x2000;
+constexpr std::uint16_t kFirstAxisIndex = 0x6000, kAxisIndices = 0x800;
 constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // bit 30 of a COB-ID
 constexpr Object kRevision{0x1018, 3};
 
 /// The object of an entry of a map.
 Object mapped_by(std::uint32_t mapping) noexcept {
   return {static_cast<std::uint16_t>(mapping >> 16), static_cast<std::uint8_t>(mapping >> 8)};
+}
+
+/// Of a device that lets nobody change it.
+canopen::PdoMap own_map(const NodeDescription& node, std::size_t pdo) noexcept {
+  canopen::PdoMap map;
+  if (pdo >= node.tpdo_maps.size()) return map;
+  for (const std::uint32_t entry : node.tpdo_maps[pdo]) map.entries.at(map.count++) = entry;
+  return map;
 }
 
 Duration milliseconds(std::uint32_t value) noexcept {
@@ -31,7 +42,7 @@ Duration milliseconds(std::uint32_t value) noexcept {
 }  // namespace
 
 NodeProtocol::NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdos, std::uint8_t tpdo_type,
-                           const canopen::PdoMap& rpdo)
+                           const std::vector<canopen::PdoMap>& rpdos)
     : id_(identity.id), cob_id_of_(identity.id) {
   lss_.set_node_id(id_);
   add(canopen::kDeviceType, 4, Access::kReadOnly, identity.device_type);
@@ -40,10 +51,16 @@ NodeProtocol::NodeProtocol(const NodeDescription& identity, const TpdoMaps& tpdo
   producer_ = add(canopen::kProducerHeartbeat, 2, Access::kReadWrite);
   add(canopen::kVendorId, 4, Access::kReadOnly, identity.vendor);
   add(canopen::kProductCode, 4, Access::kReadOnly, identity.product);
-  rpdo_ = add_pdo(kRpdoParameters, canopen::rpdo1_id(id_), canopen::kEventDriven, rpdo);
+  for (std::size_t i = 0; i < rpdos.size(); ++i) {
+    const auto parameters = static_cast<std::uint16_t>(kRpdoParameters + i);
+    const std::uint32_t cob_id = canopen::rpdo_id(id_, static_cast<unsigned>(i) + 1);
+    rpdos_.push_back({add_pdo(parameters, cob_id, canopen::kEventDriven, rpdos[i])});
+  }
+  const bool fixed = !identity.tpdo_maps.empty();
   for (std::size_t i = 0; i < kTpdos; ++i) {
     const auto parameters = static_cast<std::uint16_t>(kTpdoParameters + i);
-    tpdos_[i].pdo = add_pdo(parameters, canopen::tpdo_id(id_, static_cast<unsigned>(i) + 1), tpdo_type, tpdos[i]);
+    tpdos_[i].pdo = add_pdo(parameters, canopen::tpdo_id(id_, static_cast<unsigned>(i) + 1), tpdo_type,
+                            fixed ? own_map(identity, i) : tpdos[i], fixed ? Access::kReadOnly : Access::kReadWrite);
   }
 }
 
@@ -53,15 +70,15 @@ NodeProtocol::Handle NodeProtocol::add(Object object, std::uint8_t size, Access 
 }
 
 NodeProtocol::Pdo NodeProtocol::add_pdo(std::uint16_t parameters, std::uint32_t cob_id, std::uint8_t type,
-                                        const canopen::PdoMap& map) {
+                                        const canopen::PdoMap& map, Access map_access) {
   Pdo pdo;
   pdo.cob_id = add({parameters, kCobId}, 4, Access::kReadWrite, cob_id | (map.count == 0 ? canopen::kPdoDisabled : 0U));
   pdo.type = add({parameters, kType}, 1, Access::kReadWrite, type);
   pdo.timer = add({parameters, 5}, 2, Access::kReadWrite);
   const auto map_index = static_cast<std::uint16_t>(parameters + kMapOffset);
-  pdo.count = add({map_index, 0}, 1, Access::kReadWrite, map.count);
+  pdo.count = add({map_index, 0}, 1, map_access, map.count);
   for (std::uint8_t i = 0; i < kMapSlots; ++i) {
-    add({map_index, static_cast<std::uint8_t>(i + 1)}, 4, Access::kReadWrite, i < map.count ? map.entries[i] : 0);
+    add({map_index, static_cast<std::uint8_t>(i + 1)}, 4, map_access, i < map.count ? map.entries[i] : 0);
   }
   return pdo;
 }
@@ -167,10 +184,23 @@ NodeProtocol::Tpdo* NodeProtocol::tpdo_with(std::uint16_t index, std::uint16_t f
   return index >= first && index < first + kTpdos ? &tpdos_[static_cast<std::size_t>(index - first)] : nullptr;
 }
 
-bool NodeProtocol::take_written() noexcept {
-  const bool written = written_;
-  written_ = false;
-  return written;
+NodeProtocol::Rpdo* NodeProtocol::rpdo_with(std::uint16_t index, std::uint16_t first) noexcept {
+  return index >= first && index < first + rpdos_.size() ? &rpdos_[static_cast<std::size_t>(index - first)] : nullptr;
+}
+
+NodeProtocol::Rpdo* NodeProtocol::rpdo_under(std::uint32_t id) noexcept {
+  for (Rpdo& rpdo : rpdos_)
+    if (id == (entries_[rpdo.pdo.cob_id].value & ~kNoRemoteRequest)) return &rpdo;
+  return nullptr;
+}
+
+void NodeProtocol::note_written(Object object) noexcept {
+  const std::size_t index = std::max(object.index, kFirstAxisIndex);
+  written_[std::min((index - kFirstAxisIndex) / kAxisIndices, written_.size() - 1)] = true;
+}
+
+bool NodeProtocol::take_written_axis(std::size_t axis) noexcept {
+  return std::exchange(written_[axis], false);
 }
 
 bool NodeProtocol::take_written(Object object) noexcept {
@@ -190,9 +220,10 @@ bool NodeProtocol::heartbeat_lost(Time now) const noexcept {
   return allowed > Duration::zero() && producer_heard_ != kNever && now - producer_heard_ > allowed;
 }
 
-bool NodeProtocol::rpdo_lost(Time now) const noexcept {
-  const Duration allowed = milliseconds(entries_[rpdo_.timer].value);
-  return allowed > Duration::zero() && rpdo_heard_ != kNever && now - rpdo_heard_ > allowed;
+bool NodeProtocol::rpdo_lost(Time now, std::size_t rpdo) const noexcept {
+  const Time heard = rpdos_[rpdo].heard;
+  const Duration allowed = milliseconds(entries_[rpdos_[rpdo].pdo.timer].value);
+  return allowed > Duration::zero() && heard != kNever && now - heard > allowed;
 }
 
 void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcept {
@@ -205,8 +236,8 @@ void NodeProtocol::receive(const CanFrame& frame, Time now, Outbox& out) noexcep
     if (request && (request->node == 0 || request->node == id_)) obey(request->command);
   } else if (frame.id == canopen::sdo_request_id(id_)) {
     if (state_ == NmtState::kOperational || state_ == NmtState::kPreOperational) serve(frame, out);
-  } else if (frame.id == (entries_[rpdo_.cob_id].value & ~kNoRemoteRequest)) {
-    take_rpdo(frame, now, out);
+  } else if (Rpdo* const rpdo = rpdo_under(frame.id)) {
+    take_rpdo(*rpdo, frame, now, out);
   } else if (frame.id == canopen::heartbeat_id(static_cast<std::uint8_t>(entries_[consumer_].value >> 16 & 0x7FU))) {
     if (canopen::parse_heartbeat(frame)) producer_heard_ = now;
   }
@@ -239,7 +270,7 @@ void NodeProtocol::take_node_id(bool all) noexcept {
       if (canopen::node_of(entry.at_power_on) == cob_id_of_)
         entry.at_power_on += static_cast<std::uint32_t>(id - cob_id_of_);
     };
-    move(rpdo_.cob_id);
+    for (const Rpdo& rpdo : rpdos_) move(rpdo.pdo.cob_id);
     for (const Tpdo& tpdo : tpdos_) move(tpdo.pdo.cob_id);
     cob_id_of_ = id;
   }
@@ -254,26 +285,27 @@ void NodeProtocol::hear_sync() noexcept {
   }
 }
 
-void NodeProtocol::take_rpdo(const CanFrame& frame, Time now, Outbox& out) noexcept {
+void NodeProtocol::take_rpdo(Rpdo& rpdo, const CanFrame& frame, Time now, Outbox& out) noexcept {
   if (!operational()) return;
-  if (frame.size < rpdo_.bytes) {
+  const Pdo& pdo = rpdo.pdo;
+  if (frame.size < pdo.bytes) {
     emergency(0x8210, out);
     return;
   }
   std::size_t at = 0;
-  for (std::size_t i = 0; i < rpdo_.length; ++i) {
-    if (rpdo_.mapped[i] == kDummy) {
-      at += rpdo_.mapped_bytes[i];
+  for (std::size_t i = 0; i < pdo.length; ++i) {
+    if (pdo.mapped[i] == kDummy) {
+      at += pdo.mapped_bytes[i];
       continue;
     }
-    Entry& entry = entries_[rpdo_.mapped[i]];
+    Entry& entry = entries_[pdo.mapped[i]];
+    note_written(entry.object);
     entry.value = 0;
     for (std::size_t byte = 0; byte < entry.size; ++byte) {
       entry.value |= std::uint32_t{frame.data[at++]} << (8 * byte);
     }
   }
-  rpdo_heard_ = now;
-  written_ = true;
+  rpdo.heard = now;
 }
 
 void NodeProtocol::obey(NmtCommand command) noexcept {
@@ -301,7 +333,7 @@ void NodeProtocol::obey(NmtCommand command) noexcept {
     tpdo.sync_due = false;
     tpdo.sent = kNever;
   }
-  rpdo_heard_ = kNever;
+  for (Rpdo& rpdo : rpdos_) rpdo.heard = kNever;
 }
 
 void NodeProtocol::save() noexcept {
@@ -324,7 +356,7 @@ void NodeProtocol::step(Time now, Outbox& out) noexcept {
     if (now - boots_since_ < boot_time_) return;
     boots_since_ = kNever;
     for (Tpdo& tpdo : tpdos_) resolve(tpdo.pdo);
-    resolve(rpdo_);
+    for (Rpdo& rpdo : rpdos_) resolve(rpdo.pdo);
     count_tpdos();
     out.push(canopen::heartbeat_frame(id_, NmtState::kBootUp));
     state_ = NmtState::kPreOperational;
@@ -337,7 +369,10 @@ void NodeProtocol::step(Time now, Outbox& out) noexcept {
     }
   }
   const bool lost = heartbeat_lost(now);
-  if (lost && !loss_told_) emergency(canopen::kEmcyHeartbeat, out);
+  if (lost && !loss_told_) {
+    emergency(canopen::kEmcyHeartbeat, out);
+    communication_error();
+  }
   loss_told_ = lost;
   if (!lost && !device_error_ && entries_[error_register_].value != 0) emergency(canopen::kEmcyReset, out);
   for (std::size_t i = 0; i < used_tpdos_; ++i) {
@@ -372,6 +407,14 @@ void NodeProtocol::send(Tpdo& tpdo, Time now, Outbox& out) noexcept {
   tpdo.last = frame;
   tpdo.sent = now;
   out.push(frame);
+}
+
+void NodeProtocol::communication_error() noexcept {
+  constexpr std::uint32_t kGoPreOperational = 0, kStop = 2;
+  const Entry* behaviour = find(kErrorBehaviour);
+  if (behaviour == nullptr || !operational()) return;
+  if (behaviour->value == kGoPreOperational) obey(NmtCommand::kEnterPreOperational);
+  if (behaviour->value == kStop) obey(NmtCommand::kStop);
 }
 
 void NodeProtocol::emergency(std::uint16_t code, Outbox& out) noexcept {
@@ -421,14 +464,14 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
   if (const SdoAbort abort = check(*entry, value); abort != SdoAbort::kNone) return abort;
   entry->value = value;
   if (Tpdo* tpdo = tpdo_with(object.index, kTpdoMaps); tpdo != nullptr && object.subindex == 0) resolve(tpdo->pdo);
-  if (object == canopen::kRpdo1MapCount) resolve(rpdo_);
+  if (Rpdo* rpdo = rpdo_with(object.index, kRpdoMaps); rpdo != nullptr && object.subindex == 0) resolve(rpdo->pdo);
   if (object == canopen::kConsumerHeartbeat) producer_heard_ = kNever;
   if (Tpdo* tpdo = tpdo_with(object.index, kTpdoParameters)) {
     if (object.subindex == kType) tpdo->syncs = 0;
     if (object.subindex == kCobId) count_tpdos();
   }
   if (object.index >= kFirstDeviceIndex) {
-    written_ = true;
+    note_written(object);
     last_written_ = object;
   }
   return SdoAbort::kNone;
@@ -437,7 +480,8 @@ SdoAbort NodeProtocol::write(Object object, std::uint32_t value, std::uint8_t si
 SdoAbort NodeProtocol::check(const Entry& entry, std::uint32_t value) noexcept {
   const Object object = entry.object;
   const bool of_tpdo = tpdo_with(object.index, kTpdoParameters) != nullptr;
-  if ((of_tpdo && object.subindex == kCobId) || object == canopen::kRpdo1CobId) {
+  const bool of_rpdo = rpdo_with(object.index, kRpdoParameters) != nullptr;
+  if ((of_tpdo || of_rpdo) && object.subindex == kCobId) {
     if ((value & canopen::kPdoDisabled) != 0) return SdoAbort::kNone;
     const bool moves_while_enabled = (entry.value & canopen::kPdoDisabled) == 0 && (entry.value ^ value) != 0;
     // 29-bit identifiers (bit 29) and those of other services are refused.
@@ -447,9 +491,9 @@ SdoAbort NodeProtocol::check(const Entry& entry, std::uint32_t value) noexcept {
   if (of_tpdo && object.subindex == kType) {
     return value == 0 || (value > kMostSyncs && value < 254) ? SdoAbort::kInvalidValue : SdoAbort::kNone;
   }
-  if (object == canopen::kRpdo1Type) return value < 254 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
+  if (of_rpdo && object.subindex == kType) return value < 254 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
   if (const Tpdo* tpdo = tpdo_with(object.index, kTpdoMaps)) return check_map(tpdo->pdo, entry, value);
-  if (object.index == canopen::kRpdo1MapCount.index) return check_map(rpdo_, entry, value);
+  if (const Rpdo* rpdo = rpdo_with(object.index, kRpdoMaps)) return check_map(rpdo->pdo, entry, value);
   if (object == canopen::kConsumerHeartbeat) {
     return (value >> 16) > 127 ? SdoAbort::kInvalidValue : SdoAbort::kNone;
   }

@@ -149,7 +149,8 @@ void MachineFaults::send_foreign(FaultKind kind, std::uint8_t node, FaultyPort& 
     return;
   }
   if (const NodeDescription* const valve = bus_.find(node)) {
-    port.shout({.id = valve->rpdo_id(), .size = 4, .data = {canopen::kControlActive}});
+    for (const NodeChannel& axis : valve->channels)
+      port.shout({.id = valve->rpdo_id(axis.pdo()), .size = 4, .data = {canopen::kControlActive}});
   }
 }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
+#include "machine/reason_text.h"
 #include "slave/valve_frame.h"
 
 namespace knuckle::slave {
@@ -18,15 +20,15 @@ SdoScript error_script() {
   return {{SetupPart::Kind::kRequire, {{canopen::kErrorRegister, 0, 1}}, {}}};
 }
 
-Reason reason(ReasonCode code, std::uint8_t node, double value, double limit) noexcept {
-  return {code, node, static_cast<float>(value), static_cast<float>(limit)};
+Reason reason(ReasonCode code, std::uint8_t subject, double value, double limit) noexcept {
+  return {code, subject, static_cast<float>(value), static_cast<float>(limit)};
 }
 
 /// Process data that has not come for too long, or only in frames too short to have a value.
-Reason missing(std::uint8_t node, std::optional<std::uint8_t> short_bytes, const canopen::PdoMap& map, double age_s,
+Reason missing(std::uint8_t subject, std::optional<std::uint8_t> short_bytes, const canopen::PdoMap& map, double age_s,
                double limit_s) noexcept {
-  if (short_bytes) return reason(ReasonCode::kFrameShort, node, *short_bytes, canopen::bytes_of(map));
-  return reason(ReasonCode::kSensorStale, node, age_s * 1e3, limit_s * 1e3);
+  if (short_bytes) return reason(ReasonCode::kFrameShort, subject, *short_bytes, canopen::bytes_of(map));
+  return reason(ReasonCode::kSensorStale, subject, age_s * 1e3, limit_s * 1e3);
 }
 
 /// SDO requests a step. All nodes at once would fill the bus for longer than the nodes wait for the controller's
@@ -40,6 +42,11 @@ int most_requests(const BusDescription& bus) noexcept {
 bool is_active(std::uint16_t status_word) noexcept {
   return canopen::valve_state(status_word) == canopen::ValveState::kActive &&
          (status_word & canopen::kStatusLocal) == 0 && !canopen::valve_fault(status_word);
+}
+
+/// Where the spool of this joint's valve is.
+canopen::Object spool_object(const BusDescription& bus, std::size_t joint) noexcept {
+  return of_axis(canopen::kValveActual, bus.valve_channel(static_cast<int>(joint)).number);
 }
 
 /// Of a node that rests after this command; nullopt where it works or starts anew.
@@ -75,8 +82,11 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
     }
     const Duration timeout = from_seconds(description_.sdo_timeout_s);
-    const int valve_of = node.role == NodeRole::kValve ? node.joint() : kNoValve;
-    nodes_.push_back({node.id, valve_of, SdoDialogue(node.id, std::move(entry.script), timeout),
+    PerJoint<bool> moves{};
+    for (const NodeChannel& channel : node.channels)
+      if (node.role == NodeRole::kValve) moves[static_cast<std::size_t>(channel.info().index)] = true;
+    nodes_.push_back({node.id, moves, std::max(description_.boot_timeout_s, valve_boot_s(node.profile)),
+                      SdoDialogue(node.id, std::move(entry.script), timeout),
                       SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
@@ -94,9 +104,26 @@ const CanopenClient::Node* CanopenClient::find(std::uint8_t id) const noexcept {
   return index_[id] == 0 ? nullptr : &nodes_[index_[id] - 1U];
 }
 
-void CanopenClient::withhold_from(std::uint8_t node) noexcept {
-  withheld_from_ = node;
-  if (node != 0) excused_ = node;
+void CanopenClient::withhold(Withheld what, std::uint8_t node) noexcept {
+  withheld_ = what;
+  if (what == Withheld::kNothing) return;
+  tried_ = node;
+}
+
+CanopenClient::Withheld CanopenClient::guarded_by(std::uint8_t node) const noexcept {
+  const Node* of = find(node);
+  if (of == nullptr || node == description_.enable().id) return Withheld::kHeartbeat;
+  bool timed = false;
+  for (const std::uint8_t pdo : receive_pdos(*description_.find(node)))
+    timed = timed || of->dialogue.took(
+                         {static_cast<std::uint16_t>(canopen::kRpdo1Timer.index + pdo), canopen::kRpdo1Timer.subindex});
+  const bool alone = !timed && of->dialogue.took(canopen::kConsumerHeartbeat);
+  return alone ? Withheld::kHeartbeat : Withheld::kSetPoints;
+}
+
+bool CanopenClient::waits_for_heartbeat(std::uint8_t node) const noexcept {
+  const Node* of = find(node);
+  return of != nullptr && of->dialogue.took(canopen::kConsumerHeartbeat);
 }
 
 std::uint16_t CanopenClient::emergency_of(std::uint8_t node) const noexcept {
@@ -107,8 +134,8 @@ std::uint16_t CanopenClient::emergency_of(std::uint8_t node) const noexcept {
 bool CanopenClient::says_stopped(std::uint8_t node) const noexcept {
   const Node* of = find(node);
   if (of == nullptr) return false;
-  const bool inactive =
-      of->valve_of != kNoValve && !is_active(valves_[static_cast<std::size_t>(of->valve_of)].status_word);
+  bool inactive = false;
+  for (std::size_t j = 0; j < kJoints; ++j) inactive = inactive || (of->moves[j] && !is_active(valves_[j].status_word));
   return of->emergency != canopen::kEmcyReset || of->lost || inactive;
 }
 
@@ -117,10 +144,10 @@ bool CanopenClient::same_device(std::uint8_t node) const noexcept {
   return of == nullptr || of->dialogue.same_device();
 }
 
-/// Without the heartbeat any node may stop; where one stops, the enable node may take pilot pressure away.
+/// Where one stops, the enable node may take pilot pressure away; without that, valves may stop.
 bool CanopenClient::excused(const Node& node) const noexcept {
   const std::uint8_t enable = description_.enable().id;
-  return excused_ != 0 && (node.id == excused_ || node.id == enable || excused_ == enable);
+  return tried_ != 0 && (node.id == tried_ || node.id == enable || tried_ == enable);
 }
 
 void CanopenClient::restart() noexcept {
@@ -137,7 +164,8 @@ void CanopenClient::restart() noexcept {
   setup_failure_ = {};
   watch_.restart();
   demand_.setZero();
-  withheld_from_ = excused_ = 0;
+  withheld_ = Withheld::kNothing;
+  tried_ = 0;
   syncs_ = 0;  // neutral goes out with the next step
   phase_ = Phase::kIdle;
 }
@@ -173,7 +201,7 @@ bool CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
   if (node == nullptr) return false;
   const std::uint8_t id = node->id;
   if (frame.id == canopen::sdo_response_id(id)) {
-    on_answer(*node, frame);
+    on_answer(*node, frame, now);
   } else if (frame.id == canopen::sdo_request_id(id)) {
     node->dialogue.others_asked();
     node->errors.others_asked();
@@ -197,9 +225,30 @@ void CanopenClient::on_nmt(const canopen::NmtRequest& request) noexcept {
                       static_cast<double>(canopen::NmtState::kOperational));
 }
 
-void CanopenClient::on_answer(Node& node, const CanFrame& frame) noexcept {
+void CanopenClient::on_answer(Node& node, const CanFrame& frame, Time now) noexcept {
+  // Of others nobody asks: an answer to somebody else must not pass for process data that no longer come.
+  const auto answer = node.id == tried_ ? canopen::parse_sdo_response(frame) : std::nullopt;
+  if (answer && answer->kind == canopen::SdoResponse::Kind::kUploaded) on_asked(node, *answer, now);
   (node.dialogue.done() ? node.errors : node.dialogue).receive(frame);
   watch_.note_second_answers(node.id, std::max(node.dialogue.second_answers(), node.errors.second_answers()));
+}
+
+void CanopenClient::ask(std::uint8_t node, int joint) noexcept {
+  if (node != tried_) return;
+  const bool enable = node == description_.enable().id;
+  bus_.send(canopen::sdo_upload(
+      node, enable ? canopen::kEnableInputs : spool_object(description_, static_cast<std::size_t>(joint))));
+}
+
+void CanopenClient::on_asked(const Node& node, const canopen::SdoResponse& answer, Time now) noexcept {
+  if (node.id == description_.enable().id && answer.object == canopen::kEnableInputs)
+    take_inputs(static_cast<std::uint8_t>(answer.value), now);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (!node.moves[j] || answer.object != spool_object(description_, j)) continue;
+    const double steps = static_cast<std::int16_t>(answer.value);
+    spool_[static_cast<int>(j)] = steps / description_.wire.valve_full_stroke;
+    valves_[j].seen_at = now;
+  }
 }
 
 void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) noexcept {
@@ -220,7 +269,7 @@ void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) no
 /// Valves' status and the enable node's inputs.
 bool CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (frame.id != description_.valve(i).tpdo_id()) continue;
+    if (frame.id != description_.spool_id(i)) continue;
     on_valve_status(static_cast<int>(i), frame, now);
     return true;
   }
@@ -233,9 +282,13 @@ void CanopenClient::on_inputs(const CanFrame& frame, Time now) noexcept {
   const auto inputs = canopen::parse_enable(frame);
   if (!inputs) return void(short_inputs_ = frame.size);
   short_inputs_.reset();
+  take_inputs(*inputs, now);
+}
+
+void CanopenClient::take_inputs(std::uint8_t inputs, Time now) noexcept {
   inputs_seen_at_ = now;
-  inputs_closed_ = (*inputs & canopen::kInputEStopClosed) != 0;
-  pilot_on_ = (*inputs & canopen::kInputPilotOn) != 0;
+  inputs_closed_ = (inputs & canopen::kInputEStopClosed) != 0;
+  pilot_on_ = (inputs & canopen::kInputPilotOn) != 0;
 }
 
 void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept {
@@ -255,7 +308,8 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   const bool started = phase_ >= Phase::kActivating && phase_ <= Phase::kOperational;
   const bool rebooted = boots && node.dialogue.begun();
   // A node that stops working is missed before its next heartbeat tells why.
-  const bool missed = phase_ == Phase::kFailed && fault_.code == ReasonCode::kSensorStale && fault_.subject == node.id;
+  const bool missed = phase_ == Phase::kFailed && fault_.code == ReasonCode::kSensorStale &&
+                      node_of(fault_, description_) == description_.find(node.id);
   if (node.lost || !(rebooted || ((started || (missed && in_time)) && !node.operational))) return;
   node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
                      static_cast<double>(canopen::NmtState::kOperational));
@@ -332,24 +386,17 @@ bool CanopenClient::reset(Node& node, Time now) noexcept {
   return true;
 }
 
-double CanopenClient::boot_patience_s(const Node& node) const noexcept {
-  if (node.valve_of == kNoValve) return description_.boot_timeout_s;
-  const NodeDescription& valve = description_.valve(node.valve_of);
-  return std::max(description_.boot_timeout_s, valve_boot_s(valve.profile));
-}
-
 /// @returns whether this node is set up.
 bool CanopenClient::set_up(Node& node, Time now) noexcept {
   // One that never says it booted still gets its chance: its SDO time-out then names it.
-  const double boot_s = boot_patience_s(node);
-  if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= boot_s) return false;
+  if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= node.boot_s) return false;
   node.boots_since = kNever;
   if (!tell(node, canopen::NmtCommand::kEnterPreOperational)) return false;
   if (asked_now_ < most_asked_ && node.dialogue.step(bus_, now)) ++asked_now_;
   if (!node.dialogue.failure()) return node.dialogue.done();
   const SetupFailure& failure = node.dialogue.details();
   using What = SetupFailure::What;
-  const double patience_s = boot_s + kSdoAttempts * description_.sdo_timeout_s;
+  const double patience_s = node.boot_s + kSdoAttempts * description_.sdo_timeout_s;
   if (failure.what == What::kSilent && to_seconds(now - phase_since_) <= patience_s) {
     node.told = false;  // it may be booting: then it has heard nothing
     node.dialogue.restart();
@@ -429,12 +476,11 @@ void CanopenClient::check_errors(Time now) noexcept {
 /// One control word further whenever the valve has followed the last one. A valve in fault gets a reset edge first.
 void CanopenClient::activate(Time now) noexcept {
   bool all_active = true;
-  for (const Node& node : nodes_) {
-    if (node.valve_of == kNoValve) continue;
-    Valve& valve = valves_[static_cast<std::size_t>(node.valve_of)];
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    Valve& valve = valves_[j];
     const auto state = canopen::valve_state(valve.status_word);
-    const ValveWords words = valve_words(description_.valve(node.valve_of).profile);
-    all_active = all_active && !valve_fault(valve, node.id, now);
+    const ValveWords words = valve_words(description_.valve(j).profile);
+    all_active = all_active && !valve_fault(j, now);
     if (valve.seen_at == kNever || valve.sent_word == kNothingSent || !state) {
       valve.control_word = words.init;
     } else if (canopen::valve_fault(valve.status_word)) {
@@ -473,14 +519,22 @@ void CanopenClient::activate(Time now) noexcept {
   fail(supervise(now));  // which names what is not well, or the enable node that was never heard
 }
 
-Reason CanopenClient::valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept {
+/// Of its node: an axis that fails is a device that fails.
+Reason CanopenClient::valve_fault(std::size_t joint, Time now) const noexcept {
+  const Valve& valve = valves_[joint];
+  const std::uint8_t spool = subject_of(NodeRole::kValve, static_cast<int>(joint), description_);
+  const std::uint8_t id = description_.valve(joint).id;
   if (std::abs(valve.spool) > kSpoolPossible) {
-    return reason(ReasonCode::kSensorInvalid, id, valve.spool, kSpoolPossible);
+    return reason(ReasonCode::kSensorInvalid, spool, valve.spool, kSpoolPossible);
   }
   const double age_s = to_seconds(now - valve.seen_at);
   const double age_limit_s =
       description_.sensor_age_limit_s + description_.valve_status_every_nth_sync / description_.sync_Hz;
-  if (age_s > age_limit_s) return missing(id, valve.short_bytes, canopen::kValveTpdo, age_s, age_limit_s);
+  bool node_heard = false;
+  for (std::size_t j = 0; j < kJoints; ++j)
+    node_heard = node_heard || (description_.valve(j).id == id && to_seconds(now - valves_[j].seen_at) <= age_limit_s);
+  if (age_s > age_limit_s)
+    return missing(node_heard ? spool : id, valve.short_bytes, canopen::kValveTpdo, age_s, age_limit_s);
   if (is_active(valve.status_word)) return {};
   return reason(ReasonCode::kNodeFault, id, valve.status_word, canopen::kControlActive | canopen::kStatusReady);
 }
@@ -495,12 +549,14 @@ Reason CanopenClient::supervise(Time now) const noexcept {
     if (node.lost) return node.lost;
     const double silent_s = to_seconds(now - node.heard_at);
     if (silent_s > limit_s) return reason(ReasonCode::kNodeSilent, node.id, silent_s * 1e3, limit_s * 1e3);
-    if (node.valve_of == kNoValve) continue;
-    if (const Reason why = valve_fault(valves_[static_cast<std::size_t>(node.valve_of)], node.id, now)) return why;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (!node.moves[j]) continue;
+      if (const Reason why = valve_fault(j, now)) return why;
+    }
   }
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
-  if (age_s > age_limit_s && excused_ != description_.enable().id) {
+  if (age_s > age_limit_s && tried_ != description_.enable().id) {
     return missing(description_.enable().id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
   }
   return {};
@@ -516,7 +572,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
     if (bus_.send(canopen::enable_output_frame(description_.enable().rpdo_id(), output))) enable_sent_ = output;
   }
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;
-  if (heartbeat_due && withheld_from_ != description_.enable().id) {
+  if (heartbeat_due && withheld_ != Withheld::kHeartbeat) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));
     heartbeat_at_ = now;
   }
@@ -532,7 +588,7 @@ void CanopenClient::send_set_points(const PassedCommands& commands, Time now) no
     const auto joint = static_cast<std::size_t>(i);
     const bool dropped = commands[i] == 0 && demand_[i] != 0;
     if (!due && !dropped) continue;
-    if (withheld_from_ == description_.valve(i).id) continue;
+    if (withheld_ == Withheld::kSetPoints && tried_ == description_.valve(i).id) continue;
     const std::uint16_t control_word = valves_[joint].control_word;
     if (bus_.send(valve_frame(description_, i, control_word, commands))) {
       demand_[i] = commands[i];

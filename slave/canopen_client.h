@@ -45,11 +45,19 @@ class CanopenClient {
   /// that does not take what it is told, or keeps an error, is reset, once.
   void restart() noexcept;
 
-  /// From the next step on what this node's guard waits for is not sent: a valve's set-points; for the enable node the
-  /// controller's heartbeat. 0: all is sent. What it and the enable node (of the heartbeat: all nodes) do because of it
-  /// is no fault until restart(), but for inputs that do not come while a valve is tried: pilot pressure must be known.
-  void withhold_from(std::uint8_t node) noexcept;
+  /// What is not sent, to try a node's guard.
+  enum class Withheld : std::uint8_t { kNothing, kSetPoints, kHeartbeat };
+  /// From the next step on. What this node and the enable node (where that is tried, all nodes) do because of it is no
+  /// fault until restart(), but for inputs that do not come while a valve is tried: pilot pressure must be known.
+  /// @param node whose guard is tried; only its set-points are withheld.
+  void withhold(Withheld what, std::uint8_t node) noexcept;
+  /// What this node's guard waits for: the heartbeat, but of a valve the set-points unless it has taken no time for
+  /// those.
+  [[nodiscard]] Withheld guarded_by(std::uint8_t node) const noexcept;
+  /// Whether the node has taken a time for the heartbeat.
+  [[nodiscard]] bool waits_for_heartbeat(std::uint8_t node) const noexcept;
 
+  [[nodiscard]] const BusDescription& bus() const noexcept { return description_; }
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
   /// A frame of ours was sent: whoever has heard it may wait for the next.
   [[nodiscard]] bool commanded() const noexcept { return commanded_; }
@@ -62,6 +70,9 @@ class CanopenClient {
   [[nodiscard]] const BusWatch& watch() const noexcept { return watch_; }
   /// Code of an error that the node has told and not taken back; 0 where there is none.
   [[nodiscard]] std::uint16_t emergency_of(std::uint8_t node) const noexcept;
+  /// Asks the node whose guard is tried by SDO for what its process data say: the spool of a joint's valve, or the
+  /// enable node's inputs. Its answer counts as those.
+  void ask(std::uint8_t node, int joint) noexcept;
   // When they were last said; kNever before the first.
   [[nodiscard]] Time valve_seen_at(int joint) const noexcept {
     return valves_[static_cast<std::size_t>(joint)].seen_at;
@@ -79,11 +90,12 @@ class CanopenClient {
   [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
 
  private:
-  static constexpr int kNoValve = -1, kMostToldAtOnce = 2;
+  static constexpr int kMostToldAtOnce = 2;
   static constexpr std::uint16_t kNothingSent = 0xFFFF;
   struct Node {
     std::uint8_t id = 0;
-    int valve_of = kNoValve;  ///< Joint.
+    PerJoint<bool> moves{};  ///< The joints whose valves it is.
+    double boot_s = 0;       ///< Patience after a reset.
     SdoDialogue dialogue, errors;
     bool told = false;  ///< Took the newest NMT command.
     bool operational = false;
@@ -108,15 +120,16 @@ class CanopenClient {
   void enter(Phase phase, Time now) noexcept;
   void fail(const Reason& reason) noexcept;
   void on_heartbeat(Node& node, const CanFrame& frame, Time now) noexcept;
-  void on_answer(Node& node, const CanFrame& frame) noexcept;
+  void on_answer(Node& node, const CanFrame& frame, Time now) noexcept;
+  void on_asked(const Node& node, const canopen::SdoResponse& answer, Time now) noexcept;
   void on_emergency(Node& node, const CanFrame& frame, Time now) noexcept;
   bool on_pdo(const CanFrame& frame, Time now) noexcept;
   void on_inputs(const CanFrame& frame, Time now) noexcept;
+  void take_inputs(std::uint8_t inputs, Time now) noexcept;
   void on_nmt(const canopen::NmtRequest& request) noexcept;
   void on_valve_status(int joint, const CanFrame& frame, Time now) noexcept;
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;
-  [[nodiscard]] double boot_patience_s(const Node& node) const noexcept;
   [[nodiscard]] bool set_up(Node& node, Time now) noexcept;
   void start_nodes(Time now) noexcept;
   void check_errors(Time now) noexcept;
@@ -126,7 +139,7 @@ class CanopenClient {
   void forget_process_data() noexcept;
   void activate(Time now) noexcept;
   [[nodiscard]] Reason supervise(Time now) const noexcept;
-  [[nodiscard]] Reason valve_fault(const Valve& valve, std::uint8_t id, Time now) const noexcept;
+  [[nodiscard]] Reason valve_fault(std::size_t joint, Time now) const noexcept;
   [[nodiscard]] bool excused(const Node& node) const noexcept;
   void send_set_points(const PassedCommands& commands, Time now) noexcept;
 
@@ -152,7 +165,8 @@ class CanopenClient {
   std::uint32_t syncs_ = 0;
   std::optional<std::uint8_t> enable_sent_;  // nothing since the nodes were started
   Time heartbeat_at_ = kNever;
-  std::uint8_t withheld_from_ = 0, excused_ = 0;  // node ids; excused_ was withheld from since restart()
+  Withheld withheld_ = Withheld::kNothing;
+  std::uint8_t tried_ = 0;  // id of the node whose guard was tried since restart()
 };
 
 }  // namespace knuckle::slave

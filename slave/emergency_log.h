@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/time.h"
+#include "machine/bus_description.h"
 #include "transport/canopen.h"
 
 namespace knuckle::slave {
@@ -37,7 +38,7 @@ class EmergencyLog {
   std::uint64_t count_ = 0;
 };
 
-/// "node 0x25: 0x5030 sensor error (error register 0x01)". Not for loops: allocates.
-[[nodiscard]] std::string text(const EmergencyRecord& record);
+/// "tilt (node 0x38): 0x5030 sensor error (error register 0x01)". Not for loops: allocates.
+[[nodiscard]] std::string text(const EmergencyRecord& record, const BusDescription& bus);
 
 }  // namespace knuckle::slave

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "machine/reason_text.h"
 #include "slave/sensors.h"
 #include "transport/canopen.h"
 #include "transport/signal_codec.h"
@@ -16,6 +17,7 @@ constexpr Duration kGuardPatience = 600ms;  // beyond a guard's own time: status
 constexpr double kOpenShare = 0.5, kBackShare = 0.3;            // of the opening: the spool has followed, or is back
 constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stroke: more than noise
 constexpr Duration kStands = 100ms, kStaysBack = 200ms;
+constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
 constexpr double kGuardCreep_m = 2e-3;
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
@@ -28,10 +30,11 @@ bool expects_pilot(Jog::Phase phase) noexcept {
   return wants_pilot(phase) && phase != Jog::Phase::kPilotUp && phase != Jog::Phase::kWithheld;
 }
 
-/// Who sends the value at this place of RawSensors::at.
-std::uint8_t node_at(std::size_t place, const BusDescription& bus) noexcept {
-  if (place < kPressures) return bus.pressure(place).id;
-  return place < kTilt ? bus.encoder(place - kPressures).id : bus.tilt().id;
+/// What a reason about the value at this place of RawSensors::at names.
+std::uint8_t subject_at(std::size_t place, const BusDescription& bus) noexcept {
+  if (place < kPressures) return subject_of(NodeRole::kPressure, static_cast<int>(place), bus);
+  if (place < kTilt) return subject_of(NodeRole::kEncoder, static_cast<int>(place - kPressures), bus);
+  return bus.tilt().id;
 }
 
 }  // namespace
@@ -65,7 +68,10 @@ void Jog::step(Time now) noexcept {
   gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
   if (client_.fault()) end_early(client_.fault());
-  client_.withhold_from(phase_ == Phase::kWithheld ? guarded_ : 0);
+  using Withheld = CanopenClient::Withheld;
+  const Withheld tried = guard_seen_.by_heartbeat ? Withheld::kHeartbeat : Withheld::kSetPoints;
+  client_.withhold(phase_ == Phase::kWithheld ? tried : Withheld::kNothing, guarded_);
+  ask_guarded(now);
   client_.end_step(gate_.commands, wants_pilot(phase_), now);
   if (dialogue_) dialogue_->step(bus_, now);
   go_on(now);
@@ -139,12 +145,10 @@ JogState Jog::judged(Time now) const noexcept {
   if (at[kTilt] != kNever) at[kTilt] += tilt_extra_age(machine_);
   const auto oldest = std::min_element(at.begin(), at.end());
   state.oldest_at = *oldest;
-  state.oldest_node = node_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
-  for (std::size_t i = 0; i < kPressures; ++i) {
-    if (sensors_.pressure_invalid[i]) state.invalid_node = machine_.bus.pressure(i).id;
-  }
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    if (sensors_.no_length[j]) state.invalid_node = machine_.bus.encoder(j).id;
+  state.oldest_subject = subject_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
+  for (std::size_t i = 0; i < kTilt; ++i) {
+    if (i < kPressures ? sensors_.pressure_invalid[i] : sensors_.no_length[i - kPressures])
+      state.invalid_subject = subject_at(i, machine_.bus);
   }
   state.e_stop_open = client_.e_stop_open();
   return state;
@@ -206,6 +210,24 @@ void Jog::open_for_guard(Time now) noexcept {
   if (now - since_ >= kPilotPatience) enter(Phase::kPilotDown, now);
 }
 
+Time Jog::guarded_said_at() const noexcept {
+  return opening_ > 0 ? client_.valve_seen_at(plan_.joint) : client_.inputs_seen_at();
+}
+
+/// A node that goes pre-operational on a communication error, as CiA 301 has it by default, answers SDO alone.
+void Jog::ask_guarded(Time now) noexcept {
+  const bool trying = guarded_ != 0 && (phase_ == Phase::kWithheld || phase_ == Phase::kPilotDown);
+  const BusDescription& bus = machine_.bus;
+  const double said_every_s = opening_ > 0 ? bus.valve_status_every_nth_sync / bus.sync_Hz : bus.controller_heartbeat_s;
+  // Once it has missed one, often enough to know that what it says stays so.
+  const bool missed = now - std::max(since_, guarded_said_at()) >= from_seconds(1.5 * said_every_s);
+  if (!trying || !(missed || guard_seen_.asked) || now - std::max({since_, guarded_said_at(), asked_at_}) < kAskAfter)
+    return;
+  client_.ask(guarded_, plan_.joint);
+  asked_at_ = now;
+  guard_seen_.asked = true;
+}
+
 void Jog::note_guard(Time now) noexcept {
   GuardSeen& seen = guard_seen_;
   const double t_s = to_seconds(now - since_);
@@ -214,7 +236,7 @@ void Jog::note_guard(Time now) noexcept {
     seen.told_s = t_s;
     seen.emergency = client_.emergency_of(guarded_);
   }
-  const Time said_at = valve ? client_.valve_seen_at(plan_.joint) : client_.inputs_seen_at();
+  const Time said_at = guarded_said_at();
   seen.silent = now - said_at > kStaysBack;
   bool done = seen.pilot_off_s.has_value();
   if (valve && !client_.pilot_on()) {
@@ -275,6 +297,7 @@ void Jog::end_early(const Reason& why) noexcept {
 
 void Jog::begin(Phase phase) noexcept {
   with_pilot_ = phase;
+  asked_at_ = kNever;
   trouble_ = {};
   from_m_ = sensors_.length_m;
   enter(Phase::kPilotUp, stepped_at_);
@@ -289,22 +312,25 @@ void Jog::start() noexcept {
 void Jog::hold_pilot(Duration time) noexcept {
   if (phase_ != Phase::kRest) return;
   hold_ = time;
+  guarded_ = 0;
   begin(Phase::kHeld);
 }
 
 void Jog::move(const JogPlan& plan) noexcept {
   if (phase_ != Phase::kRest || plan.joint < 0 || plan.joint >= kJoints) return;
   plan_ = plan;
+  guarded_ = 0;
   begin(Phase::kMoving);
 }
 
-void Jog::try_guard(const NodeDescription& node) noexcept {
+void Jog::try_guard(const NodeDescription& node, int joint) noexcept {
   if (phase_ != Phase::kRest || !node.is_told()) return;
   guard_seen_ = {};
   guarded_ = node.id;
+  guard_seen_.by_heartbeat = client_.guarded_by(node.id) == CanopenClient::Withheld::kHeartbeat;
   opening_ = 0;
   if (node.role == NodeRole::kEnable) return begin(Phase::kWithheld);
-  plan_.joint = node.joint();
+  plan_.joint = joint;
   const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(plan_.joint)].valve;
   opening_ = kShareOfDeadBand * std::min(valve.dead_band_extend, valve.dead_band_retract);
   stands_since_ = kNever;

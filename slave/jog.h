@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -50,15 +51,18 @@ enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 /// What a node did while what its guard waits for was withheld from it: seconds since it was withheld; nullopt where it
 /// did not.
 struct GuardSeen {
+  bool by_heartbeat = false;  ///< That was the controller's heartbeat; else the node's set-points.
   enum class Tried : std::uint8_t {
     kYes,
     kNoDeadBand,    ///< Too small for an opening that could be told from noise.
     kDidNotFollow,  ///< The valve's spool did not come to that opening.
+    kOthersFirst,   ///< Another node takes no longer time for the heartbeat, and would act before.
   } tried = Tried::kYes;
   std::optional<double> told_s;     ///< It said that it does not work.
   std::uint16_t emergency = 0;      ///< The code it said; 0 where it said none.
   std::optional<double> stopped_s;  ///< A valve's spool came back and stayed; the enable node took pilot pressure away.
   std::optional<double> pilot_off_s;  ///< Of a valve: pilot pressure went off before that was sure.
+  bool asked = false;                 ///< It sent process data no more, but answered when it was asked by SDO.
   bool silent = false;                ///< It says no more where its spool is, or whether pilot pressure is on.
   bool others_stopped = false;        ///< Of the enable node: a valve had stopped before, which may be why.
   std::optional<double> crept_m;      ///< The cylinder moved at the small opening.
@@ -74,7 +78,7 @@ class Jog {
     kHeld,       ///< Pilot pressure on for a while, valves closed.
     kMoving,     ///< One valve open.
     kOpening,    ///< One valve open inside its dead band: nothing moves.
-    kWithheld,   ///< Likewise, and its node hears no set-points any more; or the enable node no heartbeat.
+    kWithheld,   ///< Likewise, and what its node's guard waits for is not sent; or the enable node's heartbeat.
     kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
     kPilotDown,  ///< Switched off, until the enable node reports it off.
   };
@@ -93,11 +97,13 @@ class Jog {
   void hold_pilot(Duration time) noexcept;
   /// Another: pilot pressure on, the motion, valve closed, pilot pressure off.
   void move(const JogPlan& plan) noexcept;
-  /// Another: pilot pressure on, a valve open inside its dead band, then no set-points for it, or for the enable node
-  /// no heartbeat, until its guard has acted or patience ends; pilot pressure off. See guard_seen(). What the node says
-  /// of it is no trouble until start(), which is needed after it.
-  /// @param node of a valve, or the enable node.
-  void try_guard(const NodeDescription& node) noexcept;
+  /// Another: pilot pressure on, a valve open inside its dead band, then no set-points for it, or no heartbeat where
+  /// its guard waits for that, as the enable node's does, until its guard has acted or patience ends; pilot pressure
+  /// off. See guard_seen(). What the node says of it is no trouble until start(), which is needed after it.
+  /// @param node of a valve, or the enable node. @param joint whose valve is opened, one of the node's.
+  void try_guard(const NodeDescription& node, int joint) noexcept;
+  /// How long a guard is waited for, and its node's answer.
+  [[nodiscard]] Duration guard_patience() const noexcept;
   /// Ends the task, if there is one, with trouble kOperatorStop.
   void stop() noexcept;
   /// Works through SDO steps of one node beside everything else; see dialogue().
@@ -133,7 +139,8 @@ class Jog {
   void watch_creep(Time now) noexcept;
   void open_for_guard(Time now) noexcept;
   void note_guard(Time now) noexcept;
-  [[nodiscard]] Duration guard_patience() const noexcept;
+  [[nodiscard]] Time guarded_said_at() const noexcept;
+  void ask_guarded(Time now) noexcept;
   void await_pilot(bool on, Phase then, Time now) noexcept;
 
   MachineDescription machine_;
@@ -152,8 +159,9 @@ class Jog {
   JogPlan plan_;
   JointVector from_m_ = JointVector::Zero();
   double still_at_m_ = 0, still_since_s_ = 0;
-  std::uint8_t guarded_ = 0;  // node of try_guard()
+  std::uint8_t guarded_ = 0;  // node of try_guard(); 0 in other tasks
   double opening_ = 0;        // of its valve; 0 for the enable node
+  Time asked_at_ = kNever;    // of the guarded node, by SDO
   GuardSeen guard_seen_;
   Time stands_since_ = kNever;  // the spool at the opening; or back, told, and pilot pressure on
   GateResult gate_;

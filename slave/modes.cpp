@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/reason_text.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -114,7 +116,7 @@ ModeDecision led(const ModeState& state, const ModeInputs& in, const ModeLimits&
 /// Fault and E-stop: both need the cause gone, then enable released, then pressed; and heard in time, as what came over
 /// too long a round trip may be older than the fault.
 ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
-  const Reason cause = explains(in.machine_fault, state.fault) ? in.machine_fault : state.fault;
+  const Reason cause = in.explains_fault ? in.machine_fault : state.fault;
   // Nodes that are being started anew are no cause of their own, but nothing goes on before they are ready.
   const bool restarting = !in.machine_fault && !in.nodes_operational;
   if (restarting) return {{state.mode, cause, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
@@ -126,6 +128,12 @@ ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLim
 }
 
 }  // namespace
+
+bool explains(const Reason& newer, const Reason& seen, const BusDescription& bus) noexcept {
+  if (newer.code != ReasonCode::kNodeFault || seen.code != ReasonCode::kSensorStale) return false;
+  const NodeDescription* const node = node_of(seen, bus);
+  return node != nullptr && node->id == newer.subject;
+}
 
 ModeDecision fault(const Reason& reason) noexcept {
   return {{Mode::kFault, reason, false}, reason};

@@ -7,6 +7,7 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/units.h"
+#include "machine/bus_description.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::slave {
@@ -22,6 +23,7 @@ inline constexpr ModeLimits kModeLimits{};
 struct ModeInputs {
   bool e_stop_open = false;        ///< E-stop chain of the machine.
   Reason machine_fault;            ///< Bus, nodes, valves, gate: a fault in every mode.
+  bool explains_fault = false;     ///< machine_fault explains() the latched one.
   Reason sensor_fault;             ///< "Not yet" during the self test, a fault after it.
   bool nodes_operational = false;  ///< All of them, configured and supervised.
   bool pilot_on = false;           ///< Pilot pressure is on: needed while the machine is led.
@@ -48,9 +50,7 @@ struct ModeDecision {
 
 /// Whether the newer reason tells the cause of what was seen before: a node that says that it left its working state,
 /// of process data that had not come.
-[[nodiscard]] constexpr bool explains(const Reason& newer, const Reason& seen) noexcept {
-  return newer.code == ReasonCode::kNodeFault && seen.code == ReasonCode::kSensorStale && newer.subject == seen.subject;
-}
+[[nodiscard]] bool explains(const Reason& newer, const Reason& seen, const BusDescription& bus) noexcept;
 
 /// Into kFault, whatever the mode was.
 [[nodiscard]] ModeDecision fault(const Reason& reason) noexcept;

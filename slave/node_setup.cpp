@@ -13,6 +13,7 @@
 #include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
+#include "machine/reason_text.h"
 #include "slave/valve_frame.h"
 #include "transport/signal_codec.h"
 
@@ -41,25 +42,47 @@ SetupPart setting(Object object, std::uint32_t value, std::uint8_t size, Kind ki
   return {kind, {{object, value, size}}, {{object, value, size}}};
 }
 
+/// What the device maps and lets nobody change; under the identifier that is wanted.
+void add_fixed_pdo(SdoScript& script, std::uint16_t parameters, const BusFrame& frame) {
+  const SdoStep cob_id{{parameters, 1}, frame.id, 4, Match::kCobId};
+  script.push_back({Kind::kSetting, {cob_id}, {{cob_id.object, frame.id | canopen::kPdoDisabled}, cob_id}});
+  const auto map = static_cast<std::uint16_t>(parameters + canopen::kMappingOffset);
+  std::vector<SdoStep> entries{{{map, 0}, static_cast<std::uint32_t>(frame.mapped.size()), 1}};
+  for (const std::uint32_t entry : frame.mapped)
+    entries.push_back({{map, static_cast<std::uint8_t>(entries.size())}, entry});
+  script.push_back({Kind::kRequire, std::move(entries), {}});
+}
+
 /// Identifier and entries. A PDO may only be mapped while it is off (CiA 301): bit 31 of its COB-ID on, count 0,
 /// entries, count, on.
 SetupPart pdo(std::uint16_t parameters, const BusFrame& frame) {
   const Object cob_id{parameters, 1}, count{static_cast<std::uint16_t>(parameters + canopen::kMappingOffset), 0};
-  const auto mapped = static_cast<std::uint32_t>(frame.fields.size());
+  const auto mapped = static_cast<std::uint32_t>(frame.mapped.size());
   SetupPart part{
       Kind::kSetting,
       {{cob_id, frame.id, 4, Match::kCobId}, {count, mapped, 1, frame.to_node ? Match::kEqual : Match::kAtLeast}},
       {{cob_id, frame.id | canopen::kPdoDisabled}, {count, 0, 1}}};
   for (std::uint8_t i = 0; i < mapped; ++i) {
-    const FrameField& field = frame.fields[i];
-    const SdoStep entry{{count.index, static_cast<std::uint8_t>(i + 1)},
-                        canopen::mapping(field.object, field.bits.bits)};
+    const SdoStep entry{{count.index, static_cast<std::uint8_t>(i + 1)}, frame.mapped[i]};
     part.asked.push_back(entry);
     part.written.push_back(entry);
   }
   part.written.push_back({count, mapped, 1});
   part.written.push_back({cob_id, frame.id});
   return part;
+}
+
+/// A PDO that this node is to have none of: on as delivered, it would have an identifier that this file gives to
+/// others.
+SetupPart pdo_off(Object first, std::size_t pdo, std::uint32_t id) {
+  const Object cob_id{static_cast<std::uint16_t>(first.index + pdo), 1};
+  const SdoStep off{cob_id, id | canopen::kPdoDisabled, 4, Match::kOff};
+  return {Kind::kOptional, {off}, {off}};
+}
+
+/// As its channels say, or its device type (CiA 301: of several devices in one housing).
+bool has_several_axes(const NodeDescription& node) noexcept {
+  return node.role == NodeRole::kValve && (node.channels.back().number > 1 || node.device_type >> 16 == 0xFFFFU);
 }
 
 void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDescription& node) {
@@ -70,17 +93,24 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
         static_cast<std::uint16_t>((frame.to_node ? canopen::kRpdo1CobId : canopen::kTpdo1CobId).index + frame.pdo);
     const bool by_sync = !frame.to_node && frame.every_nth_sync > 0;
     const std::uint32_t type = by_sync ? static_cast<std::uint32_t>(frame.every_nth_sync) : canopen::kEventDriven;
-    script.push_back(pdo(parameters, frame));
+    if (!frame.to_node && !node.tpdo_maps.empty())
+      add_fixed_pdo(script, parameters, frame);
+    else
+      script.push_back(pdo(parameters, frame));
     script.push_back(setting({parameters, 2}, type, 1));
     if (frame.repeat_s > 0 && !by_sync && !frame.to_node)
       script.push_back(setting({parameters, 5}, milliseconds(frame.repeat_s), 2));
   }
-  // Further ones may be on as delivered, under identifiers that this file gives to others.
-  for (std::size_t i = transmit_pdos(node, machine.bus.wire); i < NodeDescription::kMostPdos; ++i) {
-    const Object cob_id{static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + i), 1};
-    const std::uint32_t off = node.tpdo_id(i) | canopen::kPdoDisabled;
-    script.push_back({Kind::kOptional, {{cob_id, off, 4, Match::kOff}}, {{cob_id, off, 4, Match::kOff}}});
-  }
+  const auto has = [](const std::vector<std::uint8_t>& pdos, std::size_t one) {
+    return std::find(pdos.begin(), pdos.end(), one) != pdos.end();
+  };
+  const std::vector<std::uint8_t> sent = transmit_pdos(node, machine.bus.wire), received = receive_pdos(node);
+  for (std::size_t i = 0; i < NodeDescription::kMostPdos; ++i)
+    if (!has(sent, i)) script.push_back(pdo_off(canopen::kTpdo1CobId, i, node.tpdo_id(i)));
+  // An axis that is not ours moves something, too.
+  const bool several_axes = has_several_axes(node);
+  for (std::size_t i = 0; several_axes && i < NodeDescription::kMostPdos; ++i)
+    if (!has(received, i)) script.push_back(pdo_off(canopen::kRpdo1CobId, i, node.rpdo_id(i)));
 }
 
 SetupPart produce_heartbeat(const BusDescription& bus) {
@@ -90,8 +120,14 @@ SetupPart produce_heartbeat(const BusDescription& bus) {
 /// Nodes that can move something must notice by themselves when the controller is gone.
 void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
   const Kind kind = node.unguarded.empty() ? Kind::kGuard : Kind::kOptional;
-  if (node.role == NodeRole::kValve)
-    script.push_back(setting(canopen::kRpdo1Timer, milliseconds(bus.valve_watchdog_s), 2, kind));
+  // The timers of all its axes are one guard: one alone would leave the others open.
+  SetupPart timers{kind, {}, {}};
+  for (const std::uint8_t pdo : receive_pdos(node)) {
+    const Object timer{static_cast<std::uint16_t>(canopen::kRpdo1Timer.index + pdo), canopen::kRpdo1Timer.subindex};
+    timers.asked.push_back({timer, milliseconds(bus.valve_watchdog_s), 2});
+  }
+  timers.written = timers.asked;
+  if (node.role == NodeRole::kValve) script.push_back(timers);
   const std::uint32_t watched = std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s);
   script.push_back(setting(canopen::kConsumerHeartbeat, watched, 4, kind));
   if (node.guard.proved && node.guard.serial != 0)
@@ -101,11 +137,21 @@ void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescript
 SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
   const BusDescription& bus = machine.bus;
   SdoScript script = identity(node);
-  script.push_back(required(canopen::kValveControlMode, 1, 1));
+  for (const NodeChannel& axis : node.channels)
+    script.push_back(required(of_axis(canopen::kValveControlMode, axis.number), 1, 1));
   add_pdos(script, machine, node);
   // What it was told before must not become true again when it is started.
-  script.push_back(setting(canopen::kValveControlWord, valve_words(node.profile).init, 2));
-  script.push_back(setting(canopen::kValveSetPoint, 0, 2));
+  for (const NodeChannel& axis : node.channels) {
+    script.push_back(setting(of_axis(canopen::kValveControlWord, axis.number), valve_words(node.profile).init, 2));
+    script.push_back(setting(of_axis(canopen::kValveSetPoint, axis.number), 0, 2));
+  }
+  for (unsigned axis = 1; has_several_axes(node) && axis <= NodeDescription::kMostPdos; ++axis) {
+    const auto is_ours = [axis](const NodeChannel& channel) { return channel.number == axis; };
+    if (std::any_of(node.channels.begin(), node.channels.end(), is_ours)) continue;
+    script.push_back(
+        setting(of_axis(canopen::kValveControlWord, axis), valve_words(node.profile).init, 2, Kind::kOptional));
+    script.push_back(setting(of_axis(canopen::kValveSetPoint, axis), 0, 2, Kind::kOptional));
+  }
   add_guards(script, bus, node);
   script.push_back(produce_heartbeat(bus));
   return script;
@@ -210,6 +256,7 @@ std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
 std::vector<std::string> guard_lines(const BusDescription& bus, const std::function<bool(std::uint8_t)>& same_device) {
   std::vector<std::string> lines, never;
   for (const NodeDescription& node : bus.nodes) {
+    using Changed = GuardProof::Changed;
     const GuardProof& proof = node.guard;
     if (!node.is_told()) continue;
     if (!node.unguarded.empty())
@@ -218,8 +265,15 @@ std::vector<std::string> guard_lines(const BusDescription& bus, const std::funct
       never.push_back(node.name);
     else if (!proof.proved)
       lines.push_back("the guard of " + node.name + " was tried on " + proof.date + " and not proved");
-    else if (!proof.of_this_device || !same_device(node.id))
+    else if (proof.changed == Changed::kDevice || !same_device(node.id))
       lines.push_back("the guard of " + node.name + " was proved on " + proof.date + ", of another device");
+    else if (proof.changed != Changed::kNothing)
+      lines.push_back("the guard of " + node.name + " was proved on " + proof.date +
+                      (proof.changed == Changed::kChannels ? ", with other channels than the machine file now has"
+                       : proof.changed == Changed::kTimes
+                           ? ", with other times than the machine file now has (valve_watchdog_ms, "
+                             "controller_timeout_ms)"
+                           : ", and its record does not say with which channels and times"));
   }
   if (!never.empty())
     lines.push_back(fmt::format("never proved to stop without its controller: {}; knuckle commission proves it",
@@ -233,7 +287,9 @@ SdoScript preset_script(const MachineDescription& machine, int joint, double len
   if (!reading)
     throw InputError(machine.source + fmt::format(": no angle of the {} gives its cylinder a length of {:.1f} mm",
                                                   kJointNames[static_cast<std::size_t>(joint)], 1e3 * length_m));
-  auto steps = static_cast<std::uint32_t>(raw_of(sent_fields(encoder, machine).front().bits, *reading));
+  const std::vector<FrameField> fields = sent_fields(encoder, machine);
+  const FrameField* const value = find_field(fields, FrameField::Part::kValue, encoder.channels.front());
+  auto steps = static_cast<std::uint32_t>(raw_of(value->bits, *reading));
   if (encoder.measures_angle()) steps %= encoder.rotary.steps_per_turn;
   return {
       {Kind::kSetting, {}, {{canopen::kEncoderPreset, steps}, {canopen::kStoreParameters, canopen::kSaveSignature}}}};
@@ -254,9 +310,9 @@ bool SdoStep::holds(std::uint32_t found) const noexcept {
   return false;
 }
 
-std::string text(const SetupFailure& failure) {
+std::string text(const SetupFailure& failure, const BusDescription& bus) {
   const SdoStep& step = failure.step;
-  const std::string node = fmt::format("node 0x{:02X}: ", failure.node);
+  const std::string node = node_text(failure.node, bus) + ": ";
   const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
   const std::string what = node + (failure.writing ? "writing " : "reading ") + object;
   switch (failure.what) {
@@ -280,7 +336,7 @@ std::string text(const SetupFailure& failure) {
 }
 
 SdoDialogue::SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout)
-    : node_(node), timeout_(timeout), script_(std::move(script)) {
+    : node_(node), timeout_(timeout), script_(std::move(script)), taken_(script_.size()) {
   restart();
 }
 
@@ -290,7 +346,7 @@ void SdoDialogue::restart() noexcept {
   doing_ = !script_.empty() && script_.front().asked.empty() ? Doing::kWriting : Doing::kAsking;
   answered_ = false;
   same_device_ = true;
-  guards_ = 0;
+  std::fill(taken_.begin(), taken_.end(), false);
   asked_ = 0;
   asked_at_ = kNever;
   failure_ = {};
@@ -309,7 +365,9 @@ const SdoStep& SdoDialogue::current() const noexcept {
 
 void SdoDialogue::next_part() noexcept {
   const auto guards = [this](std::size_t part) { return part < script_.size() && script_[part].kind == Kind::kGuard; };
-  if (guards(part_) && !guards(part_ + 1) && guards_ == 0) return fail(SetupFailure::What::kUnguarded);
+  bool any = false;
+  for (std::size_t i = 0; i <= part_; ++i) any = any || (guards(i) && taken_[i]);
+  if (guards(part_) && !guards(part_ + 1) && !any) return fail(SetupFailure::What::kUnguarded);
   ++part_;
   at_ = 0;
   doing_ = part_ < script_.size() && script_[part_].asked.empty() ? Doing::kWriting : Doing::kAsking;
@@ -325,8 +383,15 @@ void SdoDialogue::go_on() noexcept {
     doing_ = Doing::kAskingAgain;
     return;
   }
-  if (part.kind == Kind::kGuard) ++guards_;
+  taken_[part_] = true;
   next_part();
+}
+
+bool SdoDialogue::took(Object guard) const noexcept {
+  for (std::size_t i = 0; i < script_.size(); ++i) {
+    if (taken_[i] && !script_[i].asked.empty() && script_[i].asked.front().object == guard) return true;
+  }
+  return false;
 }
 
 void SdoDialogue::on_other_value(std::uint32_t seen) noexcept {

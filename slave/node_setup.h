@@ -87,8 +87,8 @@ struct SetupFailure {
   canopen::SdoAbort abort = canopen::SdoAbort::kNone;
   std::uint32_t seen = 0;  ///< kOtherValue, kNotKept
 };
-/// "node 0x10: writing 0x1400:05 was refused: object does not exist (SDO abort 0x06020000)". Allocates.
-[[nodiscard]] std::string text(const SetupFailure& failure);
+/// "boom_valve (node 0x10): writing 0x1400:05 was refused: object does not exist (SDO abort 0x06020000)". Allocates.
+[[nodiscard]] std::string text(const SetupFailure& failure, const BusDescription& bus);
 
 /// Works through one node's script: one request outstanding at a time.
 class SdoDialogue {
@@ -106,6 +106,8 @@ class SdoDialogue {
   /// kNodeIdentity (value seen, expected) or kNodeSetup (part that failed, parts there are).
   [[nodiscard]] const Reason& failure() const noexcept { return failure_; }
   [[nodiscard]] const SetupFailure& details() const noexcept { return details_; }
+  /// Whether the guard that this object sets is as wanted.
+  [[nodiscard]] bool took(canopen::Object guard) const noexcept;
   /// Whether it has the serial number of the device whose guard was proved.
   [[nodiscard]] bool same_device() const noexcept { return same_device_; }
   /// Somebody else has asked this node: it answers once more.
@@ -131,8 +133,8 @@ class SdoDialogue {
   std::size_t part_ = 0, at_ = 0;  // at_: of what is asked or written in this part
   Doing doing_ = Doing::kAsking;
   bool answered_ = false, same_device_ = true;
-  int guards_ = 0;  // that the node took
-  int asked_ = 0;   // times the current step was asked
+  std::vector<bool> taken_;  // parts that are as wanted; sized once, at construction
+  int asked_ = 0;            // times the current step was asked
   Time asked_at_ = kNever;
   Reason failure_;
   SetupFailure details_;

@@ -76,7 +76,7 @@ void OrderlyStop::hear() noexcept {
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
     }
     for (std::size_t j = 0; j < kJoints; ++j) {
-      if (frame.id != machine_.bus.valve(j).tpdo_id()) continue;
+      if (frame.id != machine_.bus.spool_id(j)) continue;
       if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
         valves_[j] = {true, status->status_word, status->spool};
     }

@@ -5,6 +5,7 @@
 
 #include "machine/description.h"
 #include "machine/encoder_length.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::slave {
 namespace {
@@ -15,8 +16,8 @@ std::size_t return_chamber(int joint, double spool) noexcept {
   return static_cast<std::size_t>(2 * joint + (spool > 0 ? 1 : 0));
 }
 
-Reason implausible(std::uint8_t node, double value, double limit) noexcept {
-  return {ReasonCode::kSensorImplausible, node, static_cast<float>(value), static_cast<float>(limit)};
+Reason implausible(std::uint8_t subject, double value, double limit) noexcept {
+  return {ReasonCode::kSensorImplausible, subject, static_cast<float>(value), static_cast<float>(limit)};
 }
 
 }  // namespace
@@ -97,7 +98,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const bool stalls = driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
-    return implausible(bus_.encoder(joint).id, axis.stalled_s, kLimits.unmoved_s);
+    return implausible(subject_of(NodeRole::kEncoder, joint, bus_), axis.stalled_s, kLimits.unmoved_s);
   }
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
@@ -106,7 +107,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
   if (unseen <= kLimits.unseen_m) return {};
-  return implausible(bus_.encoder(joint).id, unseen, kLimits.unseen_m);
+  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, kLimits.unseen_m);
 }
 
 Reason Plausibility::moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept {
@@ -125,7 +126,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   }
   axis.travel_m += step - axis.travel_m * step_s_ / kLimits.closed_forget_s;
   if (std::abs(axis.travel_m) <= kLimits.closed_travel_m) return {};
-  return implausible(bus_.encoder(joint).id, std::abs(axis.travel_m), kLimits.closed_travel_m);
+  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), std::abs(axis.travel_m), kLimits.closed_travel_m);
 }
 
 Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m) noexcept {
@@ -142,7 +143,7 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
   const bool others_live = seen.other_max_Pa - seen.other_min_Pa > kLimits.other_side_Pa ||
                            std::abs(length - seen.length_m) > kLimits.repeat_travel_m;
   if (seen.repeats < repeats_ || !others_live) return {};
-  return implausible(bus_.pressure(chamber).id, seen.repeats, repeats_);
+  return implausible(subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_), seen.repeats, repeats_);
 }
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool) noexcept {

@@ -50,7 +50,8 @@ class Plausibility {
   /// @param step_s the fixed time between calls.
   Plausibility(const MachineDescription& machine, double step_s);
   /// @param spool actual spool positions, [-1, 1], positive = extend.
-  /// @return kSensorImplausible with the node; value and limit in the unit of the rule (m, s or samples). Not latched.
+  /// @return kSensorImplausible with the node or signal; value and limit in the unit of the rule (m, s or samples). Not
+  /// latched.
   [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
   void reset() noexcept;
 

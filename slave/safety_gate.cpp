@@ -21,9 +21,9 @@ Reason pressure_reason(std::size_t chamber, double pressure_Pa, const GateLimits
 }
 
 /// Of the oldest sensor value.
-Reason stale(Time oldest_at, std::uint8_t node, const GateLimits& limits, Time now) noexcept {
+Reason stale(Time oldest_at, std::uint8_t subject, const GateLimits& limits, Time now) noexcept {
   if (now - oldest_at <= limits.state_age) return {};
-  return {ReasonCode::kSensorStale, node, to_ms(now - oldest_at), to_ms(limits.state_age)};
+  return {ReasonCode::kSensorStale, subject, to_ms(now - oldest_at), to_ms(limits.state_age)};
 }
 
 /// Why nothing at all may pass; kNone where commands may be limited and sent.
@@ -44,9 +44,9 @@ Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const Gat
       state.angle_rad.allFinite() && state.lever_m.allFinite() &&
       std::all_of(state.pressure_Pa.begin(), state.pressure_Pa.end(), [](double p) { return std::isfinite(p); });
   if (!state.valid || !finite || state.oldest_at > now) {
-    return {ReasonCode::kSensorInvalid, state.oldest_node, 0, 0};
+    return {ReasonCode::kSensorInvalid, state.oldest_subject, 0, 0};
   }
-  return stale(state.oldest_at, state.oldest_node, limits, now);
+  return stale(state.oldest_at, state.oldest_subject, limits, now);
 }
 
 /// Why nothing of a first motion may pass, nor pilot pressure stay on. Every chamber's pressure counts: which one is
@@ -66,9 +66,9 @@ Reason jog_refusal(const JointVector& wanted, const JogState& state, const GateM
     return {ReasonCode::kJogTooLong, 0, static_cast<float>(to_seconds(now - state.since)),
             static_cast<float>(to_seconds(limits.jog.longest))};
   }
-  if (state.invalid_node != 0) return {ReasonCode::kSensorInvalid, state.invalid_node, 1, 0};
-  if (state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_node, 0, 0};
-  if (const Reason old = stale(state.oldest_at, state.oldest_node, limits, now)) return old;
+  if (state.invalid_subject != 0) return {ReasonCode::kSensorInvalid, state.invalid_subject, 1, 0};
+  if (state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_subject, 0, 0};
+  if (const Reason old = stale(state.oldest_at, state.oldest_subject, limits, now)) return old;
   for (int i = 0; i < kJoints; ++i) {
     const double travelled_m = std::abs(state.travelled_m[i]), most_m = limits.jog.other_travel_m;
     if (i == state.joint || travelled_m <= most_m) continue;  // a NaN is not

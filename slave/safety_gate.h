@@ -61,8 +61,8 @@ struct GateState {
   JointVector angle_rad = JointVector::Zero();
   JointVector lever_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
-  Time oldest_at = kNever;       ///< Arrival of the oldest pressure or length behind this state ...
-  std::uint8_t oldest_node = 0;  ///< ... and who sent it.
+  Time oldest_at = kNever;          ///< Arrival of the oldest pressure or length behind this state ...
+  std::uint8_t oldest_subject = 0;  ///< ... and what a reason about it names.
 };
 
 /// What jog_gate() believes: raw values, none of them compared with another.
@@ -73,9 +73,9 @@ struct JogState {
   Time since = kNever;                            ///< Start of the motion.
   JointVector travelled_m = JointVector::Zero();  ///< By the encoders, since pilot pressure or the motion began.
   std::array<double, 6> pressure_Pa{};
-  Time oldest_at = kNever;        ///< Arrival of the oldest sensor value, a slope's later by tilt_extra_age() ...
-  std::uint8_t oldest_node = 0;   ///< ... and who sent it.
-  std::uint8_t invalid_node = 0;  ///< A sensor that reports its value as invalid; 0: none.
+  Time oldest_at = kNever;           ///< Arrival of the oldest sensor value, a slope's later by tilt_extra_age() ...
+  std::uint8_t oldest_subject = 0;   ///< ... and what a reason about it names.
+  std::uint8_t invalid_subject = 0;  ///< Likewise of a sensor that reports its value as invalid; 0: none.
   bool e_stop_open = false;
 };
 

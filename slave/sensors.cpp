@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "machine/description.h"
+#include "machine/reason_text.h"
 #include "transport/canopen.h"
 #include "transport/signal_codec.h"
 
@@ -59,6 +60,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
       if (which == kSensorPlaces) continue;
       Channel& channel = channels_[which];
       channel.node = machine.bus.nodes[frame.node].id;
+      channel.subject = subject_of(field.channel.info().role, field.channel.info().index, machine.bus);
       channel.frame_id = frame.id;
       channel.mapped = frame.bytes();
       if (field.part == FrameField::Part::kValue) channel.field = field.bits;
@@ -71,6 +73,7 @@ void SensorSet::restart() noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
     const Channel before = channels_[i];
     channels_[i] = Channel{.node = before.node,
+                           .subject = before.subject,
                            .frame_id = before.frame_id,
                            .mapped = before.mapped,
                            .field = before.field,
@@ -118,7 +121,7 @@ void SensorSet::refuse_short(Channel& channel, const CanFrame& frame) noexcept {
 
 void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const double pressure_Pa = value_in(channel.field, frame);
-  const auto status = static_cast<unsigned>(value_in(channel.status, frame));
+  const auto status = channel.status ? static_cast<unsigned>(value_in(*channel.status, frame)) : 0U;
   const bool status_bad = (status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
   const bool in_range = pressure_Pa >= kValidity.pressure_floor_Pa && pressure_Pa <= pressure_ceiling_Pa_;
   accept(channel, pressure_Pa, !status_bad && in_range, status_bad ? status : pressure_Pa, now);
@@ -150,10 +153,10 @@ void SensorSet::settle(std::size_t joint, double length_m, bool in_range) noexce
   channel.settled = in_range ? std::min(still ? channel.settled + 1 : 1, kValidity.settled_in_a_row) : 0;
 }
 
-void SensorSet::believe_settled_length(std::uint8_t node, Time now) noexcept {
+void SensorSet::believe_settled_length(const Reason& asked, Time now) noexcept {
   for (std::size_t i = kPressures; i < kTilt; ++i) {
     Channel& channel = channels_[i];
-    if (channel.node != node || channel.settled < kValidity.settled_in_a_row) continue;
+    if (channel.subject != asked.subject || channel.settled < kValidity.settled_in_a_row) continue;
     channel.value = channel.elsewhere;
     channel.at = now;
     channel.bad = channel.settled = 0;
@@ -184,33 +187,49 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 
 Reason SensorSet::fault(Time now) const noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
-    const Channel& channel = channels_[i];
-    if (channel.bad < kValidity.bad_in_a_row) continue;
-    if (channel.short_bytes) {
-      return {ReasonCode::kFrameShort, channel.node, static_cast<float>(*channel.short_bytes),
-              static_cast<float>(channel.mapped)};
-    }
-    if (channel.settled >= kValidity.settled_in_a_row) {
-      return {ReasonCode::kLengthElsewhere, channel.node, static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
-              static_cast<float>(1e3 * jump_m_[static_cast<Eigen::Index>(i - kPressures)])};
-    }
-    return {ReasonCode::kSensorInvalid, channel.node, static_cast<float>(channel.worst), 0};
+    if (channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
   }
-  const auto stale = [now](const Channel& channel, Duration limit) -> Reason {
+  const auto stale = [&](const Channel& channel, Duration limit) -> Reason {
     const Duration age = now - channel.at;
     if (age <= limit) return {};
-    return {ReasonCode::kSensorStale, channel.node, static_cast<float>(to_seconds(age) * 1e3),
+    return {ReasonCode::kSensorStale, silent_subject(channel), static_cast<float>(to_seconds(age) * 1e3),
             static_cast<float>(to_seconds(limit) * 1e3)};
   };
   const Reason old = stale(oldest(), age_limit_);
   return old ? old : stale(channels_[kTilt], tilt_age_limit_);
 }
 
+Reason SensorSet::impossible(std::size_t which) const noexcept {
+  const Channel& channel = channels_[which];
+  if (channel.settled >= kValidity.settled_in_a_row && !channel.short_bytes) {
+    return {ReasonCode::kLengthElsewhere, channel.subject,
+            static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
+            static_cast<float>(1e3 * jump_m_[static_cast<Eigen::Index>(which - kPressures)])};
+  }
+  const bool all = std::none_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
+    return other.node == channel.node && other.bad < kValidity.bad_in_a_row;
+  });
+  const std::uint8_t subject = all ? channel.node : channel.subject;
+  if (channel.short_bytes) {
+    return {ReasonCode::kFrameShort, subject, static_cast<float>(*channel.short_bytes),
+            static_cast<float>(channel.mapped)};
+  }
+  return {ReasonCode::kSensorInvalid, subject, static_cast<float>(channel.worst), 0};
+}
+
+/// Of what has stopped coming: the node where nothing has come from it since.
+std::uint8_t SensorSet::silent_subject(const Channel& channel) const noexcept {
+  const bool lives = std::any_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
+    return other.node == channel.node && other.at > channel.at + age_limit_ / 2;
+  });
+  return lives ? channel.subject : channel.node;
+}
+
 Reason SensorSet::unreachable() const noexcept {
   for (int joint = 0; joint < kJoints; ++joint) {
     const Channel& length = channels_[kPressures + static_cast<std::size_t>(joint)];
     if (length.at == kNever || kinematics_.joint_at(joint, length.value)) continue;
-    return {ReasonCode::kSensorInvalid, length.node, static_cast<float>(length.value), 0};
+    return {ReasonCode::kSensorInvalid, length.subject, static_cast<float>(length.value), 0};
   }
   return {};
 }
@@ -225,6 +244,9 @@ Time SensorSet::oldest_at() const noexcept {
 }
 std::uint8_t SensorSet::oldest_node() const noexcept {
   return oldest().node;
+}
+std::uint8_t SensorSet::oldest_subject() const noexcept {
+  return silent_subject(oldest());
 }
 
 Time SensorSet::newest_at() const noexcept {

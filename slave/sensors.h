@@ -53,21 +53,23 @@ class SensorSet {
   void restart() noexcept;
   /// A length further from the last good one than the cylinder goes while that one may be used is not believed by
   /// waiting, nor by a restart: only by this call, where it has stood still there for a while (a slipped drum looks the
-  /// same, so this is for the operator to ask for). @param node whose length
-  void believe_settled_length(std::uint8_t node, Time now) noexcept;
+  /// same, so this is for the operator to ask for). @param asked kLengthElsewhere, as fault() said it
+  void believe_settled_length(const Reason& asked, Time now) noexcept;
 
   /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
   /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
-  /// while all are fresh and valid.
+  /// while all are fresh and valid. Of a node with several signals it names the first that is so, or the node where all
+  /// are.
   [[nodiscard]] Reason fault(Time now) const noexcept;
   /// The first length that no angle of its joint gives (kSensorInvalid, m); kNone where all have one.
   [[nodiscard]] Reason unreachable() const noexcept;
   /// nullopt until every sensor has been heard once. Ages are not looked at here.
   [[nodiscard]] std::optional<estimation::Measurement> measurement() const noexcept;
-  /// Arrival of the oldest pressure or length in the measurement, and its node. The slope has a limit of its own in
-  /// fault().
+  /// Arrival of the oldest pressure or length in the measurement, its node, and what a reason about it names. The slope
+  /// has a limit of its own in fault().
   [[nodiscard]] Time oldest_at() const noexcept;
   [[nodiscard]] std::uint8_t oldest_node() const noexcept;
+  [[nodiscard]] std::uint8_t oldest_subject() const noexcept;
   /// Arrival of the newest value.
   [[nodiscard]] Time newest_at() const noexcept;
 
@@ -75,9 +77,11 @@ class SensorSet {
   static constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints, kChannels = kSensorPlaces;
   struct Channel {
     std::uint8_t node = 0;
+    std::uint8_t subject = 0;  ///< Of a reason about it alone: subject_of().
     std::uint32_t frame_id = 0;
     std::uint8_t mapped = 0;                    ///< Bytes of its frame.
-    BitField field{}, status{};                 ///< In its frame; status of a pressure.
+    BitField field{};                           ///< In its frame.
+    std::optional<BitField> status{};           ///< Of a pressure, where it is sent.
     double value = 0;                           ///< Last good one, SI.
     Time at = kNever;                           ///< Its arrival.
     int bad = 0;                                ///< Impossible values since.
@@ -87,6 +91,8 @@ class SensorSet {
     int settled = 0;                            ///< ... for so many values.
   };
   [[nodiscard]] const Channel& oldest() const noexcept;
+  [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
+  [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
   void refuse_short(Channel& channel, const CanFrame& frame) noexcept;
   void take(std::size_t which, const CanFrame& frame, Time now) noexcept;

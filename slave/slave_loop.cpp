@@ -132,6 +132,7 @@ ModeInputs SlaveLoop::observe() const noexcept {
   ModeInputs in;
   in.e_stop_open = client_.e_stop_open();
   in.machine_fault = machine_fault();
+  in.explains_fault = explains(in.machine_fault, decision_.state.fault, client_.bus());
   in.sensor_fault = sensor_fault_;
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
@@ -172,7 +173,7 @@ void SlaveLoop::command(Time now) noexcept {
     state.pressure_Pa = state_->pressure_Pa;
   }
   state.oldest_at = sensors_.oldest_at();
-  state.oldest_node = sensors_.oldest_node();
+  state.oldest_subject = sensors_.oldest_subject();
   gate_ = safety_gate(wanted_, decision_.state.mode, operator_.message_at(), state, gate_.memory, gate_limits_, now);
   if (gate_.fault) decision_ = slave::fault(gate_.fault);  // in the same step
 }
@@ -221,7 +222,7 @@ bool SlaveLoop::acknowledged() noexcept {
 /// aligned with what the sensors show then.
 void SlaveLoop::go_on_if_asked(Time now) noexcept {
   if (!acknowledged()) return;
-  if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_.subject, now);
+  if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_, now);
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
 }
 

@@ -31,8 +31,8 @@ struct ValveWords {
 /// @param joint 0...2. @param control_word of valve_words().
 [[nodiscard]] inline CanFrame valve_frame(const BusDescription& bus, int joint, std::uint16_t control_word,
                                           const PassedCommands& commands) noexcept {
-  const NodeDescription& valve = bus.valve(joint);
-  return canopen::valve_command_frame(valve.rpdo_id(), {control_word, commands[joint]}, bus.wire.valve_full_stroke);
+  return canopen::valve_command_frame(bus.set_point_id(joint), {control_word, commands[joint]},
+                                      bus.wire.valve_full_stroke);
 }
 
 }  // namespace knuckle::slave

@@ -29,6 +29,10 @@ inline constexpr std::uint32_t kSyncId = 0x080;
 [[nodiscard]] constexpr std::uint32_t rpdo1_id(std::uint8_t node) noexcept {
   return 0x200U + node;
 }
+/// @param number 1 to 4.
+[[nodiscard]] constexpr std::uint32_t rpdo_id(std::uint8_t node, unsigned number) noexcept {
+  return rpdo1_id(node) + 0x100U * (number - 1);
+}
 [[nodiscard]] constexpr std::uint32_t sdo_response_id(std::uint8_t node) noexcept {
   return 0x580U + node;
 }
@@ -53,6 +57,10 @@ struct Object {
   std::uint8_t subindex = 0;
   bool operator==(const Object&) const = default;
 };
+/// Of a device with several axes: the profile's object of this one, from 1 to 8 (CiA 301, multiple device modules).
+[[nodiscard]] constexpr Object of_axis(Object object, unsigned axis) noexcept {
+  return {static_cast<std::uint16_t>(object.index + 0x800U * (axis - 1)), object.subindex};
+}
 // CiA 301
 inline constexpr Object kDeviceType{0x1000, 0}, kErrorRegister{0x1001, 0};
 inline constexpr Object kConsumerHeartbeat{0x1016, 1};  ///< u32: node << 16 | time in ms
@@ -94,6 +102,7 @@ inline constexpr Object kEncoderStepsPerTurn{0x6001, 0}, kEncoderRange{0x6002, 0
 // CiA 410 tilt
 inline constexpr Object kTiltResolution{0x6000, 0};  ///< u16, 0.001 deg
 inline constexpr Object kTiltSlope{0x6010, 0};       ///< i16 longitudinal slope
+inline constexpr Object kTiltLateral{0x6020, 0};     ///< i16 lateral slope
 // CiA 401 machine enable
 inline constexpr Object kEnableInputs{0x6000, 1}, kEnableOutputs{0x6200, 1};  ///< u8
 
@@ -105,16 +114,18 @@ struct PdoMap {
   std::uint8_t count = 0;
   std::array<std::uint32_t, 8> entries{};
 };
+[[nodiscard]] constexpr std::uint32_t mapped_bits(std::uint32_t entry) noexcept {
+  return entry & 0xFFU;
+}
 /// Of the mapped objects together: the length of a frame that carries them.
 [[nodiscard]] constexpr std::uint8_t bytes_of(const PdoMap& map) noexcept {
   std::uint32_t bits = 0;
-  for (std::uint8_t i = 0; i < map.count; ++i) bits += map.entries[i] & 0xFFU;
+  for (std::uint8_t i = 0; i < map.count; ++i) bits += mapped_bits(map.entries[i]);
   return static_cast<std::uint8_t>(bits / 8);
 }
 inline constexpr PdoMap kValveTpdo{2, {mapping(kValveStatusWord, 16), mapping(kValveActual, 16)}};
 inline constexpr PdoMap kValveRpdo{2, {mapping(kValveControlWord, 16), mapping(kValveSetPoint, 16)}};
 inline constexpr PdoMap kPressureTpdo{2, {mapping(kPressureValue, 32), mapping(kPressureStatus, 8)}};
-inline constexpr PdoMap kPressureFloatTpdo{2, {mapping(kPressureFloat, 32), mapping(kPressureStatus, 8)}};
 inline constexpr PdoMap kEncoderTpdo{2, {mapping(kEncoderPosition, 32), mapping(kEncoderSpeed, 16)}};
 inline constexpr PdoMap kRotaryTpdo{1, {mapping(kEncoderPosition, 32)}};
 inline constexpr PdoMap kTiltTpdo{1, {mapping(kTiltSlope, 16)}};
@@ -164,24 +175,16 @@ enum class SdoAbort : std::uint32_t {
   kToggle = 0x05030000,
   kTimeout = 0x05040000,
   kUnknownCommand = 0x05040001,
-  kOutOfMemory = 0x05040005,
   kUnsupportedAccess = 0x06010000,
   kWriteOnly = 0x06010001,
   kReadOnly = 0x06010002,
   kNoObject = 0x06020000,
   kNotMappable = 0x06040041,
   kPdoTooLong = 0x06040042,
-  kParameterClash = 0x06040043,
-  kInternalClash = 0x06040047,
-  kHardware = 0x06060000,
-  kWrongLength = 0x06070010,
   kTooLong = 0x06070012,
   kTooShort = 0x06070013,
   kNoSubindex = 0x06090011,
   kInvalidValue = 0x06090030,
-  kTooHigh = 0x06090031,
-  kTooLow = 0x06090032,
-  kGeneral = 0x08000000,
   kCannotStore = 0x08000020,
   kLocalControl = 0x08000021,
   kDeviceState = 0x08000022,
@@ -234,10 +237,8 @@ enum class ValveState : std::uint8_t { kInit = 0x0, kDisabled = 0x1, kHold = 0x3
 // ---- PDOs of the default map. Of a frame longer than mapped the first bytes count (CiA 301); nullopt for a shorter
 // one.
 // -----------------------------------------------
-inline constexpr double kFullStroke = 16384;           ///< Set-point and actual value at 100 % of spool stroke.
-inline constexpr double kPressureStep_Pa = 1000;       ///< 0.01 bar
-inline constexpr double kEncoderStep_m = 1e-4;         ///< 0x6005:01 = 100000, where nothing else is said.
-inline constexpr double kEncoderSpeedStep_mps = 1e-4;  ///< 0x6005:02 = 10
+inline constexpr double kFullStroke = 16384;    ///< Set-point and actual value at 100 % of spool stroke.
+inline constexpr double kEncoderStep_m = 1e-4;  ///< 0x6005:01 = 100000, where nothing else is said.
 inline constexpr double kTiltStep_rad = 0.1 * std::numbers::pi / 180;  ///< 0x6000 = 100, where nothing else is said.
 /// Objects 0x6005:01 (0.001 um) and 0x6000 (0.001 deg) of these steps, to the nearest.
 [[nodiscard]] std::uint32_t encoder_step_object(double step_m) noexcept;

@@ -157,7 +157,8 @@ class Surveyor {
   void hear(const CanFrame& frame) {
     if (listening_) {
       HeardFrames& frames = found_.heard[frame.id];
-      ++frames.count;
+      frames.newest_at = access_.now();
+      if (++frames.count == 1) frames.first_at = frames.newest_at;
       frames.bits += worst_case_bits(frame.size);
       if (frame == frames.newest) ++frames.repeated;
       frames.newest = frame;
@@ -194,6 +195,11 @@ class Surveyor {
 };
 
 }  // namespace
+
+std::optional<double> HeardFrames::period_s() const noexcept {
+  if (count < 2 || newest_at <= first_at) return std::nullopt;
+  return to_seconds(newest_at - first_at) / static_cast<double>(count - 1);
+}
 
 const ObjectRead* SurveyedNode::read(Object object) const noexcept {
   const auto found =
@@ -245,8 +251,9 @@ BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,
 
 namespace {
 
-NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine) {
-  const auto status = node.value(canopen::kValveStatusWord), actual = node.value(canopen::kValveActual);
+NodeReading of_axis(const SurveyedNode& node, unsigned axis, const MachineDescription& machine) {
+  const auto status = node.value(canopen::of_axis(canopen::kValveStatusWord, axis));
+  const auto actual = node.value(canopen::of_axis(canopen::kValveActual, axis));
   if (!status || !actual) return {};
   const auto word = static_cast<std::uint16_t>(*status);
   const double spool = static_cast<std::int16_t>(*actual) / machine.bus.wire.valve_full_stroke;
@@ -271,14 +278,18 @@ NodeReading of_valve(const SurveyedNode& node, const MachineDescription& machine
   return reading;
 }
 
-/// One channel's. @param fields value and status
-NodeReading of_pressure(const SurveyedNode& node, const FrameField& value, const FrameField& its_status,
-                        double range_bar) {
+/// Also where it is not mapped: most devices have it all the same.
+Object pressure_status(const NodeChannel& channel) noexcept {
+  return {canopen::kPressureStatus.index, channel.number};
+}
+
+/// One channel's.
+NodeReading of_pressure(const SurveyedNode& node, const FrameField& value, double range_bar) {
   const auto raw = node.value(value.object);
   if (!raw) return {};
   const double bar = value_of(value.bits, *raw) / kBar;
   NodeReading reading{fmt::format("{:.2f} bar", bar), "", false};
-  const std::uint32_t status = node.value(its_status.object).value_or(0);
+  const std::uint32_t status = node.value(pressure_status(value.channel)).value_or(0);
   if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
     reading = {reading.text,
                fmt::format("status 0x{:02X}, value invalid or overloaded: check transmitter and wiring", status), true};
@@ -292,25 +303,38 @@ NodeReading of_pressure(const SurveyedNode& node, const FrameField& value, const
 }
 
 /// Of several channels all values, and the first complaint.
+void add_channel(NodeReading& all, const NodeReading& one, const NodeChannel& channel,
+                 const NodeDescription& expected) {
+  all.text += (all.text.empty() || one.text.empty() ? "" : ", ") + one.text;
+  if (!all.complaint.empty() || one.complaint.empty()) return;
+  const bool several = expected.channels.size() > 1;
+  all.complaint = (several ? std::string(channel.info().name) + ": " : "") + one.complaint;
+  all.fault = one.fault;
+}
+
+NodeReading of_valve(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+  NodeReading all;
+  for (const NodeChannel& axis : expected.channels)
+    add_channel(all, of_axis(node, axis.number, machine), axis, expected);
+  return all;
+}
+
 NodeReading of_pressures(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
   NodeReading all;
   const std::vector<FrameField> fields = sent_fields(expected, machine);
-  for (std::size_t i = 0; i + 1 < fields.size(); i += 2) {
-    const NodeReading one = of_pressure(node, fields[i], fields[i + 1], machine.sensors.pressure_range_Pa / kBar);
-    all.text += (all.text.empty() || one.text.empty() ? "" : ", ") + one.text;
-    if (!all.complaint.empty() || one.complaint.empty()) continue;
-    const bool several = expected.channels.size() > 1;
-    all.complaint = (several ? std::string(fields[i].channel.info().name) + ": " : "") + one.complaint;
-    all.fault = one.fault;
+  for (const NodeChannel& channel : expected.channels) {
+    const FrameField* const value = find_field(fields, FrameField::Part::kValue, channel);
+    add_channel(all, of_pressure(node, *value, machine.sensors.pressure_range_Pa / kBar), channel, expected);
   }
   return all;
 }
 
 NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
-  const FrameField field = sent_fields(expected, machine).front();
-  const auto raw = node.value(field.object);
+  const std::vector<FrameField> fields = sent_fields(expected, machine);
+  const FrameField* const field = find_field(fields, FrameField::Part::kValue, expected.channels.front());
+  const auto raw = node.value(field->object);
   if (!raw) return {};
-  const double value = value_of(field.bits, *raw);
+  const double value = value_of(field->bits, *raw);
   const auto length_m = EncoderLengths(machine).length_m(expected.joint(), value);
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(expected.joint())];
   NodeReading reading{length_m ? fmt::format("{:.4f} m", *length_m) : "no length", "", false};
@@ -327,8 +351,8 @@ NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected
   return reading;
 }
 
-NodeReading of_tilt(const SurveyedNode& node, const MachineDescription& machine) {
-  const auto steps = node.value(canopen::kTiltSlope);
+NodeReading of_tilt(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+  const auto steps = node.value(sent_fields(expected, machine).back().object);
   if (!steps) return {};
   const double deg = static_cast<std::int16_t>(*steps) * machine.sensors.tilt_step_rad * 180 / std::numbers::pi;
   return {fmt::format("{:.2f} deg", deg), "", false};
@@ -353,8 +377,13 @@ NodeReading of_enable(const SurveyedNode& node) {
 
 std::vector<canopen::Object> reading_objects(const NodeDescription& node, const MachineDescription& machine) {
   std::vector<canopen::Object> objects;
-  for (const FrameField& field : sent_fields(node, machine)) {
+  const std::vector<FrameField> fields = sent_fields(node, machine);
+  for (const FrameField& field : fields) {
     if (field.part != FrameField::Part::kRate) objects.push_back(field.object);
+  }
+  for (const NodeChannel& channel : node.channels) {
+    if (node.role == NodeRole::kPressure && find_field(fields, FrameField::Part::kStatus, channel) == nullptr)
+      objects.push_back(pressure_status(channel));
   }
   return objects;
 }
@@ -362,13 +391,13 @@ std::vector<canopen::Object> reading_objects(const NodeDescription& node, const 
 NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
   switch (expected.role) {
     case NodeRole::kValve:
-      return of_valve(node, machine);
+      return of_valve(node, expected, machine);
     case NodeRole::kPressure:
       return of_pressures(node, expected, machine);
     case NodeRole::kEncoder:
       return of_encoder(node, expected, machine);
     case NodeRole::kTilt:
-      return of_tilt(node, machine);
+      return of_tilt(node, expected, machine);
     case NodeRole::kEnable:
       return of_enable(node);
   }

@@ -33,6 +33,9 @@ struct HeardFrames {
   std::uint64_t bits = 0;      ///< With worst-case stuffing.
   std::uint64_t repeated = 0;  ///< Those of them that are as the one before.
   CanFrame newest{};
+  Time first_at{}, newest_at{};
+  /// From one to the next, on average; nullopt of fewer than two.
+  [[nodiscard]] std::optional<double> period_s() const noexcept;
 };
 
 /// One node: what it sent by itself and what it answered.

@@ -8,10 +8,13 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
 #include "app/bringup/dialogue_log.h"
+#include "app/bringup/planned_faults.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/command.h"
 #include "app/cli/digest.h"
@@ -154,6 +157,7 @@ struct CommissionCommandOptions {
   std::string can, machine, out, record = ".";
   bool simulate = false, resume = false;
   std::uint64_t seed = 1;
+  std::vector<std::string> faults;
   IdentifyMotions motions;
   recordings::LogOptions log;
 };
@@ -164,6 +168,10 @@ void add_options(const cli::OptionList& c, CommissionCommandOptions& o) {
   c.add_option("--seed", o.seed, "Seed of the recorded motions and, with --simulate, of the machine's true parameters")
       .show_default()
       .check(cli::seed_error);
+  c.add_option("--fault", o.faults,
+               "With --simulate: inject a fault: KIND[:NODE]@S[+D], from S seconds on for D seconds, such as "
+               "guard_dead:boom_valve@0 (docs/programs.md#knuckle-node)")
+      .one_value_each();
   c.add_option("--machine", o.machine, "Machine name or .toml file").required();
   c.add_option("--out", o.out, "Write the machine file with the measured values (.toml)").required();
   c.add_flag("--resume", o.resume, "Go on after the last completed step of a run that has ended, kept beside --out");
@@ -184,6 +192,7 @@ std::string recorded_in(const std::string& folder) {
 void check(const CommissionCommandOptions& o) {
   if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
+  if (!o.simulate && !o.faults.empty()) cli::refuse_option("--fault", o.faults[0], "only goes with --simulate");
   recordings::check_log(o.log);
   cli::check_range("--slow", o.motions.slow_s, 20, 1200, " s");
   cli::check_range("--fast", o.motions.fast_s, 20, 1200, " s");
@@ -197,15 +206,30 @@ void check(const CommissionCommandOptions& o) {
   places.configuration_output("--out", o.out);
 }
 
+std::vector<PlannedFault> faults_of(const CommissionCommandOptions& o, const BusDescription& bus) {
+  std::vector<PlannedFault> plan;
+  for (const std::string& asked : o.faults) {
+    plan.push_back(parse_fault(asked, bus));
+    if (!plan.back().at_s) cli::refuse_option("--fault", asked, "usr1 is for knuckle node: needs seconds here");
+  }
+  return plan;
+}
+
 /// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
   if (!o.simulate) return real_access(o.can);
-  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::sample_truth(read, o.seed), sim::WorldDescription{},
-                                                            middle_of_range(read), o.seed));
+  const auto machine = std::make_shared<sim::MachineOnBus>(sim::sample_truth(read, o.seed), sim::WorldDescription{},
+                                                           middle_of_range(read), o.seed);
+  machine->each_tick = [faults = NodeFaults(faults_of(o, read.bus), read.bus)](sim::MachineOnBus& far) mutable {
+    faults.step(far.now(), 0, far, [](const FaultEvent&) {});
+  };
+  return sim::access_to(machine);
 }
 
 std::string command_of(const CommissionCommandOptions& o, const std::string& file) {
-  return "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
+  std::string text = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
+  for (const std::string& fault : o.faults) text += " --fault " + fault;
+  return text;
 }
 
 /// What of this run is done, in its file.

@@ -10,6 +10,7 @@
 
 #include "app/bringup/commission_dialogue.h"
 #include "machine/kinematics.h"
+#include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 #include "slave/orderly_stop.h"
 
@@ -19,11 +20,18 @@ namespace {
 
 using slave::Jog;
 
-constexpr Duration kStartPatience = 10s, kSdoPatience = 3s;
+constexpr Duration kStartPatience = 10s, kSdoPatience = 3s, kRestorePatience = 100ms;
+
+/// How long a node waits for the controller's heartbeat. It may refuse.
+slave::SdoScript consumer_heartbeat(const BusDescription& bus, double time_s) {
+  const auto ms = static_cast<std::uint32_t>(std::lround(1e3 * time_s));
+  const slave::SdoStep step{canopen::kConsumerHeartbeat, std::uint32_t{bus.controller_id} << 16 | ms};
+  return {{slave::SetupPart::Kind::kOptional, {step}, {step}}};
+}
 
 }  // namespace
 
-std::string jog_text(const Reason& reason) {
+std::string jog_text(const Reason& reason, const BusDescription& bus) {
   const auto joint = [](int of) { return std::string(kJointNames[static_cast<std::size_t>(of % kJoints)]); };
   const std::string value = number_text(std::round(double(reason.value))), limit = number_text(double(reason.limit));
   switch (reason.code) {
@@ -32,7 +40,7 @@ std::string jog_text(const Reason& reason) {
     case ReasonCode::kEmergencyStop:
       return "the E-stop chain is open: release the E-stop on the machine";
     case ReasonCode::kSensorInvalid:
-      return fmt::format("node 0x{:02X} reports an invalid value: check its sensor and wiring", reason.subject);
+      return subject_text(reason, bus) + " reports an invalid value: check its sensor and wiring";
     case ReasonCode::kPilotOff:
       return "no pilot pressure: check the enable node's output and the enable valve";
     case ReasonCode::kJogOtherMoves:
@@ -42,7 +50,7 @@ std::string jog_text(const Reason& reason) {
       return joint(reason.subject / 2) + (reason.subject % 2 == 0 ? " head" : " rod") + " side pressure " + value +
              " bar, limit " + limit + " bar (chamber_pressure_bar): check the load and the relief valves";
     default:
-      return text(reason);
+      return text(reason, bus);
   }
 }
 
@@ -76,8 +84,8 @@ void JogBench::step() {
 void JogBench::idle() {
   step();
   if (!jog_.trouble()) return;
-  const std::string details = text(client().setup_failure());
-  throw CommissionEnded(details.empty() ? jog_text(jog_.trouble()) : details);
+  const std::string details = text(client().setup_failure(), client().bus());
+  throw CommissionEnded(details.empty() ? jog_text(jog_.trouble(), client().bus()) : details);
 }
 
 void JogBench::idle(Duration time) {
@@ -137,16 +145,42 @@ JogRun JogBench::run(const slave::JogPlan& plan) {
   return made;
 }
 
-slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescription& node) {
-  // Valves that miss the heartbeat, too, might be what the enable node sees. start() sets it again.
-  constexpr slave::SdoStep kOff{canopen::kConsumerHeartbeat, 0};
-  for (int j = 0; node.role == NodeRole::kEnable && j < kJoints; ++j)
-    write_objects(bus.valve(j).id, {{slave::SetupPart::Kind::kOptional, {kOff}, {kOff}}});
-  jog_.try_guard(node);
-  while (jog_.phase() != Jog::Phase::kRest) go_on();
-  const slave::GuardSeen seen = jog_.guard_seen();
+slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescription& node, int joint) {
+  const bool by_heartbeat = client().guarded_by(node.id) == slave::CanopenClient::Withheld::kHeartbeat;
+  bool others_first = false;
+  try {
+    // Others must not act on the missing heartbeat first: they wait for longer, until start() sets their time again.
+    const double longer_s = to_seconds(jog_.guard_patience() + 1s);
+    for (const NodeDescription& other : bus.nodes) {
+      if (!by_heartbeat || other.id == node.id || !client().waits_for_heartbeat(other.id)) continue;
+      write_objects(other.id, consumer_heartbeat(bus, longer_s));
+      others_first = others_first || !jog_.dialogue()->took(canopen::kConsumerHeartbeat);
+    }
+    if (!others_first) jog_.try_guard(node, joint);
+    while (jog_.phase() != Jog::Phase::kRest) go_on();
+  } catch (...) {
+    for (const NodeDescription& other : bus.nodes) {
+      if (by_heartbeat && other.id != node.id && client().waits_for_heartbeat(other.id))
+        restore(other.id, consumer_heartbeat(bus, bus.controller_timeout_s));
+    }
+    throw;
+  }
+  slave::GuardSeen seen = jog_.guard_seen();
+  if (others_first) {
+    seen = {};
+    seen.by_heartbeat = true;
+    seen.tried = slave::GuardSeen::Tried::kOthersFirst;
+  }
   start();
   return seen;
+}
+
+/// Whatever is wrong meanwhile, and not for long.
+void JogBench::restore(std::uint8_t node, slave::SdoScript script) noexcept {
+  jog_.write_objects(node, std::move(script));
+  for (const Time end = access_.now() + kRestorePatience;
+       access_.now() < end && !jog_.dialogue()->done() && !jog_.dialogue()->failure();)
+    step();
 }
 
 void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
@@ -156,8 +190,8 @@ void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
     if (access_.now() >= end) break;
   }
   if (dialogue->done()) return;
-  const std::string why = text(dialogue->details());
-  throw CommissionEnded(why.empty() ? "an encoder did not accept its preset within 3 s" : why);
+  const std::string why = text(dialogue->details(), client().bus());
+  throw CommissionEnded(why.empty() ? fmt::format("node 0x{:02X} did not answer within 3 s", node) : why);
 }
 
 namespace {
@@ -192,6 +226,8 @@ std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_
 GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen) {
   const auto ms = [](double s) { return fmt::format("{:.0f} ms", 1e3 * s); };
   const bool valve = node.role == NodeRole::kValve;
+  const std::string without = seen.by_heartbeat ? "without a heartbeat " : "without set-points ";
+  const std::string how = seen.asked ? " (asked by SDO: it sends no process data then)" : "";
   const std::string told = !seen.told_s ? std::string("told nothing")
                            : seen.emergency != 0
                                ? fmt::format("told error 0x{:04X} after ", seen.emergency) + ms(*seen.told_s)
@@ -213,19 +249,22 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
                    true);
   if (seen.tried == Tried::kDidNotFollow)
     return because("its spool did not come to a small opening inside the dead band");
-  if (seen.silent && seen.told_s)
+  if (seen.tried == Tried::kOthersFirst)
+    return because(
+        "not tried: another node lets nobody change how long it waits for the heartbeat, and would act first");
+  if (seen.silent)
     return because("it " + told + ", and says no more " +
                    (valve ? "where its spool is" : "whether pilot pressure is on"));
   if (!valve && !seen.stopped_s) return because("pilot pressure stayed on without the controller's heartbeat", true);
   if (!valve && seen.others_stopped) return because("pilot pressure went off after a valve had stopped");
-  if (!valve) return proved("without a heartbeat pilot pressure was off after " + ms(*seen.stopped_s));
+  if (!valve) return proved(without + "pilot pressure was off after " + ms(*seen.stopped_s) + how);
   if (seen.pilot_off_s) {
     return because(told + ", but pilot pressure went off after " + ms(*seen.pilot_off_s) +
                    ", before its spool was surely back: the enable node must leave a valve time to close by itself");
   }
-  if (!seen.stopped_s) return because("without set-points it " + told + ", and its spool stayed open", true);
+  if (!seen.stopped_s) return because(without + "it " + told + ", and its spool stayed open", true);
   if (!seen.told_s) return because("its spool was back after " + ms(*seen.stopped_s) + ", but it told nothing");
-  return proved("without set-points it " + told + ", spool back after " + ms(*seen.stopped_s));
+  return proved(without + "it " + told + ", spool back after " + ms(*seen.stopped_s) + how);
 }
 
 Finding judge_direction(const JogRun& run, Seen seen) {

@@ -2,6 +2,7 @@
 // virtual time, until a task is done, keeps its samples, and says in words why it ended early.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -27,7 +28,7 @@ struct JogRun {
 };
 
 /// What ended a task early, in one line for the person who commissions.
-[[nodiscard]] std::string jog_text(const Reason& reason);
+[[nodiscard]] std::string jog_text(const Reason& reason, const BusDescription& bus);
 
 /// Valves disabled and pilot pressure off, whatever happened before. @return what became of it, in a line.
 [[nodiscard]] std::string take_out_of_service(const MachineDescription& machine, BusAccess& access);
@@ -52,7 +53,7 @@ class JogBench {
   [[nodiscard]] JogRun run(const slave::JogPlan& plan);
   /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
   /// anew. @throws CommissionEnded
-  [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node);
+  [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node, int joint);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 
@@ -66,6 +67,7 @@ class JogBench {
   void step();
   /// Likewise, within a task that a person may stop.
   void go_on();
+  void restore(std::uint8_t node, slave::SdoScript script) noexcept;
 
   BusAccess& access_;
   std::function<bool()> stopped_;

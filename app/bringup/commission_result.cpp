@@ -46,7 +46,8 @@ void write_axis(const AxisResult& axis, const char* name, std::ostream& out) {
   put(out, "dead_band_retract", axis.dead_band_retract, 1, kDeadBandStep);
 }
 
-void write_record(const WizardResult& result, const ResultOrigin& origin, std::ostream& out) {
+void write_record(const WizardResult& result, const BusDescription& bus, const ResultOrigin& origin,
+                  std::ostream& out) {
   out << '\n'
       << kFirstLine << "\n[commissioning]\nversion = 2\nbus = " << toml_quoted(origin.bus)
       << "\ndate = " << toml_quoted(origin.date) << "\nprogram = " << toml_quoted(cli::program_version())
@@ -62,7 +63,9 @@ void write_record(const WizardResult& result, const ResultOrigin& origin, std::o
         << "\nproduct = " << hex(guard.product) << '\n';
     if (guard.serial) out << "serial = " << hex(*guard.serial) << '\n';
     out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
-        << "\nseen = " << toml_quoted(guard.seen) << '\n';
+        << "\nseen = " << toml_quoted(guard.seen) << "\nchannels = " << toml_quoted(guard.channels)
+        << fmt::format("\nvalve_watchdog_ms = {:.9g}\ncontroller_timeout_ms = {:.9g}\n", 1e3 * bus.valve_watchdog_s,
+                       1e3 * bus.controller_timeout_s);
   }
   for (const NodeLine& node : result.nodes) {
     out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << toml_quoted(node.name)
@@ -130,7 +133,7 @@ std::string commissioned_text(std::string_view machine_file, const MachineDescri
   const MachineDescription found = found_machine(machine, result.axes);
   std::ostringstream out;
   out << with_dead_bands(machine_file, machine, found);
-  write_record(result, origin, out);
+  write_record(result, machine.bus, origin, out);
   check_dead_bands(out.str(), found);
   return out.str();
 }

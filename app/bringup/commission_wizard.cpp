@@ -83,7 +83,9 @@ class Wizard {
     keep({Level::kOk, "pilot pressure", "switches on and off, and no cylinder moves"});
     dialogue_.ask(
         "Step 2 of 3: what stops the machine without this computer. Each valve opens inside its dead band and hears no "
-        "more set-points; then the enable node hears no more heartbeats. No cylinder may move.",
+        "more set-points, or no more heartbeats where it has taken that guard alone; then the enable node hears no "
+        "more "
+        "heartbeats. No cylinder may move.",
         {"guards"});
     guards();
     dialogue_.ask("Step 3 of 3: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
@@ -172,12 +174,20 @@ class Wizard {
   void guards() {
     for (const NodeDescription& node : machine_.bus.nodes) {
       if (!node.is_told()) continue;
-      const GuardJudged judged = judge_guard(node, bench_->try_guard(machine_.bus, node));
       const auto serial = progress_.serials.find(node.id);
-      result_.guards.push_back({node.name, node.vendor, node.product,
-                                serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second),
-                                judged.proved, judged.finding.text});
-      keep(judged.finding);
+      GuardResult& result = result_.guards.emplace_back(
+          GuardResult{node.name, node.vendor, node.product,
+                      serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second), false, "",
+                      channels_text(node)});
+      bool proved = true;
+      for (const NodeChannel& channel : node.channels) {
+        GuardJudged judged = judge_guard(node, bench_->try_guard(machine_.bus, node, channel.info().index));
+        if (node.channels.size() > 1) judged.finding.about += std::string(", ") + channel.info().name;
+        proved = proved && judged.proved;
+        result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.text;
+        keep(judged.finding);
+      }
+      result.proved = proved;
     }
   }
 

@@ -28,7 +28,7 @@ struct GuardResult {
   std::uint32_t vendor = 0, product = 0;
   std::optional<std::uint32_t> serial;  ///< Of the device that was tried, where it has one.
   bool proved = false;
-  std::string seen;
+  std::string seen, channels;
 };
 struct WizardResult {
   std::vector<NodeLine> nodes;

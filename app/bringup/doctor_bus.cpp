@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
+#include <cmath>
 #include <set>
 
 #include "app/bringup/bus_survey.h"
+#include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
+#include "machine/device_profile.h"
 #include "machine/load.h"
 #include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
@@ -23,17 +25,15 @@ using slave::BusWatch;
 using slave::NodeScript;
 using slave::SdoStep;
 
-constexpr double kFullestBus = 0.6;
 constexpr std::array kIdentity{canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode, canopen::kSerialNumber};
 constexpr Object kErrorCount{0x1003, 0}, kNewestError{0x1003, 1};
 
 std::string profile(std::uint32_t device_type) {
-  constexpr std::array kKnown{std::pair{401U, "inputs and outputs"}, std::pair{404U, "measuring device"},
-                              std::pair{406U, "encoder"}, std::pair{408U, "hydraulic valve"},
-                              std::pair{410U, "inclinometer"}};
-  const unsigned number = device_type & 0xFFFFU;
-  const auto known = std::find_if(kKnown.begin(), kKnown.end(), [&](const auto& one) { return one.first == number; });
-  return known == kKnown.end() ? fmt::format("CiA {}", number) : fmt::format("CiA {}, {}", number, known->second);
+  const unsigned number = profile_number(device_type);
+  const auto known = std::find_if(kDeviceProfiles.begin(), kDeviceProfiles.end(),
+                                  [&](const DeviceProfile& one) { return one.number == number; });
+  const std::string name = fmt::format("CiA {}", number);
+  return known == kDeviceProfiles.end() ? name : name + ", " + known->devices;
 }
 
 std::string error_bits(std::uint32_t error_register) {
@@ -72,14 +72,20 @@ std::string guard_text(const SurveyedNode& node, const NodeScript& expected) {
   for (const slave::SetupPart& part : expected.script) {
     if (part.kind != slave::SetupPart::Kind::kGuard) continue;
     any = true;
+    // Of several axes that with the longest time, and none where one has none.
+    std::uint32_t value = 0;
+    bool all = true;
     for (const SdoStep& step : part.asked) {
-      const std::uint32_t value = node.value(step.object).value_or(0), ms = value & 0xFFFFU;
-      if (ms == 0) continue;
-      text += text.empty() ? "" : ", ";
-      text += step.object == canopen::kConsumerHeartbeat
-                  ? fmt::format("{} ms without heartbeat of 0x{:02X}", ms, value >> 16)
-                  : fmt::format("{} ms without set-points", ms);
+      const std::uint32_t one = node.value(step.object).value_or(0);
+      all = all && (one & 0xFFFFU) != 0;
+      value = std::max(value, one);
     }
+    if (!all) continue;
+    const std::uint32_t ms = value & 0xFFFFU;
+    text += text.empty() ? "" : ", ";
+    text += part.asked[0].object == canopen::kConsumerHeartbeat
+                ? fmt::format("{} ms without heartbeat of 0x{:02X}", ms, value >> 16)
+                : fmt::format("{} ms without set-points", ms);
   }
   if (!any) return "";
   return text.empty() ? "has no guard until start-up sets it" : "stops after " + text;
@@ -158,6 +164,31 @@ class Doctor {
         survey_.load > kFullestBus
             ? load + fmt::format(", limit {:.0f} %: find the node that sends too much", 100 * kFullestBus)
             : load);
+    if (machine_ != nullptr) judge_budget();
+  }
+
+  [[nodiscard]] bool of_machine(std::uint32_t id) const {
+    const std::uint8_t node = canopen::node_of(id);
+    const std::uint32_t function = canopen::function_of(id);
+    if (id == canopen::kNmtId || id == canopen::kSyncId) return true;
+    if (function == canopen::emcy_id(0) || function >= canopen::sdo_response_id(0))
+      return expects(node) || node == machine_->bus.controller_id;
+    return std::any_of(frames_.begin(), frames_.end(), [id](const BusFrame& frame) { return frame.id == id; });
+  }
+
+  /// Whether there is room for all that the machine's nodes will send beside what others do.
+  void judge_budget() {
+    std::uint64_t bits = 0;
+    for (const auto& [id, frames] : survey_.heard) bits += of_machine(id) ? 0 : frames.bits;
+    const double others_bits_per_s = static_cast<double>(bits) / survey_.listened_s;
+    const double others = others_bits_per_s / machine_->bus.bit_rate, own = *result_.expected_load;
+    if (bits == 0 || own + others <= kFullestBus) return;
+    const std::string fits = what_fits(machine_->bus, machine_->sensors, others_bits_per_s);
+    say(Level::kNote, survey_.name,
+        fmt::format("{:.1f} % are frames that the machine file does not have; with those that it has it can become "
+                    "{:.1f} %, limit {:.0f} %",
+                    100 * others, 100 * (own + others), 100 * kFullestBus) +
+            (fits.empty() ? "" : "; " + fits));
   }
 
   NodeLine line_of(const SurveyedNode& node, const std::string& name) {
@@ -192,6 +223,7 @@ class Doctor {
       // Whatever it reads, either of the two may have said it.
     } else if (identity(node, expected, about)) {
       settings(node, expected, about, line);
+      heartbeat(node, about, line);
       line.guard = guard_text(node, expected);
       const NodeReading reading = reading_of(node, expected.node, *machine_);
       line.reading = reading.text;
@@ -321,11 +353,11 @@ class Doctor {
     for (const slave::SetupPart& part : expected.script) {
       using Kind = slave::SetupPart::Kind;
       if (part.kind == Kind::kIdentity || part.kind == Kind::kProof) continue;
-      if (part.kind == Kind::kGuard) ++guards;
+      bool all_there = true;
       for (const SdoStep& step : part.asked) {
         const ObjectRead* read = node.read(step.object);
         const bool there = read != nullptr && read->answer == ObjectRead::Answer::kValue;
-        if (part.kind == Kind::kGuard) guards_there += there ? 1 : 0;
+        all_there = all_there && there;
         if ((part.kind == Kind::kGuard || part.kind == Kind::kOptional) && !there) continue;
         if (!there || (part.kind == Kind::kRequire && !step.holds(read->value))) {
           say(Level::kFault, about, wrong_setting(step, read));
@@ -334,6 +366,9 @@ class Doctor {
         ++all;
         if (there && step.holds(read->value)) ++as_file;
       }
+      if (part.kind != Kind::kGuard) continue;
+      ++guards;
+      guards_there += all_there ? 1 : 0;
     }
     if (guards > 0 && guards_there == 0) {
       say(Level::kFault, about,
@@ -341,6 +376,40 @@ class Doctor {
     }
     line.settings = all;
     line.settings_as_file = as_file;
+  }
+
+  /// Its period as measured, against what the node says of it and what the file wants.
+  void heartbeat(const SurveyedNode& node, const std::string& about, NodeLine& line) {
+    constexpr double kTolerance = 0.1;
+    const auto differs = [](double is, double wanted) { return std::abs(is - wanted) > kTolerance * wanted; };
+    const double wanted_ms = 1e3 * machine_->bus.node_heartbeat_s;
+    const double limit_ms = 1e3 * machine_->bus.node_heartbeat_timeout_s;
+    const double set_ms = node.value(canopen::kProducerHeartbeat).value_or(0);
+    const auto heard = survey_.heard.find(canopen::heartbeat_id(node.id));
+    const std::uint64_t count = heard == survey_.heard.end() ? 0 : heard->second.count;
+    if (node.booted) return;  // its heartbeat began meanwhile
+    if (count < 2) {
+      if (set_ms > 0 && 1e3 * survey_.listened_s >= 3 * set_ms) {
+        say(Level::kFault, about,
+            fmt::format("0x1017:00 says a heartbeat every {:.0f} ms, heard {} in {:.1f} s: see the device's manual",
+                        set_ms, count == 0 ? "none" : "one", survey_.listened_s));
+      }
+      return;
+    }
+    if (const auto period_s = heard->second.period_s()) line.heartbeat_ms = 1e3 * *period_s;
+    if (!line.heartbeat_ms || !differs(*line.heartbeat_ms, wanted_ms)) return;
+    const std::string measured = fmt::format("sends its heartbeat every {:.0f} ms", *line.heartbeat_ms);
+    const std::string wanted = fmt::format("node_heartbeat_ms = {:.0f} of the machine file", wanted_ms);
+    if (differs(set_ms, wanted_ms)) {
+      say(Level::kNote, about, measured + fmt::format(" (0x1017:00 is {:.0f}); start-up sets it to ", set_ms) + wanted);
+    } else if (*line.heartbeat_ms < limit_ms) {
+      say(Level::kNote, about, measured + ", though 0x1017:00 is as " + wanted);
+    } else {
+      say(Level::kFault, about,
+          measured + ", though 0x1017:00 is as " + wanted +
+              fmt::format(": after {:.0f} ms (node_heartbeat_timeout_ms) it counts as silent; see its manual",
+                          limit_ms));
+    }
   }
 
   /// @param read null where it was not asked.

@@ -24,6 +24,7 @@ struct NodeLine {
   std::optional<std::uint32_t> device_type, vendor, product, error_register;
   std::optional<std::uint32_t> serial;            ///< Where the device has one.
   std::optional<std::uint16_t> emergency;         ///< Newest EMCY received, else of its error list (0x1003).
+  std::optional<double> heartbeat_ms;             ///< From one to the next, as measured.
   std::optional<int> settings_as_file, settings;  ///< PDO and heartbeat objects: equal to the file, all.
 };
 

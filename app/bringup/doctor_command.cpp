@@ -94,6 +94,7 @@ cli::Json diagnosis_json(const BusDiagnosis& diagnosis) {
                      {"vendor", or_null(node.vendor)},
                      {"product", or_null(node.product)},
                      {"serial", or_null(node.serial)},
+                     {"heartbeat_ms", or_null(node.heartbeat_ms)},
                      {"guard", node.guard.empty() ? Json() : Json(node.guard)},
                      {"error_register", or_null(node.error_register)},
                      {"emergency", or_null(node.emergency)},

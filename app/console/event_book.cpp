@@ -22,10 +22,10 @@ struct Told {
   std::string code, text;
 };
 
-Told machine(const ConsoleEvent& event, HandSource hand) {
+Told machine(const ConsoleEvent& event, const BusDescription& bus, HandSource hand) {
   const bool stopped = event.mode == Mode::kFault || event.mode == Mode::kEStop;
   const std::string mode = std::string("machine: ") + name(event.mode);
-  const std::string why = event.reason ? ", " + reason_text(event.reason, hand) : "";
+  const std::string why = event.reason ? ", " + reason_text(event.reason, bus, hand) : "";
   return {stopped ? Severity::kAlarm : Severity::kInfo, stopped && event.reason ? name(event.reason.code) : "mode",
           mode + why};
 }
@@ -63,12 +63,12 @@ Told piece(const ConsoleEvent& event) {
   return {Severity::kInfo, "piece", "?"};
 }
 
-Told told(const ConsoleEvent& event, HandSource hand) {
+Told told(const ConsoleEvent& event, const BusDescription& bus, HandSource hand) {
   switch (event.kind) {
     case ConsoleEventKind::kMachine:
-      return machine(event, hand);
+      return machine(event, bus, hand);
     case ConsoleEventKind::kBlocked:
-      return {Severity::kInfo, name(event.reason.code), reason_text(event.reason, hand)};
+      return {Severity::kInfo, name(event.reason.code), reason_text(event.reason, bus, hand)};
     case ConsoleEventKind::kDevice:
       return device(event);
     case ConsoleEventKind::kLink:
@@ -140,8 +140,8 @@ const char* name(Severity severity) noexcept {
   return kNames[static_cast<std::size_t>(severity)];
 }
 
-void EventBook::add(const ConsoleEvent& event, HandSource hand) {
-  const Told line = told(event, hand);
+void EventBook::add(const ConsoleEvent& event, const BusDescription& bus, HandSource hand) {
+  const Told line = told(event, bus, hand);
   add(event.at, event.run, line.severity, line.code, line.text);
 }
 

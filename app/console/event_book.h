@@ -13,6 +13,7 @@
 #include "core/reason.h"
 #include "core/ring.h"
 #include "core/time.h"
+#include "machine/bus_description.h"
 #include "master/master_loop.h"
 #include "sim/world.h"
 #include "transport/link_messages.h"
@@ -86,8 +87,8 @@ class EventBook {
   explicit EventBook(std::size_t most) : most_(most) {}
   EventBook() = default;
 
-  /// @param hand that the person has, for what there is to do with it.
-  void add(const ConsoleEvent& event, HandSource hand = HandSource::kDevice);
+  /// @param bus of the machine. @param hand that the person has, for what there is to do with it.
+  void add(const ConsoleEvent& event, const BusDescription& bus, HandSource hand = HandSource::kDevice);
   /// What the window itself has to say, such as a gamepad that is gone.
   void add(Time at, std::uint32_t run, Severity severity, const std::string& code, const std::string& text);
   /// Events that the loops had no room for; a row whenever it has grown. @param lost so far.

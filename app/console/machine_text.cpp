@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/trust.h"
-#include "machine/bus_description.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::console {
 namespace {
@@ -53,16 +53,16 @@ std::string direction_text(int joint, bool angle_grows) {
   return kWords[static_cast<std::size_t>(joint)][angle_grows ? 1 : 0];
 }
 
-std::string reason_text(const Reason& reason, HandSource hand) {
+std::string reason_text(const Reason& reason, const BusDescription& bus, HandSource hand) {
   const ReasonCode code = reason.code;
   const bool keys = hand == HandSource::kKeyboard;
-  if (hand == HandSource::kDevice) return text(reason);
+  if (hand == HandSource::kDevice) return text(reason, bus);
   if (code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed)
     return keys ? "hold Shift (enable) and move with Q A W S E D"
                 : "hold the right bumper (enable) and move with the sticks";
   if (code == ReasonCode::kPresenceLost)
     return keys ? "Shift and the keys that move it were let go of" : "bumper and sticks were let go of";
-  return text(reason);
+  return text(reason, bus);
 }
 
 BlindPress blind_press(const ConsoleView& view, const JointLoads& loads) {
@@ -163,17 +163,6 @@ std::vector<std::string> limit_texts(const ConsoleView& view, const MachineDescr
     if ((m.limits & (1U << bit)) != 0 && !named) texts.emplace_back(limit_word(bit));
   }
   return texts;
-}
-
-std::string with_node_names(std::string text, const BusDescription& bus) {
-  for (const NodeDescription& named : bus.nodes) {
-    const std::string number = fmt::format("node 0x{:02X}: ", named.id);  // as text(Reason) writes it
-    std::string name = named.name + ": ";
-    std::replace(name.begin(), name.end(), '_', ' ');
-    for (std::size_t at = text.find(number); at != std::string::npos; at = text.find(number, at + name.size()))
-      text.replace(at, number.size(), name);
-  }
-  return text;
 }
 
 std::string own_pause_text(double seconds) {

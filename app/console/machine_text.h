@@ -28,7 +28,7 @@ struct ForceText {
 [[nodiscard]] std::string direction_text(int joint, bool angle_grows);
 
 /// Why the machine does not follow, or no longer does, in terms of what this person has in hand.
-[[nodiscard]] std::string reason_text(const Reason& reason, HandSource hand);
+[[nodiscard]] std::string reason_text(const Reason& reason, const BusDescription& bus, HandSource hand);
 
 /// What is known of a force that is not: that a joint presses all the same, by its oil.
 struct BlindPress {
@@ -65,8 +65,6 @@ struct LessFelt {
                                                    const Kinematics& kinematics, const JointLoads& loads,
                                                    bool measured);
 
-/// "boom encoder: ..." in place of "node 0x11: ...", as far as the machine file names the node.
-[[nodiscard]] std::string with_node_names(std::string text, const BusDescription& bus);
 /// Of a console that did not run, and what to do.
 [[nodiscard]] std::string own_pause_text(double seconds);
 

@@ -1,6 +1,7 @@
 #include "app/eds/bus_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +18,7 @@
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"
+#include "machine/device_profile.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
@@ -26,23 +28,7 @@ namespace knuckle::eds {
 namespace {
 
 constexpr std::size_t kLargestMachine_MB = 1;
-
-/// CiA's number of the device profile, which is the lower half of the device type.
-std::uint16_t profile_of(NodeRole role) {
-  switch (role) {
-    case NodeRole::kValve:
-      return 408;
-    case NodeRole::kPressure:
-      return 404;
-    case NodeRole::kEncoder:
-      return 406;
-    case NodeRole::kTilt:
-      return 410;
-    case NodeRole::kEnable:
-      break;
-  }
-  return 401;
-}
+constexpr std::uint16_t kBoolean = 1;
 
 const NodeDescription& node_of(const BusDescription& bus, const std::string& name, const std::string& source) {
   if (const NodeDescription* node = bus.find(name)) return *node;
@@ -67,6 +53,45 @@ std::uint16_t fixed_frame(const DeviceFile& device, canopen::Object cob_id, std:
   return static_cast<std::uint16_t>(frame == usual ? 0 : frame);
 }
 
+/// What a sensor's PDOs map, where it lets nobody change that and start-up wants it otherwise; else nothing, and
+/// nothing where a machine file cannot say it: fit_of() tells of that.
+std::vector<std::vector<std::uint32_t>> fixed_maps(const DeviceFile& device, const NodeDescription& node,
+                                                   const WireDescription& wire, std::uint8_t id) {
+  BusDescription alone;
+  alone.wire = wire;
+  alone.nodes = {node};
+  const std::vector<BusFrame> wanted = bus_frames(alone);
+  constexpr std::uint32_t kMostMapped = 8;  // bytes of a frame; 0xFE and 0xFF are multiplexed PDOs
+  std::vector<std::vector<std::uint32_t>> maps;
+  for (std::size_t pdo = 0; pdo < NodeDescription::kMostPdos; ++pdo) {
+    const auto index = static_cast<std::uint16_t>(canopen::kTpdo1MapCount.index + pdo);
+    const Entry* const count = device.find({index, 0});
+    if (count == nullptr || !count->value) break;
+    // A PDO that cannot be turned off cannot be mapped.
+    const Entry* const cob_id = device.find({static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + pdo), 1});
+    const bool may_be_off = cob_id == nullptr || cob_id->access == Access::kReadWrite;
+    if (count->access == Access::kReadWrite && may_be_off) break;
+    const std::uint32_t mapped = count->value->of(id);
+    if (mapped > kMostMapped) break;
+    std::vector<std::uint32_t>& map = maps.emplace_back();
+    for (std::uint32_t i = 1; i <= mapped; ++i) {
+      const Entry* entry = device.find({index, static_cast<std::uint8_t>(i)});
+      if (entry == nullptr || !entry->value) return {};
+      map.push_back(entry->value->of(id));
+    }
+  }
+  while (!maps.empty() && maps.back().empty()) maps.pop_back();
+  bool as_wanted = true;
+  for (std::size_t pdo = 0; pdo < maps.size(); ++pdo) {
+    if (maps[pdo].empty()) return {};  // a machine file cannot say that one before others maps nothing
+    if (pdo >= wanted.size()) continue;
+    const std::vector<std::uint32_t>& first = wanted[pdo].mapped;  // more behind them is read as well
+    as_wanted =
+        as_wanted && maps[pdo].size() >= first.size() && std::equal(first.begin(), first.end(), maps[pdo].begin());
+  }
+  return as_wanted ? decltype(maps)() : maps;
+}
+
 /// An EDS does not say which control words a valve wants: that is known of its kind.
 ValveProfile valve_profile(const DeviceFile& device) {
   constexpr std::uint32_t kDanfoss = 0x01000019, kPvedCc = 0x53373235;
@@ -81,19 +106,28 @@ NodeDescription node_with(NodeDescription node, std::uint8_t id, const DeviceFil
   node.vendor = device.vendor;
   node.product = device.product;
   node.tpdos = {};
-  node.rpdo = 0;
-  for (std::size_t pdo = 0; pdo < transmit_pdos(node, wire); ++pdo) {
-    const canopen::Object cob_id{static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + pdo), 1};
-    node.tpdos[pdo] = fixed_frame(device, cob_id, node.tpdo_id(pdo), id);
-  }
+  node.tpdo_maps.clear();
+  node.rpdos = {};
+  if (!node.is_told()) node.tpdo_maps = fixed_maps(device, node, wire, id);
+  const auto fixed = [&](canopen::Object first, std::uint8_t pdo, std::uint32_t usual) {
+    return fixed_frame(device, {static_cast<std::uint16_t>(first.index + pdo), first.subindex}, usual, id);
+  };
+  for (const std::uint8_t pdo : transmit_pdos(node, wire))
+    node.tpdos[pdo] = fixed(canopen::kTpdo1CobId, pdo, node.tpdo_id(pdo));
+  for (const std::uint8_t pdo : receive_pdos(node))
+    node.rpdos[pdo] = fixed(canopen::kRpdo1CobId, pdo, node.rpdo_id(pdo));
   if (node.role == NodeRole::kValve) node.profile = valve_profile(device);
-  if (node.role == NodeRole::kValve || node.role == NodeRole::kEnable)
-    node.rpdo = fixed_frame(device, canopen::kRpdo1CobId, node.rpdo_id(), id);
   return node;
 }
 
 using Settings = std::vector<std::pair<std::string, std::string>>;
-constexpr std::array kFrameKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4", "rpdo"};  // optional
+// Optional ones.
+constexpr std::array kFrameKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4", "rpdo", "rpdo2", "rpdo3", "rpdo4"};
+constexpr std::array kMapKeys{"tpdo_map", "tpdo2_map", "tpdo3_map", "tpdo4_map"};
+bool is_optional(const std::string& key) {
+  return std::find(kFrameKeys.begin(), kFrameKeys.end(), key) != kFrameKeys.end() ||
+         std::find(kMapKeys.begin(), kMapKeys.end(), key) != kMapKeys.end();
+}
 
 /// Keys and values of what depends on the device; without the profile.
 Settings settings_of(const NodeDescription& node) {
@@ -102,14 +136,21 @@ Settings settings_of(const NodeDescription& node) {
                {"vendor", fmt::format("0x{:X}", node.vendor)},
                {"product", fmt::format("0x{:X}", node.product)}};
   for (std::size_t i = 0; i < kFrameKeys.size(); ++i) {
-    const std::uint16_t frame = i < node.tpdos.size() ? node.tpdos[i] : node.rpdo;
+    const std::size_t tpdos = node.tpdos.size();
+    const std::uint16_t frame = i < tpdos ? node.tpdos[i] : node.rpdos[i - tpdos];
     if (frame != 0) all.emplace_back(kFrameKeys[i], fmt::format("0x{:03X}", frame));
   }
+  for (std::size_t i = 0; i < node.tpdo_maps.size(); ++i)
+    all.emplace_back(kMapKeys[i], fmt::format("[0x{:08X}]", fmt::join(node.tpdo_maps[i], ", 0x")));
   return all;
 }
 
 /// In [bus.nodes].
 std::string with_line(const std::string& machine_text, const std::string& machine_source, const NodeDescription& node) {
+  if (!node.tpdo_maps.empty())
+    throw InputError(machine_source +
+                     ": needs [[bus.node]] tables for a device with process data of its own: "
+                     "knuckle bus migrate");
   std::string entry;
   for (const auto& [key, value] : settings_of(node)) entry += (entry.empty() ? "{ " : ", ") + key + " = " + value;
   if (node.profile != ValveProfile::kCia408) entry += ", profile = \"" + profile_name(node) + '"';
@@ -152,7 +193,7 @@ std::string with_table(const std::string& machine_text, const std::string& machi
     const auto set = std::find_if(settings.begin(), settings.end(), [&](const auto& one) { return one.first == key; });
     if (set != settings.end()) {
       line = with_toml_value(line, set->second);
-    } else if (std::find(kFrameKeys.begin(), kFrameKeys.end(), key) != kFrameKeys.end()) {
+    } else if (is_optional(key)) {
       const auto comment = line.find('#');
       line = comment == std::string::npos ? "" : line.substr(comment);
     }
@@ -172,7 +213,7 @@ std::string object_text(canopen::Object object, const Entry* entry) {
 
 std::string profile_name(const NodeDescription& node) {
   if (node.role == NodeRole::kValve) return kValveProfileNames[static_cast<std::size_t>(node.profile)];
-  return fmt::format("cia{}", profile_of(node.role));
+  return fmt::format("cia{}", profile_number(node.role));
 }
 
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
@@ -180,10 +221,10 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   BusDescription bus = parse_machine(machine_text, machine_source).bus;
   const NodeDescription& named = node_of(bus, node, machine_source);
   check_free(bus, id, named.name, machine_source);
-  const auto profile = static_cast<std::uint16_t>(device.device_type & 0xFFFF);
-  if (profile != profile_of(named.role)) {
+  if (!may_be(device.device_type, named.role)) {
     throw InputError(fmt::format("{}: 0x1000:00 = 0x{:X}: is a device of CiA {}; {} must be one of CiA {}",
-                                 device.source, device.device_type, profile, named.name, profile_of(named.role)));
+                                 device.source, device.device_type, profile_number(device.device_type), named.name,
+                                 profile_number(named.role)));
   }
   NodeDescription& changed = bus.nodes[static_cast<std::size_t>(&named - bus.nodes.data())];
   changed = node_with(named, id, device, bus.wire);
@@ -225,6 +266,24 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
   return "";
 }
 
+/// Why an object of the node's process data cannot be that; empty where it can.
+std::string obstacle_of(const DeviceFile& device, const FrameField& mapped) {
+  const Entry* entry = device.find(mapped.object);
+  const std::string object = object_text(mapped.object, entry);
+  if (entry == nullptr) return fmt::format("start-up maps {}, which the device does not have", object);
+  const auto is_wanted = [&](const DataType& one) {
+    return one.bytes * 8 == mapped.bits.bits && one.type == mapped.bits.type && one.number != kBoolean;
+  };
+  const DataType* const type = data_type(entry->data_type);
+  const bool position = mapped.object == canopen::kEncoderPosition;  // signed or not: both are sold
+  if (type != nullptr && (is_wanted(*type) || (position && type->bytes == 4 && type->type != BitField::Type::kFloat)))
+    return "";
+  const auto wanted = std::find_if(kDataTypes.begin(), kDataTypes.end(), is_wanted);
+  return fmt::format("{}: line {}: DataType of {} is {}{}; start-up maps it as {} ({})", device.source,
+                     entry->type_line, object, entry->data_type,
+                     type != nullptr ? fmt::format(" ({})", type->name) : "", wanted->number, wanted->name);
+}
+
 }  // namespace
 
 Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const std::string& node) {
@@ -256,6 +315,11 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
       fit.to_set.push_back(fmt::format("set {} of the device to {}: it is delivered with {}",
                                        object_text(step.object, entry), step.value, entry->value->of(named.id)));
     }
+  }
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    if (machine.bus.nodes[frame.node].name != named.name) continue;
+    for (const FrameField& field : frame.fields)
+      if (const std::string obstacle = obstacle_of(device, field); !obstacle.empty()) fit.obstacles.push_back(obstacle);
   }
   if (guards > 0 && !guarded)
     fit.obstacles.push_back("it has no guard that start-up knows: without its controller it would not stop");
@@ -311,6 +375,13 @@ int add(const BusOptions& o) {
   const std::string node = node_of(machine.bus, o.as, o.machine).name;
   const Fit fit = fit_of(device, machine, node);
   for (const std::string& slip : device.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
+  const std::vector<FrameField> fields = sent_fields(*machine.bus.find(node), machine);
+  for (const NodeChannel& channel : machine.bus.find(node)->channels) {
+    const bool pressure = channel.info().role == NodeRole::kPressure;
+    if (pressure && find_field(fields, FrameField::Part::kStatus, channel) == nullptr)
+      std::cout << "note: " << o.file << ": sends " << channel.info().name
+                << " without its status: a value that it calls invalid is believed as long as it is in range\n";
+  }
   for (const std::string& obstacle : fit.obstacles)
     std::cerr << "knuckle: " << node << " cannot be this device: " << obstacle << '\n';
   if (!fit.obstacles.empty()) {

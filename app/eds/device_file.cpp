@@ -116,6 +116,12 @@ class Reader {
   [[noreturn]] void refuse(int line, const std::string& key, const std::string& why) const {
     throw InputError(fmt::format("{}: line {}: {}: {}", file_.source, line, key, why));
   }
+  /// Start-up uses no object of the vendor's own (CiA 301: 0x2000 to 0x5FFF): a damaged one stops nobody.
+  void damaged(std::uint32_t index, int line, const std::string& key, const std::string& why) {
+    if (index < 0x2000 || index > 0x5FFF) refuse(line, key, why);
+    slip(line, key + ": " + why + ": passed over");
+    damaged_.insert(index);
+  }
 
   void split(std::string_view text, const std::string& source) {
     if (text.find('\0') != std::string_view::npos)
@@ -167,26 +173,32 @@ class Reader {
     if (const Key* compact = section.find("compactsubobj")) {
       this->compact(section, index, *compact);
     } else if (section.find("datatype") != nullptr) {
-      file_.entries[index << 8 | sub] = entry(section);
+      if (const auto one = entry(section, index)) file_.entries[index << 8 | sub] = *one;
     } else if (section.find("subnumber") == nullptr) {
       slip(section.line, fmt::format("[{}] has no DataType: passed over", section.name));
     }
   }
 
-  Entry entry(const Section& section) {
+  /// nullopt where it is damaged().
+  std::optional<Entry> entry(const Section& section, std::uint32_t index) {
     Entry entry;
     entry.line = section.line;
     if (const Key* name = section.find("parametername")) entry.name = name->value;
     const Key* type = section.find("datatype");
     const auto number = type != nullptr ? whole_number(type->value) : std::nullopt;
     if (!number || *number < 1 || *number > 0xFFFF) {
-      refuse(type != nullptr ? type->line : section.line, "DataType of [" + section.name + "]",
-             "must be a number of CiA 301");
+      damaged(index, type != nullptr ? type->line : section.line, "DataType of [" + section.name + "]",
+              "must be a number of CiA 301");
+      return std::nullopt;
     }
     entry.data_type = static_cast<std::uint16_t>(*number);
+    entry.type_line = type->line;
     if (const Key* access = section.find("accesstype")) {
       const auto known = access_of(access->value);
-      if (!known) refuse(access->line, "AccessType of [" + section.name + "]", "must be ro, wo, rw, rwr, rww or const");
+      if (!known) {
+        damaged(index, access->line, "AccessType of [" + section.name + "]", "must be ro, wo, rw, rwr, rww or const");
+        return std::nullopt;
+      }
       entry.access = *known;
     } else {
       slip(section.line, fmt::format("[{}] has no AccessType: taken as read-only", section.name));
@@ -197,7 +209,8 @@ class Reader {
   }
 
   std::optional<Value> default_of(const Section& section, const Key& key, std::uint16_t data_type) {
-    const bool whole = data_type >= 1 && data_type <= 7;  // BOOLEAN to UNSIGNED32
+    const DataType* const type = eds::data_type(data_type);
+    const bool whole = type != nullptr && type->type != BitField::Type::kFloat;
     const auto value = value_of(key.value);
     if (whole && !value)
       slip(key.line, fmt::format("DefaultValue of [{}] is not a number that can be read: not known", section.name));
@@ -208,9 +221,10 @@ class Reader {
   void compact(const Section& section, std::uint32_t index, const Key& key) {
     const auto count = whole_number(key.value);
     if (!count || *count < 0 || *count > kMostSubindex)
-      refuse(key.line, "CompactSubObj of [" + section.name + "]", "must be within [0, 254]");
-    Entry all = entry(section);
-    Entry& number = file_.entries[index << 8] = all;
+      return damaged(index, key.line, "CompactSubObj of [" + section.name + "]", "must be within [0, 254]");
+    const auto all = entry(section, index);
+    if (!all) return;
+    Entry& number = file_.entries[index << 8] = *all;
     number.name = "number of entries";
     number.data_type = kUnsigned8;
     number.access = Access::kReadOnly;
@@ -219,7 +233,7 @@ class Reader {
     const auto values = sections_.find(lower(section.name) + "value"),
                names = sections_.find(lower(section.name) + "name");
     for (std::uint32_t sub = 1; sub <= *count; ++sub) {
-      Entry& one = file_.entries[index << 8 | sub] = all;
+      Entry& one = file_.entries[index << 8 | sub] = *all;
       const std::string at = std::to_string(sub);
       if (values != sections_.end()) {
         if (const Key* own = values->second.find(at.c_str()))
@@ -244,7 +258,7 @@ class Reader {
 
   /// [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects] against the sections that are there.
   void listed() {
-    std::set<std::uint32_t> present, listed;
+    std::set<std::uint32_t> present = damaged_, listed;
     for (const auto& [key, entry] : file_.entries) present.insert(key >> 8);
     int lists = 0;
     for (const char* name : {"mandatoryobjects", "optionalobjects", "manufacturerobjects"}) {
@@ -330,10 +344,17 @@ class Reader {
   DeviceFile file_;
   std::map<std::string, Section> sections_;  // by their names in small letters
   std::vector<std::pair<int, std::string>> slips_;
-  bool cut_ = false;  // the last line has no end
+  std::set<std::uint32_t> damaged_;  // indices that have a section nobody can read
+  bool cut_ = false;                 // the last line has no end
 };
 
 }  // namespace
+
+const DataType* data_type(std::uint16_t number) noexcept {
+  const auto known = std::find_if(kDataTypes.begin(), kDataTypes.end(),
+                                  [number](const DataType& one) { return one.number == number; });
+  return known == kDataTypes.end() ? nullptr : &*known;
+}
 
 const Entry* DeviceFile::find(canopen::Object object) const noexcept {
   const auto at = entries.find(key_of(object));
@@ -348,37 +369,14 @@ DeviceFile read_device_file(const std::string& path) {
   return parse_device_file(whole_file(path, kLargest_MB), path);
 }
 
-namespace {
-
-/// Of a CiA 301 data type; 0 where it is none that a simulated node has.
-std::uint8_t bytes_of(std::uint16_t data_type) {
-  switch (data_type) {
-    case 1:
-    case 2:
-    case 5:
-      return 1;
-    case 3:
-    case 6:
-      return 2;
-    case 4:
-    case 7:
-    case 8:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
-}  // namespace
-
 std::vector<sim::DeviceObject> dictionary(const DeviceFile& device, std::uint8_t node) {
   std::vector<sim::DeviceObject> objects;
   for (const auto& [key, entry] : device.entries) {
-    const std::uint8_t size = bytes_of(entry.data_type);
-    if (size == 0) continue;
+    const DataType* const type = data_type(entry.data_type);
+    if (type == nullptr) continue;
     const bool writes = entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
     objects.push_back({{static_cast<std::uint16_t>(key >> 8), static_cast<std::uint8_t>(key & 0xFF)},
-                       size,
+                       type->bytes,
                        writes ? sim::Access::kReadWrite : sim::Access::kReadOnly,
                        entry.value ? entry.value->of(node) : 0});
   }

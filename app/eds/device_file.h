@@ -2,6 +2,7 @@
 // delivered. Slips that files in the field have are read and told; what cannot be understood is refused.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "sim/can_nodes.h"
 #include "transport/canopen.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::eds {
 
@@ -27,14 +29,29 @@ struct Value {
   }
 };
 
+/// Numbers of fixed length (CiA 301).
+struct DataType {
+  std::uint16_t number;
+  std::uint8_t bytes;
+  BitField::Type type;
+  const char* name;
+};
+inline constexpr std::array kDataTypes{
+    DataType{1, 1, BitField::Type::kUnsigned, "BOOLEAN"},    DataType{2, 1, BitField::Type::kSigned, "INTEGER8"},
+    DataType{3, 2, BitField::Type::kSigned, "INTEGER16"},    DataType{4, 4, BitField::Type::kSigned, "INTEGER32"},
+    DataType{5, 1, BitField::Type::kUnsigned, "UNSIGNED8"},  DataType{6, 2, BitField::Type::kUnsigned, "UNSIGNED16"},
+    DataType{7, 4, BitField::Type::kUnsigned, "UNSIGNED32"}, DataType{8, 4, BitField::Type::kFloat, "REAL32"}};
+/// nullptr where it is none of these.
+[[nodiscard]] const DataType* data_type(std::uint16_t number) noexcept;
+
 /// One object, or one sub-index of it.
 struct Entry {
   std::string name;
-  std::uint16_t data_type = 0;  ///< CiA 301: 5 is unsigned 8 bit, 6 and 7 are 16 and 32.
+  std::uint16_t data_type = 0;  ///< CiA 301, a number of kDataTypes where Knuckle knows it.
   Access access = Access::kReadOnly;
-  std::optional<Value> value;  ///< As delivered; nothing where the file gives none, or one that is no whole number.
-  bool mappable = false;       ///< Into process data.
-  int line = 0;                ///< Where its section begins.
+  std::optional<Value> value;   ///< As delivered; nothing where the file gives none, or one that is no whole number.
+  bool mappable = false;        ///< Into process data.
+  int line = 0, type_line = 0;  ///< Where its section begins, and says the data type.
 };
 
 struct DeviceFile {

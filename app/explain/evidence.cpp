@@ -86,12 +86,14 @@ NodeSeen unseen(const NodeDescription& node, const MachineDescription& machine) 
     if (frame.to_node) continue;
     seen.pdos.push_back({fmt::format("TPDO{}", frame.pdo + 1), frame.id, {}});
     for (const FrameField& field : frame.fields) {
-      if (seen.channels.empty() || seen.channels.back().channel != field.channel) {
-        ChannelSeen& channel = seen.channels.emplace_back();
-        channel.channel = field.channel;
-        channel.id = frame.id;
+      auto channel = std::find_if(seen.channels.begin(), seen.channels.end(),
+                                  [&](const ChannelSeen& one) { return one.channel == field.channel; });
+      if (channel == seen.channels.end()) {
+        channel = seen.channels.emplace(channel);
+        channel->channel = field.channel;
+        channel->id = frame.id;
       }
-      seen.channels.back().fields.push_back(field);
+      channel->fields.push_back(field);
     }
   }
   return seen;

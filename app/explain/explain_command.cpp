@@ -53,8 +53,8 @@ void print(std::ostream& out, const Report& report, const recording::Recording& 
   const Survey& survey = report.survey;
   out << fmt::format("From {} to {}: {} stop{}\n", at_text(survey.first), at_text(survey.last), survey.stops.size(),
                      survey.stops.size() == 1 ? "" : "s");
-  if (survey.begins_stopped)
-    out << "The machine was stopped already when it begins: " << text(survey.began_with) << '\n';
+  if (!report.began_with.empty())
+    out << "The machine was stopped already when it begins: " << report.began_with << '\n';
   if (survey.stops.empty()) {
     out << without_a_stop(recording) << '\n';
     print(out, "Out of the ordinary all the same", report.notes);

@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/encoder_length.h"
+#include "machine/reason_text.h"
 #include "slave/plausibility.h"
 #include "slave/sensors.h"
 #include "transport/signal_codec.h"
@@ -20,7 +21,7 @@ namespace {
 constexpr std::size_t kStorm = 20;  // emergencies of one node within two seconds that are no single event
 
 std::string name_of(const NodeSeen& seen) {
-  return fmt::format("{} (node 0x{:02X})", seen.node.name, seen.node.id);
+  return node_text(seen.node);
 }
 
 std::string names_of(const std::vector<const NodeSeen*>& nodes) {
@@ -34,6 +35,14 @@ std::vector<const NodeSeen*> those(const Evidence& evidence, auto condition) {
   for (const NodeSeen& seen : evidence.nodes)
     if (condition(seen)) found.push_back(&seen);
   return found;
+}
+
+/// The node that the stop's reason is about; null where it is about none.
+const NodeSeen* meant_by(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
+  const NodeDescription* const node = node_of(stop.reason, machine.bus);
+  if (node == nullptr) return nullptr;
+  const auto nodes = those(evidence, [node](const NodeSeen& seen) { return seen.node.id == node->id; });
+  return nodes.empty() ? nullptr : nodes.front();
 }
 
 Time first_silence(const std::vector<const NodeSeen*>& nodes) {
@@ -51,7 +60,7 @@ std::optional<Cause> other_node(const Stop& stop, const Evidence& evidence, cons
   return Cause{"other_node",
                fmt::format("{} is another device than the machine file names: its {} is 0x{:X}, and must be 0x{:X}; it "
                            "was exchanged, or the node number is set wrongly",
-                           node_text(machine, evidence.other_node), what, answer.value, evidence.expected_identity),
+                           node_text(evidence.other_node, machine.bus), what, answer.value, evidence.expected_identity),
                {fmt::format("it answered so itself, when object 0x{:04X}:{:02d} was read at the start-up",
                             answer.object.index, answer.object.subindex)},
                {},
@@ -72,11 +81,11 @@ std::optional<Cause> rebooted(const Evidence& evidence) {
 }
 
 /// Of the node that the stop names: others may have left their working state because of the stop.
-std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence) {
+std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
   if (stop.reason.code != ReasonCode::kSensorStale && stop.reason.code != ReasonCode::kNodeFault) return std::nullopt;
-  const auto named = those(evidence, [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
-  if (named.empty() || !named.front()->left || !named.front()->emergencies.empty()) return std::nullopt;
-  const NodeSeen& first = *named.front();
+  const NodeSeen* const named = meant_by(stop, evidence, machine);
+  if (named == nullptr || !named->left || !named->emergencies.empty()) return std::nullopt;
+  const NodeSeen& first = *named;
   const auto nodes = those(evidence, [](const NodeSeen& seen) { return seen.left.has_value(); });
   const bool all = nodes.size() == evidence.nodes.size();
   return Cause{
@@ -92,19 +101,18 @@ std::optional<Cause> stopped_working(const Stop& stop, const Evidence& evidence)
       *first.left};
 }
 
-std::optional<Cause> too_short(const Stop& stop, const Evidence& evidence) {
+std::optional<Cause> too_short(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
   if (stop.reason.code != ReasonCode::kFrameShort) return std::nullopt;
-  const auto nodes = those(evidence, [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
-  if (nodes.empty()) return std::nullopt;
+  const NodeSeen* const node = meant_by(stop, evidence, machine);
+  if (node == nullptr) return std::nullopt;
   Cause cause{"frame_short",
               fmt::format("{} sent process data of {:.0f} bytes, of which {:.0f} are mapped: its mapping was changed "
                           "behind the start-up, or its firmware does not keep to it",
-                          names_of(nodes), stop.reason.value, stop.reason.limit),
+                          name_of(*node), stop.reason.value, stop.reason.limit),
               {},
               {},
               stop.at};
-  if (!nodes.front()->data.silent())
-    cause.supports.emplace_back("its frames go on in time: power, cable and SYNC are sound");
+  if (!node->data.silent()) cause.supports.emplace_back("its frames go on in time: power, cable and SYNC are sound");
   return cause;
 }
 
@@ -175,7 +183,8 @@ std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, con
                                       [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
   if (!worst->apart_since) return std::nullopt;
   const auto joint = static_cast<std::size_t>(worst - evidence.valves.begin());
-  const NodeSeen& node = evidence.nodes[joint];  // valves come first
+  const std::uint8_t id = machine.bus.valve(joint).id;
+  const NodeSeen& node = *those(evidence, [id](const NodeSeen& seen) { return seen.node.id == id; }).at(0);
   Cause cause{
       "valve_stuck",
       fmt::format("the valve of the {} has not followed since {}: its spool stayed at {:.0f} % while it was told "
@@ -247,8 +256,8 @@ std::optional<Cause> node_cause(const Stop& stop, const Window& window, const Ev
                                 const MachineDescription& machine) {
   if (auto cause = other_node(stop, evidence, machine)) return cause;
   if (auto cause = rebooted(evidence)) return cause;
-  if (auto cause = too_short(stop, evidence)) return cause;
-  if (auto cause = stopped_working(stop, evidence)) return cause;
+  if (auto cause = too_short(stop, evidence, machine)) return cause;
+  if (auto cause = stopped_working(stop, evidence, machine)) return cause;
   if (auto cause = silent(evidence)) return cause;
   if (auto cause = sensor_cause(stop, window, evidence, machine)) return cause;
   if (auto cause = stuck_valve(stop, evidence, machine)) return cause;
@@ -282,7 +291,17 @@ bool says_broken(const ChannelSeen& channel) {
   return (status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
 }
 
-/// The channel that the loop refuses; of a node with one channel that one in any case. Null where there is none.
+/// The channel whose signal the stop's reason names; of a node with one channel that one. Null where it names none.
+const ChannelSeen* channel_of(const NodeSeen& seen, const Stop& stop) {
+  if (seen.channels.size() == 1) return &seen.channels.front();
+  const auto signal = signal_of(stop.reason);
+  const auto found = std::find_if(seen.channels.begin(), seen.channels.end(), [&](const ChannelSeen& channel) {
+    return signal == std::size_t{channel.channel.signal};
+  });
+  return found == seen.channels.end() ? nullptr : &*found;
+}
+
+/// The channel that the loop refuses, where the stop's reason names none. Null where there is none.
 const ChannelSeen* bad_pressure(const NodeSeen& seen, double range_Pa) {
   const auto bad = [range_Pa](const ChannelSeen& channel) {
     const auto pressure_Pa = channel.read(FrameField::Part::kValue);
@@ -291,8 +310,7 @@ const ChannelSeen* bad_pressure(const NodeSeen& seen, double range_Pa) {
     return pressure_Pa && (says_broken(channel) || !possible);
   };
   const auto found = std::find_if(seen.channels.begin(), seen.channels.end(), bad);
-  if (found != seen.channels.end()) return &*found;
-  return seen.channels.size() == 1 ? &seen.channels.front() : nullptr;
+  return found == seen.channels.end() ? nullptr : &*found;
 }
 
 /// Of several channels with that one's.
@@ -302,7 +320,8 @@ std::string name_of(const NodeSeen& seen, const ChannelSeen& channel) {
 
 Cause invalid_pressure(const NodeSeen& seen, const Stop& stop, const MachineDescription& machine) {
   const double range_bar = machine.sensors.pressure_range_Pa / kBar;
-  const ChannelSeen* const channel = bad_pressure(seen, machine.sensors.pressure_range_Pa);
+  const ChannelSeen* const named = channel_of(seen, stop);
+  const ChannelSeen* const channel = named ? named : bad_pressure(seen, machine.sensors.pressure_range_Pa);
   if (channel == nullptr)
     return {"sensor_broken",
             name_of(seen) + " sent a pressure that cannot be: check its sensors and their wiring",
@@ -333,14 +352,15 @@ struct Flight {
 std::optional<Flight> flight_of(const NodeSeen& seen, const Stop& stop, const Window& window,
                                 const MachineDescription& machine) {
   const EncoderLengths lengths(machine);
-  const BitField field = sent_fields(seen.node, machine).front().bits;
+  const std::vector<FrameField> fields = sent_fields(seen.node, machine);
+  const FrameField* const field = find_field(fields, FrameField::Part::kValue, seen.node.channels.front());
   std::optional<Flight> flight;
   double last_m = 0;
   Time last_at = kNever;
   for (const CanSeen& can : window.can) {
     if (can.at > stop.at + kLookBack) break;
-    if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.node.tpdo_id()) continue;
-    const auto reading = read_value(field, can.frame);
+    if (can.kind != WireEventKind::kCanReceived || can.frame.id != seen.channels.front().id) continue;
+    const auto reading = read_value(field->bits, can.frame);
     const auto length_m = reading ? lengths.length_m(seen.node.joint(), *reading) : std::nullopt;
     if (!length_m || can.at < stop.at - kLookBack) continue;
     const double now_m = *length_m;
@@ -434,9 +454,10 @@ Meanwhile meanwhile(const ChannelSeen& channel, const Stop& stop, const Window& 
           range_of(window, since, stop.at, [&](const auto& s) { return s.cylinder_m[index / 2]; })};
 }
 
-/// Of those that stand the one that the loop means: where a chamber does not really stand at one value, and whose axis
-/// did most meanwhile. Null where none stands.
+/// Of those that stand the one that the loop means: the one it names; else where a chamber does not really stand at one
+/// value, and whose axis did most meanwhile. Null where none stands.
 const ChannelSeen* frozen_of(const NodeSeen& seen, const Stop& stop, const Window& window) {
+  if (const ChannelSeen* named = channel_of(seen, stop)) return stands(*named, stop) ? named : nullptr;
   const auto suspect = [&](const ChannelSeen& channel) {
     if (!stands(channel, stop)) return -1.0;
     if (channel.read(FrameField::Part::kValue) < slave::kPlausibility.cavitating_Pa) return 0.0;
@@ -470,9 +491,8 @@ std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const 
                                   const MachineDescription& machine) {
   const bool invalid = stop.reason.code == ReasonCode::kSensorInvalid;
   if (!invalid && stop.reason.code != ReasonCode::kSensorImplausible) return std::nullopt;
-  const auto found = std::find_if(evidence.nodes.begin(), evidence.nodes.end(),
-                                  [&](const NodeSeen& seen) { return seen.node.id == stop.reason.subject; });
-  if (found == evidence.nodes.end()) return std::nullopt;
+  const NodeSeen* const found = meant_by(stop, evidence, machine);
+  if (found == nullptr) return std::nullopt;
   const NodeSeen& seen = *found;
   const bool encoder = seen.node.role == NodeRole::kEncoder, pressure = seen.node.role == NodeRole::kPressure;
   if (invalid && pressure) return invalid_pressure(seen, stop, machine);
@@ -481,7 +501,7 @@ std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const 
   if (pressure)
     if (const ChannelSeen* frozen = frozen_of(seen, stop, window)) return frozen_pressure(seen, *frozen, stop, window);
   return Cause{"sensor_contradicts",
-               name_of(seen) + " contradicts the other sensors: " + text(stop.reason),
+               text(stop.reason, machine.bus),
                {"it lives and sends changing values: neither silent nor frozen"},
                {"a leaking or worn valve, or exchanged hoses, contradict the sensors in the same way"},
                stop.at};

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "machine/bus_description.h"
+#include "machine/reason_text.h"
 #include "transport/canopen.h"
 
 namespace knuckle::explain {
@@ -16,16 +16,8 @@ std::string span_text(Duration span) {
   return seconds < 10 ? fmt::format("{:.0f} ms", 1e3 * seconds) : fmt::format("{:.1f} s", seconds);
 }
 
-std::string node_text(const MachineDescription& machine, std::uint8_t node) {
-  if (const NodeDescription* known = machine.bus.find(node))
-    return fmt::format("{} (node 0x{:02X})", known->name, node);
-  return fmt::format("node 0x{:02X}", node);
-}
-
 std::string reason_text(const MachineDescription& machine, const Reason& reason) {
-  std::string line = text(reason);
-  const std::string number = fmt::format("node 0x{:02X}: ", reason.subject);
-  if (line.rfind(number, 0) == 0) line = node_text(machine, reason.subject) + ": " + line.substr(number.size());
+  std::string line = text(reason, machine.bus);
   if (reason.code == ReasonCode::kNodeEmergency) {
     const auto code = static_cast<std::uint16_t>(reason.value);
     line += fmt::format(": 0x{:04X}, {}", code, canopen::emergency_text(code));

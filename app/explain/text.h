@@ -14,9 +14,7 @@ namespace knuckle::explain {
 [[nodiscard]] std::string at_text(Time at);
 /// "35 ms"; from 10 s on "12.3 s".
 [[nodiscard]] std::string span_text(Duration span);
-/// "arm_valve (node 0x11)"; "node 0x11" where the machine file has none of this id.
-[[nodiscard]] std::string node_text(const MachineDescription& machine, std::uint8_t node);
-/// The one line of a reason, with names in place of node numbers, and an EMCY code with its meaning.
+/// The one line of a reason, and of an EMCY code its meaning.
 [[nodiscard]] std::string reason_text(const MachineDescription& machine, const Reason& reason);
 
 }  // namespace knuckle::explain

@@ -9,6 +9,7 @@
 #include "app/explain/text.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/reason_text.h"
 #include "transport/canopen.h"
 
 namespace knuckle::explain {
@@ -23,7 +24,7 @@ class ValveCommands {
   /// @return whether it was one for a valve.
   bool take(const CanFrame& frame) {
     for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      if (frame.id != bus_.valve(joint).rpdo_id()) continue;
+      if (frame.id != bus_.set_point_id(joint)) continue;
       if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
         open_[joint] =
             (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;
@@ -184,9 +185,10 @@ std::vector<std::string> notes_on(recording::Recording& recording, Sides sides, 
 Report report_on(recording::Recording& recording, Sides sides) {
   const MachineDescription machine = machine_of(recording);
   Report report;
-  report.survey = find_stops(recording, sides);
+  report.survey = find_stops(recording, sides, machine.bus);
   if (report.survey.machine_steps + report.survey.operator_steps == 0)
     throw InputError(recording.source() + ": holds no step of any loop: there is nothing to explain");
+  if (report.survey.begins_stopped) report.began_with = reason_text(machine, report.survey.began_with);
   const std::vector<Stop>& stops = report.survey.stops;
   for (std::size_t i = 0; i < stops.size(); ++i) {
     Time to = stops[i].at + kAfter;

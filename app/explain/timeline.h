@@ -46,6 +46,7 @@ struct Timeline {
 /// Of one recording, with all of its stops.
 struct Report {
   Survey survey;
+  std::string began_with;  ///< Why the machine was stopped in the first step already; empty: it was not.
   std::vector<Timeline> timelines;
   std::vector<std::string> notes;  ///< Where nothing stopped: what is out of the ordinary all the same.
 };

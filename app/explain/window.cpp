@@ -21,10 +21,11 @@ bool stopped(Mode mode) {
 /// A stop begins with a fault that was not there in the step before.
 class StopFinder {
  public:
+  explicit StopFinder(const BusDescription& bus) : bus_(bus) {}
   template <typename State>
   void step(const State& state, Survey& survey) {
     const bool fresh = stopped(state.mode) && (!stopped(mode_) || !same_cause(state.fault, reason_));
-    if (fresh && stopped(mode_) && slave::explains(state.fault, reason_) && !survey.stops.empty()) {
+    if (fresh && stopped(mode_) && slave::explains(state.fault, reason_, bus_) && !survey.stops.empty()) {
       survey.stops.back().reason = state.fault;  // the same stop, better understood
     } else if (first_ && stopped(state.mode)) {
       survey.begins_stopped = true;
@@ -38,6 +39,7 @@ class StopFinder {
   }
 
  private:
+  const BusDescription& bus_;
   bool first_ = true;
   Mode mode_ = Mode::kOff;
   Reason reason_;
@@ -112,10 +114,10 @@ void add_wires(const recording::StepWires& step, bool machine_side, Window& wind
 
 }  // namespace
 
-Survey find_stops(recording::Recording& recording, Sides sides) {
+Survey find_stops(recording::Recording& recording, Sides sides, const BusDescription& bus) {
   Survey survey;
   const bool has_machine = recording.head().has_machine && sides.machine_side;
-  StopFinder finder;
+  StopFinder finder(bus);
   std::vector<Stop> unheard;
   bool silent = false, any = false;
   while (const auto entry = recording.next()) {

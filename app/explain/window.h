@@ -7,6 +7,7 @@
 
 #include "core/reason.h"
 #include "core/time.h"
+#include "machine/bus_description.h"
 #include "master/master_state.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
@@ -84,8 +85,8 @@ struct Sides {
   bool operator_side = true, machine_side = true;
 };
 
-/// Reads from the beginning to the end.
-[[nodiscard]] Survey find_stops(recording::Recording& recording, Sides sides);
+/// Reads from the beginning to the end. @param bus of the recorded machine
+[[nodiscard]] Survey find_stops(recording::Recording& recording, Sides sides, const BusDescription& bus);
 /// @param from, to of the window, both included.
 [[nodiscard]] Window load_window(recording::Recording& recording, Sides sides, Time from, Time to);
 

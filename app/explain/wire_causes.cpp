@@ -9,6 +9,7 @@
 #include "core/frame_words.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"
+#include "machine/reason_text.h"
 #include "slave/bus_map.h"
 #include "transport/canopen.h"
 
@@ -60,7 +61,7 @@ Cause other_controller(const Stop& stop, const Window& window, const MachineDesc
 Cause foreign_sender(const Stop& stop, const Window& window, const MachineDescription& machine) {
   const auto id = static_cast<std::uint32_t>(stop.reason.value);
   return by_foreign("foreign_sender",
-                    node_text(machine, stop.reason.subject) +
+                    node_text(stop.reason.subject, machine.bus) +
                         " is commanded by somebody else on the bus: find the sender and take it off",
                     heard(window, stop, [id](std::uint32_t one) { return one == id; }), stop.at);
 }
@@ -68,14 +69,16 @@ Cause foreign_sender(const Stop& stop, const Window& window, const MachineDescri
 Cause node_id_twice(const Stop& stop, const Window& window, const MachineDescription& machine) {
   const std::uint8_t node = stop.reason.subject;
   Cause cause{"node_id_twice",
-              "two devices send under the node id of " + node_text(machine, node) +
+              "two devices send under the node id of " + node_text(node, machine.bus) +
                   ": take one off the bus, or give it another id; until then either one's values may have been used",
               {},
               {},
               stop.at};
-  const NodeDescription* const twin = machine.bus.find(node);
+  const std::vector<BusFrame> frames = bus_frames(machine.bus);
   const auto from_node = [&](std::uint32_t id) {
-    const bool process_data = twin != nullptr && sends(*twin, id, machine.bus.wire);
+    const bool process_data = std::any_of(frames.begin(), frames.end(), [&](const BusFrame& frame) {
+      return !frame.to_node && frame.id == id && machine.bus.nodes[frame.node].id == node;
+    });
     return process_data || id == canopen::heartbeat_id(node) || id == canopen::emcy_id(node) ||
            id == canopen::sdo_response_id(node);
   };

@@ -91,9 +91,9 @@ Signal nmt_command() {
 }
 
 /// CiA 408: bits 0 to 2 of status and control word.
-Signal valve_state(std::string about) {
+Signal valve_state(std::string name, std::string about) {
   using canopen::ValveState;
-  Signal state = whole("State", 0, 3, std::move(about));
+  Signal state = whole(std::move(name), 0, 3, std::move(about));
   state.values = {{static_cast<std::uint32_t>(ValveState::kInit), "init"},
                   {static_cast<std::uint32_t>(ValveState::kDisabled), "disabled"},
                   {static_cast<std::uint32_t>(ValveState::kHold), "hold"},
@@ -113,82 +113,107 @@ Signal spool(const MachineDescription& machine, std::string name, std::string ab
                 kPercent, std::move(about) + ", of the spool's stroke; positive extends the cylinder");
 }
 
-std::vector<Signal> valve_status(const MachineDescription& machine) {
-  return {valve_state("CiA 408, 0x6041"), flag("Ready", bit_of(canopen::kStatusReady), "0: fault"),
-          flag("Local", bit_of(canopen::kStatusLocal), "1: set-points are not taken from the bus"),
-          spool(machine, "SpoolPosition", "0x6301:01, actual")};
+/// Signals of a channel are named by what it is where the node has several.
+std::string prefix_of(const FrameField& field, const NodeDescription& node) {
+  return node.channels.size() > 1 ? std::string(field.channel.info().name) + "_" : "";
 }
 
-std::vector<Signal> valve_command(const MachineDescription& machine) {
-  return {valve_state("State that is asked for (CiA 408, 0x6040)"),
-          flag("Reset", bit_of(canopen::kControlReset), "Rising edge: resets a fault"),
-          spool(machine, "SpoolSetPoint", "0x6300:01, set-point")};
+std::vector<Signal> valve_status(const BusFrame& frame, const MachineDescription& machine) {
+  const FrameField &word = frame.fields[0], &actual = frame.fields[1];
+  const std::string prefix = prefix_of(word, machine.bus.nodes[frame.node]);
+  return {valve_state(prefix + "State", fmt::format("CiA 408, 0x{:04X}", word.object.index)),
+          flag(prefix + "Ready", bit_of(canopen::kStatusReady), "0: fault"),
+          flag(prefix + "Local", bit_of(canopen::kStatusLocal), "1: set-points are not taken from the bus"),
+          spool(machine, prefix + "SpoolPosition", fmt::format("0x{:04X}:01, actual", actual.object.index))};
 }
 
-/// Value and status of a channel; named by what it is where the node has several.
-std::vector<Signal> pressure(const FrameField& value, const FrameField& status, bool several,
+std::vector<Signal> valve_command(const BusFrame& frame, const MachineDescription& machine) {
+  const FrameField &word = frame.fields[0], &set_point = frame.fields[1];
+  const std::string prefix = prefix_of(word, machine.bus.nodes[frame.node]);
+  return {valve_state(prefix + "State", fmt::format("State that is asked for (CiA 408, 0x{:04X})", word.object.index)),
+          flag(prefix + "Reset", bit_of(canopen::kControlReset), "Rising edge: resets a fault"),
+          spool(machine, prefix + "SpoolSetPoint", fmt::format("0x{:04X}:01, set-point", set_point.object.index))};
+}
+
+/// Value and status, where there is one, of a channel.
+std::vector<Signal> pressure(const FrameField& value, const FrameField* status, const std::string& prefix,
                              const MachineDescription& machine) {
   const double most_Pa = slave::kValidity.pressure_over_range * machine.sensors.pressure_range_Pa;
-  const std::string prefix = several ? std::string(value.channel.info().name) + "_" : "";
-  const auto bit = [&](std::uint16_t mask) { return status.bits.start_bit + bit_of(mask); };
+  const auto bit = [&](std::uint16_t mask) { return status->bits.start_bit + bit_of(mask); };
   const auto about = [](const canopen::Object& object) {
     return fmt::format("0x{:04X}:{:02X}", object.index, object.subindex);
   };
-  return {number(value.bits.type == BitField::Type::kFloat ? Type::kFloat : Type::kSigned, prefix + "Pressure",
-                 value.bits.start_bit, value.bits.bits, rounded(value.bits.scale / kBar), "bar",
-                 slave::kValidity.pressure_floor_Pa / kBar, rounded(most_Pa / kBar), about(value.object) + ", gauge"),
-          flag(prefix + "Invalid", bit(canopen::kPressureInvalid), about(status.object)),
-          flag(prefix + "Overload", bit(canopen::kPressureOverload), about(status.object)),
-          flag(prefix + "Underload", bit(canopen::kPressureUnderload), about(status.object))};
+  std::vector<Signal> all{number(value.bits.type == BitField::Type::kFloat ? Type::kFloat : Type::kSigned,
+                                 prefix + "Pressure", value.bits.start_bit, value.bits.bits,
+                                 rounded(value.bits.scale / kBar), "bar", slave::kValidity.pressure_floor_Pa / kBar,
+                                 rounded(most_Pa / kBar), about(value.object) + ", gauge")};
+  if (status == nullptr) return all;
+  all.push_back(flag(prefix + "Invalid", bit(canopen::kPressureInvalid), about(status->object)));
+  all.push_back(flag(prefix + "Overload", bit(canopen::kPressureOverload), about(status->object)));
+  all.push_back(flag(prefix + "Underload", bit(canopen::kPressureUnderload), about(status->object)));
+  return all;
 }
 
 std::vector<Signal> pressures(const BusFrame& frame, const NodeDescription& node, const MachineDescription& machine) {
   std::vector<Signal> all;
-  for (std::size_t i = 0; i + 1 < frame.fields.size(); i += 2) {
-    for (Signal& one : pressure(frame.fields[i], frame.fields[i + 1], node.channels.size() > 1, machine))
-      all.push_back(std::move(one));
+  for (const FrameField& field : frame.fields) {
+    if (field.part != FrameField::Part::kValue) continue;
+    const FrameField* const status = find_field(frame.fields, FrameField::Part::kStatus, field.channel);
+    for (Signal& one : pressure(field, status, prefix_of(field, node), machine)) all.push_back(std::move(one));
   }
   return all;
 }
 
 /// Of the shaft: a DBC cannot take whole turns off.
-std::vector<Signal> rotary_encoder(const RotaryDescription& rotary) {
+std::vector<Signal> rotary_encoder(const BusFrame& frame, const RotaryDescription& rotary) {
   const double step_deg = rounded(rotary.step_rad() / kDegree);
-  return {number(Type::kUnsigned, "Shaft", 0, 32, step_deg, "deg", 0, step_deg * (rotary.range() - 1),
+  return {number(Type::kUnsigned, "Shaft", frame.fields.front().bits.start_bit, 32, step_deg, "deg", 0,
+                 step_deg * (rotary.range() - 1),
                  fmt::format("0x6004: the joint's angle is {:.6g} deg {} this, less whole turns",
                              rotary.zero_rad / kDegree, rotary.sign > 0 ? "plus" : "minus"))};
 }
 
-std::vector<Signal> encoder(const MachineDescription& machine, int joint) {
+std::vector<Signal> encoder(const BusFrame& frame, const MachineDescription& machine, int joint) {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const double offset_m = machine.sensors.encoder_offset_m[joint], margin_m = slave::kValidity.length_margin_m;
   std::string about = "0x6004: the cylinder's length from pin to pin";
   if (offset_m != 0) about += fmt::format(" plus {:.3f} mm, as calibrated", offset_m / kMilli);
-  return {number(Type::kSigned, "Length", 0, 32, rounded(machine.sensors.encoder_step_m / kMilli), "mm",
-                 millimetres(cylinder.min_length_m - margin_m + offset_m),
-                 millimetres(cylinder.max_length_m + margin_m + offset_m), std::move(about)),
-          number(Type::kSigned, "Speed", 32, 16, rounded(machine.bus.wire.encoder_speed_step_mps / kMilli), "mm/s",
-                 -kAny, kAny, "0x6030:01")};
+  std::vector<Signal> all;
+  for (const FrameField& field : frame.fields) {
+    const unsigned start = field.bits.start_bit;
+    if (field.part == FrameField::Part::kValue)
+      all.push_back(number(Type::kSigned, "Length", start, 32, rounded(machine.sensors.encoder_step_m / kMilli), "mm",
+                           millimetres(cylinder.min_length_m - margin_m + offset_m),
+                           millimetres(cylinder.max_length_m + margin_m + offset_m), about));
+    else
+      all.push_back(number(Type::kSigned, "Speed", start, 16, rounded(machine.bus.wire.encoder_speed_step_mps / kMilli),
+                           "mm/s", -kAny, kAny, "0x6030:01"));
+  }
+  return all;
 }
 
-std::vector<Signal> tilt(const MachineDescription& machine) {
+std::vector<Signal> tilt(const BusFrame& frame, const MachineDescription& machine) {
+  const FrameField& slope = frame.fields.front();
   const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
   const double most_deg = (on_boom ? std::numbers::pi : slave::kValidity.hull_tilt_rad) / kDegree;
-  return {number(Type::kSigned, "Slope", 0, 16, rounded(machine.sensors.tilt_step_rad / kDegree), "deg", -most_deg,
-                 most_deg, on_boom ? "0x6010: the boom against the horizontal" : "0x6010: the hull's pitch")};
+  return {number(
+      Type::kSigned, "Slope", slope.bits.start_bit, 16, rounded(machine.sensors.tilt_step_rad / kDegree), "deg",
+      -most_deg, most_deg,
+      fmt::format("0x{:04X}: the {}", slope.object.index, on_boom ? "boom against the horizontal" : "hull's pitch"))};
 }
 
 std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& machine) {
   const NodeDescription& node = machine.bus.nodes[frame.node];
+  if (frame.fields.empty()) return {};  // the device's own
   switch (node.role) {
     case NodeRole::kValve:
-      return valve_status(machine);
+      return valve_status(frame, machine);
     case NodeRole::kPressure:
       return pressures(frame, node, machine);
     case NodeRole::kEncoder:
-      return node.measures_angle() ? rotary_encoder(node.rotary) : encoder(machine, node.joint());
+      return node.measures_angle() ? rotary_encoder(frame, node.rotary) : encoder(frame, machine, node.joint());
     case NodeRole::kTilt:
-      return tilt(machine);
+      return tilt(frame, machine);
     case NodeRole::kEnable:
       break;
   }
@@ -196,8 +221,8 @@ std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& mac
           flag("PilotOn", bit_of(canopen::kInputPilotOn), "Pilot pressure is on: valves can move")};
 }
 
-std::vector<Signal> told_to(const NodeDescription& node, const MachineDescription& machine) {
-  if (node.role == NodeRole::kValve) return valve_command(machine);
+std::vector<Signal> told_in(const BusFrame& frame, const MachineDescription& machine) {
+  if (machine.bus.nodes[frame.node].role == NodeRole::kValve) return valve_command(frame, machine);
   return {flag("Enable", bit_of(canopen::kOutputEnable), "Asks for pilot pressure")};
 }
 
@@ -265,7 +290,7 @@ class Messages {
     for (const BusFrame& frame : frames_) {
       if (frame.node != index) continue;
       if (frame.to_node) {
-        add_pdo(frame.id, name + "_RPDO1", kController, name, told_to(node, machine_),
+        add_pdo(frame.id, fmt::format("{}_RPDO{}", name, frame.pdo + 1), kController, name, told_in(frame, machine_),
                 node.role == NodeRole::kValve ? "Set-point; also at once when it drops to neutral" : "Output");
       } else {
         add_pdo(frame.id, fmt::format("{}_TPDO{}", name, frame.pdo + 1), name, kController, sent_in(frame, machine_),

@@ -6,6 +6,7 @@
 
 #include "app/motion/path_builder.h"
 #include "core/loop_table.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::motion {
 namespace {
@@ -153,7 +154,8 @@ bool LedMachine::advance() {
 bool LedMachine::tick() {
   const bool stepped = advance();
   if (stepped) each_step();
-  if (leader_.dropped_out()) throw NotLed("the machine is no longer engaged: " + text(leader_.trouble()));
+  if (leader_.dropped_out())
+    throw NotLed("the machine is no longer engaged: " + text(leader_.trouble(), slave_.client().bus()));
   return stepped;
 }
 
@@ -166,8 +168,9 @@ bool LedMachine::run_until(const std::function<bool()>& reached, Duration patien
 
 void LedMachine::require(bool reached, const char* otherwise) const {
   if (reached) return;
-  std::string why = text(setup_failure_);
-  if (const Reason trouble = leader_.trouble(); why.empty() && trouble) why = text(trouble);
+  const BusDescription& bus = slave_.client().bus();
+  std::string why = text(setup_failure_, bus);
+  if (const Reason trouble = leader_.trouble(); why.empty() && trouble) why = text(trouble, bus);
   throw NotLed(otherwise + (why.empty() ? why : ": " + why));
 }
 

@@ -145,16 +145,17 @@ Json connect_json(const Options& o) {
   return o.link.address.empty() ? Json() : Json(o.link.address);
 }
 
-Json machine_json(const MasterEvent& event) {
+Json machine_json(const MasterEvent& event, const BusDescription& bus) {
   return {{"at_s", to_seconds(event.at)},
           {"heard", event.heard},
           {"mode", event.heard ? Json(name(event.mode)) : Json()},
-          {"blocking", reason_json(event.blocking)},
-          {"fault", reason_json(event.fault)}};
+          {"blocking", reason_json(event.blocking, bus)},
+          {"fault", reason_json(event.fault, bus)}};
 }
 
 Json result_json(const Options& o, const recording::OperatorSetup& setup, double started_unix_s,
                  const MasterOutcome& outcome, std::uint64_t lines_lost) {
+  const BusDescription& bus = setup.machine.bus;
   Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
             {"device", o.device},         {"device_file", setup.device.name},  {"connect", connect_json(o)},
             {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
@@ -165,16 +166,17 @@ Json result_json(const Options& o, const recording::OperatorSetup& setup, double
   for (const MasterEvent& event : outcome.events) {
     const double at_s = to_seconds(event.at);
     if (event.about == MasterEvent::About::kDevice) {
-      json["device_states"].push_back({{"at_s", at_s}, {"ready", !event.device}, {"why", reason_json(event.device)}});
+      json["device_states"].push_back(
+          {{"at_s", at_s}, {"ready", !event.device}, {"why", reason_json(event.device, bus)}});
     } else if (event.about == MasterEvent::About::kSameMachine) {
       json["other_machine"].push_back({{"at_s", at_s},
                                        {"here", event.here.text()},
                                        {"there", event.there.text()},
-                                       {"why", reason_json(event.other_machine)}});
+                                       {"why", reason_json(event.other_machine, bus)}});
     } else if (event.about == MasterEvent::About::kFelt) {
-      json["warnings"].push_back({{"at_s", at_s}, {"why", reason_json(event.warning)}});
+      json["warnings"].push_back({{"at_s", at_s}, {"why", reason_json(event.warning, bus)}});
     } else {
-      json["machine_side"].push_back(machine_json(event));
+      json["machine_side"].push_back(machine_json(event, bus));
     }
   }
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
@@ -194,7 +196,7 @@ Json observer_json(const Options& o, double started_unix_s, const ObserverOutcom
             {"ran_s", outcome.ran_s},
             {"messages", outcome.messages}};
   json["machine_side"] = Json::array();
-  for (const MasterEvent& event : outcome.events) json["machine_side"].push_back(machine_json(event));
+  for (const MasterEvent& event : outcome.events) json["machine_side"].push_back(machine_json(event, {}));
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
   return json;

@@ -9,6 +9,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "machine/reason_text.h"
 #include "master/master_state.h"
 
 namespace knuckle::programs {
@@ -128,14 +129,15 @@ void MasterRunner::observe(Time now) noexcept {
 /// Events as they come, what blocks or is wrong for long, and the status line.
 class Teller {
  public:
-  Teller(ProgramConsole& console, const std::function<std::string()>& device_problem, recording::Recorder* recorder)
-      : console_(console), recorder_(recorder), device_problem_(device_problem) {}
+  Teller(ProgramConsole& console, const BusDescription& bus, const std::function<std::string()>& device_problem,
+         recording::Recorder* recorder)
+      : console_(console), bus_(bus), recorder_(recorder), device_problem_(device_problem) {}
 
   void tell(Time now, MasterRunner& runner) {
     MasterEvent event;
     while (runner.next(event)) {
       events_.add(event, kind_of(event));
-      say(event.at, event_text(event), kind_of(event));
+      say(event.at, event_text(event, bus_), kind_of(event));
       device_was_ready_ |= event.about == MasterEvent::About::kDevice && !event.device;
       machine_was_heard_ |= event.heard;
       if (event.about == MasterEvent::About::kMachine) standing_.told(event.fault ? event.fault : event.blocking);
@@ -163,7 +165,7 @@ class Teller {
     if (!standing_.is_news(now, event.blocking)) return;
     MasterEvent shown = event;
     shown.fault = {};
-    say(now, event_text(shown), "standing " + kind_of(shown));
+    say(now, event_text(shown, bus_), "standing " + kind_of(shown));
   }
   void tell_problem(Time now) {
     if (!device_problem_) return;
@@ -172,12 +174,12 @@ class Teller {
     problem_ = problem;
     if (!problem.empty()) say(now, problem, "device");
   }
-  static std::vector<std::string> status_parts(const MasterStatus& status) {
+  [[nodiscard]] std::vector<std::string> status_parts(const MasterStatus& status) const {
     std::vector<std::string> parts{status.now.heard ? "machine " + std::string(name(status.now.mode))
                                                     : "machine: no packets received"};
     for (const Reason& reason :
          {status.now.other_machine, status.now.blocking, status.now.device, status.now.warning}) {
-      if (reason) parts.push_back(text(reason));
+      if (reason) parts.push_back(text(reason, bus_));
     }
     if (!status.now.heard) return parts;
     parts.push_back(fmt::format("round trip {:.0f} ms", 1e3 * status.round_trip_s));
@@ -185,6 +187,7 @@ class Teller {
   }
 
   ProgramConsole& console_;
+  const BusDescription& bus_;
   recording::Recorder* recorder_;
   RunEvents<MasterEvent> events_;
   bool device_was_ready_ = false, machine_was_heard_ = false;
@@ -202,7 +205,7 @@ std::string same_machine_text(const MasterEvent& event) {
 
 }  // namespace
 
-std::string event_text(const MasterEvent& event) {
+std::string event_text(const MasterEvent& event, const BusDescription& bus) {
   if (event.about == MasterEvent::About::kDevice)
     return event.device ? "device " + text_with_code(event.device) : "device is ready";
   if (event.about == MasterEvent::About::kSameMachine) return same_machine_text(event);
@@ -210,8 +213,8 @@ std::string event_text(const MasterEvent& event) {
     return event.warning ? "felt force: " + text_with_code(event.warning) : "felt force is back in full";
   if (!event.heard) return "machine: no packets received";
   const std::string mode = std::string("machine ") + name(event.mode);
-  if (event.fault) return mode + " " + text_with_code(event.fault);
-  return event.blocking ? mode + ", " + text_with_code(event.blocking) : mode;
+  if (event.fault) return mode + " " + text_with_code(event.fault, bus);
+  return event.blocking ? mode + ", " + text_with_code(event.blocking, bus) : mode;
 }
 
 MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
@@ -219,7 +222,7 @@ MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, L
                          recording::Recorder* recorder) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);
   MasterOutcome outcome;
-  Teller teller(run.console, device_problem, recorder);
+  Teller teller(run.console, setup.machine.bus, device_problem, recorder);
   const LoopRun ran = run_loop(
       run, {.thread = {.name = "master", .period = kTick, .fifo_priority = fifo_priority::kMaster, .lock_memory = true},
             .step = [&runner](Time now) { runner->step(now); },
@@ -255,6 +258,7 @@ void Observer::tend(Time now) {
 }
 
 void Observer::tell(Time now) {
+  static const BusDescription kUnknown;  // its messages do not tell an observer which machine it is
   MasterEvent event;
   event.at = now;
   event.heard = newest_ && now - heard_at_ < kSilence;
@@ -266,9 +270,9 @@ void Observer::tell(Time now) {
   if (event.heard != last_.heard || event.mode != last_.mode || !same_cause(event.fault, last_.fault)) {
     last_ = event;
     events_.add(event, kind_of(event));
-    console_.event(now, event_text(event), kind_of(event));
+    console_.event(now, event_text(event, kUnknown), kind_of(event));
   }
-  console_.status(now, {event_text(event)});
+  console_.status(now, {event_text(event, kUnknown)});
 }
 
 ObserverOutcome Observer::outcome(double ran_s) const {

@@ -13,6 +13,7 @@
 #include "core/histogram.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "machine/bus_description.h"
 #include "recording/recorder.h"
 #include "recording/sides.h"
 #include "transport/hid_port.h"
@@ -36,8 +37,8 @@ struct MasterEvent {
   MachineName here, there;
 };
 /// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ...",
-/// "felt force: cues_delay: ..."
-[[nodiscard]] std::string event_text(const MasterEvent& event);
+/// "felt force: cues_delay: ..." @param bus of the machine; an empty one where it is not known.
+[[nodiscard]] std::string event_text(const MasterEvent& event, const BusDescription& bus);
 
 struct MasterOutcome {
   std::vector<MasterEvent> events;              ///< The first of each kind, and the newest others (RunEvents).

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/bringup/planned_faults.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/eds/device_file.h"
@@ -143,7 +144,7 @@ NodeSetup set_up(const Options& o) {
   for (const std::string& device : o.devices) setup.devices.push_back(sold_device(device, machine.bus));
   identify_nodes(o, machine.bus, setup);
   setup.boot_time_s = o.boot_time_s.value_or(0);
-  for (const std::string& fault : o.faults) setup.faults.push_back(parse_fault(fault, machine.bus));
+  for (const std::string& fault : o.faults) setup.faults.push_back(bringup::parse_fault(fault, machine.bus));
   return setup;
 }
 

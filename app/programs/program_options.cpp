@@ -8,6 +8,7 @@
 #include "app/cli/json.h"
 #include "app/programs/program_console.h"
 #include "core/error.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::programs {
 namespace {
@@ -109,9 +110,9 @@ cli::Json milliseconds_json(const Histogram& histogram) {
   return percentiles_json(histogram, 1e3);
 }
 
-cli::Json reason_json(const Reason& reason) {
+cli::Json reason_json(const Reason& reason, const BusDescription& bus) {
   if (!reason) return nullptr;
-  return {{"code", name(reason.code)}, {"reason", text(reason)}};
+  return {{"code", name(reason.code)}, {"reason", text(reason, bus)}};
 }
 
 }  // namespace knuckle::programs

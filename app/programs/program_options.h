@@ -15,6 +15,7 @@
 #include "core/histogram.h"
 #include "core/realtime_thread.h"
 #include "core/reason.h"
+#include "machine/bus_description.h"
 #include "transport/can_health.h"
 
 namespace knuckle::programs {
@@ -76,6 +77,6 @@ void commit_all(std::initializer_list<AskedOutput*> outputs);
 /// {p50, p99, max}; null where nothing was measured.
 [[nodiscard]] cli::Json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
-[[nodiscard]] cli::Json reason_json(const Reason& reason);
+[[nodiscard]] cli::Json reason_json(const Reason& reason, const BusDescription& bus);
 
 }  // namespace knuckle::programs

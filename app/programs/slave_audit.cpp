@@ -8,6 +8,7 @@
 #include "app/cli/command.h"
 #include "app/cli/digest.h"
 #include "core/error.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::programs {
 namespace {
@@ -65,7 +66,8 @@ std::string damage_of(const std::string& folder) {
 
 }  // namespace
 
-SlaveAudit::SlaveAudit(const std::string& folder) : damage_(damage_of(folder)), trail_(folder) {}
+SlaveAudit::SlaveAudit(const std::string& folder, const BusDescription& bus)
+    : bus_(bus), damage_(damage_of(folder)), trail_(folder) {}
 
 void SlaveAudit::started(const std::string& machine_file, const std::string& bus, const std::string& address,
                          const std::vector<std::string>& link_notes) {
@@ -100,10 +102,10 @@ void SlaveAudit::link_events_lost(std::uint64_t count) {
 
 void SlaveAudit::mode(const ModeEvent& event) {
   Json details{{"mode", name(event.mode)}};
-  if (event.blocking) details["blocking"] = text(event.blocking);
+  if (event.blocking) details["blocking"] = text(event.blocking, bus_);
   if (event.fault) {
     details["code"] = name(event.fault.code);
-    details["fault"] = text(event.fault);
+    details["fault"] = text(event.fault, bus_);
   }
   trail_.note(event.fault ? "fault" : "mode", std::move(details),
               event.fault ? std::string("fault ") + name(event.fault.code) : "mode");

@@ -6,6 +6,7 @@
 
 #include "app/audit/audit_trail.h"
 #include "app/programs/slave_program.h"
+#include "machine/bus_description.h"
 #include "transport/secure/secure_link.h"
 
 namespace knuckle::programs {
@@ -13,8 +14,8 @@ namespace knuckle::programs {
 /// All of it is for the thread that tends the program.
 class SlaveAudit {
  public:
-  /// @throws InputError where nothing can be written there.
-  explicit SlaveAudit(const std::string& folder);
+  /// @param bus of the machine: outlives this. @throws InputError where nothing can be written there.
+  SlaveAudit(const std::string& folder, const BusDescription& bus);
   /// What is wrong with the trail so far, in one line; empty: nothing.
   [[nodiscard]] const std::string& damage() const noexcept { return damage_; }
 
@@ -30,6 +31,7 @@ class SlaveAudit {
   [[nodiscard]] std::string news() { return trail_.news(); }
 
  private:
+  const BusDescription& bus_;
   std::string damage_;  // before anything is written
   audit::AuditTrail trail_;
 };

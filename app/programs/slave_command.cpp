@@ -188,17 +188,17 @@ void refuse_other_controller(CanBus& bus, const BusDescription& description, con
   slave::refuse_other_controller(description, access);
 }
 
-Json nodes_json(const SlaveOutcome& outcome) {
+Json nodes_json(const SlaveOutcome& outcome, const BusDescription& bus) {
   Json failures = Json::array(), emergencies = Json::array();
   for (const SetupFailureEvent& event : outcome.setup_failures) {
     failures.push_back(
-        {{"at_s", to_seconds(event.at)}, {"node", event.failure.node}, {"text", slave::text(event.failure)}});
+        {{"at_s", to_seconds(event.at)}, {"node", event.failure.node}, {"text", slave::text(event.failure, bus)}});
   }
   for (const auto& [first, times, last_at] : outcome.emergencies) {
     emergencies.push_back({{"at_s", to_seconds(first.at)},
                            {"node", first.node},
                            {"code", first.emergency.code},
-                           {"text", slave::text(first)},
+                           {"text", slave::text(first, bus)},
                            {"times", times},
                            {"last_at_s", to_seconds(last_at)}});
   }
@@ -212,6 +212,7 @@ Json simulation_json(const std::optional<Simulation>& simulation) {
 
 Json result_json(const Options& o, const Setup& setup, double started_unix_s, const SlaveOutcome& outcome,
                  std::uint64_t lines_lost) {
+  const BusDescription& bus = setup.machine.bus;
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
             {"machine", o.machine.empty() ? setup.machine.name : o.machine},
@@ -224,14 +225,14 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   json["faults"] = Json::array();
   for (const ModeEvent& event : outcome.events) {
     json["modes"].push_back(
-        {{"mode", name(event.mode)}, {"at_s", to_seconds(event.at)}, {"blocking", reason_json(event.blocking)}});
+        {{"mode", name(event.mode)}, {"at_s", to_seconds(event.at)}, {"blocking", reason_json(event.blocking, bus)}});
   }
   for (const ModeEvent& event : outcome.faults) {
-    Json fault = reason_json(event.fault);
+    Json fault = reason_json(event.fault, bus);
     fault["at_s"] = to_seconds(event.at);
     json["faults"].push_back(std::move(fault));
   }
-  json.update(nodes_json(outcome));
+  json.update(nodes_json(outcome, bus));
   json["stop"] = {
       {"commanded", outcome.commanded}, {"confirmed", outcome.stop_confirmed()}, {"unconfirmed", outcome.unconfirmed}};
   json["malformed_datagrams"] = outcome.malformed_datagrams;
@@ -311,7 +312,7 @@ int run(const Options& o, const DrawCamera& draw) {
   pairing::ChosenLink link = pairing::ChosenLink::listen(link_options);
 
   std::optional<SlaveAudit> audit;
-  if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder);
+  if (const std::string folder = audit_folder(o); !folder.empty()) audit.emplace(folder, setup.machine.bus);
 
   const LinkStart start = random_start();
   recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);

@@ -13,6 +13,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "machine/reason_text.h"
 #include "recording/sides.h"
 #include "slave/loss_policy.h"
 #include "slave/orderly_stop.h"
@@ -204,7 +205,10 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   if (!outcome.commanded) return;
   const auto valves = stop_.unconfirmed_valves();
   for (const NodeDescription& node : machine_.bus.nodes) {
-    const bool valve = node.role == NodeRole::kValve && valves[static_cast<std::size_t>(node.joint())];
+    const bool valve = node.role == NodeRole::kValve &&
+                       std::any_of(node.channels.begin(), node.channels.end(), [&](const NodeChannel& axis) {
+                         return valves[static_cast<std::size_t>(axis.info().index)];
+                       });
     const bool pilot = node.role == NodeRole::kEnable && stop_.unconfirmed_pilot();
     if (valve || pilot) outcome.unconfirmed.push_back(node.name);
   }
@@ -231,7 +235,7 @@ class Teller {
       events_.add(event, kind);
       if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
       standing_fault_ = event.fault;
-      mode_text_ = event_text(event);
+      mode_text_ = event_text(event, runner.bus());
       say(event.at, mode_text_, kind, event.fault ? Severity::kError : Severity::kInfo);
       if (records_.on_mode) records_.on_mode(event);
       standing_.told(event.fault ? event.fault : event.blocking);
@@ -243,9 +247,9 @@ class Teller {
       records_.on_link(now, status.heard_at, status.round_trip, status.silent);
     if (standing_.is_news(now, status.blocking)) {
       const ModeEvent standing{now, status.mode, status.blocking, {}};
-      say(now, event_text(standing), "standing " + kind_of(standing), Severity::kInfo);
+      say(now, event_text(standing, runner.bus()), "standing " + kind_of(standing), Severity::kInfo);
     }
-    console_.status(now, status_parts(status));
+    console_.status(now, status_parts(status, runner.bus()));
   }
   /// How things stand: "engaged", "fault link_lost: ...".
   [[nodiscard]] const std::string& mode_text() const noexcept { return mode_text_; }
@@ -281,26 +285,25 @@ class Teller {
     SetupFailureEvent failed;
     while (runner.next(failed)) {
       failures_.add(failed, kind_of(failed));
-      say(failed.at, "set-up: " + slave::text(failed.failure), kind_of(failed), Severity::kWarning);
+      say(failed.at, "set-up: " + slave::text(failed.failure, runner.bus()), kind_of(failed), Severity::kWarning);
     }
     slave::EmergencyRecord record;
     while (runner.next(record)) {
       if (outcome_.add(record))
-        say(record.at, "emergency: " + slave::text(record), kind_of(record), Severity::kWarning);
+        say(record.at, "emergency: " + slave::text(record, runner.bus()), kind_of(record), Severity::kWarning);
     }
     ForeignRead read;
     while (runner.next(read)) {
       say(read.at,
           fmt::format(
-              "another program reads objects of the nodes over SDO, just now of node 0x{:02X}: knuckle doctor, or "
-              "a service tool",
-              read.node),
+              "another program reads objects of the nodes over SDO, just now of {}: knuckle doctor, or a service tool",
+              node_text(read.node, runner.bus())),
           kind_of(read), Severity::kInfo);
     }
   }
-  static std::vector<std::string> status_parts(const SlaveStatus& status) {
+  static std::vector<std::string> status_parts(const SlaveStatus& status, const BusDescription& bus) {
     std::vector<std::string> parts{name(status.mode)};
-    if (status.blocking) parts.push_back(text(status.blocking));
+    if (status.blocking) parts.push_back(text(status.blocking, bus));
     if (status.heard_at == kNever) {
       parts.emplace_back("operator: no packets received yet");
     } else if (status.round_trip < 10s) {
@@ -322,10 +325,10 @@ class Teller {
 
 }  // namespace
 
-std::string event_text(const ModeEvent& event) {
+std::string event_text(const ModeEvent& event, const BusDescription& bus) {
   const std::string mode = name(event.mode);
-  if (event.fault) return mode + " " + text_with_code(event.fault);
-  return event.blocking ? mode + ", " + text_with_code(event.blocking) : mode;
+  if (event.fault) return mode + " " + text_with_code(event.fault, bus);
+  return event.blocking ? mode + ", " + text_with_code(event.blocking, bus) : mode;
 }
 
 bool SlaveOutcome::add(const slave::EmergencyRecord& record) {

@@ -11,6 +11,7 @@
 #include "app/programs/program_console.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "recording/recorder.h"
 #include "slave/emergency_log.h"
@@ -29,7 +30,7 @@ struct ModeEvent {
   Reason blocking, fault;
 };
 /// "engaged", "aligning, hand_not_aligned: arm: hand is away ...", "fault link_lost: no newer packet ..."
-[[nodiscard]] std::string event_text(const ModeEvent& event);
+[[nodiscard]] std::string event_text(const ModeEvent& event, const BusDescription& bus);
 
 /// Where records go; null: not wanted.
 struct SlaveRecords {

@@ -13,6 +13,7 @@
 #include "app/report/machine_drawing.h"
 #include "app/report/report_plots.h"
 #include "app/report/result_text.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::report {
 namespace {
@@ -184,7 +185,7 @@ void write_happenings(std::ostream& out, const session::SessionResult& s) {
   if (s.notes.empty() && s.record.faults.empty()) return;
   out << "<section><h2>Faults and notes</h2><ul>";
   for (const session::FaultRecord& f : s.record.faults)
-    out << "<li>" << shown(f.at_s, "s") << ": " << escaped(text(f.reason)) << "</li>\n";
+    out << "<li>" << shown(f.at_s, "s") << ": " << escaped(text(f.reason, s.machine.bus)) << "</li>\n";
   for (const std::string& note : s.notes) out << "<li>" << escaped(note) << "</li>\n";
   out << "</ul></section>\n";
 }

@@ -10,6 +10,7 @@
 #include "app/recordings/state_table.h"
 #include "app/session/record_windows.h"
 #include "core/fields.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::report {
 namespace {
@@ -50,13 +51,13 @@ Json percentiles_json(const session::Percentiles& p) {
   return {{"p50", p.p50}, {"p99", p.p99}, {"max", p.max}};
 }
 
-Json faults_json(const session::SessionRecord& record) {
+Json faults_json(const session::SessionRecord& record, const BusDescription& bus) {
   Json list = Json::array();
   for (const session::FaultRecord& f : record.faults) {
     const auto since_ms = [&](double at_s) { return at_s > 0 ? Json(1e3 * (at_s - f.last_good_input_s)) : Json(); };
     list.push_back(
         {{"code", name(f.reason.code)},
-         {"reason", text(f.reason)},
+         {"reason", text(f.reason, bus)},
          {"at_s", f.at_s},
          {"last_good_input", f.last_good_input_s},
          {"command_neutral_ms", since_ms(f.command_neutral_s)},
@@ -68,10 +69,10 @@ Json faults_json(const session::SessionRecord& record) {
   return list;
 }
 
-Json warnings_json(const session::SessionRecord& record) {
+Json warnings_json(const session::SessionRecord& record, const BusDescription& bus) {
   Json list = Json::array();
   for (const session::WarningRecord& w : record.warnings)
-    list.push_back({{"code", name(w.reason.code)}, {"reason", text(w.reason)}, {"at_s", w.at_s}});
+    list.push_back({{"code", name(w.reason.code)}, {"reason", text(w.reason, bus)}, {"at_s", w.at_s}});
   return list;
 }
 
@@ -157,8 +158,8 @@ Json result_json(const session::Judged& judged) {
                     {"real_time_factor", s.wall_s > 0 ? Json(s.simulated_s / s.wall_s) : Json()}};
   for (const session::MetricEntry& entry : session::metric_table())
     json[std::string(entry.group)][std::string(entry.key)] = metric_json(entry, judged.metrics);
-  json["faults"] = faults_json(s.record);
-  json["warnings"] = warnings_json(s.record);
+  json["faults"] = faults_json(s.record, s.machine.bus);
+  json["warnings"] = warnings_json(s.record, s.machine.bus);
   json["realtime"] = realtime_json(s.loops);
   json["latency_us"] = latencies_json(s.hops);
   json["energy"] = energy_json(s.record);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/session/record_windows.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::report {
 
@@ -305,9 +306,9 @@ std::string summary_text(const session::Judged& judged, const std::string& repor
   std::string text = what_ran(s) + "  " + done_text(judged) + "\n";
   for (const std::string& note : s.notes) text += "  note: " + note + "\n";
   for (const session::FaultRecord& f : s.record.faults)
-    text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason) + "\n";
+    text += fmt::format("  fault at {:.2f} s: ", f.at_s) + knuckle::text(f.reason, s.machine.bus) + "\n";
   for (const session::WarningRecord& w : s.record.warnings)
-    text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason) + "\n";
+    text += fmt::format("  warning at {:.2f} s: ", w.at_s) + knuckle::text(w.reason, s.machine.bus) + "\n";
   text += limits_line(s, verbose);
   text += block("FAILED:", by.failed, judged.metrics);
   if (std::ranges::any_of(by.failed, [](const auto* r) { return r->kind == CriterionKind::kRequirement; }))

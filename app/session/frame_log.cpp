@@ -19,14 +19,14 @@ FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
 
 std::optional<std::size_t> valve_told(std::uint32_t id, const MachineDescription& machine) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (id == machine.bus.valve(i).rpdo_id()) return i;
+    if (id == machine.bus.set_point_id(i)) return i;
   }
   return std::nullopt;
 }
 
 std::optional<std::size_t> valve_heard(std::uint32_t id, const MachineDescription& machine) {
   for (std::size_t i = 0; i < kJoints; ++i) {
-    if (id == machine.bus.valve(i).tpdo_id()) return i;
+    if (id == machine.bus.spool_id(i)) return i;
   }
   return std::nullopt;
 }
@@ -125,17 +125,17 @@ std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Tim
 
 std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
   constexpr double kTolerance = 0.1;
-  const NodeDescription& valve = machine.bus.valve(joint);
+  const std::uint32_t told = machine.bus.set_point_id(joint), heard = machine.bus.spool_id(joint);
   std::array<double, 6> demands{};
   std::size_t next = 0;
   std::optional<Time> last;
   for (const TimedFrame& f : log) {
     if (f.at >= before) break;
-    if (f.frame.id == valve.rpdo_id()) {
+    if (f.frame.id == told) {
       if (const auto command = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke)) {
         demands[next++ % demands.size()] = command->set_point;
       }
-    } else if (f.frame.id == valve.tpdo_id()) {
+    } else if (f.frame.id == heard) {
       const auto [low, high] = std::minmax_element(demands.begin(), demands.end());
       const auto status = canopen::parse_valve_status(f.frame, machine.bus.wire.valve_full_stroke);
       if (status && status->spool >= *low - kTolerance && status->spool <= *high + kTolerance) last = f.at;

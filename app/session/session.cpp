@@ -1,12 +1,14 @@
 #include "app/session/session.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "app/session/fault_injection.h"
 #include "app/session/loop_views.h"
 #include "app/session/session_logs.h"
 #include "app/session/session_sides.h"
+#include "machine/bus_frames.h"
 #include "machine/kinematics.h"
 #include "recording/sides.h"
 #include "slave/bus_map.h"
@@ -97,14 +99,31 @@ void Session::Impl::sample(const sim::OperatorIntent& intent) noexcept {
 
 Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) const {
   const BusDescription& wire = setup.machine.bus;
+  // Of its frame with what it measures; a sensor may send others before it.
   const auto last_from = [&](const NodeDescription& node) {
-    return last_frame_before(logs.machine.frames, node.tpdo_id(), broken.at).value_or(broken.at);
+    using Part = FrameField::Part;
+    const Part part = node.role == NodeRole::kEnable ? Part::kStatus : Part::kValue;
+    for (const BusFrame& frame : bus_frames(wire)) {
+      const bool measures = std::any_of(frame.fields.begin(), frame.fields.end(),
+                                        [part](const FrameField& field) { return field.part == part; });
+      if (!frame.to_node && measures && wire.nodes[frame.node].id == node.id)
+        return last_frame_before(logs.machine.frames, frame.id, broken.at).value_or(broken.at);
+    }
+    return broken.at;
+  };
+  // Of several axes that which stood first.
+  const auto last_following_of = [&](const NodeDescription& valve) {
+    std::optional<Time> first;
+    for (const NodeChannel& axis : valve.channels) {
+      const auto last = last_following(logs.machine.frames, setup.machine, axis.info().index, latched_at);
+      if (last && (!first || *last < *first)) first = last;
+    }
+    return first;
   };
   const NodeDescription* const node = wire.find(static_cast<std::uint8_t>(broken.fault.subject));
   switch (broken.fault.kind) {
     case FaultKind::kValveStuck:  // It is sound for as long as nobody asks it to move: docs/scenarios.md.
-      if (node == nullptr) return broken.at;
-      return last_following(logs.machine.frames, setup.machine, node->joint(), latched_at).value_or(broken.at);
+      return node != nullptr ? last_following_of(*node).value_or(broken.at) : broken.at;
     case FaultKind::kNodeSilent:
       return node != nullptr ? last_from(*node) : broken.at;
     case FaultKind::kSyncDropped:  // all sensors at once

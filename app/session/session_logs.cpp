@@ -125,7 +125,7 @@ SessionOutcome SessionLogs::hand_over(const MachineDescription& description, con
   SessionOutcome outcome;
   outcome.elapsed_s = to_seconds(end);
   // Of a cycle's frames the last: pressures and set-points.
-  const std::uint32_t set_point_id = description.bus.valve(kBucket).rpdo_id();
+  const std::uint32_t set_point_id = description.bus.set_point_id(kBucket);
   const std::uint32_t pressure_id = last_pressure_id(description.bus);
   const auto add = [&outcome](const char* name, const Histogram& latency) {
     outcome.hops.push_back({name, latency.count(), percentiles_us(latency)});

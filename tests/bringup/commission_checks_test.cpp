@@ -73,6 +73,10 @@ TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
       {valve, seen(0.055, {}, [](Seen& s) { s.silent = true; }), false, Level::kNote,
        "says no more where its spool is"},
       {valve, seen(0.055, 0.1, [](Seen& s) { s.crept_m = 3e-3; }), false, Level::kFault, "moved by 3.0 mm"},
+      {valve, seen({}, {}, [](Seen& s) { s.silent = true; }), false, Level::kNote,
+       "told nothing, and says no more where its spool is"},
+      {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kOthersFirst; }), false, Level::kNote,
+       "would act first"},
       {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kNoDeadBand; }), false, Level::kNote, "too small"},
       {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kDidNotFollow; }), false, Level::kNote, "did not come"},
       {enable, seen(0.15, 0.15), true, Level::kOk, "pilot pressure was off after 150 ms"},
@@ -142,23 +146,24 @@ TEST(CommissionChecks, DeadBandIsTheRootOfTheWayThroughQuantisedReadings) {
 }
 
 TEST(JogText, NamesAxisMeasuredValueAndLimitOfWhatEndedAMotion) {
+  const BusDescription bus = solar().bus;
   EXPECT_EQ(
-      jog_text({ReasonCode::kPressureLimit, 3, 241.3F, 240}),
+      jog_text({ReasonCode::kPressureLimit, 3, 241.3F, 240}, bus),
       "arm rod side pressure 241 bar, limit 240 bar (chamber_pressure_bar): check the load and the relief valves");
-  EXPECT_EQ(jog_text({ReasonCode::kJogOtherMoves, kBucket, 11.2F, 10}),
+  EXPECT_EQ(jog_text({ReasonCode::kJogOtherMoves, kBucket, 11.2F, 10}, bus),
             "the bucket cylinder moved by 11 mm without a command, limit 10 mm: valves, hoses or encoders are "
             "exchanged, or a load holding valve leaks");
-  EXPECT_EQ(jog_text({ReasonCode::kSensorStale, 0x22, 26, 25}),
-            "node 0x22: sensor has stopped sending: check node and cable (26 ms; limit 25 ms)");
-  EXPECT_EQ(jog_text({ReasonCode::kSensorInvalid, 0x22, 1, 0}),
-            "node 0x22 reports an invalid value: check its sensor and wiring");
-  EXPECT_EQ(jog_text({ReasonCode::kJogTooLong, 0, 90.5F, 90}),
+  EXPECT_EQ(jog_text({ReasonCode::kSensorStale, 0x22, 26, 25}, bus),
+            "arm_head_pressure (node 0x22): sensor has stopped sending: check node and cable (26 ms; limit 25 ms)");
+  EXPECT_EQ(jog_text({ReasonCode::kSensorInvalid, 0x22, 1, 0}, bus),
+            "arm_head_pressure (node 0x22) reports an invalid value: check its sensor and wiring");
+  EXPECT_EQ(jog_text({ReasonCode::kJogTooLong, 0, 90.5F, 90}, bus),
             "motion takes too long: check pump, engine speed and pilot pressure (90.5 s; limit 90 s)");
-  EXPECT_EQ(jog_text({ReasonCode::kEmergencyStop, 0, 0, 0}),
+  EXPECT_EQ(jog_text({ReasonCode::kEmergencyStop, 0, 0, 0}, bus),
             "the E-stop chain is open: release the E-stop on the machine");
-  EXPECT_EQ(jog_text({ReasonCode::kPilotStaysOn, 0, 0, 0}),
+  EXPECT_EQ(jog_text({ReasonCode::kPilotStaysOn, 0, 0, 0}, bus),
             "pilot pressure is still on after it was switched off: check the enable valve before anything else");
-  EXPECT_EQ(jog_text({ReasonCode::kOperatorStop, 0, 0, 0}), "stopped from the keyboard");
+  EXPECT_EQ(jog_text({ReasonCode::kOperatorStop, 0, 0, 0}, bus), "stopped from the keyboard");
 }
 
 }  // namespace

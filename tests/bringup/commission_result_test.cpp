@@ -32,10 +32,10 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   result.axes[kArm] = {0.45, 0.0123, true, 0.15503, 0.125};
   result.tilt_error_rad = 0.01;
   result.nodes.push_back({});
-  result.guards = {{"arm_valve", 0x4B4E, 0x0408, 0x77, true, "spool back"},
-                   {"bucket_valve", 0x4B4E, 0x0409, 0x78, true, "of another product"},
-                   {"enable", 0x4B4E, 0x0401, {}, false, "stayed on"},
-                   {"gone", 1, 1, 1, true, "x"}};
+  result.guards = {{"arm_valve", 0x4B4E, 0x0408, 0x77, true, "spool back", "1 = arm_spool"},
+                   {"bucket_valve", 0x4B4E, 0x0409, 0x78, true, "of another product", "1 = bucket_spool"},
+                   {"enable", 0x4B4E, 0x0401, {}, false, "stayed on", "1 = machine_enable"},
+                   {"gone", 1, 1, 1, true, "x", "1 = boom_spool"}};
   result.findings.push_back({Finding::Level::kNote, "arm", "a \"quoted\" line"});
   result.recordings = {"slow.csv", "fast.csv"};
   const ResultOrigin origin{"can0", "2026-01-02T03:04:05Z", "abc"};
@@ -48,7 +48,17 @@ TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehin
   EXPECT_EQ(back.bus.valve(kArm).guard, (GuardProof{true, 0x77, origin.date}));
   EXPECT_EQ(back.bus.enable().guard, (GuardProof{false, 0, origin.date}));
   EXPECT_EQ(back.bus.valve(kBoom).guard, GuardProof());
-  EXPECT_EQ(back.bus.valve(kBucket).guard, (GuardProof{true, 0x78, origin.date, false}));
+  EXPECT_EQ(back.bus.valve(kBucket).guard, (GuardProof{true, 0x78, origin.date, GuardProof::Changed::kDevice}));
+  const auto changed_by = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    return parse_machine(other.replace(other.find(from), from.size(), to), "other.toml").bus.valve(kArm).guard.changed;
+  };
+  using Changed = GuardProof::Changed;
+  EXPECT_EQ(changed_by("valve_watchdog_ms = 50 ", "valve_watchdog_ms = 60 "), Changed::kTimes);
+  EXPECT_EQ(changed_by("channels = \"1 = arm_spool\"", "channels = \"1 = arm_spool, 2 = boom_spool\""),
+            Changed::kChannels);
+  EXPECT_EQ(changed_by("channels = \"1 = arm_spool\"\nvalve_watchdog_ms = 50\ncontroller_timeout_ms = 150\n", ""),
+            Changed::kNotRecorded);
   std::string changed = drawing;
   const std::size_t arm = changed.find("[cylinders.arm.valve]");
   changed.replace(changed.find("dead_band_extend = 0.11", arm), 23, "dead_band_extend = 0.155");

@@ -237,6 +237,35 @@ TEST(CommissionGuards, OneThatIsAcceptedAndDeadEndsItWithWhatWasSeen) {
   }
 }
 
+TEST(CommissionGuards, OfAValveThatWaitsForTheHeartbeatAloneIsTriedByWithholdingThat) {
+  for (const bool dead : {false, true}) {
+    const auto bus = simulated_bus();
+    const MotionWatch watch(*bus);
+    const std::uint8_t arm = solar().bus.valve(kArm).id;
+    bus->machine().nodes().node(arm)->remove(canopen::kRpdo1Timer);
+    ASSERT_TRUE(!dead || bus->machine().inject(arm, sim::NodeFault::kDeadGuard));
+    const Outcome outcome = commission(bus, dead ? all() : up_to_guards());
+    const std::string proved = "arm_valve: guard proved: without a heartbeat it told error 0x8130 after ";
+    EXPECT_EQ(outcome.told.find(proved) == std::string::npos, dead) << outcome.told;
+    const std::string open = "arm_valve: guard not proved: without a heartbeat it told error 0x8130";
+    EXPECT_EQ(outcome.ended.find(open) == std::string::npos, !dead) << outcome.ended;
+    EXPECT_EQ(outcome.told.find("enable: guard proved") == std::string::npos, dead) << outcome.told;
+    EXPECT_LT(watch.moved_m, 1e-3);
+    EXPECT_FALSE(outcome.pilot);
+    EXPECT_EQ(outcome.demand, JointVector::Zero());
+  }
+}
+
+TEST(CommissionGuards, OfNodesThatGoPreOperationalOnACommunicationErrorAreProved) {
+  const auto bus = simulated_bus();
+  for (const NodeDescription& node : solar().bus.nodes)
+    if (node.is_told()) bus->machine().nodes().node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+  const Outcome outcome = commission(bus, up_to_guards());
+  for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"})
+    EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: "), std::string::npos) << outcome.told;
+  EXPECT_NE(outcome.told.find("(asked by SDO"), std::string::npos) << outcome.told;
+}
+
 TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
   MachineDescription file = solar();
   for (NodeDescription& node : file.bus.nodes)

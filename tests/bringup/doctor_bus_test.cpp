@@ -164,13 +164,13 @@ BusSurvey running(const MachineDescription& machine) {
   for (const slave::NodeScript& node : slave::node_scripts(machine)) {
     for (const slave::SetupPart& part : node.script)
       for (const slave::SdoStep& step : part.asked) say(survey, node.node.id, step.object, step.value);
+    survey.heard[canopen::heartbeat_id(node.node.id)] = {20, 0};
   }
   return survey;
 }
 /// Of the default machine, as a healthy bus shows them.
 BusSurvey running() {
   BusSurvey survey = running(solar());
-  survey.heard[0x722] = {20, 0};
   survey.heard[0x1A2] = {400, 0};
   survey.heard[0x1C0] = {40, 0, 39};
   return survey;
@@ -280,6 +280,89 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
     EXPECT_EQ(said(diagnosis, Finding::Level::kNote).find(words) != std::string::npos, note)
         << what << ": " << said(diagnosis, Finding::Level::kNote);
   }
+}
+
+/// Heartbeats of a node at this period, of which the first came at once.
+HeardFrames beats(std::uint64_t count, Duration period) {
+  HeardFrames heard;
+  heard.count = count;
+  heard.first_at = Time(1s);
+  heard.newest_at = heard.first_at + period * (static_cast<std::int64_t>(count) - 1);
+  return heard;
+}
+
+TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
+  struct Story {
+    const char* what;
+    HeardFrames heard;
+    std::uint32_t set_ms;
+    const char *note, *fault;
+    double measured_ms;
+  };
+  for (const auto& [what, heard, set_ms, note, fault, measured_ms] :
+       {Story{"as wanted", beats(20, 100ms), 100, "", "", 100}, Story{"a fast clock", beats(21, 95ms), 100, "", "", 95},
+        Story{"slow", beats(15, 140ms), 100,
+              "sends its heartbeat every 140 ms, though 0x1017:00 is as node_heartbeat_ms = 100 of the machine file\n",
+              "", 140},
+        Story{"quick", beats(24, 85ms), 100, "sends its heartbeat every 85 ms, though", "", 85},
+        Story{"too slow", beats(8, 250ms), 100, "",
+              "sends its heartbeat every 250 ms, though 0x1017:00 is as node_heartbeat_ms = 100 of the machine file: "
+              "after "
+              "250 ms (node_heartbeat_timeout_ms) it counts as silent; see its manual\n",
+              250},
+        Story{
+            "not set yet", beats(3, 1000ms), 1000,
+            "sends its heartbeat every 1000 ms (0x1017:00 is 1000); start-up sets it to node_heartbeat_ms = 100 of the "
+            "machine file\n",
+            "", 1000},
+        Story{"says nothing of it", beats(20, 100ms), 0, "", "", 100},
+        Story{"none", beats(0, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard none in 2.0 s", 0},
+        Story{"one", beats(1, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard one in 2.0 s", 0},
+        Story{"one, as it is rare", beats(1, 100ms), 1000, "", "", 0}, Story{"off", beats(0, 100ms), 0, "", "", 0}}) {
+    BusSurvey survey = running();
+    survey.heard[0x722] = heard;
+    say(survey, 0x22, canopen::kProducerHeartbeat, set_ms);
+    const BusDiagnosis diagnosis = diagnose(survey, &solar());
+    const std::string notes = said(diagnosis, Finding::Level::kNote), about = "node 0x22 arm_head_pressure: ";
+    EXPECT_EQ(notes.find(about + note) != std::string::npos, *note != '\0') << what << ": " << notes;
+    EXPECT_EQ(faults(diagnosis).find(about + fault), *fault != '\0' ? 0U : std::string::npos)
+        << what << ": " << faults(diagnosis);
+    EXPECT_DOUBLE_EQ(line(diagnosis, 0x22).heartbeat_ms.value_or(0), measured_ms) << what;
+  }
+  BusSurvey booted = running();
+  booted.heard[0x722] = beats(3, 500ms);
+  booted.nodes[0x22].booted = true;
+  EXPECT_EQ(said(diagnose(booted, &solar()), Finding::Level::kNote).find("heartbeat"), std::string::npos);
+}
+
+TEST(DoctorBus, TheHeartbeatsPeriodIsThatOfTheFramesHeard) {
+  const auto bus = simulated_bus();
+  bus->machine().nodes().node(0x25)->replace(canopen::kProducerHeartbeat, 70);
+  const BusDiagnosis diagnosis = look(bus);
+  EXPECT_NEAR(line(diagnosis, 0x25).heartbeat_ms.value_or(0), 70, 1);
+  EXPECT_EQ(line(diagnosis, 0x24).heartbeat_ms, std::nullopt);
+  const auto json = nlohmann::json::parse(diagnosis_json(diagnosis).dump());
+  for (const auto& node : json["nodes"]) EXPECT_EQ(node["heartbeat_ms"].is_null(), node["id"] != 0x25) << node;
+}
+
+TEST(DoctorBus, WhereOthersLeaveTooLittleRoomItIsSaidWhatWouldFit) {
+  const auto with_others = [](double share, std::uint32_t id) {
+    BusSurvey survey = running();
+    survey.heard[id].count = 100;
+    survey.heard[id].bits = static_cast<std::uint64_t>(share * survey.listened_s * solar().bus.bit_rate);
+    return said(diagnose(survey, &solar()), Finding::Level::kNote);
+  };
+  EXPECT_EQ(with_others(0.001, 0x2F0).find("would fit"), std::string::npos) << with_others(0.001, 0x2F0);
+  const std::string notes = with_others(0.2, 0x2F0);
+  EXPECT_NE(
+      notes.find("simulated bus: 20.0 % are frames that the machine file does not have; with those that it has it "
+                 "can become 79.6 %, limit 60 %; would fit: "),
+      std::string::npos)
+      << notes;
+  EXPECT_NE(notes.find("bit_rate_kbps = 800 ("), std::string::npos) << notes;
+  EXPECT_NE(with_others(0.2, canopen::heartbeat_id(0x7E)).find("would fit"), std::string::npos) << "of a stranger";
+  for (const std::uint32_t own : {0x1A2U, 0x080U, 0x722U, 0x701U, 0x0A2U})
+    EXPECT_EQ(with_others(0.2, own).find("would fit"), std::string::npos) << own;
 }
 
 TEST(DoctorBus, TheControllerThatLeadsTheMachineIsNoFaultAndASecondOneIs) {

@@ -112,6 +112,12 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
       {"commission --machine solar015 --out " + path("r.toml"), "needs --can"},
       {"commission --simulate --machine solar015", "--out"},
       {"commission --simulate --machine solar015 --out " + path("r.csv"), "end in .toml"},
+      {"commission --can can0 --machine solar015 --out " + path("r.toml") + " --fault e_stop@1",
+       "--fault e_stop@1: only goes with --simulate"},
+      {"commission --simulate --machine solar015 --out " + path("r.toml") + " --fault guard_dead:tilt@0",
+       "--fault guard_dead:tilt@0: "},
+      {"commission --simulate --machine solar015 --out " + path("r.toml") + " --fault guard_dead:enable@usr1",
+       "--fault guard_dead:enable@usr1: usr1 is for knuckle node: needs seconds here"},
   };
   for (const auto& [line, says] : cases) {
     std::istringstream in(line);
@@ -133,6 +139,14 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   EXPECT_NE(run.err.find("machine neutral, nothing written"), std::string::npos) << run.err;
   EXPECT_FALSE(fs::exists(path("result.toml")));
   EXPECT_EQ(folder_.count(), 1);  // the answers alone
+}
+
+TEST_F(HardwareCli, ADeadGuardCanBePractisedOnTheSimulatedMachine) {
+  const std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nno\n";
+  EXPECT_EQ(commission(lines).out.find("not proved"), std::string::npos);
+  const ProgramRun run = commission(lines, "solar015", " --fault guard_dead:arm_valve@0");
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_NE((run.out + run.err).find("arm_valve: guard not proved: "), std::string::npos) << run.out << run.err;
 }
 
 TEST_F(HardwareCli, CommissioningMakesTheFolderOfItsRecordingsWhereItCan) {

@@ -1,4 +1,5 @@
-// The default machine with six pressures on one node and a bus of 250 kbit/s, and with rotary encoders.
+// The default machine with six pressures on one node and a bus of 250 kbit/s, with rotary encoders, and with one node
+// for all valves.
 #include "tests/support/few_nodes.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,7 @@
 
 #include "app/session/metrics.h"
 #include "app/session/session_result.h"
+#include "tests/support/axes_machine.h"
 #include "tests/support/rotary_machine.h"
 #include "tests/support/temporary_folder.h"
 
@@ -36,6 +38,13 @@ TEST(FewNodes, AreSafeAmidFaultsAndInContact) {
   for (const char* scenario : {"bus_faults", "sensor_faults", "hidden_faults", "wall_contact"})
     for (const std::uint64_t seed : {1U, 2U})
       EXPECT_EQ(unsafe(few_nodes_text(), scenario, seed), "") << scenario << ", seed " << seed;
+}
+
+TEST(ValveAxes, AreSafeAmidFaultsAndInContact) {
+  for (const char* scenario : {"free_motion", "wall_contact", "bus_faults", "hidden_faults"})
+    EXPECT_EQ(unsafe(axes_text(), scenario, 1), "") << scenario;
+  const std::string mixed = axes_text("{ 1 = \"arm_spool\", 2 = \"bucket_spool\", 4 = \"boom_spool\" }");
+  EXPECT_EQ(unsafe(mixed, "bus_faults", 2), "");
 }
 
 TEST(RotaryEncoders, AreSafeAmidFaultsAndInContact) {

@@ -44,7 +44,7 @@ struct Window {
       if (presses_again && host.view().input.release_enable) input.hand = {};
       input.at = host.now();
       host.put(input);
-      for (console::ConsoleEvent event; host.next(event);) book.add(event);
+      for (console::ConsoleEvent event; host.next(event);) book.add(event, {});
       if (so(host.view())) return true;
       RealtimeClock clock;
       clock.sleep_until(clock.now() + 16ms);

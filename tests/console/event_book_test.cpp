@@ -31,12 +31,25 @@ struct TemporaryFile {
 
 TEST(EventBook, AFaultIsAnAlarmWithItsCodeAndWhatToDo) {
   EventBook book;
-  book.add(machine_event(Mode::kFault, ReasonCode::kLinkLost));
+  book.add(machine_event(Mode::kFault, ReasonCode::kLinkLost), {});
   const EventRow& row = book.rows().front();
   EXPECT_EQ(row.severity, Severity::kAlarm);
   EXPECT_EQ(row.code, "link_lost");
   EXPECT_NE(row.text.find("check the network"), std::string::npos);
   EXPECT_FALSE(row.acknowledged);
+}
+
+TEST(EventBook, ASensorsFaultNamesItsNode) {
+  BusDescription bus;
+  bus.nodes.resize(1);
+  bus.nodes[0].name = "boom_encoder";
+  bus.nodes[0].id = 0x30;
+  ConsoleEvent event = machine_event(Mode::kFault, ReasonCode::kSensorStale);
+  event.reason.subject = 0x30;
+  EventBook book;
+  book.add(event, bus);
+  EXPECT_NE(book.rows().front().text.find(", boom_encoder (node 0x30): sensor has stopped"), std::string::npos)
+      << book.rows().front().text;
 }
 
 TEST(EventBook, EveryKindOfEventHasATextOfItsOwn) {
@@ -45,7 +58,7 @@ TEST(EventBook, EveryKindOfEventHasATextOfItsOwn) {
     EventBook book;
     ConsoleEvent event = machine_event(Mode::kReady, ReasonCode::kEnergyWatchdog);
     event.kind = static_cast<ConsoleEventKind>(kind);
-    book.add(event);
+    book.add(event, {});
     ASSERT_EQ(book.rows().size(), 1u);
     EXPECT_GT(book.rows().front().text.size(), 3u) << kind;
     EXPECT_NE(book.rows().front().code, "?") << kind;
@@ -54,8 +67,8 @@ TEST(EventBook, EveryKindOfEventHasATextOfItsOwn) {
 
 TEST(EventBook, FilterFindsBySeverityAndByWordsWhateverTheirCase) {
   EventBook book;
-  book.add(machine_event(Mode::kReady));
-  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(machine_event(Mode::kReady), {});
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   book.add(Time{}, 1, Severity::kWarning, "gamepad", "Gamepad is gone");
   EXPECT_EQ(book.matching({}).size(), 3u);
   EXPECT_EQ(book.matching({Severity::kWarning, ""}).size(), 2u);
@@ -67,8 +80,8 @@ TEST(EventBook, FilterFindsBySeverityAndByWordsWhateverTheirCase) {
 
 TEST(EventBook, AcknowledgesOneOrAllAndInformationNeedsIt) {
   EventBook book;
-  book.add(machine_event(Mode::kReady));
-  for (int i = 0; i < 3; ++i) book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(machine_event(Mode::kReady), {});
+  for (int i = 0; i < 3; ++i) book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   EXPECT_EQ(book.open(Severity::kInfo), 3u);
   book.acknowledge(book.rows()[2].number);
   EXPECT_EQ(book.open(Severity::kAlarm), 2u);
@@ -80,7 +93,7 @@ TEST(EventBook, AcknowledgesOneOrAllAndInformationNeedsIt) {
 
 TEST(EventBook, AcknowledgesNothingThatTheFilterHides) {
   EventBook book;
-  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
   book.acknowledge(EventFilter{Severity::kInfo, "Gamepad"});
   EXPECT_FALSE(book.rows()[0].acknowledged);
@@ -128,7 +141,7 @@ TEST(EventBook, SaysOnceHowManyEventsWereLost) {
 TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
   EventBook book;
   const std::string awkward = "a \"quoted\" word, a comma\r\nand a second line";
-  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   book.add(Time(2s), 3, Severity::kWarning, "gamepad", awkward);
   const TemporaryFile file;
   book.export_csv(file.path);
@@ -146,7 +159,7 @@ TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
 
 TEST(EventBook, ExportsWhatTheFilterShowsAndKeepsTheFileBefore) {
   EventBook book;
-  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale));
+  book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   const TemporaryFile file;
   EXPECT_EQ(book.export_csv(file.path), "");
   book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
@@ -168,8 +181,8 @@ TEST(EventBook, TellsSomebodyAtTheKeysWhatToDoWithThem) {
   event.mode = Mode::kReady;
   event.reason = {ReasonCode::kNoPresence};
   EventBook book;
-  book.add(event);
-  book.add(event, HandSource::kKeyboard);
+  book.add(event, {});
+  book.add(event, {}, HandSource::kKeyboard);
   EXPECT_NE(book.rows().front().text.find("no hand on the device"), std::string::npos) << book.rows().front().text;
   EXPECT_NE(book.rows().back().text.find("hold Shift"), std::string::npos) << book.rows().back().text;
 }

@@ -57,7 +57,7 @@ TEST_F(MaximumForce, IsToldWithForceAndMaximumWhenItIsExceeded) {
   press(5200);
   ASSERT_EQ(told_.size(), 1u);
   EventBook book;
-  book.add(told_[0]);
+  book.add(told_[0], {});
   const EventRow& row = book.rows().front();
   EXPECT_EQ(row.severity, Severity::kWarning);
   EXPECT_EQ(row.text, "force on the tip is too much: 5200 N; maximum set 5000 N");

@@ -218,12 +218,12 @@ TEST(PieceNews, IsOfTheLastSecondsOnly) {
 
 TEST(ReasonText, TellSomebodyAtTheKeysOfKeysAndNotOfAHandOnADevice) {
   for (const ReasonCode code : {ReasonCode::kNoPresence, ReasonCode::kEnableNotPressed, ReasonCode::kPresenceLost}) {
-    EXPECT_EQ(reason_text({code}, HandSource::kDevice), text(Reason{code}));
-    EXPECT_NE(reason_text({code}, HandSource::kKeyboard).find("Shift"), std::string::npos) << name(code);
-    EXPECT_NE(reason_text({code}, HandSource::kGamepad).find("bumper"), std::string::npos) << name(code);
+    EXPECT_EQ(reason_text({code}, {}, HandSource::kDevice), text(Reason{code}));
+    EXPECT_NE(reason_text({code}, {}, HandSource::kKeyboard).find("Shift"), std::string::npos) << name(code);
+    EXPECT_NE(reason_text({code}, {}, HandSource::kGamepad).find("bumper"), std::string::npos) << name(code);
   }
   const Reason other{ReasonCode::kEmergencyStop};
-  EXPECT_EQ(reason_text(other, HandSource::kKeyboard), text(other));
+  EXPECT_EQ(reason_text(other, {}, HandSource::kKeyboard), text(other));
 }
 
 LinkSide good_link() {

@@ -67,6 +67,16 @@ TEST(Reason, SaysHowANodeIdThatStandsTwiceShows) {
   EXPECT_NE(text({ReasonCode::kNodeIdTwice, 0x22, 2, 1}).find("(two answers to one request)"), std::string::npos);
 }
 
+TEST(Reason, NamesASignalByAPlaceAboveAllNodeIdsWhereItsCodeMayNameOne) {
+  const Reason stale{ReasonCode::kSensorStale, signal_subject(3), 31, 25};
+  EXPECT_GT(stale.subject, 127);
+  EXPECT_EQ(signal_of(stale), 3U);
+  EXPECT_EQ(text(stale), "signal 3: sensor has stopped sending: check node and cable (31 ms; limit 25 ms)");
+  EXPECT_FALSE(signal_of({ReasonCode::kSensorStale, 127, 31, 25})) << "a node id";
+  EXPECT_FALSE(signal_of({ReasonCode::kNodeSilent, signal_subject(3), 260, 250})) << "a code of nodes alone";
+  EXPECT_FALSE(signal_of({static_cast<ReasonCode>(9999), signal_subject(3), 0, 0})) << "a later version's code";
+}
+
 TEST(Reason, HasItsIdentifierInLogs) {
   EXPECT_EQ(text_with_code({ReasonCode::kLinkLost, 0, 203, 200}),
             "link_lost: no new packet over the link: check the network (203 ms; limit 200 ms)");

@@ -215,6 +215,15 @@ TEST(AssignId, TwoDevicesUnderTheIdThatIsNamedAreRefused) {
             "device without LSS needs --by-object");
 }
 
+TEST(AssignId, ADeviceFoundByLssIsNotResetUnderAnIdThatAnotherOneHasToo) {
+  SoldDevices bus({1001, 1002});
+  for (const auto& device : bus.devices) device->start_as(0x7F);
+  bus.devices[1]->remove_lss();
+  bus.run(5ms);
+  EXPECT_EQ(refused(bus, request(0x10)), std::string("can0: 2 devices answer as node 0x7F: ") + kAlone);
+  expect_nobody_changed(bus, 0x7F);
+}
+
 TEST(AssignId, ADeviceWhoseSerialOnlyLssTellsIsNotTakenForVerified) {
   SoldDevices bus({1001});
   bool removed = false;
@@ -420,6 +429,57 @@ TEST(AssignId, WheneverItIsInterruptedAllDevicesWaitAgainAndItIsKnownWhetherOneW
   }
   EXPECT_GT(told_stops, 3);
   EXPECT_GT(untold_stops, 20);
+}
+
+/// To devices that have no queue for LSS: they miss a request that follows too soon. After an interrupt it also loses a
+/// frame, as where its queue is full.
+class Missed final : public CanBus {
+ public:
+  explicit Missed(SoldDevices& bus) : bus_(bus) {}
+  bool send(const CanFrame& frame) noexcept override {
+    if (frame.id == lss::kRequestId) {
+      const bool too_soon = lss_sent_ && bus_.now - last_ < 5ms, lost = interrupted && !lost_;
+      lss_sent_ = true;
+      last_ = bus_.now;
+      lost_ = lost_ || interrupted;
+      if (too_soon || lost) return true;
+    }
+    return bus_.bus.port(0).send(frame);
+  }
+  bool receive(CanFrame& frame) noexcept override { return bus_.bus.port(0).receive(frame); }
+  [[nodiscard]] CanState state() const noexcept override { return bus_.bus.port(0).state(); }
+  [[nodiscard]] bool lss_sent() const noexcept { return lss_sent_; }
+  bool interrupted = false;
+
+ private:
+  SoldDevices& bus_;
+  Time last_{};
+  bool lss_sent_ = false, lost_ = false;
+};
+
+TEST(AssignId, DevicesThatMissAFrameOfTheInterruptedOneWaitAgainToo) {
+  bool ended = false;
+  int stops = 0;
+  for (int stop_at = 0; !ended; stop_at += 3, ++stops) {
+    SoldDevices bus({1001, 1002});
+    Missed interface(bus);
+    BusAccess access = bus.access(&interface);
+    IdRequest wanted = request(0x10);
+    wanted.serial = 1001;
+    int checks = 0;
+    try {
+      (void)assign_id(access, wanted, [&](bool) {
+        if (!interface.lss_sent() || ++checks <= stop_at) return;
+        interface.interrupted = true;
+        throw Stopped("");
+      });
+      ended = true;
+    } catch (const Stopped&) {
+    }
+    bus.run(10ms);
+    for (const auto& device : bus.devices) EXPECT_TRUE(device->lss().waiting()) << stop_at;
+  }
+  EXPECT_GT(stops, 100);
 }
 
 }  // namespace

@@ -9,10 +9,12 @@
 
 #include "app/eds/migrate.h"
 #include "core/error.h"
+#include "machine/bus_frames.h"
 #include "machine/load.h"
 #include "sim/can_nodes.h"
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
+#include "tests/support/axes_machine.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
@@ -36,7 +38,14 @@ MachineDescription machine() {
   return parse_machine(solar(), "my.toml");
 }
 
-/// A device that has all that the start-up of this node writes and asks for.
+/// As CiA 301 numbers it.
+std::uint16_t type_of(const FrameField& field) {
+  const std::uint16_t size = field.bits.bits == 8 ? 0 : field.bits.bits == 16 ? 1 : 2;
+  if (field.bits.type == BitField::Type::kFloat) return 8;
+  return static_cast<std::uint16_t>((field.bits.type == BitField::Type::kSigned ? 2 : 5) + size);
+}
+
+/// A device that has all that the start-up of this node writes, asks for and maps.
 DeviceFile made_for(const std::string& node, const MachineDescription& of = machine()) {
   DeviceFile device;
   device.source = "a.eds";
@@ -49,6 +58,15 @@ DeviceFile made_for(const std::string& node, const MachineDescription& of = mach
       entry.access = part.written.empty() ? Access::kReadOnly : Access::kReadWrite;
       entry.value = Value{step.value, false};
       entry.line = 1;
+    }
+  }
+  for (const BusFrame& frame : bus_frames(of.bus, of.sensors)) {
+    if (of.bus.nodes[frame.node].name != node) continue;
+    for (const FrameField& field : frame.fields) {
+      Entry& entry = device.entries[std::uint32_t{field.object.index} << 8 | field.object.subindex];
+      entry.data_type = type_of(field);
+      if (frame.to_node) entry.access = Access::kReadWrite;
+      if (!entry.value) entry.value = Value{};
     }
   }
   device.device_type = script->node.device_type;
@@ -92,12 +110,77 @@ TEST(BusAddToKeyedNodes, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
 }
 
+/// Read-only. @param number of the PDO, from 0.
+void set_map(DeviceFile& device, std::uint32_t number, const std::vector<std::uint32_t>& entries) {
+  for (std::uint32_t i = 0; i <= entries.size(); ++i) {
+    Entry& entry = device.entries[(0x1A0000 + 0x100 * number) | i];
+    entry.access = Access::kReadOnly;
+    entry.value = Value{i == 0 ? static_cast<std::uint32_t>(entries.size()) : entries[i - 1], false};
+  }
+}
+
+TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
+  DeviceFile device = made_for("tilt");
+  const auto map = [&](std::uint32_t number, const std::vector<std::uint32_t>& entries) {
+    set_map(device, number, entries);
+  };
+  map(0, {0x60100010});
+  EXPECT_TRUE(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
+  map(0, {0x60200010, 0x60100010});
+  const std::string text = with_device(solar(), "m", "tilt", 0x38, device);
+  EXPECT_NE(text.find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
+  const MachineDescription after = parse_machine(text, "m");
+  EXPECT_EQ(after.bus.tilt().tpdo_maps, (std::vector<std::vector<std::uint32_t>>{{0x60200010, 0x60100010}}));
+  EXPECT_TRUE(fit_of(device, after, "tilt").obstacles.empty());
+  // The next device in its place leaves none of it behind.
+  EXPECT_EQ(with_device(text, "m", "tilt", 0x38, made_for("tilt")).find("tpdo_map"), std::string::npos);
+  EXPECT_NE(refused("tilt", 0x38, device, keyed()).find("knuckle bus migrate"), std::string::npos);
+  map(0, {0x60200010});
+  EXPECT_NE(refused("tilt", 0x38, device).find("nor a further one has 0x60100010"), std::string::npos)
+      << refused("tilt", 0x38, device);
+}
+
+TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
+  DeviceFile device = made_for("tilt");
+  set_map(device, 0, {0x60100010});
+  for (const std::uint32_t pdo : {1U, 2U, 3U}) set_map(device, pdo, {});
+  const auto added = [&] { return with_device(solar(), "m", "tilt", 0x38, device); };
+  EXPECT_EQ(added().find("_map = "), std::string::npos) << "as start-up wants it";
+  set_map(device, 0, {0x60200010, 0x60100010});
+  EXPECT_NE(added().find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
+  EXPECT_EQ(added().find("tpdo2_map"), std::string::npos);
+  EXPECT_TRUE(fit_of(device, parse_machine(added(), "m"), "tilt").obstacles.empty());
+  for (const std::uint32_t count : {9U, 0xFEU, 0xFFU, 0x100U}) {  // those from 0xFE on are no lists
+    device.entries[0x1A0100].value = Value{count, false};
+    EXPECT_NE(added().find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos) << count;
+    EXPECT_EQ(added().find("tpdo2_map"), std::string::npos) << count;
+  }
+}
+
+TEST(BusAdd, TellsOfAMappingThatAMachineFileCannotSay) {
+  DeviceFile gap = made_for("tilt");
+  set_map(gap, 0, {0x60200010, 0x60100010});
+  set_map(gap, 1, {});
+  set_map(gap, 2, {0x60200010});
+  DeviceFile unknown = made_for("tilt");
+  set_map(unknown, 0, {0x60200010, 0x60100010});
+  unknown.entries[0x1A0002].value.reset();
+  for (const DeviceFile& device : {gap, unknown}) {
+    const std::string text = with_device(solar(), "m", "tilt", 0x38, device);
+    EXPECT_EQ(text.find("_map = "), std::string::npos);
+    EXPECT_TRUE(tells(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
+  }
+}
+
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   const DeviceFile valve = made_for("boom_valve");
   EXPECT_NE(refused("swing_valve", 0x11, valve).find("has no node 'swing_valve'; its nodes: boom_valve"),
             std::string::npos);
   EXPECT_EQ(refused("tilt", 0x38, valve),
             "a.eds: 0x1000:00 = 0x198: is a device of CiA 408; tilt must be one of CiA 410");
+  DeviceFile of_no_profile = made_for("tilt");
+  of_no_profile.device_type = 0x80000;
+  EXPECT_EQ(refused("tilt", 0x38, of_no_profile), "accepted");
 }
 
 TEST(BusAddToKeyedNodes, RefusesANodeThatIsATableOfItsOwn) {
@@ -142,6 +225,37 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
                     "set 0x6042:00 of the device to 1: it is delivered with 2"));
 }
 
+TEST(BusAdd, RefusesAnObjectOfAnotherTypeThanItIsMappedAsWithLineAndKey) {
+  const auto told = [](const std::string& node, std::uint32_t key, std::uint16_t type) {
+    DeviceFile device = made_for(node);
+    Entry& entry = device.entries.at(key);
+    entry.data_type = type;
+    entry.name = "a name";
+    entry.type_line = 812;
+    const Fit fit = fit_of(device, machine(), node);
+    return fit.obstacles.empty() ? "fits" : fit.obstacles.size() > 1 ? "more" : fit.obstacles[0];
+  };
+  EXPECT_EQ(told("boom_valve", 0x630001, 6),
+            "a.eds: line 812: DataType of 0x6300:01 (a name) is 6 (UNSIGNED16); start-up maps it as 3 (INTEGER16)");
+  EXPECT_EQ(told("boom_valve", 0x630001, 4),
+            "a.eds: line 812: DataType of 0x6300:01 (a name) is 4 (INTEGER32); start-up maps it as 3 (INTEGER16)");
+  EXPECT_EQ(told("boom_valve", 0x604100, 9),
+            "a.eds: line 812: DataType of 0x6041:00 (a name) is 9; start-up maps it as 6 (UNSIGNED16)");
+  EXPECT_EQ(told("tilt", 0x601000, 8),
+            "a.eds: line 812: DataType of 0x6010:00 (a name) is 8 (REAL32); start-up maps it as 3 (INTEGER16)");
+  EXPECT_EQ(told("enable", 0x620001, 1),
+            "a.eds: line 812: DataType of 0x6200:01 (a name) is 1 (BOOLEAN); start-up maps it as 5 (UNSIGNED8)");
+  EXPECT_NE(told("boom_head_pressure", 0x913001, 7), "fits");
+  EXPECT_EQ(told("boom_encoder", 0x600400, 7), "fits") << "positions are sold with a sign and without";
+  EXPECT_EQ(told("boom_encoder", 0x600400, 4), "fits");
+  EXPECT_NE(told("boom_encoder", 0x600400, 8), "fits");
+  EXPECT_NE(told("boom_encoder", 0x600400, 6), "fits");
+  DeviceFile without = made_for("boom_valve");
+  without.entries.erase(0x630101);
+  EXPECT_EQ(fit_of(without, machine(), "boom_valve").obstacles,
+            std::vector<std::string>{"start-up maps 0x6301:01, which the device does not have"});
+}
+
 TEST(BusAdd, BlamesTheIdWhereAnotherHasIt) {
   for (const auto& [id, whose] :
        {std::pair{machine().bus.valve(1).id, "arm_valve"}, std::pair{machine().bus.controller_id, "the controller"}}) {
@@ -162,6 +276,26 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
     DeviceFile valve = made_for("boom_valve");
     valve.entries.erase(guard);
     EXPECT_TRUE(fit_of(valve, machine(), "boom_valve").obstacles.empty()) << guard;
+  }
+}
+
+TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
+  for (const std::string channel : {"1", "2"}) {
+    const std::string shipped = solar(), from = "{ 1 = \"slope\" }", to = "{ " + channel + " = \"slope\" }";
+    const std::string text = std::string(shipped).replace(shipped.find(from), from.size(), to);
+    const auto fit = [&text](const DeviceFile& device) {
+      return fit_of(device, parse_machine(with_device(text, "my.toml", "tilt", 0x38, device), "my.toml"), "tilt");
+    };
+    DeviceFile tilt = made_for("tilt");
+    tilt.entries[0x602000] = tilt.entries[0x601000];
+    tilt.entries[0x1A0000].value = Value{2, false};
+    tilt.entries[0x1A0002] = tilt.entries[0x1A0001];
+    tilt.entries[0x1A0002].value = Value{0x60200010, false};
+    for (const std::uint32_t key : {0x180001U, 0x1A0000U, 0x1A0001U, 0x1A0002U})
+      tilt.entries[key].access = Access::kReadOnly;
+    EXPECT_TRUE(fit(tilt).obstacles.empty()) << channel;
+    tilt.entries.erase(0x1A0002);
+    EXPECT_EQ(fit(tilt).obstacles.empty(), channel == "1") << "an entry is missing";
   }
 }
 
@@ -282,12 +416,41 @@ TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeT
   EXPECT_EQ(parse_machine(other, "few.toml").bus.find("pressures")->tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1}));
 }
 
+TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere) {
+  const MachineDescription joined = parse_machine(test::axes_text(), "axes.toml");
+  const DeviceFile three = made_for("valves", joined);
+  EXPECT_TRUE(fit_of(three, joined, "arm_spool").obstacles.empty()) << "by the name of a signal";
+  for (const std::uint32_t one :
+       {0x604000U, 0x684000U, 0x704000U, 0x630001U, 0x6B0001U, 0x730001U, 0x140101U, 0x160200U, 0x180101U, 0x1A0200U}) {
+    DeviceFile less = three;
+    less.entries.erase(one);
+    EXPECT_FALSE(fit_of(less, joined, "valves").obstacles.empty()) << one;
+  }
+  DeviceFile timers = three;
+  timers.entries.erase(0x101601);
+  EXPECT_TRUE(fit_of(timers, joined, "valves").obstacles.empty()) << "all three timers are a guard";
+  timers.entries.erase(0x140205);
+  EXPECT_TRUE(tells(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
+  const std::string text = with_device(joined.text, "axes.toml", "bucket_spool", 0x11,
+                                       with_fixed(with_fixed(three, 0x140201, 0x440), 0x180101, 0x2A0));
+  const NodeDescription node = *parse_machine(text, "axes.toml").bus.find("valves");
+  EXPECT_EQ(node.id, 0x11);
+  EXPECT_EQ(node.channels, joined.bus.find("valves")->channels);
+  EXPECT_EQ(node.rpdos, (std::array<std::uint16_t, 4>{0, 0, 0x451, 0}));
+  EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1, 0, 0}));
+  EXPECT_NE(text.find("tpdo2 = 0x2B1\nrpdo3 = 0x451\n"), std::string::npos) << text;
+  const std::string moved = with_device(text, "axes.toml", "valves", 0x12, three);
+  EXPECT_EQ(moved.find("rpdo3"), std::string::npos) << "where the device has the usual one";
+}
+
 /// The file of a device that fits.
 std::string eds_of(const DeviceFile& device) {
   std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Slope\n";
-  const auto section = [&text](std::uint32_t key, const char* access, std::uint32_t value) {
-    text += fmt::format("[{:04X}sub{:X}]\nDataType=7\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
-                        access, value);
+  const auto section = [&](std::uint32_t key, const char* access, std::uint32_t value) {
+    const auto entry = device.entries.find(key);
+    const int type = entry != device.entries.end() && entry->second.data_type != 0 ? entry->second.data_type : 7;
+    text += fmt::format("[{:04X}sub{:X}]\nDataType={}\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
+                        type, access, value);
   };
   section(0x100000, "ro", device.device_type);
   section(0x101801, "ro", device.vendor);
@@ -426,11 +589,11 @@ TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) 
     }
     return client.operational();
   };
-  ASSERT_TRUE(starts(6s)) << text(client.fault()) << text(client.setup_failure());
+  ASSERT_TRUE(starts(6s)) << text(client.fault()) << text(client.setup_failure(), client.bus());
   EXPECT_EQ(nodes.node(0x10)->value(canopen::kRpdo1Timer), 50U) << "its one guard";
   EXPECT_EQ(nodes.node(0x38)->value(canopen::kTpdo1Type), 2U);
   client.restart();
-  EXPECT_TRUE(starts(2s)) << text(client.fault()) << text(client.setup_failure());
+  EXPECT_TRUE(starts(2s)) << text(client.fault()) << text(client.setup_failure(), client.bus());
 }
 
 }  // namespace

@@ -158,6 +158,15 @@ TEST(DeviceFile, TellsEverySlipWithItsLine) {
            {"[1000]\nDataType=7\n", "[1000] stands twice"},
            {"[2000sub1]\nDataType=7\nDataType=6\nAccessType=ro\n", "DataType stands twice in [2000sub1]"},
            {"[2000subFF]\nDataType=7\nAccessType=ro\n", "[2000subFF] is no object's name"},
+           {"[2000]\nDataType=seven\nAccessType=rw\n[Comments]\n",
+            "DataType of [2000]: must be a number of CiA 301: passed over"},
+           {"[5FFFsub1]\nDataType=\nAccessType=rw\n[Comments]\n", "[5FFFsub1] has no DataType: passed over"},
+           {"[2000]\nDataType=7\nAccessType=maybe\n", "AccessType of [2000]: must be ro, wo, rw, rwr, rww or const"},
+           {"[2000]\nDataType=7\nAccessType=ro\nCompactSubObj=300\n",
+            "CompactSubObj of [2000]: must be within [0, 254]: passed over"},
+           {"[2000]\nDataType=x\nAccessType=ro\nCompactSubObj=2\n", "DataType of [2000]: must be a number"},
+           {"[2000]\nDataType=7\nAccessType=rw\nDefaultValue=1e3\n",
+            "DefaultValue of [2000] is not a number that can be read"},
            {"what is this\n", "is neither a section nor a key"},
            {"[1A01sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x33010010\n", "0x1A01:01 maps 0x3301:00"},
            {"[1018sub2]\n[DeviceInfo]\nProductNumber=5\n", "ProductNumber stands twice"}}) {
@@ -179,6 +188,17 @@ TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
   text = kHead;
   text.erase(text.rfind("DefaultValue=0x408"));
   EXPECT_EQ(parse(text).product, 0x408U) << "what an object does not say, the head does";
+}
+
+TEST(DeviceFile, ADamagedObjectOfTheVendorsOwnLeavesTheOthersAsTheyAre) {
+  const std::string listed = "[ManufacturerObjects]\nSupportedObjects=2\n1=0x2000\n2=0x2001\n";
+  const DeviceFile file =
+      parse(kHead + listed + "[2000]\nDataType=x\nAccessType=rw\n[2001]\nDataType=6\nAccessType=rw");
+  EXPECT_EQ(file.slips,
+            std::vector<std::string>{"line 34: DataType of [2000]: must be a number of CiA 301: passed over"});
+  EXPECT_EQ(file.find({0x2000, 0}), nullptr);
+  ASSERT_NE(file.find({0x2001, 0}), nullptr);
+  EXPECT_EQ(file.find({0x2001, 0})->type_line, 37);
 }
 
 /// kHead with one text, or two, in place of others.
@@ -216,11 +236,13 @@ TEST(DeviceFile, RefusesInOneLineWithLineAndKey) {
             "a.eds: line 3: VendorNumber of [DeviceInfo]: must be a whole number from 0 to 0xFFFFFFFF"},
            {with("2=0x1018", "2=0x1017"), "a.eds: line 13: [MandatoryObjects] lists '0x1017': has no section"},
            {kHead + "[2000\nDataType=7\n", "a.eds: line 29: [2000: has no closing bracket"},
-           {kHead + "[2000]\nDataType=seven\n", "a.eds: line 30: DataType of [2000]: must be a number of CiA 301"},
-           {kHead + "[2000]\nDataType=7\nAccessType=maybe\n",
-            "a.eds: line 31: AccessType of [2000]: must be ro, wo, rw, rwr, rww or const"},
-           {kHead + "[2000]\nDataType=7\nAccessType=ro\nCompactSubObj=300\n",
-            "a.eds: line 32: CompactSubObj of [2000]: must be within [0, 254]"}}) {
+           {kHead + "[6042]\nDataType=seven\n", "a.eds: line 30: DataType of [6042]: must be a number of CiA 301"},
+           {kHead + "[1017]\nDataType=7\nAccessType=maybe\n",
+            "a.eds: line 31: AccessType of [1017]: must be ro, wo, rw, rwr, rww or const"},
+           {kHead + "[1FFF]\nDataType=0\nAccessType=ro\n",
+            "a.eds: line 30: DataType of [1FFF]: must be a number of CiA 301"},
+           {kHead + "[6000]\nDataType=7\nAccessType=ro\nCompactSubObj=300\n",
+            "a.eds: line 32: CompactSubObj of [6000]: must be within [0, 254]"}}) {
     EXPECT_EQ(refused(c.text).substr(0, c.why.size()), c.why);
   }
 }

@@ -15,6 +15,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/load.h"
+#include "machine/reason_text.h"
 #include "master/master_state.h"
 #include "recording/loop_tap.h"
 #include "recording/recorder.h"
@@ -339,10 +340,12 @@ TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
 /// the arm moves.
 class FewNodes {
  public:
-  [[nodiscard]] Cause cause(ReasonCode code) {
+  /// @param chamber whose signal the stop names; none: the node.
+  [[nodiscard]] Cause cause(ReasonCode code, std::optional<int> chamber = {}) {
     Stop stop;
     stop.at = Time(1s);
-    stop.reason = {code, machine_.bus.pressure(0).id, 0, 0};
+    stop.reason = {code, machine_.bus.pressure(0).id, 4, 6};
+    if (chamber) stop.reason.subject = subject_of(NodeRole::kPressure, *chamber, machine_.bus);
     Window window;
     window.to = Time(1400ms);
     int cycle = 0;
@@ -426,6 +429,22 @@ TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatTheLoopRefuses) {
     EXPECT_EQ(cause.since, Time(900ms));
     few.stands(signal, 410);
   }
+}
+
+TEST(Explain, OfANodeWithSeveralChannelsBelievesTheSignalThatTheStopNames) {
+  FewNodes few;
+  few.stands("arm_head_pressure", 80, Time(800ms));
+  few.stands("arm_rod_pressure", 90, Time(700ms));
+  const auto told = [&few](ReasonCode code, int chamber) { return few.cause(code, chamber).text; };
+  EXPECT_TRUE(contains(told(ReasonCode::kSensorImplausible, 2), "(node 0x20), arm_head_pressure, froze"));
+  EXPECT_TRUE(contains(told(ReasonCode::kSensorImplausible, 3), "(node 0x20), arm_rod_pressure, froze"));
+  few.stands("arm_head_pressure", -100);
+  few.stands("arm_rod_pressure", -100);
+  EXPECT_TRUE(contains(told(ReasonCode::kSensorInvalid, 2), "(node 0x20), arm_head_pressure, sends a pressure"));
+  EXPECT_TRUE(contains(told(ReasonCode::kSensorInvalid, 3), "(node 0x20), arm_rod_pressure, sends a pressure"));
+  EXPECT_TRUE(contains(told(ReasonCode::kFrameShort, 3), "pressures (node 0x20) sent process data of 4 bytes"));
+  few.missing(0x3A0);
+  EXPECT_EQ(few.cause(ReasonCode::kSensorStale, 3).id, "process_data_missing");
 }
 
 TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {

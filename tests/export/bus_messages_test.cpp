@@ -49,8 +49,7 @@ TEST(BusMessages, AreWhatTheControllerHearsAndWhatItTells) {
     EXPECT_EQ(all, std::set<std::uint32_t>(ids.begin(), ids.end())) << machine.name;
     std::set<std::uint32_t> expected{canopen::kNmtId, canopen::kSyncId,
                                      canopen::heartbeat_id(machine.bus.controller_id), machine.bus.enable().rpdo_id()};
-    for (const NodeDescription& valve : test::nodes_with(machine.bus, NodeRole::kValve))
-      expected.insert(valve.rpdo_id());
+    for (int joint = 0; joint < kJoints; ++joint) expected.insert(machine.bus.set_point_id(joint));
     for (const NodeDescription& node : machine.bus.nodes) expected.insert(canopen::sdo_request_id(node.id));
     EXPECT_EQ(told, expected) << machine.name;
   }

@@ -39,6 +39,11 @@ canopen::PressureFormat pressure_format(const WireDescription& wire) {
 }
 /// The channels in each of a node's TPDOs, by number: as many as a frame of 8 bytes has room for.
 std::vector<std::vector<NodeChannel>> by_tpdo(const NodeDescription& node, const WireDescription& wire) {
+  if (node.role == NodeRole::kValve) {
+    std::vector<std::vector<NodeChannel>> axes;
+    for (const NodeChannel& channel : node.channels) axes.push_back({channel});
+    return axes;
+  }
   if (node.role != NodeRole::kPressure) return {node.channels};
   const std::size_t room = 8 / (pressure_format(wire).bytes + 1);
   std::vector<std::vector<NodeChannel>> tpdos;
@@ -68,7 +73,9 @@ class OwnDecoders {
           return {{node.name + "_TPDO" + std::to_string(pdo + 1), sent(node, tpdos[pdo], frame)}};
       }
       const bool told = node.role == NodeRole::kValve || node.role == NodeRole::kEnable;
-      if (told && frame.id == node.rpdo_id()) return {{node.name + "_RPDO1", commanded(node, frame)}};
+      for (std::size_t pdo = 0; told && pdo < node.channels.size(); ++pdo)
+        if (frame.id == node.rpdo_id(pdo))
+          return {{node.name + "_RPDO" + std::to_string(pdo + 1), commanded(node, node.channels[pdo], frame)}};
     }
     for (const NodeDescription& node : machine_.bus.nodes) {
       if (canopen::node_of(frame.id) == node.id) return service(node.name, frame);
@@ -83,16 +90,17 @@ class OwnDecoders {
     switch (node.role) {
       case NodeRole::kValve: {
         const auto status = canopen::parse_valve_status(frame, wire.valve_full_stroke).value();
-        return {{"State", static_cast<double>(canopen::valve_state(status.status_word).value())},
-                {"Ready", canopen::valve_fault(status.status_word) ? 0 : 1},
-                {"Local", (status.status_word & canopen::kStatusLocal) != 0 ? 1 : 0},
-                {"SpoolPosition", 100 * status.spool}};
+        const std::string of = named(node, channels[0]);
+        return {{of + "State", static_cast<double>(canopen::valve_state(status.status_word).value())},
+                {of + "Ready", canopen::valve_fault(status.status_word) ? 0 : 1},
+                {of + "Local", (status.status_word & canopen::kStatusLocal) != 0 ? 1 : 0},
+                {of + "SpoolPosition", 100 * status.spool}};
       }
       case NodeRole::kPressure: {
         Values values;
         for (std::size_t place = 0; place < channels.size(); ++place) {
           const auto reading = canopen::parse_pressure(frame, pressure_format(wire), place).value();
-          const std::string of = node.channels.size() > 1 ? std::string(channels[place].info().name) + "_" : "";
+          const std::string of = named(node, channels[place]);
           values[of + "Pressure"] = reading.pressure_Pa / 1e5;
           values[of + "Invalid"] = (reading.status & canopen::kPressureInvalid) != 0 ? 1 : 0;
           values[of + "Overload"] = (reading.status & canopen::kPressureOverload) != 0 ? 1 : 0;
@@ -116,13 +124,17 @@ class OwnDecoders {
     return {{"EStopClosed", (inputs & canopen::kInputEStopClosed) != 0 ? 1 : 0},
             {"PilotOn", (inputs & canopen::kInputPilotOn) != 0 ? 1 : 0}};
   }
-  [[nodiscard]] Values commanded(const NodeDescription& node, const CanFrame& frame) const {
+  static std::string named(const NodeDescription& node, const NodeChannel& channel) {
+    return node.channels.size() > 1 ? std::string(channel.info().name) + "_" : "";
+  }
+  [[nodiscard]] Values commanded(const NodeDescription& node, const NodeChannel& channel, const CanFrame& frame) const {
     if (node.role == NodeRole::kEnable)
       return {{"Enable", (canopen::parse_enable(frame).value() & canopen::kOutputEnable) != 0 ? 1 : 0}};
     const auto command = canopen::parse_valve_command(frame, machine_.bus.wire.valve_full_stroke).value();
-    return {{"State", command.control_word & canopen::kControlActive},
-            {"Reset", (command.control_word & canopen::kControlReset) != 0 ? 1 : 0},
-            {"SpoolSetPoint", 100 * command.set_point}};
+    const std::string of = named(node, channel);
+    return {{of + "State", command.control_word & canopen::kControlActive},
+            {of + "Reset", (command.control_word & canopen::kControlReset) != 0 ? 1 : 0},
+            {of + "SpoolSetPoint", 100 * command.set_point}};
   }
   static std::optional<std::pair<std::string, Values>> service(const std::string& node, const CanFrame& frame) {
     if (const auto state = canopen::parse_heartbeat(frame))
@@ -184,8 +196,10 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
       const auto status = static_cast<std::uint16_t>(kStates[word() % 4] | (word() & 0x18U));
       switch (node.role) {
         case NodeRole::kValve:
-          frames.push_back(valve_status_frame(node.tpdo_id(), {status, uniform(-1, 1)}, wire.valve_full_stroke));
-          frames.push_back(valve_command_frame(node.rpdo_id(), {control, uniform(-1, 1)}, wire.valve_full_stroke));
+          for (std::size_t pdo = 0; pdo < node.channels.size(); ++pdo) {
+            frames.push_back(valve_status_frame(node.tpdo_id(pdo), {status, uniform(-1, 1)}, wire.valve_full_stroke));
+            frames.push_back(valve_command_frame(node.rpdo_id(pdo), {control, uniform(-1, 1)}, wire.valve_full_stroke));
+          }
           break;
         case NodeRole::kPressure:
           for (std::size_t pdo = 0; pdo < by_tpdo(node, wire).size(); ++pdo) {

@@ -7,6 +7,7 @@
 
 #include "machine/description.h"
 #include "machine/load.h"
+#include "tests/support/axes_machine.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/places.h"
@@ -48,7 +49,7 @@ inline MachineDescription other_wire() {
   machine.name = "other_wire";
   machine.bus.wire = {
       .valve_full_stroke = 10000, .pressure = WireDescription::Pressure::kFloat, .encoder_speed_step_mps = 1e-3};
-  test::node_in(machine.bus, NodeRole::kValve, kArm).rpdo = 0x305;
+  test::node_in(machine.bus, NodeRole::kValve, kArm).rpdos[0] = 0x305;
   test::node_in(machine.bus, NodeRole::kEncoder, kBoom).tpdos[0] = 0x2A5;
   machine.bus.controller_id = 5;
   machine.sensors.encoder_step_m = 2.5e-5;
@@ -70,7 +71,7 @@ inline MachineDescription one_transmitter() {
   return machine;
 }
 
-/// The shipped ones, an identified one, those three, and one with rotary encoders.
+/// The shipped ones, an identified one, those three, one with rotary encoders, and one with a node for all valves.
 inline std::vector<MachineDescription> machines_of_every_wire() {
   return {load_machine(machine_file("solar015")),
           load_machine(machine_file("compact080")),
@@ -78,7 +79,8 @@ inline std::vector<MachineDescription> machines_of_every_wire() {
           coarse_pressures(),
           one_transmitter(),
           calibrated_machine(),
-          parse_machine(rotary_text(), "rotary")};
+          parse_machine(rotary_text(), "rotary"),
+          parse_machine(axes_text(), "axes")};
 }
 
 }  // namespace knuckle::test

@@ -50,7 +50,7 @@ stop recorder
 keep_result wrong_identity node_identity "never engaged"
 cat /tmp/fault.json >> "$result/faults.jsonl"
 check "wrong_identity: the machine is never engaged, nothing moves, and the node is named" \
-  says /tmp/fault.json '(.reason // "" | startswith("node 0x10")) and .code == .expected and .resumed == 0'
+  says /tmp/fault.json '(.reason // "" | startswith("boom_valve (node 0x10)")) and .code == .expected and .resumed == 0'
 check "wrong_identity: never engaged" of wrong_identity.slave '.modes | map(.mode) | index("engaged") | not'
 
 # Frames of the highest priority until the bus is 95 % full: the kernel keeps them from the slave, and work goes on.
@@ -121,12 +121,12 @@ long() { relay -m SET:L:000.8.0000000000000000 && relay_off; }
 whole() { relay && relay_off -m "$1"; }
 fault short_frames frame_short short 'whole SET:L:000.4.0000000000000000'
 check "short_frames: the operator reads how many bytes came" \
-  holds /tmp/fault.json 'node 0x31: .*frame has 4 bytes, 6 are mapped'
+  holds /tmp/fault.json 'arm_encoder (node 0x31): .*frame has 4 bytes, 6 are mapped'
 
 # A service tool that sets a node to pre-operational.
 fault pre_operational node_fault 'cansend vcan1 000#8022' 'cansend vcan1 000#0122'
 check "pre_operational: the operator reads which node, and what it is" \
-  holds /tmp/fault.json 'node 0x22: .*it is pre-operational'
+  holds /tmp/fault.json 'arm_head_pressure (node 0x22): .*it is pre-operational'
 
 start_machine long_frames vcan0 vcan1 /lab/sweep.toml
 within 20 engaged_times long_frames 1

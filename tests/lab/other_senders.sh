@@ -48,17 +48,17 @@ fault foreign_heartbeat other_controller 'cansend vcan1 701#05' :
 fault foreign_set_point foreign_sender 'cansend vcan1 211#07000000' :
 fault foreign_enable foreign_sender 'cansend vcan1 240#01' :
 fault foreign_write foreign_sender 'cansend vcan1 622#2B17100032000000' :
-check "foreign_write: the node is named" holds /tmp/fault.json 'node 0x22: another sender on the bus commands this node'
+check "foreign_write: the node is named" holds /tmp/fault.json 'arm_head_pressure (node 0x22): another sender on the bus commands this node'
 
 # A second device joins.
 fault node_id_twice node_id_twice 'signal "$name.node" USR1' : node_id_twice:arm_head_pressure@usr1+1
-check "node_id_twice: the id is named" holds /tmp/fault.json 'node 0x22: two devices send under this node id'
+check "node_id_twice: the id is named" holds /tmp/fault.json 'arm_head_pressure (node 0x22): two devices send under this node id'
 
 # Two from the start: the machine never moves.
 start_machine twins vcan0 vcan1 /lab/sweep.toml --fault node_id_twice:tilt@0
 within 5 holds "$result/twins.slave.log" 'node_id_twice'
 check "slave: two devices with one id are found before anything moves" holds "$result/twins.slave.log" \
-  'node_id_twice: node 0x38: two devices send under this node id'
+  'node_id_twice: tilt (node 0x38): two devices send under this node id'
 sleep 2
 stop_machine twins
 check "slave: ... and the machine was never engaged" of twins.slave '.modes | map(.mode) | index("engaged") | not'

@@ -3,6 +3,7 @@
 
 #include "machine/bus_frames.h"
 #include "machine/load.h"
+#include "tests/support/axes_machine.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/patterns.h"
 #include "tests/support/refusal.h"
@@ -89,6 +90,107 @@ TEST(BusNodes, FramesOfValvesAndEnableNodeAreThoseThatTheLoopReadsAndWrites) {
   EXPECT_EQ(seen, 8);
 }
 
+TEST(BusNodes, WhatADeviceMapsByItselfIsReadWhereItLies) {
+  const std::string from = "pressure_value = \"integer16\"";
+  std::string text = test::few_nodes_text();
+  ASSERT_NE(text.find(from), std::string::npos);
+  const auto with = [&text](const std::string& keys) {
+    const auto at = text.find("name = \"tilt\"");
+    return std::string(text).insert(at, keys + "\n");
+  };
+  const MachineDescription machine =
+      parse_machine(with("tpdo_map = [0x20000120, 0x60200010]\ntpdo2_map = [0x20020008, 0x60100010]"), "test.toml");
+  std::vector<BusFrame> frames;
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    if (machine.bus.nodes[frame.node].role == NodeRole::kTilt) frames.push_back(frame);
+  }
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames[0].bytes(), 6);
+  EXPECT_TRUE(frames[0].fields.empty());
+  EXPECT_EQ(frames[1].bytes(), 3);
+  EXPECT_EQ(frames[1].id, frames[0].id + 0x100);
+  ASSERT_EQ(frames[1].fields.size(), 1U);
+  EXPECT_EQ(frames[1].fields[0].bits.start_bit, 8);
+
+  const auto refused = [&](const std::string& keys) {
+    return test::with_match_replaced(test::refusal([&] { (void)parse_machine(with(keys), "test.toml"); }),
+                                     "^test.toml:[0-9]+: ", "");
+  };
+  EXPECT_NE(refused("tpdo_map = [0x20000120]").find("nor a further one has 0x60100010, which is slope"),
+            std::string::npos)
+      << refused("tpdo_map = [0x20000120]");
+  EXPECT_NE(refused("tpdo_map = [0x20000107, 0x60100010]").find("has 23 bits: must be whole bytes, 8 at most"),
+            std::string::npos);
+  EXPECT_NE(refused("tpdo_map = [0x20000120, 0x60100010, 0x20000120]").find("has 80 bits"), std::string::npos);
+  for (const auto& [keys, said] :
+       {std::pair{"tpdo_map = [1.5]", ": has 1.5: must be whole numbers, such as 0x61300120"},
+        {"tpdo_map = [0x60100010, 0x20000100]", ": has 0x20000100, which is 0 bits: must be at least 1"},
+        {"tpdo_map = [0x60100010, 0x60100010]", ": has 0x60100010 twice"},
+        {"tpdo_map = [0x60100010]\ntpdo2_map = [0x60100010]", ": has 0x60100010, which an earlier map has, too"}})
+    EXPECT_NE(refused(keys).find(said), std::string::npos) << refused(keys);
+}
+
+TEST(BusNodes, EachAxisOfAValveHasItsObjectsAndThePdosOfItsNumber) {
+  const std::string text = test::axes_text("{ 1 = \"arm_spool\", 2 = \"bucket_spool\", 4 = \"boom_spool\" }",
+                                           "rpdo2 = 0x2F0\ntpdo4 = 0x4F1\n");
+  const MachineDescription machine = parse_machine(text, "test.toml");
+  EXPECT_EQ(machine.bus.valve(kBoom).joint(), -1) << "of several joints";
+  constexpr int kAxis[] = {4, 1, 2};
+  constexpr std::uint32_t kTold[] = {0x510, 0x210, 0x2F0}, kHeard[] = {0x4F1, 0x190, 0x290};
+  int seen = 0;
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    if (machine.bus.nodes[frame.node].role != NodeRole::kValve) continue;
+    const NodeChannel& channel = frame.fields[0].channel;
+    const auto joint = static_cast<std::size_t>(channel.info().index);
+    EXPECT_EQ(channel.number, kAxis[joint]);
+    EXPECT_EQ(frame.pdo, kAxis[joint] - 1);
+    EXPECT_EQ(frame.id, frame.to_node ? kTold[joint] : kHeard[joint]);
+    EXPECT_EQ(frame.id, frame.to_node ? machine.bus.set_point_id(joint) : machine.bus.spool_id(joint));
+    const int shift = 0x800 * (kAxis[joint] - 1);
+    EXPECT_EQ(frame.fields[0].object.index, (frame.to_node ? 0x6040 : 0x6041) + shift);
+    EXPECT_EQ(frame.fields[1].object.index, (frame.to_node ? 0x6300 : 0x6301) + shift);
+    EXPECT_EQ(frame.fields[1].object.subindex, 1);
+    EXPECT_EQ(frame.bytes(), 4);
+    ++seen;
+  }
+  EXPECT_EQ(seen, 6);
+}
+
+TEST(BusNodes, TheSlopeMayBeThatOfATiltSensorsSecondAxis) {
+  const MachineDescription machine = parse_machine(listed_with("1 = \"slope\"", "2 = \"slope\""), "test.toml");
+  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
+    if (machine.bus.nodes[frame.node].role != NodeRole::kTilt) continue;
+    ASSERT_EQ(frame.fields.size(), 1U);
+    EXPECT_EQ(frame.fields[0].object, (canopen::Object{0x6020, 0}));
+  }
+}
+
+TEST(BusNodes, WrongAxesAreRefusedWithFileLineAndKey) {
+  struct Case {
+    std::string channels, said, keys;
+  };
+  for (const Case& c :
+       {Case{
+            "{ 0 = \"boom_spool\", 2 = \"arm_spool\", 3 = \"bucket_spool\" }",
+            "key 'bus.node[0].channels.0' = 'boom_spool': must be an axis from 1 to 4: each has PDOs of its own, and a "
+            "node has 4",
+            ""},
+        {"{ 1 = \"boom_spool\", 2 = \"arm_spool\", 9 = \"bucket_spool\" }",
+         "key 'bus.node[0].channels.9' = 'bucket_spool': must be an axis from 1 to 4: each has PDOs of its own, and a "
+         "node has 4",
+         ""},
+        {"{ 1 = \"boom_spool\", 2 = \"arm_spool\", 3 = \"bucket_spool\", 4 = \"arm_spool\" }",
+         "key 'bus.node[0].channels.4' = 'arm_spool': is taken by 'valves'", ""},
+        {test::kThreeAxes, "key 'bus.node[0].rpdo3' = 0x310: its frames' identifier 0x310 is taken by 'valves.rpdo2'",
+         "rpdo3 = 0x310\n"},
+        {test::kThreeAxes, "key 'bus.node[0].rpdo4' = 0x2F0: unknown key; did you mean 'rpdo'?", "rpdo4 = 0x2F0\n"}}) {
+    const std::string refused =
+        test::refusal([&] { (void)parse_machine(test::axes_text(c.channels, c.keys), "test.toml"); });
+    EXPECT_EQ(test::with_match_replaced(refused, "^test.toml:[0-9]+: ", ""), c.said);
+    EXPECT_TRUE(refused.starts_with("test.toml:1")) << refused;
+  }
+}
+
 TEST(BusNodes, ANodeIsFoundByItsNameItsSignalAndWhatScenariosCallIt) {
   const std::string text = listed_with("name = \"arm_valve\"", "name = \"second_spool\"");
   const BusDescription bus = parse_machine(text, "test.toml").bus;
@@ -128,8 +230,22 @@ TEST(BusNodes, WhatCannotBeIsRefusedWithItsKey) {
       {"1 = \"boom_length\"", "2 = \"boom_length\"", "must be channel 1"},
       {"1 = \"boom_length\"", "1 = \"boom_spool\"", "must be one of \"boom_length\", \"boom_angle\", \"arm_length\""},
       {"1 = \"boom_length\"", "", "must say what channel 1 is: { 1 = \"boom_length\" }"},
-      {"1 = \"boom_length\" }", "1 = \"boom_length\", 2 = \"arm_length\" }", "only nodes of cia404 may have several"},
-      {"7 = \"arm_rod_pressure\"", "9 = \"arm_rod_pressure\"", "no node has arm_rod_pressure"},
+      {"1 = \"boom_length\" }", "1 = \"boom_length\", 2 = \"arm_length\" }",
+       "'bus.node[5].channels.2' = 'arm_length': must be channel 1"},
+      {"7 = \"arm_rod_pressure\"", "9 = \"arm_rod_pressure\"",
+       "'bus.node[0].channels.9' = 'arm_rod_pressure': must be a channel from 1 to 8"},
+      {"7 = \"arm_rod_pressure\"", "7 = \"arm_spool\"",
+       "'bus.node[0].channels.7' = 'arm_spool': must be one of \"boom_head_pressure\""},
+      {"1 = \"slope\"", "3 = \"slope\"",
+       "'bus.node[8].channels.3' = 'slope': must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"},
+      {"profile = \"cia408\"\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\nchannels = { 1",
+       "profile = \"cia408/pved\"\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\nchannels = { 2",
+       "'bus.node[2].channels.2' = 'boom_spool': must be channel 1: a PVED-CC has one axis"},
+      {"1 = \"slope\"", "\"\" = \"slope\"", "channels.' = 'slope': unknown key: must be 1 (longitudinal, 0x6010)"},
+      {"1 = \"slope\"", "x = \"slope\"", "channels.x' = 'slope': unknown key: must be 1 (longitudinal, 0x6010) or 2"},
+      {"device_type = 0x019A", "device_type = 0x00020194",
+       "key 'bus.node[8].device_type' = 0x20194: must have 410 = 0x019A, the number of the node's profile, in its "
+       "lower 16 bits; has 404"},
       {"profile = \"cia410\"", "profile = \"cia999\"", "must be one of \"cia408\", \"cia408/pved\", \"cia404\""},
       {"name = \"arm_valve\"", "name = \"boom_valve\"", "is the name of another node"},
       {"id = 0x31", "id = 0x30", "is taken by 'boom_encoder'; node ids must be unique"},
@@ -139,8 +255,26 @@ TEST(BusNodes, WhatCannotBeIsRefusedWithItsKey) {
       {"[limits]", "[bus.nodes]\n[limits]", "stands beside [[bus.node]] tables: keep one of the two"},
       {"bit_rate_kbps = 250", "bit_rate_kbps = 125", "too slow: these frames load the bus"},
   };
-  for (const Case& c : cases)
+  for (const Case& c : cases) {
     EXPECT_NE(refusal_with(c.from, c.to).find(c.said), std::string::npos) << refusal_with(c.from, c.to);
+    EXPECT_EQ(refusal_with(c.from, c.to).find("more"), std::string::npos) << refusal_with(c.from, c.to);
+  }
+}
+
+TEST(BusNodes, ADeviceTypeMayNameMoreThanItsProfileOrNone) {
+  for (const char* type : {"0x0008019A", "0", "0x00080000", "0xFFFF0194"})
+    EXPECT_NO_THROW((void)parse_machine(listed_with("0x019A", type), "test.toml")) << type;
+  for (const char* type : {"0x0009", "0xFFFE0194", "0xFFFFFFF"})
+    EXPECT_NE(refusal_with("0x019A", type).find(".device_type'"), std::string::npos) << type;
+}
+
+TEST(BusNodes, AKeyedNodesDeviceTypeIsOfTheProfileThatItsNameHas) {
+  std::string text = test::with_keyed_nodes(test::content(test::source_dir() + "/config/machines/solar015.toml"));
+  text.replace(text.find("device_type = 0x0191"), 20, "device_type = 0x0198");
+  EXPECT_NE(test::refusal([&] {
+              (void)parse_machine(text, "test.toml");
+            }).find("key 'bus.nodes.enable.device_type' = 0x198: must have 401 = 0x0191"),
+            std::string::npos);
 }
 
 }  // namespace

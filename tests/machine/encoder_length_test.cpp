@@ -246,13 +246,16 @@ TEST(RotaryEncoders, FilesThatCannotBeAreRefusedWithTheirKey) {
       {"turns = 4096", "turns = 0", "turns' = 0: must be a whole number within [1, 65536]"},
       {"turns = 4096", "turns = 65536\n#", ""},
       {"turns = 4096\n", "turns = 65536\nsign = 0\n", "sign' = 0: must be 1 or -1"},
+      {"steps_per_turn = 16384\nturns = 4096", "steps_per_turn = 65536\nturns = 32768", ""},
+      {"steps_per_turn = 16384\nturns = 4096", "steps_per_turn = 65536\nturns = 32769", "must be at most 32768"},
       {"steps_per_turn = 16384\nturns = 4096", "steps_per_turn = 65536\nturns = 65536",
        "turns' = 65536: must be at most 32768: 2^31 steps in all"},
       {"sign = -1", "sign = -2", "sign' = -2: must be a whole number within [-1, 1]"},
       {"zero_rad = 0.4", "zero_rad = 4", "zero_rad' = 4: must be within"},
       {"zero_rad = 0.4", "zero_deg = 0.4", "zero_deg"},
       {"1 = \"slope\" }\n", "1 = \"slope\" }\nsign = 1\n", "sign"},
-      {"1 = \"boom_angle\" }", "1 = \"boom_angle\", 2 = \"arm_angle\" }", "only nodes of cia404 may have several"},
+      {"1 = \"boom_angle\" }", "1 = \"boom_angle\", 2 = \"arm_angle\" }",
+       "channels.2' = 'arm_angle': must be channel 1"},
   };
   for (const Case& c : cases) {
     std::string text = test::rotary_text();

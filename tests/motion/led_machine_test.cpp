@@ -137,7 +137,7 @@ TEST(LedMachine, SaysWhichNodeKeepsItFromEngaging) {
       1;  // another device than the file says
   Bench bench(truth);
   const std::string said = bench.refusal();
-  EXPECT_NE(said.find("the machine did not engage within 15 s: node 0x31: reading 0x1018:02 gave 0x"),
+  EXPECT_NE(said.find("the machine did not engage within 15 s: arm_encoder (node 0x31): reading 0x1018:02 gave 0x"),
             std::string::npos)
       << said;
 }

@@ -189,7 +189,7 @@ TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
   sim::MachineTruth truth = sim::nominal_truth(machine());
   knuckle::test::node_in(truth.machine.bus, NodeRole::kEncoder, kArm).product +=
       1;  // another device than the file says
-  EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: node 0x31"), std::string::npos)
+  EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: arm_encoder (node 0x31): "), std::string::npos)
       << refusal(machine(), truth);
 }
 

@@ -142,7 +142,7 @@ class Site {
   explicit Site(std::vector<std::string> faults = {}) : wire_(machine_.bus.bit_rate) {
     setup_.truth = sim::nominal_truth(machine_);
     setup_.start_rad = kStart;
-    for (const std::string& fault : faults) setup_.faults.push_back(programs::parse_fault(fault, machine_.bus));
+    for (const std::string& fault : faults) setup_.faults.push_back(bringup::parse_fault(fault, machine_.bus));
     node_thread_ = std::thread([this] {
       programs::ProgramConsole console("node", node_said.stream, false);
       node =

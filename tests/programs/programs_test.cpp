@@ -5,7 +5,6 @@
 #include <thread>
 
 #include "tests/programs/program_rig.h"
-#include "tests/support/refusal.h"
 
 namespace knuckle::test {
 namespace {
@@ -146,36 +145,12 @@ TEST(ProgramThreads, AToldEndGoesNeutralThenDisablesThenFallsSilent) {
   EXPECT_EQ(canopen::parse_heartbeat(log[static_cast<std::size_t>(last_heartbeat)].frame), canopen::NmtState::kStopped);
 }
 
-TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
-  const BusDescription bus = machine().bus;
-  const programs::PlannedFault timed = programs::parse_fault("node_silent:boom_valve@10+2.5", bus);
-  EXPECT_EQ(timed.kind, sim::FaultKind::kNodeSilent);
-  EXPECT_EQ(timed.node, bus.valve(0).id);
-  EXPECT_EQ(timed.at_s, 10);
-  EXPECT_EQ(timed.duration_s, 2.5);
-  const programs::PlannedFault signalled = programs::parse_fault("wrong_identity:0x25@usr1", bus);
-  EXPECT_EQ(signalled.node, 0x25);
-  EXPECT_FALSE(signalled.at_s);
-  EXPECT_EQ(programs::parse_fault("babble@0", bus).kind, sim::FaultKind::kBabble);
-}
-
-TEST(NodeFaults, RefuseWhatCannotBe) {
-  const BusDescription bus = machine().bus;
-  for (const char* bad :
-       {"node_silent", "node_silent@1", "node_silent:nobody@1", "node_silent:0x7F@1", "gremlin@1", "babble:tilt@1",
-        "valve_stuck:tilt@1", "encoder_broken:tilt@1", "sensor_frozen:enable@1", "bus_off@1", "link_cut@1", "e_stop@",
-        "e_stop@-1", "e_stop@nan", "e_stop@1+x", "e_stop@1e9"}) {
-    const std::string said = refusal([&] { return programs::parse_fault(bad, bus); });
-    EXPECT_TRUE(said.starts_with(std::string("--fault ") + bad + ": ")) << said;
-  }
-}
-
 TEST(ProgramThreads, NodesBreakAsPlannedAndTheMachineSideSaysWhatIsWrong) {
   Site site({"node_silent:arm_encoder@usr1"});
   Hand hand(site.address());
   ASSERT_TRUE(engage(hand)) << site.slave_said.text();
   ++site.signals;
-  ASSERT_TRUE(eventually([&] { return site.slave_said.says("fault sensor_stale: node 0x31"); }))
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("fault sensor_stale: arm_encoder (node 0x31): "); }))
       << site.slave_said.text();
   EXPECT_TRUE(eventually([&] { return site.node_said.says("fault injected: node_silent:arm_encoder@usr1"); }));
   site.end_slave();
@@ -238,9 +213,10 @@ TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
     ++site.signals;  // again, wherever it is over
     return frames_with(site, canopen::emcy_id(0x31)) > 60;
   }));
-  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0xFF00"); }))
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: arm_encoder (node 0x31): 0xFF00"); }))
       << site.slave_said.text();
-  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: node 0x31: 0x0000"); })) << "taken back";
+  ASSERT_TRUE(eventually([&] { return site.slave_said.says("emergency: arm_encoder (node 0x31): 0x0000"); }))
+      << "taken back";
   site.end_slave();
   ASSERT_EQ(site.slave.emergencies.size(), 2U);
   EXPECT_EQ(site.slave.emergencies[0].first.node, 0x31);
@@ -252,8 +228,9 @@ TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
 
 TEST(ProgramThreads, WhyANodeCouldNotBeSetUpIsToldInWords) {
   Site site({"wrong_identity:boom_valve@0"});
-  ASSERT_TRUE(eventually([&] { return site.slave_said.says("set-up: node 0x10: reading 0x1018:02 gave 0x409"); }))
-      << site.slave_said.text();
+  ASSERT_TRUE(eventually([&] {
+    return site.slave_said.says("set-up: boom_valve (node 0x10): reading 0x1018:02 gave 0x409");
+  })) << site.slave_said.text();
   site.end_slave();
   ASSERT_FALSE(site.slave.setup_failures.empty());
   EXPECT_EQ(site.slave.setup_failures[0].failure.node, 0x10);
@@ -283,8 +260,8 @@ TEST(ProgramThreads, NodesWhoseControllerWasRestartedAfterABusOffAreThereAgain) 
   programs::NodeSetup setup;
   setup.truth = sim::nominal_truth(machine());
   setup.start_rad = kStart;
-  setup.faults = {programs::parse_fault("node_emergency:tilt@0+0.1", machine().bus),
-                  programs::parse_fault("emcy_storm:tilt@0.2", machine().bus)};
+  setup.faults = {bringup::parse_fault("node_emergency:tilt@0+0.1", machine().bus),
+                  bringup::parse_fault("emcy_storm:tilt@0.2", machine().bus)};
   RestartedBus bus;
   Heard said;
   std::atomic<bool> end{false};

@@ -13,6 +13,7 @@
 #include "machine/kinematics.h"
 #include "sim/can_nodes.h"
 #include "slave/slave_loop.h"
+#include "tests/slave/lossy_can.h"
 #include "tests/slave/test_machine.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
@@ -91,7 +92,7 @@ class BenchMachine {
         bus(3, machine.bus.bit_rate),
         nodes(machine, errors(), bus.port(1), 1),
         start(own),
-        loop(machine, bus.port(0), link, own) {
+        loop(machine, can, link, own) {
     wire.reserve(200000);
     bus.set_tap({[](void* context, Time at, const CanFrame& frame) {
                    auto& self = *static_cast<BenchMachine*>(context);
@@ -182,6 +183,7 @@ class BenchMachine {
   Kinematics kinematics;
   VirtualCanBus bus;  ///< Ports: the controller's, the nodes', and a stranger's.
   sim::CanNodes nodes;
+  LossyCan can{bus.port(0)};  ///< The controller's end.
   ScriptedLink link;
   LinkStart start;
   slave::SlaveLoop loop;

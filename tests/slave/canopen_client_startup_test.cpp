@@ -140,9 +140,9 @@ TEST_F(BusStartUp, ResetsTheOneNodeThatDoesNotTakeWhatItIsToldAndOnlyOnce) {
   tilt.set_boot_time(200ms);
   tilt.refuse(canopen::kTpdo1Type, canopen::SdoAbort::kDeviceState);
   ASSERT_TRUE(bring_to(Phase::kFailed));
-  EXPECT_EQ(text(client.setup_failure()), "node 0x38: writing 0x1800:02 was refused: " +
-                                              std::string(canopen::abort_text(canopen::SdoAbort::kDeviceState)) +
-                                              " (SDO abort 0x08000022)");
+  EXPECT_EQ(text(client.setup_failure(), client.bus()),
+            "tilt (node 0x38): writing 0x1800:02 was refused: " +
+                std::string(canopen::abort_text(canopen::SdoAbort::kDeviceState)) + " (SDO abort 0x08000022)");
   const auto resets = [this] {
     std::vector<CanFrame> found;
     for (const CanFrame& frame : sent(canopen::kNmtId)) {
@@ -164,7 +164,7 @@ TEST_F(BusStartUp, TakesAMappingThatNobodyMayWriteWhereItBeginsAsWanted) {
   tilt.replace(canopen::kTpdo1MapCount, 2);
   tilt.replace(canopen::kTpdo1CobId, 0x40000000U | canopen::tpdo1_id(0x38));  // and no remote requests
   tilt.refuse(canopen::kTpdo1CobId, canopen::SdoAbort::kReadOnly);
-  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.setup_failure());
+  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.setup_failure(), client.bus());
   bool heard = false;
   const auto length = [&heard](CanFrame& frame) {
     if (frame.id == canopen::tpdo1_id(0x38)) heard = frame.size == 4;
@@ -177,15 +177,15 @@ TEST_F(BusStartUp, TakesAMappingThatNobodyMayWriteWhereItBeginsAsWanted) {
 TEST_F(BusStartUp, AValveNeedsOneGuardOfTwo) {
   sim::NodeProtocol& valve = *nodes.node(0x11);
   valve.remove(canopen::kConsumerHeartbeat);
-  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.setup_failure());
+  ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.setup_failure(), client.bus());
   valve.remove(canopen::kRpdo1Timer);
   client.restart();
   ASSERT_TRUE(bring_to(Phase::kFailed));
   expect_fault(ReasonCode::kNodeSetup, 0x11, client.fault().value, client.fault().limit);
-  EXPECT_EQ(
-      text(client.setup_failure()),
-      "node 0x11: takes no guard (0x1016:01 was the last one tried): without its controller it would not stop. Set "
-      "one by its manual, or say in its table of the machine file what else stops it: unguarded = \"why\"");
+  EXPECT_EQ(text(client.setup_failure(), client.bus()),
+            "arm_valve (node 0x11): takes no guard (0x1016:01 was the last one tried): without its controller it would "
+            "not stop. Set "
+            "one by its manual, or say in its table of the machine file what else stops it: unguarded = \"why\"");
 }
 
 TEST_F(BusStartUp, AGuardThatIsAcceptedButNotKeptIsNone) {

@@ -26,7 +26,7 @@ class GateBench : public ::testing::Test {
     state.valid = true;
     state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
     state.oldest_at = now;
-    state.oldest_node = 0x23;
+    state.oldest_subject = 0x23;
     memory = {JointVector(1, 1, 1), now - 5ms};
   }
   void place(const JointVector& angle) {
@@ -58,7 +58,7 @@ class JogGateBench : public ::testing::Test {
     state.since = now - 1s;
     state.pressure_Pa.fill(100e5);
     state.oldest_at = now;
-    state.oldest_node = 0x23;
+    state.oldest_subject = 0x23;
   }
   /// As if this command had been sent long enough: the rate rule is out of the way.
   GateResult gate(const JointVector& wanted) {

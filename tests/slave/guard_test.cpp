@@ -29,7 +29,7 @@ struct GuardRig {
   }
   /// To its end.
   const GuardSeen& try_guard(const NodeDescription& node) {
-    jog.try_guard(node);
+    jog.try_guard(node, node.joint());
     for (int i = 0; i < 2000 && jog.phase() != Phase::kRest; ++i) step();
     EXPECT_EQ(jog.phase(), Phase::kRest);
     return jog.guard_seen();
@@ -102,12 +102,40 @@ TEST(Guard, OfTheEnableNodeTakesPilotPressureAwayWithoutAHeartbeat) {
   }
 }
 
+TEST(Guard, OfANodeThatGoesPreOperationalIsAskedBySdo) {
+  GuardRig rig;
+  const BusDescription& bus = rig.bench.description.bus;
+  for (const NodeDescription& node : bus.nodes)
+    if (node.is_told()) rig.bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+  for (const NodeDescription& node : bus.nodes) {
+    if (!node.is_told()) continue;
+    rig.start();
+    const GuardSeen& seen = rig.try_guard(node);
+    EXPECT_FALSE(rig.jog.trouble()) << node.name << ": " << text(rig.jog.trouble());
+    EXPECT_TRUE(seen.told_s && seen.stopped_s && seen.asked && !seen.silent && !seen.pilot_off_s) << node.name;
+    EXPECT_LT(seen.stopped_s.value_or(1), 0.35) << node.name;
+  }
+}
+
+TEST(Guard, WhatANodeAnswersToOthersIsNoProcessData) {
+  GuardRig rig;
+  rig.start();
+  const NodeDescription& valve = rig.bench.description.bus.valve(kArm);
+  rig.bench.nodes.inject(valve.id, sim::NodeFault::kSilent);
+  for (int i = 0; i < 40; ++i) {
+    rig.bench.bus.port(2).send(canopen::sdo_uploaded(valve.id, canopen::kValveActual, 0, 2));
+    rig.step();
+  }
+  EXPECT_FALSE(rig.jog.client().operational());
+  EXPECT_EQ(rig.jog.client().fault().code, ReasonCode::kSensorStale) << text(rig.jog.client().fault());
+}
+
 TEST(Guard, AnEStopWhileItIsTriedIsTroubleAndNeutral) {
   GuardRig rig;
   rig.start();
   const NodeDescription& valve = rig.bench.description.bus.valve(kArm);
   ASSERT_TRUE(rig.bench.nodes.inject(valve.id, sim::NodeFault::kDeadGuard));  // nothing closes it but the jog
-  rig.jog.try_guard(valve);
+  rig.jog.try_guard(valve, kArm);
   for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
   ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
   ASSERT_GT(rig.bench.nodes.outputs().spool_demand[kArm], 0.02);
@@ -122,7 +150,7 @@ TEST(Guard, OfAValveIsNotProvedWhereTheEnableNodeSaysNoMoreWhetherPilotPressureI
   GuardRig rig;
   rig.start();
   const BusDescription& bus = rig.bench.description.bus;
-  rig.jog.try_guard(bus.valve(kArm));
+  rig.jog.try_guard(bus.valve(kArm), kArm);
   for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
   ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
   ASSERT_TRUE(rig.bench.nodes.inject(bus.enable().id, sim::NodeFault::kSilent));
@@ -135,7 +163,7 @@ TEST(Guard, OfAValveIsNotProvedWhereTheEnableNodeSaysNoMoreWhetherPilotPressureI
 TEST(Guard, ACylinderThatMovesAtTheSmallOpeningEndsItAtOnce) {
   GuardRig rig;
   rig.start();
-  rig.jog.try_guard(rig.bench.description.bus.valve(kArm));
+  rig.jog.try_guard(rig.bench.description.bus.valve(kArm), kArm);
   int crept = 0;
   for (int i = 0; i < 400 && rig.jog.phase() != Phase::kRest; ++i) {
     if (rig.bench.nodes.outputs().spool_demand[kArm] > 0.01) rig.bench.signals.cylinder_m[kArm] += 1e-4;
@@ -152,7 +180,7 @@ TEST(Guard, WithoutADeadBandToOpenTheValveInItIsNotTriedAndNothingMoves) {
   MachineDescription machine = rig.bench.description;
   machine.cylinders[kBoom].valve.dead_band_extend = 0;
   Jog jog(machine, rig.bench.bus.port(0));
-  jog.try_guard(machine.bus.valve(kBoom));
+  jog.try_guard(machine.bus.valve(kBoom), kBoom);
   EXPECT_EQ(jog.phase(), Phase::kRest);
   EXPECT_EQ(jog.guard_seen().tried, Tried::kNoDeadBand);
 }
@@ -172,13 +200,15 @@ TEST(GuardLines, NameWhatWasNeverProvedNotProvedAndProvedOfAnotherDevice) {
   node("boom_valve").guard = {true, 7, "2026-01-02"};
   node("arm_valve").guard = {false, 8, "2026-01-02"};
   node("bucket_valve").unguarded = "a relay takes its power away";
-  node("enable").guard = {true, 9, "2026-01-02", false};
+  using Changed = GuardProof::Changed;
+  node("enable").guard = {true, 9, "2026-01-02", Changed::kTimes};
   lines = guard_lines(bus, [](std::uint8_t id) { return id != 0x10; });
   EXPECT_EQ(lines, (std::vector<std::string>{
                        "the guard of boom_valve was proved on 2026-01-02, of another device",
                        "the guard of arm_valve was tried on 2026-01-02 and not proved",
                        "bucket_valve may have no guard, as the machine file says: a relay takes its power away",
-                       "the guard of enable was proved on 2026-01-02, of another device"}));
+                       "the guard of enable was proved on 2026-01-02, with other times than the machine file now has "
+                       "(valve_watchdog_ms, controller_timeout_ms)"}));
 }
 
 /// Starts the nodes of the machine as its file is, with a change.

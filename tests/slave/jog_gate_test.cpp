@@ -123,7 +123,7 @@ TEST_F(JogGate, RefusesOldFutureAndInvalidSensorsByTheirNode) {
   state.oldest_at = now + 1ns;
   expect_refused(ReasonCode::kSensorInvalid, 0x23);
   state.oldest_at = now;
-  state.invalid_node = 0x21;
+  state.invalid_subject = 0x21;
   expect_refused(ReasonCode::kSensorInvalid, 0x21);
 }
 
@@ -207,7 +207,7 @@ TEST_F(JogGate, NeverOpensOutsideAMotionOfCommissioning) {
     if (draw(0, 1) < 0.1) state.joint = JogState::kNoJoint;
     state.since = draw(0, 1) < 0.1 ? kNever : now - from_seconds(draw(-1, 95));
     state.oldest_at = now - from_seconds(draw(-0.002, 0.04));
-    state.invalid_node = draw(0, 1) < 0.1 ? 0x21 : 0;
+    state.invalid_subject = draw(0, 1) < 0.1 ? 0x21 : 0;
     state.e_stop_open = draw(0, 1) < 0.1;
     memory = {JointVector::Zero(), now - from_seconds(draw(0, 0.2))};
     const int moved = static_cast<int>(draw(0, 2.999));
@@ -215,8 +215,8 @@ TEST_F(JogGate, NeverOpensOutsideAMotionOfCommissioning) {
     const GateResult r = gate_from_memory(wanted);
     const bool planned =
         moved == state.joint && std::abs(wanted[moved]) <= 0.35 && now >= state.since && now - state.since <= 90s;
-    const bool sound = state.oldest_at <= now && now - state.oldest_at <= limits.state_age && state.invalid_node == 0 &&
-                       !state.e_stop_open;
+    const bool sound = state.oldest_at <= now && now - state.oldest_at <= limits.state_age &&
+                       state.invalid_subject == 0 && !state.e_stop_open;
     if (planned && sound) {
       ASSERT_FALSE(r.fault) << text(r.fault);
       opened += r.commands[moved] != 0 ? 1 : 0;

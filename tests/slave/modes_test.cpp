@@ -7,6 +7,8 @@
 #include <random>
 #include <set>
 
+#include "tests/slave/test_machine.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -257,6 +259,7 @@ TEST(Modes, AStaleSensorsFaultBecomesThatOfItsNodeOnceTheNodeSaysThatItStopped) 
     s.in.sensor_fault = reason(ReasonCode::kSensorStale, 0x22);
     EXPECT_EQ(s.step(), Mode::kFault);
     s.in.machine_fault = reason(ReasonCode::kNodeFault, node);
+    s.in.explains_fault = explains(s.in.machine_fault, s.state.fault, test::test_machine().bus);
     EXPECT_EQ(s.step(), Mode::kFault);
     EXPECT_EQ(s.state.fault.code, node == 0x22 ? ReasonCode::kNodeFault : ReasonCode::kSensorStale);
     EXPECT_EQ(s.blocking.code, ReasonCode::kNodeFault);
@@ -266,6 +269,7 @@ TEST(Modes, AStaleSensorsFaultBecomesThatOfItsNodeOnceTheNodeSaysThatItStopped) 
   s.in.machine_fault = reason(ReasonCode::kNodeEmergency, 0x22);
   s.step();
   s.in.machine_fault = reason(ReasonCode::kNodeFault, 0x22);
+  s.in.explains_fault = explains(s.in.machine_fault, s.state.fault, test::test_machine().bus);
   s.step();
   EXPECT_EQ(s.state.fault.code, ReasonCode::kNodeEmergency) << "what came first is the cause";
 }

@@ -24,12 +24,12 @@ Reason setup_fails(BenchMachine& m, Duration patience = 4s) {
 TEST(NodeSetup, FramesCarryTheIdentifiersOfTheMachineFile) {
   MachineDescription d = test::test_machine();
   test::node_in(d.bus, NodeRole::kValve, kArm).tpdos[0] = 0x2A1;
-  test::node_in(d.bus, NodeRole::kValve, kArm).rpdo = 0x3A2;
+  test::node_in(d.bus, NodeRole::kValve, kArm).rpdos[0] = 0x3A2;
   test::node_in(d.bus, NodeRole::kPressure, 3).tpdos[0] = 0x1F0;
   test::node_in(d.bus, NodeRole::kEncoder, kBoom).tpdos[0] = 0x281;
   test::node_in(d.bus, NodeRole::kTilt).tpdos[0] = 0x4B0;
   test::node_in(d.bus, NodeRole::kEnable).tpdos[0] = 0x2C1;
-  test::node_in(d.bus, NodeRole::kEnable).rpdo = 0x3C1;
+  test::node_in(d.bus, NodeRole::kEnable).rpdos[0] = 0x3C1;
   BenchMachine m(d);
   ASSERT_TRUE(m.engage()) << text(m.loop.client().fault());
   m.wire.clear();
@@ -53,7 +53,7 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
     d.bus.wire.pressure_digits = 1;
     d.bus.wire.encoder_speed_step_mps = 1e-3;
     BenchMachine m(d);
-    ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+    ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
     m.move(JointVector(0.3, 0, 0), 300ms);
     const CanFrame command = m.frames(0x210).back();
     const auto raw = static_cast<std::int16_t>(command.data[2] | command.data[3] << 8);
@@ -69,6 +69,19 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
     EXPECT_NEAR(bar, m.signals.pressure_Pa[0] / 1e5, 2);
     EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], m.signals.pressure_Pa[0], 2e5);
   }
+}
+
+TEST(NodeSetup, TheSlopeMayBeATiltSensorsSecondAxis) {
+  MachineDescription d = test::test_machine();
+  test::node_in(d.bus, NodeRole::kTilt).channels[0].number = 2;
+  BenchMachine m(d);
+  m.signals.slope_rad = 0.1;
+  ASSERT_TRUE(sets_up(m)) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  m.run(100ms);
+  const CanFrame frame = m.frames(0x1B8).back();
+  ASSERT_EQ(frame.size, 2);
+  EXPECT_EQ(frame.data[0] | frame.data[1] << 8, 57) << "0x6020, in 0.1 deg; 0x6010 stays level";
+  EXPECT_NEAR(m.loop.sensors().measurement()->hull_pitch_rad, 0.1, 1e-3);
 }
 
 TEST(NodeSetup, PressureThatIsNoNumberIsNotUsed) {
@@ -91,8 +104,8 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
   const Time start = m.now;
   EXPECT_EQ(setup_fails(m).code, ReasonCode::kNodeSetup);
   EXPECT_NEAR(to_seconds(m.now - start), 0.3 + 2 * 0.06 + 2 * 0.06, 0.05) << "boot, and two answers twice";
-  EXPECT_EQ(text(m.loop.client().setup_failure()),
-            "node 0x31: reading 0x1000:00 was not answered: check its power, cable and node id");
+  EXPECT_EQ(text(m.loop.client().setup_failure(), m.loop.client().bus()),
+            "arm_encoder (node 0x31): reading 0x1000:00 was not answered: check its power, cable and node id");
   m.run(5ms);
   const std::vector<CanFrame> requests = m.frames(0x631);
   ASSERT_GE(requests.size(), 8U);  // asked, abandoned, asked, abandoned, and so on while it may be booting
@@ -104,16 +117,16 @@ TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
   BenchMachine other_device;
   other_device.nodes.set_product(0x10, 0x77);
   EXPECT_EQ(setup_fails(other_device).code, ReasonCode::kNodeIdentity);
-  EXPECT_EQ(text(other_device.loop.client().setup_failure()),
-            "node 0x10: reading 0x1018:02 gave 0x77, the machine file says 0x10");
+  EXPECT_EQ(text(other_device.loop.client().setup_failure(), other_device.loop.client().bus()),
+            "boom_valve (node 0x10): reading 0x1018:02 gave 0x77, the machine file says 0x10");
 
   MachineDescription d = test::test_machine();
   test::node_in(d.bus, NodeRole::kTilt).tpdos[0] = 0x601;  // not a PDO's: the node refuses it
   BenchMachine refused(d);
   EXPECT_EQ(setup_fails(refused).code, ReasonCode::kNodeSetup);
-  EXPECT_EQ(text(refused.loop.client().setup_failure()),
-            "node 0x38: writing 0x1800:01 was refused: value out of range (SDO abort 0x06090030)");
-  EXPECT_EQ(text(SetupFailure{}), "");
+  EXPECT_EQ(text(refused.loop.client().setup_failure(), refused.loop.client().bus()),
+            "tilt (node 0x38): writing 0x1800:01 was refused: value out of range (SDO abort 0x06090030)");
+  EXPECT_EQ(text(SetupFailure{}, d.bus), "");
 }
 
 /// A port that takes everything.
@@ -173,7 +186,8 @@ TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
   m.run(10ms);
   const EmergencyLog& log = m.loop.client().emergencies();
   ASSERT_EQ(log.count(), 1U);
-  EXPECT_EQ(text(log.newest()), "node 0x25: 0x5030 sensor error (error register 0x01)");
+  EXPECT_EQ(text(log.newest(), m.description.bus),
+            "bucket_rod_pressure (node 0x25): 0x5030 sensor error (error register 0x01)");
   EXPECT_LE(m.now - log.newest().at, 10ms);
   for (int i = 0; i < 100; ++i) {
     m.nodes.send_emcy(0x21, static_cast<std::uint16_t>(0xFF00 + i));
@@ -199,7 +213,7 @@ TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
       if (m.wire[seen].frame.id == 0x5B0) preset.receive(m.wire[seen].frame);
     }
   }
-  ASSERT_TRUE(preset.done()) << text(preset.details());
+  ASSERT_TRUE(preset.done()) << text(preset.details(), m.description.bus);
   const auto shown = [&m] {
     m.run(20ms);
     const CanFrame frame = m.frames(0x1B0).back();

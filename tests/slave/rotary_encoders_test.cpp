@@ -95,7 +95,7 @@ TEST(RotaryEncoders, JumpsAndAnglesOutsideTheJointAreNotBelieved) {
 
 TEST(RotaryEncoders, AreSetUpAndEngage) {
   BenchMachine m(machine_with_rotary_encoders());
-  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
   m.run(500ms);
   const auto measured = m.loop.sensors().measurement().value();
   for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
@@ -127,7 +127,7 @@ TEST(RotaryEncoders, OfAnotherNumberOfStepsAreRefused) {
     BenchMachine m(machine_with_rotary_encoders());
     m.nodes.node(c.node)->replace(c.object, 8192);
     EXPECT_FALSE(m.engage());
-    const std::string failure = text(m.loop.client().setup_failure());
+    const std::string failure = text(m.loop.client().setup_failure(), m.loop.client().bus());
     EXPECT_NE(failure.find(c.said), std::string::npos) << failure;
   }
 }
@@ -135,7 +135,7 @@ TEST(RotaryEncoders, OfAnotherNumberOfStepsAreRefused) {
 TEST(RotaryEncoders, OfASingleTurnNeedNotSayHowFarTheyCount) {
   BenchMachine m(machine_with_rotary_encoders());
   m.nodes.node(0x30)->remove(canopen::kEncoderRange);
-  EXPECT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+  EXPECT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
 }
 
 /// 0x6003 of the preset.
@@ -189,7 +189,7 @@ TEST(RotaryEncoders, BeforeAnythingMovesTheyAreReadAndPreset) {
   rig.nodes.node(0x30)->replace(kOffset, 5000);  // mounted as it came: an angle that the boom cannot have
   rig.jog.start();
   rig.run(2s);
-  ASSERT_TRUE(rig.jog.client().operational()) << text(rig.jog.client().setup_failure());
+  ASSERT_TRUE(rig.jog.client().operational()) << text(rig.jog.client().setup_failure(), rig.jog.client().bus());
   EXPECT_EQ(rig.jog.sensors().no_length, (std::array{true, false, false}));
   EXPECT_NEAR(rig.jog.sensors().length_m[kArm], rig.length_m[kArm], 3e-4);
   rig.jog.hold_pilot(100ms);

@@ -158,7 +158,7 @@ TEST_F(JogReasons, TimesAreInMillisecondsAndOfAMotionInSeconds) {
 }
 
 TEST_F(JogReasons, SensorsAreNamedByTheirNodes) {
-  state.invalid_node = 0x31;
+  state.invalid_subject = 0x31;
   expect_fault(ReasonCode::kSensorInvalid, 0x31, 1, 0);
 }
 

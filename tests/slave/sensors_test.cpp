@@ -219,23 +219,24 @@ TEST_F(Sensors, LengthThatJumpedCountsOnceItIsToldToAndHasStoodStill) {
     lengths(0.9, arm_m, 0.9);
     tilt(0.02);
   };
+  const Reason of_arm{ReasonCode::kLengthElsewhere, 0x31, 0, 0};
   for (int i = 0; i < 190; ++i) send(1.14);
-  sensors.believe_settled_length(0x31, now);
+  sensors.believe_settled_length(of_arm, now);
   send(1.14);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid) << "not yet a second";
   for (int i = 0; i < 400; ++i) send(1.14 + 1e-4 * i);  // still moves: 2 cm/s
-  sensors.believe_settled_length(0x31, now);
+  sensors.believe_settled_length(of_arm, now);
   send(1.18);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
   for (int i = 0; i < 400; ++i) send(1.5);  // no length of this cylinder
-  sensors.believe_settled_length(0x31, now);
+  sensors.believe_settled_length(of_arm, now);
   send(1.5);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kSensorInvalid);
   for (int i = 0; i < 201; ++i) send(1.16);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kLengthElsewhere) << "not by waiting";
-  sensors.believe_settled_length(0x30, now);
+  sensors.believe_settled_length({ReasonCode::kLengthElsewhere, 0x30, 0, 0}, now);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kLengthElsewhere) << "not by another's answer";
-  sensors.believe_settled_length(0x31, now);
+  sensors.believe_settled_length(of_arm, now);
   send(1.16);
   EXPECT_FALSE(sensors.fault(now));
   EXPECT_NEAR(sensors.measurement()->cylinder_m[kArm], 1.16, 1e-6);

@@ -1,7 +1,9 @@
 // A transmitter that has all six pressures: set up, read, supervised and named as six are.
 #include <gtest/gtest.h>
 
+#include "machine/reason_text.h"
 #include "slave/jog.h"
+#include "slave/plausibility.h"
 #include "tests/slave/bench_machine.h"
 
 namespace knuckle::slave {
@@ -10,6 +12,11 @@ namespace {
 using test::BenchMachine;
 
 constexpr std::uint8_t kTransmitter = 0x20;
+
+std::string signal_name(const Reason& reason) {
+  const auto place = signal_of(reason);
+  return place ? kSignals.at(*place).name : "none";
+}
 
 MachineDescription machine_with_one_transmitter() {
   MachineDescription machine = test::test_machine();
@@ -32,7 +39,7 @@ MachineDescription machine_with_one_transmitter() {
 
 TEST(SeveralChannels, OneTransmitterIsReadAsSixAre) {
   BenchMachine m(machine_with_one_transmitter());
-  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure());
+  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
   m.wire.clear();
   m.run(1s);
   for (const std::uint32_t id : {0x1A0U, 0x2A0U, 0x3A0U}) {
@@ -45,6 +52,42 @@ TEST(SeveralChannels, OneTransmitterIsReadAsSixAre) {
   EXPECT_FALSE(m.loop.fault()) << text(m.loop.fault());
 }
 
+/// Status first, then what nobody asked for, then the value; the second channel without its status.
+TEST(SeveralChannels, ADeviceThatLetsNobodyChangeItsMappingIsReadAsItIs) {
+  MachineDescription machine = test::test_machine();
+  std::erase_if(machine.bus.nodes, [](const NodeDescription& node) {
+    return node.role == NodeRole::kPressure && node.channels[0].info().index == 1;
+  });
+  NodeDescription& node = test::node_in(machine.bus, NodeRole::kPressure);
+  node.channels.push_back({2, static_cast<std::uint8_t>(node.channels[0].signal + 1)});
+  node.tpdo_maps = {{0x61500108, 0x00020008, 0x91300120}, {0x91300220}};
+  BenchMachine m(machine);
+  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  m.run(200ms);
+  const auto measured = m.loop.sensors().measurement().value();
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(measured.pressure_Pa[i], m.signals.pressure_Pa[i], 2e5) << i;
+  EXPECT_EQ(m.frames(0x1A0).back().size, 6);
+  EXPECT_EQ(m.frames(0x2A0).back().size, 4);
+  m.nodes.inject(kTransmitter, sim::NodeFault::kInvalid);
+  m.run(100ms);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kSensorInvalid) << text(m.loop.fault());
+
+  MachineDescription usual = machine;
+  test::node_in(usual.bus, NodeRole::kPressure).tpdo_maps.clear();
+  BenchMachine other(usual);
+  slave::Jog jog(machine, other.bus.port(0));
+  other.hung = true;
+  jog.start();
+  for (int i = 0; i < 600; ++i) {
+    other.run(5ms);
+    jog.step(other.now);
+  }
+  EXPECT_NE(
+      text(jog.client().setup_failure(), jog.client().bus()).find("0x1A00:00 gave 0x2, the machine file says 0x3"),
+      std::string::npos)
+      << text(jog.client().setup_failure(), jog.client().bus());
+}
+
 TEST(SeveralChannels, AFaultIsToldOfTheNode) {
   for (const auto& [fault, code] : {std::pair(sim::NodeFault::kInvalid, ReasonCode::kSensorInvalid),
                                     {sim::NodeFault::kSilent, ReasonCode::kSensorStale}}) {
@@ -55,6 +98,32 @@ TEST(SeveralChannels, AFaultIsToldOfTheNode) {
     EXPECT_EQ(m.loop.fault().code, code) << text(m.loop.fault());
     EXPECT_EQ(m.loop.fault().subject, kTransmitter);
   }
+}
+
+TEST(SeveralChannels, AFrameThatIsMissingNamesItsFirstSignalInTheFaultThatTheOperatorReads) {
+  constexpr std::array<const char*, 3> kFirst{"boom_head_pressure", "arm_head_pressure", "bucket_head_pressure"};
+  for (std::size_t pdo = 0; pdo < kFirst.size(); ++pdo) {
+    BenchMachine m(machine_with_one_transmitter());
+    ASSERT_TRUE(m.engage());
+    m.can.lost = {m.description.bus.pressure(0).tpdo_id(pdo)};
+    m.run(100ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault);
+    const std::string said = text(m.link.last()->fault, m.description.bus);
+    const std::string expected = std::string("pressures (node 0x20), ") + kFirst[pdo] + ": sensor has stopped sending";
+    EXPECT_EQ(said.substr(0, expected.size()), expected);
+    m.can.lost.clear();
+    m.run(1s);
+    EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
+  }
+}
+
+TEST(SeveralChannels, AStaleSignalsFaultBecomesThatOfItsNodeOnceTheNodeSaysThatItStopped) {
+  const BusDescription bus = machine_with_one_transmitter().bus;
+  const Reason stale{ReasonCode::kSensorStale, subject_of(NodeRole::kPressure, 2, bus), 31, 25};
+  ASSERT_TRUE(signal_of(stale));
+  EXPECT_TRUE(explains({ReasonCode::kNodeFault, kTransmitter, 0, 5}, stale, bus));
+  EXPECT_FALSE(explains({ReasonCode::kNodeFault, 0x30, 0, 5}, stale, bus));
+  EXPECT_FALSE(explains({ReasonCode::kNodeSilent, kTransmitter, 0, 5}, stale, bus));
 }
 
 TEST(SeveralChannels, EachFrameHasAnAgeAndALengthOfItsOwn) {
@@ -75,10 +144,42 @@ TEST(SeveralChannels, EachFrameHasAnAgeAndALengthOfItsOwn) {
   send(0x1A0);
   send(0x3A0);
   EXPECT_EQ(sensors.oldest_at(), Time(1s)) << "that of the frame that did not come";
+  EXPECT_EQ(sensors.oldest_node(), kTransmitter);
+  EXPECT_EQ(sensors.oldest_subject(), kTransmitter) << "not yet longer than frames are apart";
   for (int i = 0; i < 3; ++i) send(0x2A0, 5);
   EXPECT_EQ(sensors.fault(now).code, ReasonCode::kFrameShort);
-  EXPECT_EQ(sensors.fault(now).subject, kTransmitter);
+  EXPECT_EQ(signal_name(sensors.fault(now)), "arm_head_pressure");
   EXPECT_EQ(sensors.fault(now).limit, 6);
+  for (int i = 0; i < 3; ++i) {
+    send(0x1A0, 5);
+    send(0x3A0, 5);
+  }
+  EXPECT_EQ(sensors.fault(now).code, ReasonCode::kFrameShort);
+  EXPECT_EQ(sensors.fault(now).subject, kTransmitter) << "all of them";
+}
+
+TEST(SeveralChannels, AnImpossibleValueNamesItsSignal) {
+  const MachineDescription machine = machine_with_one_transmitter();
+  SensorSet sensors(machine);
+  const CanFrame second_broken{.id = 0x3A0, .size = 6, .data = {0xF4, 0x01, 0, 0xE8, 0x03, canopen::kPressureInvalid}};
+  for (int i = 0; i < 3; ++i) sensors.receive(second_broken, Time(1s));
+  EXPECT_EQ(sensors.fault(Time(1s)).code, ReasonCode::kSensorInvalid);
+  EXPECT_EQ(signal_name(sensors.fault(Time(1s))), "bucket_rod_pressure");
+}
+
+TEST(SeveralChannels, APressureThatContradictsTheOthersIsNamed) {
+  const MachineDescription machine = machine_with_one_transmitter();
+  Plausibility rules(machine, 0.005);
+  estimation::Measurement m;
+  m.pressure_Pa.fill(50e5);
+  m.cylinder_m = JointVector(1, 1, 1);
+  Reason found;
+  for (int i = 0; i < 200 && !found; ++i) {
+    m.pressure_Pa[2] += 1e5;  // of the arm only the rod side stands
+    found = rules.step(m, JointVector::Zero());
+  }
+  EXPECT_EQ(found.code, ReasonCode::kSensorImplausible) << text(found);
+  EXPECT_EQ(signal_name(found), "arm_rod_pressure");
 }
 
 TEST(SeveralChannels, ANodeIdThatTwoUseIsNoticedAndOneLateFrameOfEachIsNot) {
@@ -116,7 +217,7 @@ TEST(SeveralChannels, AreReadBeforeAnythingMoves) {
     bus.advance(now);
     if (now.time_since_epoch() / 1ms % 5 == 0) jog.step(now);
   }
-  ASSERT_TRUE(jog.client().operational()) << text(jog.client().setup_failure());
+  ASSERT_TRUE(jog.client().operational()) << text(jog.client().setup_failure(), jog.client().bus());
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(jog.sensors().pressure_Pa[i], signals.pressure_Pa[i], 1e4) << i;
   EXPECT_FALSE(jog.sensors().invalid());
   EXPECT_NE(jog.sensors().oldest(), kNever);

@@ -1,6 +1,8 @@
 // Nodes of a machine's bus, for tests that make or change them.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +38,18 @@ inline std::vector<NodeDescription> one_node_each() {
 inline NodeDescription& node_in(BusDescription& bus, NodeRole role, int index = 0) {
   const NodeDescription& found = bus.node_of(role, index);
   return bus.nodes.at(static_cast<std::size_t>(&found - bus.nodes.data()));
+}
+
+/// The valves become one node, that of the boom's, with these axes for boom, arm and bucket.
+inline void join_valves(BusDescription& bus, const std::array<std::uint8_t, 3>& axes = {1, 2, 3}) {
+  NodeDescription& joined = node_in(bus, NodeRole::kValve);
+  joined.name = "valves";
+  joined.channels.clear();
+  for (std::uint8_t number = 1; number <= NodeDescription::kMostPdos; ++number)
+    for (std::uint8_t joint = 0; joint < axes.size(); ++joint)
+      if (axes[joint] == number) joined.channels.push_back({number, joint});
+  std::erase_if(bus.nodes,
+                [](const NodeDescription& node) { return node.role == NodeRole::kValve && node.name != "valves"; });
 }
 
 inline std::vector<NodeDescription> nodes_with(const BusDescription& bus, NodeRole role) {

@@ -28,6 +28,9 @@ inline std::uint32_t get(const CanFrame& frame, std::size_t at, std::size_t byte
 
 }  // namespace sensor_detail
 
+inline constexpr double kPressureStep_Pa = 1000;       ///< 0.01 bar
+inline constexpr double kEncoderSpeedStep_mps = 1e-4;  ///< 0x6005:02 = 10
+
 struct PressureReading {
   double pressure_Pa = 0;
   std::uint8_t status = 0;

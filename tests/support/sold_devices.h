@@ -26,7 +26,7 @@ class SoldDevices {
          this});
     for (const std::uint32_t serial : serials) {
       devices.push_back(std::make_unique<sim::NodeProtocol>(
-          identity(), sim::NodeProtocol::TpdoMaps{canopen::kValveTpdo}, 1, canopen::kValveRpdo));
+          identity(), sim::NodeProtocol::TpdoMaps{canopen::kValveTpdo}, 1, std::vector{canopen::kValveRpdo}));
       become(devices.size() - 1, kProduct, serial);
       devices.back()->start_as(lss::kNoNodeId);
     }

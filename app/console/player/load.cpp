@@ -181,7 +181,7 @@ Severity severity_of(const recording::Event& event) {
 }
 
 /// What the console would have listed of this run.
-std::vector<EventRow> watched_events(const Run& run) {
+std::vector<EventRow> watched_events(const Run& run, const BusDescription& bus) {
   const auto ring = std::make_unique<EventRing>();
   EventWatch watch(*ring);
   std::vector<EventRow> rows;
@@ -200,14 +200,15 @@ std::vector<EventRow> watched_events(const Run& run) {
                nullptr);
     for (ConsoleEvent event; ring->pop(event);) {
       EventBook text;  // a full book keeps an alarm and drops what comes after it
-      text.add(event);
+      text.add(event, bus);
       rows.push_back(text.rows().back());
     }
   }
   return rows;
 }
 
-std::vector<EventRow> events_of(const Run& run, const std::vector<recording::Event>& recorded) {
+std::vector<EventRow> events_of(const Run& run, const std::vector<recording::Event>& recorded,
+                                const BusDescription& bus) {
   std::vector<EventRow> rows;
   bool told = false, contacts = false;
   for (const recording::Event& event : recorded) {
@@ -220,7 +221,7 @@ std::vector<EventRow> events_of(const Run& run, const std::vector<recording::Eve
     contacts |= row.code == "contact";
     rows.push_back(std::move(row));
   }
-  for (EventRow& row : watched_events(run))
+  for (EventRow& row : watched_events(run, bus))
     if (!told || (!contacts && row.code == "contact")) rows.push_back(std::move(row));
   std::stable_sort(rows.begin(), rows.end(), [](const EventRow& a, const EventRow& b) { return a.at < b.at; });
   for (EventRow& row : rows) row.acknowledged = true;  // long ago
@@ -256,7 +257,7 @@ Played load(const std::vector<std::string>& files) {
     const std::string why = played.notes.empty() ? "" : " (" + played.notes.front() + ")";
     throw InputError(played.file + ": holds no step of a loop: there is nothing to play" + why);
   }
-  played.events = events_of(played.run, reader.events());
+  played.events = events_of(played.run, reader.events(), played.machine.bus);
   return played;
 }
 

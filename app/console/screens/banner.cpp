@@ -11,6 +11,7 @@
 #include "app/console/machine_text.h"
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
+#include "machine/reason_text.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console::screens {
@@ -244,13 +245,13 @@ std::string press_again(const std::string& why, HandSource hand) {
 }
 
 /// Why the machine does not follow, in terms of what this person has in hand.
-std::string blocking_text(const ConsoleView& view, HandSource hand) {
+std::string blocking_text(const ConsoleView& view, const BusDescription& bus, HandSource hand) {
   const ReasonCode code = view.machine.blocking.code;
   const bool waits = code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed;
   if (const char* dropped = dropped_text(view.input.dropped); waits && dropped != nullptr)
     return press_again(dropped, hand);
   if (waits && view.led_by_scenario) return "the scenario's operator does not hold the device yet";
-  return reason_text(view.machine.blocking, hand);
+  return reason_text(view.machine.blocking, bus, hand);
 }
 
 /// What is to be known of a machine that is led: why it does not move, or what of its force is not felt.
@@ -275,16 +276,17 @@ std::string following(const ConsoleView& view, const JointLoads& loads, const st
 }
 
 /// Of what grew old while this console did not run: that.
-std::string cause_text(const ConsoleView& view, const Reason& reason) {
+std::string cause_text(const ConsoleView& view, const Reason& reason, const BusDescription& bus) {
   const bool of_age = reason.code == ReasonCode::kDeviceStale || reason.code == ReasonCode::kLinkLost;
-  return of_age && view.input.own_pause_s > 0 ? own_pause_text(view.input.own_pause_s) : text(reason);
+  return of_age && view.input.own_pause_s > 0 ? own_pause_text(view.input.own_pause_s) : text(reason, bus);
 }
 
 constexpr const char* kTooEarly = "enable was held too early";
 
 /// What there is to do now, or nothing.
-std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads) {
-  if (view.hand.device) return cause_text(view, view.hand.device);
+std::string what_blocks(const ConsoleView& view, const AtWindow& person, const JointLoads& loads,
+                        const BusDescription& bus) {
+  if (view.hand.device) return cause_text(view, view.hand.device, bus);
   if (view.input.unattended) return "this window does not have the keyboard focus: click into it to lead the machine";
   if (view.input.release_enable) {
     const char* dropped = dropped_text(view.input.dropped);
@@ -294,7 +296,7 @@ std::string what_blocks(const ConsoleView& view, const AtWindow& person, const J
     return "enable is ignored while a text field is active: leave the field first";
   if (person.enable_ignored || person.pad_ignored) return press_again(kTooEarly, person.hand);
   if (person.pull_ignored) return "the picture has changed: let go of the mouse button, then press it again";
-  const std::string blocks = view.machine.blocking ? blocking_text(view, person.hand) : "";
+  const std::string blocks = view.machine.blocking ? blocking_text(view, bus, person.hand) : "";
   return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
 }
 
@@ -325,7 +327,7 @@ const ModeLook& look_of(Mode mode) noexcept {
 }
 
 std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s, const AtWindow& person,
-                          const JointLoads& loads) {
+                          const JointLoads& loads, const BusDescription& bus) {
   const Silence unheard = silence(view, view_age_s);
   // Who has pressed Stop must know whether it came through.
   if (stop && !unheard.what.empty())
@@ -342,17 +344,17 @@ std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
     pushing += (pushing.empty() ? "" : "; ") + own_end;
   const std::string also = pushing.empty() ? "" : "; " + pushing;
   if (stop && !confirmed)
-    return "Stop is pressed; the machine stands for another reason: " + cause_text(view, m.fault) + also;
+    return "Stop is pressed; the machine stands for another reason: " + cause_text(view, m.fault, bus) + also;
   if (stop) return "Stop is pressed: release it above the button, or with Ctrl+Backspace" + also;
   if (paused) return "paused: press P to resume";
   if (!unheard.what.empty()) return unheard.what + ": " + unheard.remedy;
-  std::string next = what_blocks(view, person, loads);
+  std::string next = what_blocks(view, person, loads, bus);
   if (const std::string news = piece_news(view); !news.empty()) next = next.empty() ? news : news + "; " + next;
   if (!pushing.empty()) next = next.empty() ? pushing : pushing + "; " + next;
   if (!view.machine.fault) return next;
   // Whose Stop and enable are both released already is not asked to release one of them.
   const bool over = stopped(view) && !view.hand.enable && !next.empty();
-  const std::string cause = over ? "Stop was pressed" : cause_text(view, view.machine.fault);
+  const std::string cause = over ? "Stop was pressed" : cause_text(view, view.machine.fault, bus);
   return next.empty() || next == cause ? cause : cause + "; now: " + next;
 }
 
@@ -375,11 +377,11 @@ void draw_banner(const Ui& ui, const ConsoleData& data, UiState& state, Area are
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
-  draw_reason(
-      ui, area,
-      as_shown(ui, data,
-               data.player != nullptr ? replay_reason(data.view, *data.player)
-                                      : banner_reason(data.view, state.stop, ui.view_age_s, person, data.loads)));
+  const BusDescription& bus = data.facts.machine.bus;
+  draw_reason(ui, area,
+              ui.units.as_shown(data.player != nullptr
+                                    ? replay_reason(data.view, *data.player, bus)
+                                    : banner_reason(data.view, state.stop, ui.view_age_s, person, data.loads, bus)));
 }
 
 }  // namespace knuckle::console::screens

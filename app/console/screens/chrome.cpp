@@ -124,7 +124,7 @@ void hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   name.cut_left(t.px(32));
   put_fitted(t.fonts.body, t.colours.text, name, data.view.led_by_scenario ? "Scenario" : word);
   if (hand.device) {
-    put_lines(t.fonts.small, t.colours.bad, rest, as_shown(ui, data, text(hand.device)));
+    put_lines(t.fonts.small, t.colours.bad, rest, ui.units.as_shown(text(hand.device)));
     return;
   }
   const char* present = source == HandSource::kDevice || data.view.led_by_scenario ? "Hand on the device" : "In use";

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/console/machine_text.h"
 #include "app/console/screens/player_panel.h"
 
 namespace knuckle::console::screens {
@@ -38,10 +37,6 @@ void PayloadTotal::watch(const SlaveMessage& machine, Time now) {
   total_kg_ += load_kg_;
   ++loads_;
   load_kg_ = load_sigma_kg_ = 0;
-}
-
-std::string as_shown(const Ui& ui, const ConsoleData& data, const std::string& text) {
-  return ui.units.as_shown(with_node_names(text, data.facts.machine.bus));
 }
 
 std::optional<Time> chosen_time(const ConsoleData& data) {

@@ -85,8 +85,6 @@ struct ConsoleData {
 [[nodiscard]] inline bool limits_not_recorded(const ConsoleData& data) {
   return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
 }
-/// As shown: in the person's units, and with the names of the machine's nodes.
-[[nodiscard]] std::string as_shown(const Ui& ui, const ConsoleData& data, const std::string& text);
 /// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
 [[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
 void choose_time(const ConsoleData& data, Time at);

@@ -126,7 +126,7 @@ void event_row(const Ui& ui, const ConsoleData& data, const EventRow& row, const
   put_fitted(t.fonts.mono_small, t.colours.muted,
              {{code.x, y - t.px(10)}, {code.x + ImGui::GetContentRegionAvail().x, y + t.px(10)}}, row.code);
   ImGui::TableNextColumn();
-  const std::string text = as_shown(ui, data, row.text);
+  const std::string text = ui.units.as_shown(row.text);
   const ImVec2 place = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const ImFont* font = t.fonts.small;

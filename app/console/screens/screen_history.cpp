@@ -42,7 +42,7 @@ void cursor_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const EventRow* row = event_at(data.events, data.view.run, shown_at);
   const std::string text = row == nullptr
                                ? "no event up to here"
-                               : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + as_shown(ui, data, row->text);
+                               : event_time(row->at, data.facts.unix_ns_at_zero) + "  " + ui.units.as_shown(row->text);
   put_fitted(t.fonts.small, t.colours.muted, rest, text);
 }
 

@@ -78,9 +78,11 @@ struct AtWindow {
   bool pad_ignored = false;     ///< The bumper is held since before the gamepad was connected.
   bool pull_ignored = false;    ///< The mouse's button is held, but the pull has ended.
 };
-/// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view.
+/// The one line that says what to do, or what happens now. @param view_age_s since the loops last put a view. @param
+/// bus of the machine.
 [[nodiscard]] std::string banner_reason(const ConsoleView& view, bool stop, double view_age_s,
-                                        const AtWindow& person = {}, const JointLoads& loads = {});
+                                        const AtWindow& person = {}, const JointLoads& loads = {},
+                                        const BusDescription& bus = {});
 /// By the operator's own Stop: nothing is broken.
 [[nodiscard]] bool stopped(const ConsoleView& view) noexcept;
 /// How a mode is called and marked.
@@ -138,6 +140,6 @@ void event_mark(const Theme& theme, Severity severity, float x, const Area& lane
 /// That this is no live machine. As wide as it is high times so much.
 void draw_replay_block(const Ui& ui, const Area& area);
 /// What stopped or limited the machine then.
-[[nodiscard]] std::string replay_reason(const ConsoleView& view, const PlayerPanel& player);
+[[nodiscard]] std::string replay_reason(const ConsoleView& view, const PlayerPanel& player, const BusDescription& bus);
 
 }  // namespace knuckle::console::screens

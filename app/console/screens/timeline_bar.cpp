@@ -11,6 +11,7 @@
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
 #include "core/text.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -144,7 +145,7 @@ void draw_timeline(const Ui& ui, const ConsoleData& data, Area area) {
   const bool hovers = ImGui::IsItemHovered();
   if (const EventRow* row = event_at(player.events(), player.view().run, hovers ? at_mouse() : timeline.cursor())) {
     const ImU32 colour = row->severity == Severity::kInfo ? t.colours.muted : severity_colour(t, row->severity);
-    put_fitted(t.fonts.small, colour, above, clock_text(row->at) + "  " + as_shown(ui, data, row->text));
+    put_fitted(t.fonts.small, colour, above, clock_text(row->at) + "  " + ui.units.as_shown(row->text));
   }
 }
 
@@ -180,7 +181,7 @@ void played_hand_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   if (hand.stop)
     lamp(ui, rest.cut_top(t.px(24)), "Stop pressed", true, t.colours.bad);
   else if (hand.device)
-    put_lines(t.fonts.small, t.colours.bad, rest, as_shown(ui, data, text(hand.device)));
+    put_lines(t.fonts.small, t.colours.bad, rest, ui.units.as_shown(text(hand.device)));
 }
 
 void recording_card(const Ui& ui, const ConsoleData& data, const Area& area) {
@@ -272,15 +273,15 @@ void draw_replay_block(const Ui& ui, const Area& area) {
   put_text(t.fonts.small, on, {area.centre().x, area.centre().y + t.px(20)}, Align::kCentre, "nothing is sent");
 }
 
-std::string replay_reason(const ConsoleView& view, const PlayerPanel& player) {
+std::string replay_reason(const ConsoleView& view, const PlayerPanel& player, const BusDescription& bus) {
   if (player.in_gap()) return "nothing was recorded here";
   if (view.sensors_alone) return "what the sensors of the table said; it tells nothing of modes, limits and force";
   if (!view.link.heard) return "nothing had been received from the machine's side yet";
   if (machine_freshness(view).stale())
     return std::string("nothing received from the machine for ") + shown_duration(view.link.silence_s);
   const std::string stop = view.hand.stop ? "Stop is pressed" : "";
-  const std::string why = view.machine.fault                    ? text(view.machine.fault)
-                          : view.machine.blocking               ? text(view.machine.blocking)
+  const std::string why = view.machine.fault                    ? text(view.machine.fault, bus)
+                          : view.machine.blocking               ? text(view.machine.blocking, bus)
                           : view.machine.mode == Mode::kEngaged ? "the machine follows the hand"
                                                                 : "";
   return stop.empty() || why.empty() ? stop + why : stop + "; " + why;

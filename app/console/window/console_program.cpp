@@ -47,9 +47,10 @@ void record_events(ConsoleHost& host, const EventBook& events, std::uint64_t& re
   }
 }
 
-void take_events(ConsoleHost& host, EventBook& events, std::uint64_t& recorded, HandSource hand) {
+void take_events(ConsoleHost& host, EventBook& events, std::uint64_t& recorded, const screens::ConsoleFacts& facts) {
   ConsoleEvent event;
-  while (host.next(event)) events.add(event, host.view().led_by_scenario ? HandSource::kDevice : hand);
+  while (host.next(event))
+    events.add(event, facts.machine.bus, host.view().led_by_scenario ? HandSource::kDevice : facts.hand);
   record_events(host, events, recorded);
   const ConsoleView& view = host.view();
   events.note_lost(view.now, view.run, host.events_lost());
@@ -101,7 +102,7 @@ void skip(ConsoleWindow& window, ConsoleHost& host, EventBook& events, std::uint
     at_s = std::min(run.skip_to_s, at_s + History::kStep_s);
     host.skip_to(at_s);
     window.watch(host.view());
-    take_events(host, events, recorded, window.facts().hand);
+    take_events(host, events, recorded, window.facts());
   }
 }
 
@@ -160,7 +161,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
-    take_events(host, events, recorded, window.facts().hand);
+    take_events(host, events, recorded, window.facts());
     watch_log(host, events, run.candump, holes_told);
     const Time looked_at = host.now();  // at what is held, and no later
     const ConsoleView& view = host.view();
@@ -199,7 +200,7 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   outcome.simulated_s = host.view().simulated_s;
   outcome.mode = name(host.view().machine.mode);
   host.end_loop();
-  take_events(host, events, recorded, window.facts().hand);
+  take_events(host, events, recorded, window.facts());
   record_events(host, events, recorded);
   host.stop();
   outcome.events_lost = host.events_lost();

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/console/screens/screens.h"
+#include "machine/reason_text.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 
@@ -60,24 +61,23 @@ TEST_F(Banner, ShowsEveryFaultWholeWithWhatToDo) {
   }
 }
 
-TEST_F(Banner, NamesTheNodeInsteadOfItsNumber) {
-  const std::uint8_t node = console_->facts().machine.bus.encoder(kBoom).id;
+TEST_F(Banner, NamesTheNode) {
+  const NodeDescription& node = console_->facts().machine.bus.encoder(kBoom);
   view_.machine.mode = Mode::kFault;
-  view_.machine.fault = view_.machine.blocking = {ReasonCode::kSensorStale, node, 41, 25};
-  expect_whole("boom encoder: sensor has stopped sending: check node and cable");
+  view_.machine.fault = view_.machine.blocking = {ReasonCode::kSensorStale, node.id, 41, 25};
+  expect_whole(node_text(node) + ": sensor has stopped sending: check node and cable");
   ConsoleEvent event;
   event.kind = ConsoleEventKind::kMachine;
   event.mode = Mode::kFault;
   event.reason = view_.machine.fault;
-  events_.add(event);
+  events_.add(event, console_->facts().machine.bus);
   does("key F6");
   const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
-  const auto says = [&texts](const char* words) {
+  const auto says = [&texts](const std::string& words) {
     return std::any_of(texts.begin(), texts.end(),
-                       [words](const DrawnText& text) { return text.text.find(words) != std::string::npos; });
+                       [&words](const DrawnText& text) { return text.text.find(words) != std::string::npos; });
   };
-  EXPECT_TRUE(says("machine: fault, boom encoder: sensor has stopped"));
-  EXPECT_FALSE(says("node 0x"));
+  EXPECT_TRUE(says("machine: fault, " + node_text(node) + ": sensor has stopped"));
 }
 
 TEST_F(Banner, OfALinkThatIsLostShowsWhatTheMachineMayDoWhole) {

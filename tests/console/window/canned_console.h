@@ -132,8 +132,8 @@ inline LoopHealth canned_loop() {
 }
 
 /// A session's story.
-inline void fill(EventBook& events) {
-  const auto add = [&events](ConsoleEventKind kind, Duration at, Mode mode, Reason reason = {}, double value = 0) {
+inline void fill(EventBook& events, const BusDescription& bus) {
+  const auto add = [&](ConsoleEventKind kind, Duration at, Mode mode, Reason reason = {}, double value = 0) {
     ConsoleEvent event;
     event.kind = kind;
     event.at = Time(at);
@@ -141,7 +141,7 @@ inline void fill(EventBook& events) {
     event.mode = mode;
     event.reason = reason;
     event.value = value;
-    events.add(event);
+    events.add(event, bus);
   };
   using Kind = ConsoleEventKind;
   add(Kind::kLink, 5ms, Mode::kOff);

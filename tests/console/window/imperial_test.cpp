@@ -36,7 +36,7 @@ TEST_F(Imperial, LeavesNoMetricUnitOnAnyScreen) {
     event.piece = piece;
     event.value = 812;
     event.at = view_.now;
-    events_.add(event);
+    events_.add(event, {});
   }
   state().measures.ground_m = -0.2;
   state().measures.grade_on = true;

@@ -102,7 +102,7 @@ class Shown {
     choice.scenario = 1;
     console_.state().running = choice;
     shot.prepare(view_, console_.state());
-    fill(events_);
+    fill(events_, console_.facts().machine.bus);
     with_history(view_, [&](const ConsoleView& v) { console_.watch(v); });
     frames(3);
     for (const std::string& key : shot.keys) {
@@ -173,8 +173,8 @@ const std::vector<Shot> kWhole{
     Shot{.name = "events",
          .keys = {"F6"},
          .texts = {"11 shown, 11 in total", "Ack",
-                   "machine: fault, arm valve: sensor has stopped sending: check node and cable (41 ms; limit 25 "
-                   "ms)"}},
+                   "machine: fault, arm_valve (node 0x11): sensor has stopped sending: check node and cable (41 ms; "
+                   "limit 25 ms)"}},
     Shot{.name = "history_chosen",
          .keys = {"F7", "bracketleft"},
          .texts = {"AT THE CURSOR", "11.800 s", "0 s ago - End: now"}},

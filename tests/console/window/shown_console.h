@@ -58,7 +58,7 @@ class ShownConsole : public testing::Test {
                                                canned_facts());
     console_->hold_steady();
     console_->show_recording(canned_recording());
-    fill(events_);
+    fill(events_, console_->facts().machine.bus);
     frames();
   }
   void frames(int count = 4) {

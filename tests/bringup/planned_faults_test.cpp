@@ -1,20 +1,46 @@
-// Faults of simulated nodes that are planned for the same moment.
+// Faults of simulated nodes as they are asked for, and when they are planned for the same moment.
+#include "app/bringup/planned_faults.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "app/programs/node_program.h"
 #include "machine/kinematics.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/refusal.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
 
-namespace knuckle::programs {
+namespace knuckle::bringup {
 namespace {
 
-using bringup::test::solar;
+using test::solar;
+
+TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
+  const BusDescription& bus = solar().bus;
+  const PlannedFault timed = parse_fault("node_silent:boom_valve@10+2.5", bus);
+  EXPECT_EQ(timed.kind, sim::FaultKind::kNodeSilent);
+  EXPECT_EQ(timed.node, bus.valve(0).id);
+  EXPECT_EQ(timed.at_s, 10);
+  EXPECT_EQ(timed.duration_s, 2.5);
+  const PlannedFault signalled = parse_fault("wrong_identity:0x25@usr1", bus);
+  EXPECT_EQ(signalled.node, 0x25);
+  EXPECT_FALSE(signalled.at_s);
+  EXPECT_EQ(parse_fault("babble@0", bus).kind, sim::FaultKind::kBabble);
+}
+
+TEST(NodeFaults, RefuseWhatCannotBe) {
+  const BusDescription& bus = solar().bus;
+  for (const char* bad :
+       {"node_silent", "node_silent@1", "node_silent:nobody@1", "node_silent:0x7F@1", "gremlin@1", "babble:tilt@1",
+        "valve_stuck:tilt@1", "encoder_broken:tilt@1", "sensor_frozen:enable@1", "bus_off@1", "link_cut@1", "e_stop@",
+        "e_stop@-1", "e_stop@nan", "e_stop@1+x", "e_stop@1e9"}) {
+    const std::string said = knuckle::test::refusal([&] { return parse_fault(bad, bus); });
+    EXPECT_TRUE(said.starts_with(std::string("--fault ") + bad + ": ")) << said;
+  }
+}
 
 /// What was on the bus from 0.1 s on, when the faults begin, to 1.1 s.
 std::vector<CanFrame> frames_with(const std::vector<std::string>& asked) {
@@ -82,4 +108,4 @@ TEST(NodeFaults, EveryNodeIdThatIsTwiceStaysSoWhileAnotherComesAndGoes) {
 }
 
 }  // namespace
-}  // namespace knuckle::programs
+}  // namespace knuckle::bringup

@@ -1,0 +1,130 @@
+#include "machine/bus_budget.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/units.h"
+#include "machine/load.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle {
+namespace {
+
+/// The bus with something changed, and what that is in the file's words.
+struct Change {
+  std::string text;
+  BusDescription bus;
+};
+
+class Budget {
+ public:
+  Budget(const SensorDescription& sensors, double others_bits_per_s)
+      : sensors_(sensors), others_bits_per_s_(others_bits_per_s) {}
+
+  [[nodiscard]] double load(const BusDescription& bus) const {
+    return worst_bus_load(bus) + others_bits_per_s_ / bus.bit_rate;
+  }
+  [[nodiscard]] bool fits(const Change& change) const { return load(change.bus) <= kFullestBus; }
+
+  [[nodiscard]] std::optional<Change> fewer_valve_states(Change change) const {
+    constexpr int kMostNth = 8;
+    for (int& nth = change.bus.valve_status_every_nth_sync; ++nth <= kMostNth;)
+      if (fits(change)) return added(change, fmt::format("valve_status_every_nth_sync = {}", nth));
+    return std::nullopt;
+  }
+
+  /// Two values in place of one in a frame of a transmitter with several channels, else shorter frames. Nothing where
+  /// one maps its values by itself.
+  [[nodiscard]] std::optional<Change> short_pressures(Change change) const {
+    using Pressure = WireDescription::Pressure;
+    WireDescription& wire = change.bus.wire;
+    const bool fixed = std::any_of(change.bus.nodes.begin(), change.bus.nodes.end(), [](const NodeDescription& node) {
+      return node.role == NodeRole::kPressure && !node.tpdo_maps.empty();
+    });
+    if (fixed || wire.pressure == Pressure::kInteger16) return std::nullopt;
+    wire.pressure = Pressure::kInteger16;
+    const double highest_Pa = kOverRange * sensors_.pressure_range_Pa;
+    while (wire.pressure_digits > 0 && std::numeric_limits<std::int16_t>::max() * wire.pressure_unit_Pa() <= highest_Pa)
+      --wire.pressure_digits;
+    return added(change, fmt::format("wire.pressure_value = \"integer16\" with wire.pressure_digits = {}",
+                                     wire.pressure_digits));
+  }
+
+  /// The highest rate that fits, of those that a person would write.
+  [[nodiscard]] std::optional<Change> slower(const Change& change) const {
+    for (const int sync_Hz : {200, 125, 100, 50}) {
+      Change slow = change;
+      slow.bus.sync_Hz = sync_Hz;
+      if (sync_Hz >= change.bus.sync_Hz || !fits(slow)) continue;
+      slow = added(slow, fmt::format("sync_Hz = {}", sync_Hz));
+      const double period_s = 1.0 / sync_Hz;
+      return raised(raised(slow, "sensor_age_limit_ms", change.bus.sensor_age_limit_s,
+                           2 * period_s * change.bus.tilt_every_nth_sync),
+                    "valve_watchdog_ms", change.bus.valve_watchdog_s,
+                    2 * period_s * change.bus.set_point_every_nth_sync);
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<Change> faster_wire(const Change& change) const {
+    for (const int kbps : kBitRates_kbps) {
+      const auto bit_rate = static_cast<std::uint32_t>(1000 * kbps);
+      if (bit_rate <= change.bus.bit_rate) continue;
+      Change fast = change;
+      fast.bus.bit_rate = bit_rate;
+      if (fits(fast)) return added(fast, fmt::format("bit_rate_kbps = {}", kbps));
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] std::string text(const Change& change) const {
+    return fmt::format("{} ({} %)", change.text, number_text(std::round(1000 * load(change.bus)) / 10));
+  }
+
+ private:
+  static Change added(Change change, const std::string& text) {
+    const bool joined = change.text.find(" with ") != std::string::npos;
+    change.text += (change.text.empty() ? "" : joined ? " and " : " with ") + text;
+    return change;
+  }
+  /// A limit that the file must have with it; nothing where none is long enough.
+  static std::optional<Change> raised(const std::optional<Change>& change, const char* key, double is_s,
+                                      double least_s) {
+    if (!change || least_s > kLongestBlind_ms * kMilli * (1 + 1e-9)) return std::nullopt;
+    if (is_s >= least_s * (1 - 1e-9)) return change;
+    return added(*change, fmt::format("{} = {}", key, number_text(least_s / kMilli)));
+  }
+
+  const SensorDescription& sensors_;
+  double others_bits_per_s_;
+};
+
+}  // namespace
+
+std::string what_fits(const BusDescription& bus, const SensorDescription& sensors, double others_bits_per_s) {
+  const Budget budget(sensors, others_bits_per_s);
+  const Change as_it_is{"", bus};
+  const std::optional<Change> shorter = budget.short_pressures(as_it_is), slower = budget.slower(as_it_is);
+  std::vector<std::string> all;
+  const auto offer = [&](const std::optional<Change>& change) {
+    if (change && budget.fits(*change)) all.push_back(budget.text(*change));
+  };
+  offer(budget.fewer_valve_states(as_it_is));
+  offer(shorter);
+  offer(slower);
+  if (const auto both = shorter && !budget.fits(*shorter) ? budget.slower(*shorter) : std::nullopt;
+      both && (!slower || both->bus.sync_Hz > slower->bus.sync_Hz))
+    offer(both);
+  offer(budget.faster_wire(as_it_is));
+  return all.empty() ? "" : fmt::format("would fit: {}", fmt::join(all, ", or "));
+}
+
+}  // namespace knuckle

@@ -1,0 +1,23 @@
+// How full the machine's bus may be, and which changes of its file would make it less full.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "machine/description.h"
+
+namespace knuckle {
+
+inline constexpr double kFullestBus = 0.6;  ///< Share of the bit rate, with worst-case stuffing.
+inline constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  ///< CiA 301, table 1.
+/// Without a sensor's value or a valve's command, whatever a file says.
+inline constexpr double kLongestBlind_ms = 200;
+inline constexpr double kOverRange = 1.1;  ///< A pressure is told to be too high, not the highest there is.
+
+/// Each by itself brings the bus within kFullestBus: "sync_Hz = 100 with sensor_age_limit_ms = 40 (48 %)". By
+/// worst_bus_load() of the changed bus.
+/// @param others_bits_per_s what devices send that the file does not have
+[[nodiscard]] std::string what_fits(const BusDescription& bus, const SensorDescription& sensors,
+                                    double others_bits_per_s = 0);
+
+}  // namespace knuckle

@@ -1,0 +1,56 @@
+#include "machine/reason_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace knuckle {
+namespace {
+
+/// The signal that the reason names; null where it names none, or one of a later version.
+const SignalInfo* signal_info(const Reason& reason) noexcept {
+  const auto place = signal_of(reason);
+  return place && *place < kSignals.size() ? &kSignals[*place] : nullptr;
+}
+
+}  // namespace
+
+std::uint8_t subject_of(NodeRole role, int index, const BusDescription& bus) noexcept {
+  const NodeDescription& node = bus.node_of(role, index);
+  if (node.channels.size() < 2) return node.id;
+  const auto is_it = [index](const NodeChannel& channel) { return channel.info().index == index; };
+  return signal_subject(std::find_if(node.channels.begin(), node.channels.end(), is_it)->signal);
+}
+
+const NodeDescription* node_of(const Reason& reason, const BusDescription& bus) noexcept {
+  const SubjectKind kind = subject_kind(reason.code);
+  if (kind != SubjectKind::kNode && kind != SubjectKind::kNodeOrSignal) return nullptr;
+  const SignalInfo* const signal = signal_info(reason);
+  return bus.find(signal == nullptr ? reason.subject : bus.node_of(signal->role, signal->index).id);
+}
+
+std::string node_text(const NodeDescription& node) {
+  return fmt::format("{} (node 0x{:02X})", node.name, node.id);
+}
+
+std::string node_text(std::uint8_t id, const BusDescription& bus) {
+  const NodeDescription* const node = bus.find(id);
+  return node == nullptr ? fmt::format("node 0x{:02X}", id) : node_text(*node);
+}
+
+std::string subject_text(const Reason& reason, const BusDescription& bus) {
+  const NodeDescription* const node = node_of(reason, bus);
+  const SignalInfo* const signal = signal_info(reason);
+  if (node == nullptr) return signal == nullptr ? subject_text(reason) : signal->name;
+  return node_text(*node) + (signal == nullptr ? "" : std::string(", ") + signal->name);
+}
+
+std::string text(const Reason& reason, const BusDescription& bus) {
+  return text_about(subject_text(reason, bus), reason);
+}
+
+std::string text_with_code(const Reason& reason, const BusDescription& bus) {
+  return std::string(name(reason.code)) + ": " + text(reason, bus);
+}
+
+}  // namespace knuckle

@@ -1,0 +1,132 @@
+// What would fit where a bus is too full: each offer, written into the file, makes it one that is accepted.
+#include "machine/bus_budget.h"
+
+#include <gtest/gtest.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "machine/load.h"
+#include "tests/support/few_nodes.h"
+#include "tests/support/places.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle::bus_budget {
+namespace {
+
+std::vector<std::string> split(const std::string& text, const std::string& by) {
+  std::vector<std::string> parts;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(by, at), text.size());
+    parts.push_back(text.substr(at, end - at));
+    at = end + by.size();
+  }
+  return parts;
+}
+
+std::string text_of(const toml::table& machine) {
+  std::ostringstream text;
+  text << machine;
+  return text.str();
+}
+
+/// key = value of [bus], or wire.key = value.
+void set(toml::table& machine, const std::string& setting) {
+  const toml::table one = toml::parse(setting);
+  toml::table& bus = *machine["bus"].as_table();
+  for (const auto& [key, value] : one) {
+    if (!value.is_table()) {
+      bus.insert_or_assign(key.str(), value);
+      continue;
+    }
+    bus.insert("wire", toml::table{});
+    for (const auto& [below, wire] : *value.as_table()) bus["wire"].as_table()->insert_or_assign(below.str(), wire);
+  }
+}
+
+toml::table solar_with(const std::vector<std::string>& settings) {
+  toml::table machine = toml::parse_file(test::source_dir() + "/config/machines/solar015.toml");
+  for (const std::string& setting : settings) set(machine, setting);
+  return machine;
+}
+
+std::string refused(const toml::table& machine) {
+  return test::refusal([&] { (void)parse_machine(text_of(machine), "m.toml"); });
+}
+std::vector<std::string> offers(const toml::table& machine) {
+  const std::string told = refused(machine), words = "; would fit: ";
+  EXPECT_NE(told.find("key 'bus.bit_rate_kbps'"), std::string::npos) << told;
+  const auto at = told.find(words);
+  return at == std::string::npos ? std::vector<std::string>() : split(told.substr(at + words.size()), ", or ");
+}
+bool offered(const std::vector<std::string>& all, const std::string& what) {
+  return std::any_of(all.begin(), all.end(), [&](const std::string& one) { return one.starts_with(what); });
+}
+
+TEST(BusBudget, EveryOfferIsAcceptedAndLoadsTheBusAsItSays) {
+  const std::string digits = "wire.pressure_digits = 0";
+  int tried = 0;
+  for (const toml::table& machine :
+       {solar_with({"bit_rate_kbps = 250"}), solar_with({"bit_rate_kbps = 125"}),
+        solar_with({"valve_status_every_nth_sync = 1"}), solar_with({"sync_Hz = 250"}),
+        solar_with({"bit_rate_kbps = 250", "wire.pressure_value = \"float\""}),
+        solar_with({"bit_rate_kbps = 250", "wire.pressure_value = \"integer16\"", digits}),
+        solar_with({"bit_rate_kbps = 250", "valve_watchdog_ms = 10", "sensor_age_limit_ms = 20"})}) {
+    const std::vector<std::string> all = offers(machine);
+    EXPECT_FALSE(all.empty());
+    for (const std::string& offer : all) {
+      const std::vector<std::string> parts = split(offer, " (");
+      ASSERT_EQ(parts.size(), 2U) << offer;
+      toml::table changed = machine;
+      for (const std::string& first : split(parts[0], " with "))
+        for (const std::string& setting : split(first, " and ")) set(changed, setting);
+      ASSERT_EQ(refused(changed), "accepted") << offer;
+      const double load = worst_bus_load(parse_machine(text_of(changed), "m.toml").bus);
+      EXPECT_NEAR(100 * load, std::stod(parts[1]), 0.051) << offer;
+      EXPECT_LE(load, kFullestBus) << offer;
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 15);
+}
+
+TEST(BusBudget, OffersSlowerSensorsWithTheirLimitsShorterValuesRarerStatesAndAFasterWire) {
+  const std::vector<std::string> at_250 = offers(solar_with({"bit_rate_kbps = 250"}));
+  EXPECT_TRUE(offered(at_250, "bit_rate_kbps = 500 (59.6 %)"));
+  EXPECT_TRUE(offered(at_250, "sync_Hz = 50 with sensor_age_limit_ms = 80 (")) << ::testing::PrintToString(at_250);
+  const std::vector<std::string> states = offers(solar_with({"valve_status_every_nth_sync = 1"}));
+  EXPECT_TRUE(offered(states, "valve_status_every_nth_sync = ")) << ::testing::PrintToString(states);
+  const std::vector<std::string> values = offers(solar_with({"valve_status_every_nth_sync = 2"}));
+  EXPECT_TRUE(offered(values, "wire.pressure_value = \"integer16\" with wire.pressure_digits = 1 ("))
+      << ::testing::PrintToString(values);
+  EXPECT_TRUE(offered(states, "sync_Hz = 125 with ")) << ::testing::PrintToString(states);
+  EXPECT_TRUE(offered(states, "bit_rate_kbps = 800 (")) << ::testing::PrintToString(states);
+  EXPECT_FALSE(offered(
+      offers(solar_with({"bit_rate_kbps = 250", "wire.pressure_value = \"integer16\"", "wire.pressure_digits = 1"})),
+      "wire."));
+}
+
+TEST(BusBudget, OffersNoShorterPressuresWhereADeviceMapsThemByItself) {
+  const MachineDescription machine = parse_machine(text_of(solar_with({})), "m.toml");
+  BusDescription bus = machine.bus;
+  bus.valve_status_every_nth_sync = 2;
+  EXPECT_NE(what_fits(bus, machine.sensors).find("integer16"), std::string::npos) << what_fits(bus, machine.sensors);
+  for (NodeDescription& node : bus.nodes) {
+    if (node.id == machine.bus.pressure(0).id) node.tpdo_maps = {{0x91300120, 0x61500108}};
+  }
+  EXPECT_EQ(what_fits(bus, machine.sensors).find("integer16"), std::string::npos) << what_fits(bus, machine.sensors);
+}
+
+TEST(BusBudget, WhatOthersSendIsCountedAndWhereNothingFitsNothingIsOffered) {
+  const MachineDescription machine = parse_machine(test::few_nodes_text(), "few.toml");
+  const auto fits = [&](double others) { return what_fits(machine.bus, machine.sensors, others); };
+  EXPECT_NE(fits(20e3).find("bit_rate_kbps = 500"), std::string::npos) << fits(20e3);
+  EXPECT_NE(fits(300e3).find("bit_rate_kbps = 800"), std::string::npos) << fits(300e3);
+  EXPECT_EQ(fits(1e6), "");
+}
+
+}  // namespace
+}  // namespace knuckle::bus_budget
