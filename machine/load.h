@@ -25,9 +25,6 @@ namespace knuckle {
 /// recording's head says, and feel.law is the default one then.
 [[nodiscard]] DeviceDescription parse_device(std::string_view text, const std::string& source);
 
-/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats.
-[[nodiscard]] double worst_bus_load(const BusDescription& bus);
-
 /// Path of a configuration file: "solar015" of kind "machine" is <config dir>/machines/solar015.toml; anything with
 /// a '/' or ending in ".toml" is a path and stays as it is. The directory is $KNUCKLE_CONFIG_DIR, else the one
 /// installed with the running program (share/knuckle beside its bin), else the checkout's.

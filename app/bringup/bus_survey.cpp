@@ -352,7 +352,7 @@ NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected
 }
 
 NodeReading of_tilt(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
-  const auto steps = node.value(sent_fields(expected, machine).back().object);
+  const auto steps = node.value(sent_fields(expected, machine).front().object);
   if (!steps) return {};
   const double deg = static_cast<std::int16_t>(*steps) * machine.sensors.tilt_step_rad * 180 / std::numbers::pi;
   return {fmt::format("{:.2f} deg", deg), "", false};

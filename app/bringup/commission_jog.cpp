@@ -191,7 +191,7 @@ void JogBench::write_objects(std::uint8_t node, slave::SdoScript script) {
   }
   if (dialogue->done()) return;
   const std::string why = text(dialogue->details(), client().bus());
-  throw CommissionEnded(why.empty() ? fmt::format("node 0x{:02X} did not answer within 3 s", node) : why);
+  throw CommissionEnded(why.empty() ? node_text(node, client().bus()) + " did not answer within 3 s" : why);
 }
 
 namespace {

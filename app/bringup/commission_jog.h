@@ -2,7 +2,6 @@
 // virtual time, until a task is done, keeps its samples, and says in words why it ended early.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>

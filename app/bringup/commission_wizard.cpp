@@ -83,9 +83,8 @@ class Wizard {
     keep({Level::kOk, "pilot pressure", "switches on and off, and no cylinder moves"});
     dialogue_.ask(
         "Step 2 of 3: what stops the machine without this computer. Each valve opens inside its dead band and hears no "
-        "more set-points, or no more heartbeats where it has taken that guard alone; then the enable node hears no "
-        "more "
-        "heartbeats. No cylinder may move.",
+        "more set-points, or no more heartbeats where it has taken that guard alone; then the enable node hears "
+        "none. No cylinder may move.",
         {"guards"});
     guards();
     dialogue_.ask("Step 3 of 3: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});

@@ -11,7 +11,6 @@
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
 #include "machine/device_profile.h"
-#include "machine/load.h"
 #include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"

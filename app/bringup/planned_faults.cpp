@@ -5,7 +5,7 @@
 
 #include "app/cli/command.h"
 #include "app/recordings/csv_cells.h"
-#include "machine/load.h"
+#include "machine/bus_budget.h"
 
 namespace knuckle::bringup {
 namespace {

@@ -12,8 +12,8 @@
 #include "app/report/html.h"
 #include "app/report/machine_drawing.h"
 #include "core/units.h"
+#include "machine/bus_budget.h"
 #include "machine/kinematics.h"
-#include "machine/load.h"
 #include "machine/room.h"
 #include "machine/toml_reader.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "machine/load.h"
+#include "machine/bus_budget.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::session {

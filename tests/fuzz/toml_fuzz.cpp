@@ -7,6 +7,7 @@
 
 #include "app/session/link_file.h"
 #include "app/session/scenario.h"
+#include "machine/bus_budget.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/fuzz/file_in_memory.h"

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "machine/bus_budget.h"
 #include "machine/kinematics.h"
 #include "machine/toml_reader.h"
 #include "tests/support/keyed_nodes.h"

@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "machine/bus_budget.h"
 #include "machine/load.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/bus_nodes.h"

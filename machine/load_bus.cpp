@@ -1,0 +1,457 @@
+// [bus] of a machine file: its rates and limits, nodes, channels and frames; and what commissioning has kept of guards.
+#include "machine/load_bus.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "core/units.h"
+#include "machine/bus_budget.h"
+#include "machine/bus_frames.h"
+#include "machine/device_profile.h"
+
+namespace knuckle {
+namespace {
+
+constexpr int kPvedMostStroke = 32766;
+constexpr std::int64_t kMostSteps = std::int64_t{1} << 31;  // of an encoder: what counts more is broken
+
+/// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
+class NodeReader {
+ public:
+  explicit NodeReader(const BusDescription& bus) : wire_(bus.wire), ids_{{bus.controller_id, "controller_id"}} {}
+
+  /// [bus.nodes]: a key for each signal.
+  std::vector<NodeDescription> read_keyed(TomlTable nodes) {
+    std::vector<NodeDescription> all;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      if (kSignals[i].is_angle) continue;
+      NodeDescription node;
+      node.name = kSignals[i].node;
+      node.role = kSignals[i].role;
+      node.channels = {{1, static_cast<std::uint8_t>(i)}};
+      TomlTable file = nodes.table(node.name);
+      if (node.role == NodeRole::kValve && file.has("profile"))
+        node.profile = static_cast<ValveProfile>(file.choice("profile", kValveProfileNames));
+      read(file, node);
+      all.push_back(std::move(node));
+    }
+    return all;
+  }
+
+  /// [[bus.node]], in any order.
+  std::vector<NodeDescription> read_listed(std::vector<TomlTable> files) {
+    std::vector<NodeDescription> all;
+    for (TomlTable& file : files) {
+      NodeDescription node;
+      node.name = file.text("name");
+      const auto same = [&](const NodeDescription& other) { return other.name == node.name; };
+      file.require(std::none_of(all.begin(), all.end(), same), "name", "is the name of another node");
+      read_profile(file, node);
+      read_channels(file, node);
+      check_name(file, node);
+      read(file, node);
+      all.push_back(std::move(node));
+    }
+    std::stable_sort(all.begin(), all.end(), [](const NodeDescription& a, const NodeDescription& b) {
+      return !a.channels.empty() && (b.channels.empty() || first_signal(a) < first_signal(b));
+    });
+    return all;
+  }
+
+  /// "boom_length or boom_angle, slope"; empty where each signal is some node's.
+  [[nodiscard]] std::string missing() const {
+    std::string names;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      const std::size_t other = in_place_of(i);
+      if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
+      names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
+      if (other != i) names += std::string(" or ") + kSignals[other].name;
+    }
+    return names;
+  }
+
+ private:
+  /// The signal that says the same, by another sensor: a joint's length or angle. Itself where there is none.
+  static std::size_t in_place_of(std::size_t signal) {
+    const SignalInfo& one = kSignals[signal];
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+      if (i != signal && kSignals[i].role == one.role && kSignals[i].index == one.index) return i;
+    return signal;
+  }
+
+  static std::uint8_t first_signal(const NodeDescription& node) {
+    return std::min_element(node.channels.begin(), node.channels.end(),
+                            [](const NodeChannel& a, const NodeChannel& b) { return a.signal < b.signal; })
+        ->signal;
+  }
+
+  /// It stands in options, scenarios and a DBC, and must not say that the node is another one.
+  static void check_name(TomlTable& file, const NodeDescription& node) {
+    constexpr std::size_t kLongest = 22;
+    const std::string& name = node.name;
+    if (name.empty()) return;  // noted
+    const bool plain =
+        name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+    file.require(plain && name != "controller", "name",
+                 "must be a letter and up to 21 letters, digits and _, and not 'controller'");
+    const auto is_named = [&](const SignalInfo& signal) { return signal.name == name || signal.node == name; };
+    const bool has_one = std::any_of(node.channels.begin(), node.channels.end(),
+                                     [&](const NodeChannel& channel) { return is_named(channel.info()); });
+    file.require(has_one || std::none_of(kSignals.begin(), kSignals.end(), is_named), "name",
+                 "is what Knuckle calls a signal that this node does not have", {"channels", "profile"});
+  }
+
+  static void read_profile(TomlTable& file, NodeDescription& node) {
+    constexpr std::array kProfiles{"cia408", "cia408/pved", "cia404", "cia406", "cia410", "cia401"};
+    constexpr std::array kRoles{NodeRole::kValve,   NodeRole::kValve, NodeRole::kPressure,
+                                NodeRole::kEncoder, NodeRole::kTilt,  NodeRole::kEnable};
+    const auto profile = static_cast<std::size_t>(file.choice("profile", kProfiles));
+    node.role = kRoles[profile];
+    if (profile == 1) node.profile = ValveProfile::kPved;
+  }
+
+  struct ChannelRange {
+    int most;
+    const char* bound;
+  };
+  static ChannelRange channels_of(const NodeDescription& node) {
+    switch (node.role) {
+      case NodeRole::kValve:
+        if (node.profile == ValveProfile::kPved) return {1, "must be channel 1: a PVED-CC has one axis"};
+        return {static_cast<int>(NodeDescription::kMostPdos),
+                "must be an axis from 1 to 4: each has PDOs of its own, and a node has 4"};
+      case NodeRole::kPressure:
+        return {8, "must be a channel from 1 to 8"};
+      case NodeRole::kTilt:
+        return {2, "must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"};
+      case NodeRole::kEncoder:
+      case NodeRole::kEnable:
+        break;
+    }
+    return {1, "must be channel 1"};
+  }
+
+  /// channels = { 1 = "boom_head_pressure", 2 = "boom_rod_pressure" }
+  void read_channels(TomlTable& file, NodeDescription& node) {
+    const ChannelRange range = channels_of(node);
+    std::vector<const char*> names;
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      if (kSignals[i].role != node.role) continue;
+      names.push_back(kSignals[i].name);
+      places.push_back(i);
+    }
+    if (!file.sound({"profile"})) {  // which values and keys it may have is not known, then
+      file.leave_rest();
+      node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
+      return;
+    }
+    TomlTable channels = file.table("channels");
+    std::vector<int> numbers;
+    for (const std::string& key : channels.keys()) {
+      const bool digits = !key.empty() && key.size() <= 2 &&
+                          std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+      if (digits && key == std::to_string(std::stoi(key))) {
+        numbers.push_back(std::stoi(key));
+      } else {
+        channels.require(false, key, std::string("unknown key: ") + range.bound);
+        channels.leave(key);
+      }
+    }
+    std::sort(numbers.begin(), numbers.end());
+    for (const int number : numbers) {
+      const std::string key = std::to_string(number);
+      const std::size_t place = places[static_cast<std::size_t>(channels.choice(key, names))];
+      const bool known = channels.sound({key});
+      if (!channels.require(number >= 1 && number <= range.most, key, range.bound)) {
+        if (known) signals_.emplace(place, node.name);  // it is not missing, too
+        continue;
+      }
+      if (known) {
+        const auto [other, is_new] = signals_.emplace(place, node.name);
+        channels.require(is_new, key, "is taken by '" + other->second + "'");
+        const auto twin = in_place_of(place) == place ? signals_.end() : signals_.find(in_place_of(place));
+        channels.require(twin == signals_.end(), key,
+                         twin == signals_.end() ? ""
+                                                : "'" + twin->second + "' has " + kSignals[twin->first].name +
+                                                      ": of a joint's length and angle there must be one");
+      }
+      node.channels.push_back({static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(place)});
+    }
+    file.require(!node.channels.empty(), "channels",
+                 "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }");
+    if (node.channels.empty()) node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
+  }
+
+  void read(TomlTable& file, NodeDescription& node) {
+    constexpr std::int64_t kMax32 = 0xFFFFFFFF;
+    node.id = static_cast<std::uint8_t>(file.integer("id", 1, 127));
+    if (file.sound({"id"})) {
+      const auto [other, is_new] = ids_.emplace(node.id, node.name);
+      file.require(is_new, "id", "is taken by '" + other->second + "'; node ids must be unique");
+    }
+    node.device_type = static_cast<std::uint32_t>(file.integer("device_type", 0, kMax32));
+    file.require(
+        may_be(node.device_type, node.role), "device_type",
+        fmt::format("must have {0} = 0x{0:04X}, the number of the node's profile, in its lower 16 bits; has {1}",
+                    profile_number(node.role), profile_number(node.device_type)),
+        {"profile"});
+    node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
+    node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
+    if (node.measures_angle()) node.rotary = read_rotary(file);
+    read_maps(file, node);
+    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"}, kRpdoKeys{"rpdo", "rpdo2", "rpdo3", "rpdo4"};
+    const std::vector<std::uint8_t> pdos = transmit_pdos(node, wire_);
+    file.require(pdos.size() <= NodeDescription::kMostPdos, "channels",
+                 "need " + std::to_string(pdos.size()) +
+                     " frames, and a node has 4: pressure_value = \"integer16\" needs fewer");
+    for (const std::uint8_t pdo : pdos) {
+      if (pdo >= NodeDescription::kMostPdos) break;
+      node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
+      take(file, node.name, kTpdoKeys[pdo], node.tpdo_id(pdo));
+    }
+    if (node.is_told() && file.has("unguarded")) node.unguarded = file.text("unguarded");
+    for (const std::uint8_t pdo : receive_pdos(node)) {
+      node.rpdos[pdo] = frame_id(file, kRpdoKeys[pdo]);
+      take(file, node.name, kRpdoKeys[pdo], node.rpdo_id(pdo));
+    }
+  }
+
+  /// Optional, one after the other from the first.
+  void read_maps(TomlTable& file, NodeDescription& node) const {
+    constexpr double kMax32 = 0xFFFFFFFF;
+    constexpr std::size_t kMostMapped = 8;  // bytes of a frame
+    const std::vector<FrameField> wanted = known_fields(node);
+    for (const char* key : {"tpdo_map", "tpdo2_map", "tpdo3_map", "tpdo4_map"}) {
+      if (!file.has(key)) break;
+      std::vector<std::uint32_t>& map = node.tpdo_maps.emplace_back();
+      std::uint32_t bits = 0;
+      for (const double entry : file.list(key, 1, kMostMapped, 0, kMax32)) {
+        map.push_back(static_cast<std::uint32_t>(entry));
+        const std::uint32_t own = canopen::mapped_bits(map.back());
+        file.require(entry == std::floor(entry), key,
+                     fmt::format("has {}: must be whole numbers, such as 0x61300120", number_text(entry)));
+        file.require(own > 0, key, fmt::format("has 0x{:08X}, which is 0 bits: must be at least 1", map.back()));
+        bits += own;
+      }
+      file.require(!node.is_told(), key,
+                   "only goes with sensors: a node that moves something maps as start-up wants it");
+      file.require(bits % 8 == 0 && bits <= 64, key, fmt::format("has {} bits: must be whole bytes, 8 at most", bits));
+      require_once(file, key, node.tpdo_maps, wanted);
+    }
+    if (node.tpdo_maps.empty() || node.is_told()) return;
+    const std::vector<FrameField> found = known_fields(node);
+    for (const FrameField& field : wanted) {
+      file.require(field.part != FrameField::Part::kValue || find_field(found, field.part, field.channel) != nullptr,
+                   "tpdo_map",
+                   fmt::format("nor a further one has 0x{:08X}, which is {}",
+                               canopen::mapping(field.object, field.bits.bits), field.channel.info().name));
+    }
+  }
+  /// Which of two would be the value is not known.
+  static void require_once(const TomlTable& file, const char* key, const std::vector<std::vector<std::uint32_t>>& maps,
+                           const std::vector<FrameField>& wanted) {
+    for (const FrameField& field : wanted) {
+      const std::uint32_t entry = canopen::mapping(field.object, field.bits.bits);
+      const auto times_in = [&](const auto& map) { return std::count(map.begin(), map.end(), entry); };
+      const auto here = times_in(maps.back());
+      file.require(here <= 1, key, fmt::format("has 0x{:08X} twice", entry));
+      const bool before = std::any_of(maps.begin(), maps.end() - 1, [&](const auto& map) { return times_in(map) > 0; });
+      file.require(here == 0 || !before, key, fmt::format("has 0x{:08X}, which an earlier map has, too", entry));
+    }
+  }
+  [[nodiscard]] std::vector<FrameField> known_fields(const NodeDescription& node) const {
+    BusDescription alone;
+    alone.wire = wire_;
+    alone.nodes = {node};
+    std::vector<FrameField> all;
+    for (const BusFrame& frame : bus_frames(alone)) {
+      if (!frame.to_node) all.insert(all.end(), frame.fields.begin(), frame.fields.end());
+    }
+    return all;
+  }
+
+  static RotaryDescription read_rotary(TomlTable& file) {
+    RotaryDescription rotary;
+    rotary.steps_per_turn = static_cast<std::uint32_t>(file.integer("steps_per_turn", 1 << 9, 1 << 24));
+    if (file.has("turns")) {
+      rotary.turns = static_cast<std::uint32_t>(file.integer("turns", 1, 1 << 16));
+      file.require(std::int64_t{rotary.steps_per_turn} * rotary.turns <= kMostSteps, "turns",
+                   "must be at most " + std::to_string(kMostSteps / rotary.steps_per_turn) + ": 2^31 steps in all",
+                   {"steps_per_turn"});
+    }
+    if (file.has("sign")) {
+      rotary.sign = static_cast<int>(file.integer("sign", -1, 1));
+      file.require(rotary.sign != 0, "sign", "must be 1 or -1");
+    }
+    if (file.has("zero_rad")) rotary.zero_rad = file.number("zero_rad", -std::numbers::pi, std::numbers::pi);
+    return rotary;
+  }
+
+  /// Optional. CiA 301 keeps what lies outside for other services.
+  static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
+    if (!file.has(pdo)) return 0;
+    const std::int64_t id = file.integer(pdo, 0, 0xFFFF);
+    file.require(id >= 0x181 && id <= 0x57F, pdo, "must be within [0x181, 0x57F]");
+    return static_cast<std::uint16_t>(id);
+  }
+
+  void take(const TomlTable& file, const std::string& name, const char* pdo, std::uint32_t id) {
+    if (!file.sound({"id", pdo})) return;
+    const auto [other, is_new] = frames_.emplace(id, name + "." + pdo);
+    file.require(is_new, file.has(pdo) ? pdo : "id",
+                 "its frames' identifier " + fmt::format("0x{:03X}", id) + " is taken by '" + other->second + "'");
+  }
+
+  WireDescription wire_;
+  std::map<std::int64_t, std::string> ids_;
+  std::map<std::uint32_t, std::string> frames_;
+  std::map<std::size_t, std::string> signals_;
+};
+
+std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus) {
+  NodeReader read(bus);
+  if (!file.has("node") && file.has("nodes")) return read.read_keyed(file.table("nodes"));
+  if (file.has("nodes")) {
+    file.leave("nodes");
+    file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");
+  }
+  std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
+  const std::string missing = read.missing();
+  file.require(missing.empty(), "node", "no node has " + missing);
+  return nodes;
+}
+
+/// All optional: what the default profiles say where it is absent.
+WireDescription read_wire(TomlTable file) {
+  WireDescription wire;
+  if (file.has("valve_full_stroke")) wire.valve_full_stroke = file.number("valve_full_stroke", 100, 32767);
+  using Pressure = WireDescription::Pressure;
+  if (file.has("pressure_value"))
+    wire.pressure = static_cast<Pressure>(file.choice("pressure_value", {"integer", "float", "integer16"}));
+  if (file.has("pressure_digits")) {
+    wire.pressure_digits = static_cast<int>(file.integer("pressure_digits", 0, 4));
+    file.require(wire.pressure != Pressure::kFloat, "pressure_digits",
+                 "only goes with pressure_value = \"integer\" or \"integer16\"", {"pressure_value"});
+  }
+  if (file.has("encoder_speed_step_mmps")) {
+    wire.encoder_speed_step_mps = file.number("encoder_speed_step_mmps", 0.01, 10, kMilli);
+  }
+  return wire;
+}
+
+void read_patience(TomlTable& file, BusDescription& bus) {
+  const auto optional = [&file](const char* key, double most_ms, double& seconds) {
+    if (file.has(key)) seconds = file.number(key, 10, most_ms, kMilli);
+  };
+  optional("sdo_timeout_ms", 5000, bus.sdo_timeout_s);
+  optional("boot_timeout_ms", 30000, bus.boot_timeout_s);
+  optional("start_timeout_ms", 30000, bus.start_timeout_s);
+  optional("activate_timeout_ms", 30000, bus.activate_timeout_s);
+}
+
+}  // namespace
+
+BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
+  BusDescription bus;
+  const std::int64_t kbps = file.integer("bit_rate_kbps", kBitRates_kbps.front(), kBitRates_kbps.back());
+  file.require(std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps) != kBitRates_kbps.end(), "bit_rate_kbps",
+               fmt::format("must be one of CANopen's: {}", fmt::join(kBitRates_kbps, ", ")));
+  bus.bit_rate = static_cast<std::uint32_t>(1000 * kbps);
+  bus.sync_Hz = file.number("sync_Hz", 50, 250);
+  const double period_ms = 1e3 / bus.sync_Hz;
+  file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
+  const auto every_nth = [&file](const char* key) { return static_cast<int>(file.integer(key, 1, 8)); };
+  bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
+  bus.valve_status_every_nth_sync = every_nth("valve_status_every_nth_sync");
+  bus.tilt_every_nth_sync = every_nth("tilt_every_nth_sync");
+  bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
+  bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
+  const auto at_least = [&file](const char* key, double twice_ms, const std::string& what, TomlTable::Keys of,
+                                double most_ms = 2000) {
+    const double ms = file.number(key, 1, most_ms);
+    file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what, of);
+    return ms * kMilli;
+  };
+  bus.node_heartbeat_timeout_s = at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli,
+                                          "nodes' heartbeat period", {"node_heartbeat_ms"});
+  bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync,
+                                  "valves' command period", {"sync_Hz", "set_point_every_nth_sync"}, kLongestBlind_ms);
+  bus.controller_timeout_s = at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli,
+                                      "controller's heartbeat period", {"controller_heartbeat_ms"});
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period",
+                                    {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
+  read_patience(file, bus);
+  if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
+  bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  bus.nodes = read_nodes(file, bus);
+  const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
+                                  [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
+  file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",
+               fmt::format("valve_full_stroke must be at most {}: above that a valve of profile cia408/pved floats",
+                           kPvedMostStroke));
+  const double reach_Pa = std::numeric_limits<std::int16_t>::max() * bus.wire.pressure_unit_Pa();
+  file.require(
+      bus.wire.pressure != WireDescription::Pressure::kInteger16 || reach_Pa > kOverRange * sensors.pressure_range_Pa,
+      "wire",
+      "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
+      {".sensors.pressure_range_bar"});
+  if (const double load = worst_bus_load(bus); load > kFullestBus) {
+    const std::string fits = what_fits(bus, sensors);
+    file.require(false, "bit_rate_kbps",
+                 "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
+                     " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %" +
+                     (fits.empty() ? "" : "; " + fits),
+                 {"node", "nodes", "wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync",
+                  "tilt_every_nth_sync", "controller_heartbeat_ms", "node_heartbeat_ms"});
+  }
+  return bus;
+}
+
+void read_guard_proofs(TomlTable record, BusDescription& bus) {
+  for (TomlTable& file : record.tables("guards")) {
+    using Changed = GuardProof::Changed;
+    const std::string name = file.text("node");
+    const auto number = [&](const char* key) { return static_cast<std::uint32_t>(file.integer(key, 0, 0xFFFFFFFF)); };
+    const auto is_now = [&](const char* key, double now_s) {
+      constexpr double kMost_ms = 1e5, kSame_s = 1e-6;
+      return std::abs(file.number(key, 0, kMost_ms, kMilli) - now_s) < kSame_s;
+    };
+    GuardProof proof;
+    proof.proved = file.boolean("proved");
+    if (file.has("serial")) proof.serial = number("serial");
+    proof.date = file.text("date");
+    file.leave("seen");
+    const std::uint32_t vendor = number("vendor"), product = number("product");
+    const bool recorded = file.has("channels");
+    const std::string channels = recorded ? file.text("channels") : "";
+    const bool watchdog = recorded && is_now("valve_watchdog_ms", bus.valve_watchdog_s);
+    const bool timeout = recorded && is_now("controller_timeout_ms", bus.controller_timeout_s);
+    const auto of =
+        std::find_if(bus.nodes.begin(), bus.nodes.end(), [&](const NodeDescription& n) { return n.name == name; });
+    if (of == bus.nodes.end()) continue;
+    if (of->vendor != vendor || of->product != product)
+      proof.changed = Changed::kDevice;
+    else if (!recorded)
+      proof.changed = Changed::kNotRecorded;
+    else if (channels != channels_text(*of))
+      proof.changed = Changed::kChannels;
+    else if (!timeout || (of->role == NodeRole::kValve && !watchdog))
+      proof.changed = Changed::kTimes;
+    of->guard = proof;
+  }
+  record.leave_rest();
+}
+
+}  // namespace knuckle

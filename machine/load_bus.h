@@ -1,0 +1,18 @@
+// The bus of a machine file, as strict as the rest of it.
+#pragma once
+
+#include "machine/bus_description.h"
+#include "machine/description.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle {
+
+/// The table [bus], with the nodes in the words of today or in older ones. Notes what is wrong with it; also a bus that
+/// is too full.
+[[nodiscard]] BusDescription read_bus(TomlTable file, const SensorDescription& sensors);
+
+/// What `knuckle commission` has found of guards, from the table [commissioning]: the rest of that is for people and
+/// tools. What it says of a node that is no longer there is nothing.
+void read_guard_proofs(TomlTable record, BusDescription& bus);
+
+}  // namespace knuckle
