@@ -8,12 +8,13 @@
 namespace knuckle {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, const char*>, 11> kUnits{{{"rad", "rad"},
+constexpr std::array<std::pair<std::string_view, const char*>, 12> kUnits{{{"rad", "rad"},
                                                                            {"radps", "rad/s"},
                                                                            {"m", "m"},
                                                                            {"N", "N"},
                                                                            {"N2", "N^2"},
                                                                            {"Nm", "N m"},
+                                                                           {"N2m", "N^2 m"},
                                                                            {"J", "J"},
                                                                            {"kg", "kg"},
                                                                            {"Pa", "Pa"},

@@ -89,6 +89,9 @@ enum class ReasonCode : std::uint16_t {
   kOtherController,  ///< value: identifier of a frame that only the controller sends, and another one sent
   kForeignSender,    ///< subject: node id that was commanded or written to; value: the frame's identifier
   kNodeIdTwice,      ///< subject: node id; frames seen, frames due (1: answers to one SDO request)
+  // A cylinder whose pressures nobody measures (no faults).
+  kForceUnknown,      ///< two torques do not tell the force in this pose: no advance that way; 95 % interval in N
+  kWithoutPressures,  ///< subject: joint; goes on without that cylinder's pressures
   kCount,
 };
 

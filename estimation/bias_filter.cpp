@@ -174,12 +174,14 @@ void BiasFilter::learn(const BiasSample& sample) noexcept {
   predict(kUpdateEvery_s);
   const BiasColumns h = sample.signals.columns();
   last_nis_ = 0;
+  // A torque that is not known has no weight here: its variance is infinite.
+  const auto known = static_cast<double>(sample.variance_Nm2.array().isFinite().count());
   for (int i = 0; i < kJoints; ++i) {
     const BiasVector row = h.row(i).transpose();
     const BiasVector ph = p_ * row;
     const double spread = row.dot(ph);
     const double innovation = -sample.residual_Nm[i] - row.dot(x_);
-    last_nis_ += innovation * innovation / (spread + sample.variance_Nm2[i]) / kJoints;
+    last_nis_ += innovation * innovation / (spread + sample.variance_Nm2[i]) / known;
     // Huber: beyond 2.5 sigma an innovation counts only as much as 2.5 sigma would.
     const double inexact = row.cwiseAbs2().dot(least_);  // of corrections that are not constant
     const double repeated = kRepeats * (sample.variance_Nm2[i] + inexact);

@@ -30,10 +30,10 @@ Eigen::Matrix<double, 2, 3> two_moments() noexcept {
 
 }  // namespace
 
-OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load) noexcept {
+OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load, double strictness) noexcept {
   if (!finite(load)) return ContactRefusal::kNotFinite;
-  if (std::abs(std::sin(load.joint_rad[kArm])) < kLeastSine) return ContactRefusal::kStraightArm;
-  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
+  if (std::abs(std::sin(load.joint_rad[kArm])) < strictness * kLeastSine) return ContactRefusal::kStraightArm;
+  if (std::abs(load.lever_m[kBucket]) < strictness * kNearToggle_m) return ContactRefusal::kNearToggle;
   Eigen::Matrix3d transposed;  // row i: moment of (Fx, Fz, torque) at the tip about joint i
   PlanarVector from_joint = PlanarVector::Zero();
   double angle = load.joint_rad.sum();
@@ -46,10 +46,11 @@ OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& lo
   return TipWrench{inverse * load.torque_Nm, inverse * load.covariance_Nm2 * inverse.transpose()};
 }
 
-OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const JointLoad& load, double place_m) noexcept {
+OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const JointLoad& load, double place_m,
+                                          double strictness) noexcept {
   if (!finite(load) || !std::isfinite(place_m)) return ContactRefusal::kNotFinite;
-  if (std::abs(std::sin(load.joint_rad[kBucket])) < kLeastSine) return ContactRefusal::kBucketInLine;
-  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
+  if (std::abs(std::sin(load.joint_rad[kBucket])) < strictness * kLeastSine) return ContactRefusal::kBucketInLine;
+  if (std::abs(load.lever_m[kBucket]) < strictness * kNearToggle_m) return ContactRefusal::kNearToggle;
   const double bucket_m = length_m[kBucket];
   if (place_m < kLeastPlace * bucket_m || place_m > (1 + kBesideBucket) * bucket_m)
     return ContactRefusal::kOffTheBucket;
@@ -61,18 +62,36 @@ OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const Joi
   return TwoJointForce{map * load.torque_Nm, map * load.covariance_Nm2 * map.transpose()};
 }
 
-OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
-                                           const PlanarVector& direction) noexcept {
+namespace {
+
+/// The links' angles to the force, and what it makes of the two moments.
+struct AlongDirection {
+  double bucket_sine = 0, N_per_moment = 0;
+  Eigen::Vector2d moments_Nm;
+  Eigen::Matrix2d spread_N2m2;
+};
+
+OrRefusal<AlongDirection> along_direction(const JointVector& length_m, const JointLoad& load,
+                                          const PlanarVector& direction, double strictness) noexcept {
   if (!finite(load) || !direction.allFinite() || direction.norm() == 0) return ContactRefusal::kNotFinite;
-  if (std::abs(load.lever_m[kBucket]) < kNearToggle_m) return ContactRefusal::kNearToggle;
+  if (std::abs(load.lever_m[kBucket]) < strictness * kNearToggle_m) return ContactRefusal::kNearToggle;
   const double arm_rad = load.joint_rad[kBoom] + load.joint_rad[kArm];
   const PlanarVector unit = direction.normalized();
   const double arm_sine = normal(arm_rad).dot(unit);
   const double bucket_sine = normal(arm_rad + load.joint_rad[kBucket]).dot(unit);
-  if (std::abs(arm_sine) < kLeastSine || std::abs(bucket_sine) < kLeastSine) return ContactRefusal::kDirectionAlongLink;
-  const Eigen::Vector2d moments = two_moments() * load.torque_Nm;
-  const Eigen::Matrix2d spread = two_moments() * load.covariance_Nm2 * two_moments().transpose();
-  const double per_moment = 1 / (length_m[kArm] * arm_sine);
+  if (std::abs(arm_sine) < strictness * kLeastSine || std::abs(bucket_sine) < strictness * kLeastSine)
+    return ContactRefusal::kDirectionAlongLink;
+  return AlongDirection{bucket_sine, 1 / (length_m[kArm] * arm_sine), two_moments() * load.torque_Nm,
+                        two_moments() * load.covariance_Nm2 * two_moments().transpose()};
+}
+
+}  // namespace
+
+OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
+                                           const PlanarVector& direction, double strictness) noexcept {
+  const auto along = along_direction(length_m, load, direction, strictness);
+  if (const auto* refusal = std::get_if<ContactRefusal>(&along)) return *refusal;
+  const auto& [bucket_sine, per_moment, moments, spread] = std::get<AlongDirection>(along);
   ForceAtPlace found;
   found.force_N = per_moment * moments[0];
   if (std::abs(found.force_N) < kLeastSigmas * std::abs(per_moment) * std::sqrt(spread(0, 0)))
@@ -84,6 +103,15 @@ OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const Jo
   slope << per_moment, 0, -found.place_m / found.force_N * per_moment, 1 / (found.force_N * bucket_sine);
   found.covariance = slope * spread * slope.transpose();
   return found;
+}
+
+OrRefusal<ForceAlong> force_along(const JointVector& length_m, const JointLoad& load, const PlanarVector& direction,
+                                  double strictness) noexcept {
+  const auto along = along_direction(length_m, load, direction, strictness);
+  if (const auto* refusal = std::get_if<ContactRefusal>(&along)) return *refusal;
+  const auto& found = std::get<AlongDirection>(along);
+  return ForceAlong{found.N_per_moment * found.moments_Nm[0],
+                    found.N_per_moment * found.N_per_moment * found.spread_N2m2(0, 0)};
 }
 
 }  // namespace knuckle::estimation

@@ -23,6 +23,7 @@ enum class ContactRefusal : std::uint8_t {
   kDirectionAlongLink,  ///< A force of this direction passes through the joint.
   kForceTooSmall,       ///< A place needs a force that is larger than its uncertainty.
   kOffTheBucket,        ///< The place is not on the bucket: the direction or the model does not fit.
+  kNoDirection,         ///< The direction is that of a motion, and nothing has moved yet.
   kNotFinite,
 };
 
@@ -56,16 +57,25 @@ inline constexpr double kLeastPlace = 0.25;    ///< Of the bucket's length: near
 inline constexpr double kBesideBucket = 0.25;  ///< Of its length: a place this far off its ends is let pass.
 
 /// Solves J' w = torque for all three unknowns; the determinant is l_boom l_arm sin(theta_arm).
-/// @param length_m of the three links.
-[[nodiscard]] OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load) noexcept;
+/// @param length_m of the three links. @param strictness times the least sines and levers that are taken.
+[[nodiscard]] OrRefusal<TipWrench> tip_wrench(const JointVector& length_m, const JointLoad& load,
+                                              double strictness = 1) noexcept;
 
 /// Force and its direction from the arm's and the bucket's torque; it acts at place_m along the bucket's x axis.
 /// (tau_arm - tau_bucket) / l_arm = n_arm . F and tau_bucket / place = n_bucket . F, n normal to the link.
 [[nodiscard]] OrRefusal<TwoJointForce> tip_force_of_two(const JointVector& length_m, const JointLoad& load,
-                                                        double place_m) noexcept;
+                                                        double place_m, double strictness = 1) noexcept;
 
 /// Size and place of a force of known direction (frame M; any length but zero) from the same two equations.
 [[nodiscard]] OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
-                                                         const PlanarVector& direction) noexcept;
+                                                         const PlanarVector& direction,
+                                                         double strictness = 1) noexcept;
+
+/// Its size alone, which does not hang on its place: from how large it is too small to have one does not matter.
+struct ForceAlong {
+  double force_N, variance_N2;
+};
+[[nodiscard]] OrRefusal<ForceAlong> force_along(const JointVector& length_m, const JointLoad& load,
+                                                const PlanarVector& direction, double strictness = 1) noexcept;
 
 }  // namespace knuckle::estimation

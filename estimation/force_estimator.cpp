@@ -46,7 +46,8 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       pins_calibrated_(machine.geometry_calibration.has_value()),
       kinematics_(machine),
       arm_(machine),
-      bucket_(machine),
+      contact_force_(machine, step_s),
+      sides_(machine),
       parameters_(known_parameters(machine)),
       friction_{known_friction(machine, kBoom), known_friction(machine, kArm), known_friction(machine, kBucket)},
       step_s_(step_s),
@@ -88,27 +89,59 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   watch_end_stops(state.angle_rad);
   watch_reliefs(state);
   const PlanarJacobian jacobian = kinematics_.tip_jacobian(state.angle_rad);
-  update_covariance(pose, jacobian);
-
-  const auto solve = [&](const JointVector& torque_Nm) {
-    return bucket_.solve(state.angle_rad, jacobian, torque_Nm, estimate_.joint_covariance_Nm2);
-  };
-  const BucketForce found = solve(estimate_.joint_torque_Nm);
-  estimate_.tip_N = found.force_N;
-  estimate_.loaded_tip_N = solve(estimate_.joint_torque_Nm + estimate_.carried_Nm).force_N;
-  estimate_.covariance_N2 = found.covariance_N2;
-  estimate_.residual_sigma = found.residual_sigma;
-  estimate_.fast_couple_Nm =
-      bucket_.couple_Nm(state.angle_rad, jacobian, estimate_.fast_torque_Nm, estimate_.joint_covariance_Nm2);
-  estimate_.fast_torque_Nm.array() -= estimate_.fast_couple_Nm;
+  for (int i = 0; i < kJoints; ++i) {
+    if (state.pressures_known[static_cast<std::size_t>(i)]) continue;
+    for (JointVector* torque : {&estimate_.joint_torque_Nm, &estimate_.fast_torque_Nm, &estimate_.contact_torque_Nm})
+      (*torque)[i] = 0;
+    const double gravity_Nm = joint_torque(RigidArm::gravity(pose) * parameters_)[i] - estimate_.carried_Nm[i];
+    estimate_.gravity_N[i] = gravity_Nm / std::copysign(std::max(kLeastSureLever_m, std::abs(state.lever_m[i])), state.lever_m[i]);
+  }
+  update_covariance(pose, jacobian, state.pressures_known);
+  answer(state, jacobian);
   judge_contact();
   learn();
-  judge_confidence();
+  judge_confidence(contact_force_.answer());
   return estimate_;
+}
+
+/// By the contact model: the reported force, and what the slave's law, its force limits and the buried-object cue make
+/// of the fast torque. Where the model refuses, those go on with what all three torques say at the tip.
+void ForceEstimator::answer(const JointState& state, const PlanarJacobian& jacobian) noexcept {
+  const Eigen::Matrix3d& covariance = estimate_.joint_covariance_Nm2;
+  const ContactPose pose{state.angle_rad, state.lever_m, jacobian, pitch_.value(), jacobian * slow_.rate.value()};
+  contact_force_.follow(pose);
+  const ContactAnswer& slow = contact_force_.step(ContactForce::kSlow, pose, estimate_.joint_torque_Nm, covariance);
+  BucketLoad load = slow.load;
+  load.force_N *= slow.share;
+  load.torque_Nm *= slow.share;
+  estimate_.contact_model = contact_force_.model();
+  estimate_.tip_N = load.force_N;
+  estimate_.covariance_N2 = load.covariance_N2;
+  estimate_.residual_sigma = load.residual_sigma;
+  estimate_.tip_torque_Nm = load.torque_Nm;
+  estimate_.tip_torque_variance_N2m2 = load.torque_variance_N2m2;
+  estimate_.force_torque_covariance_N2m = load.covariance_N2m;
+  estimate_.line = line_of_action(load);
+  estimate_.touched_share = sides_.shares(state.angle_rad, load);
+  const ContactAnswer& loaded = contact_force_.step(
+      ContactForce::kLoaded, pose, of_known(estimate_.joint_torque_Nm + estimate_.carried_Nm), covariance);
+  estimate_.loaded_tip_N = loaded.share * loaded.load.force_N;
+
+  JointVector& fast_Nm = estimate_.fast_torque_Nm;
+  double couple_Nm = contact_force_.bucket().couple_Nm(state.angle_rad, jacobian, fast_Nm, covariance);
+  JointVector at_tip_Nm = fast_Nm.array() - couple_Nm;
+  if (contact_force_.model() != ContactModel::kBucketForce) {
+    const ContactAnswer& fast = contact_force_.step(ContactForce::kFast, pose, fast_Nm, covariance);
+    couple_Nm += fast.share * (fast.load.torque_Nm - couple_Nm);
+    at_tip_Nm += fast.share * (jacobian.transpose() * fast.load.force_N - at_tip_Nm);
+  }
+  estimate_.fast_couple_Nm = couple_Nm;
+  fast_Nm = at_tip_Nm;
 }
 
 void ForceEstimator::start(const JointState& state) noexcept {
   started_ = true;
+  contact_force_.restart();
   last_angle_rad_ = state.angle_rad;
   untouched_s_ = quiet_s_ = 0;
   for (JointVector* held : {&stuck_variance_, &stop_variance_, &relief_variance_, &slow_swing_variance_,
@@ -205,8 +238,8 @@ JointVector ForceEstimator::quick_step(QuickChannel& channel, const Pose& pose, 
 
 // Why the force is not known better, in words.
 
-std::string doubt_text(std::uint8_t confidence_reasons) {
-  constexpr std::array<std::pair<ConfidenceReason, const char*>, 8> kWords{
+std::string doubt_text(std::uint16_t confidence_reasons) {
+  constexpr std::array<std::pair<ConfidenceReason, const char*>, kConfidenceReasons> kWords{
       {{kBadInput, "sensor values are not usable"},
        {kNearSingular, "arm near straight or bucket near its end"},
        {kResidual, "the joints disagree: contact elsewhere than at the tip, or a sensor error"},
@@ -214,7 +247,14 @@ std::string doubt_text(std::uint8_t confidence_reasons) {
        {kReliefOpen, "a relief valve is open"},
        {kStuckFriction, "at rest: friction hides small forces"},
        {kFastMotion, "fast motion"},
-       {kBiasNotLearned, "still learning this machine's free motion"}}};
+       {kBiasNotLearned, "still learning this machine's free motion"},
+       {kTorqueMissing, "a cylinder's pressures are not measured"},
+       {kStraightArm, "contact model: boom and arm in line"},
+       {kBucketInLine, "contact model: arm and bucket in line"},
+       {kNearToggle, "contact model: bucket near its end"},
+       {kDirectionAlongLink, "contact model: the force's direction passes through a joint"},
+       {kOffTheBucket, "contact model: the force does not pass the bucket"},
+       {kNoDirection, "contact model: nothing has moved yet, so the force has no direction"}}};
   std::string words;
   for (const auto& [bit, why] : kWords)
     if ((confidence_reasons & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);

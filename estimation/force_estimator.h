@@ -13,8 +13,10 @@
 #include "core/filters.h"
 #include "core/joints.h"
 #include "estimation/bias_filter.h"
+#include "estimation/contact_force.h"
 #include "estimation/friction.h"
 #include "estimation/joint_state.h"
+#include "estimation/line_of_action.h"
 #include "estimation/observer.h"
 #include "estimation/regressor.h"
 #include "estimation/tip_force.h"
@@ -108,11 +110,20 @@ class FreeSpread {
     solve();
   }
 
-  /// @param explained_Nm2 variances that the bias filter's covariance gave this update.
-  void update(const JointVector& torque_Nm, const JointVector& explained_Nm2) noexcept {
+  /// @param explained_Nm2 variances that the bias filter's covariance gave this update. @param variance_Nm2 of the
+  /// torques: of one that is not known (torque_weight.h) nothing is learned.
+  void update(const JointVector& torque_Nm, const JointVector& explained_Nm2,
+              const JointVector& variance_Nm2) noexcept {
     updates_ = std::min(updates_ + 1, most_updates_);
+    const Eigen::Matrix3d before_Nm2 = moment_Nm2_;
     moment_Nm2_ += (torque_Nm * torque_Nm.transpose() - moment_Nm2_) / updates_;
     explained_Nm2_ += (explained_Nm2 - explained_Nm2_) / updates_;
+    for (int i = 0; i < kJoints; ++i) {
+      if (std::isfinite(variance_Nm2[i])) continue;
+      moment_Nm2_.row(i) = before_Nm2.row(i);
+      moment_Nm2_.col(i) = before_Nm2.col(i);
+      explained_Nm2_[i] = 0;
+    }
     solve();
   }
   [[nodiscard]] const Eigen::Matrix3d& covariance_Nm2() const noexcept { return covariance_Nm2_; }
@@ -138,7 +149,7 @@ class FreeSpread {
 };
 
 /// Why the confidence is below 1 (bits).
-enum ConfidenceReason : std::uint8_t {
+enum ConfidenceReason : std::uint16_t {
   kStuckFriction = 1 << 0,  ///< at standstill friction hides force
   kNearSingular = 1 << 1,   ///< straight arm or bucket lever near its toggle
   kReliefOpen = 1 << 2,     ///< a relief valve limits what can be known
@@ -147,10 +158,19 @@ enum ConfidenceReason : std::uint8_t {
   kResidual = 1 << 5,        ///< no one force on the bucket explains all three torques: or a sensor is wrong
   kBadInput = 1 << 6,        ///< a non-finite value came in: the last estimate is repeated
   kEndStop = 1 << 7,         ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
+  kTorqueMissing = 1 << 8,  ///< nobody measures the pressures of one cylinder
+  // The contact model refuses this pose (ContactRefusal).
+  kStraightArm = 1 << 9,
+  kBucketInLine = 1 << 10,
+  kNearToggle = 1 << 11,
+  kDirectionAlongLink = 1 << 12,
+  kOffTheBucket = 1 << 13,
+  kNoDirection = 1 << 14,
 };
+inline constexpr unsigned kConfidenceReasons = 15;  ///< How many there are.
 
 /// ConfidenceReason bits in words, with commas; empty where none is set. Allocates.
-[[nodiscard]] std::string doubt_text(std::uint8_t confidence_reasons);
+[[nodiscard]] std::string doubt_text(std::uint16_t confidence_reasons);
 
 struct ForceEstimate {
   JointVector joint_torque_Nm =
@@ -164,12 +184,21 @@ struct ForceEstimate {
   PlanarVector loaded_tip_N = PlanarVector::Zero();
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
   double confidence = 0;  ///< [0, 1]
-  std::uint8_t confidence_reasons = 0;
+  std::uint16_t confidence_reasons = 0;
   double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
+  ContactModel contact_model = ContactModel::kBucketForce;  ///< That tip_N is an answer of.
+  // More than a force at the tip, by the same model; less the load, as tip_N.
+  double tip_torque_Nm = 0, tip_torque_variance_N2m2 = 0;           ///< About the tip.
+  PlanarVector force_torque_covariance_N2m = PlanarVector::Zero();  ///< Of tip_N and that torque.
+  LineOfAction line;
+  std::array<double, kBucketSides> touched_share{};  ///< Of the outline's sides (TouchedSides).
   bool contact = false;       ///< CUSUM alarm or significant force, now or up to 0.3 s ago.
   bool significant = false;   ///< The force is larger than all that is uncertain about it.
 
   JointVector carried_Nm = JointVector::Zero();  ///< Of the load being carried; already taken out of all the others.
+
+  /// What a cylinder without transmitters pushes with where only the arm's weight acts, by the model; 0 for the others.
+  JointVector gravity_N = JointVector::Zero();
 
   // What belongs to joint_torque_Nm, as late as it is.
   JointVector rod_mps = JointVector::Zero();
@@ -211,6 +240,10 @@ class ForceEstimator {
   [[nodiscard]] const BiasFilter& learned() const noexcept { return bias_; }
 
  private:
+  /// Zero where the torque is not known.
+  [[nodiscard]] JointVector of_known(const JointVector& torque_Nm) const noexcept {
+    return estimate_.measurement_variance_Nm2.array().isFinite().select(torque_Nm, JointVector::Zero());
+  }
   using Pushes = Eigen::Array<double, 6, 1>;  ///< cylinder torque, pressure sum
   [[nodiscard]] static Pushes pushes_of(const JointState& state) noexcept {
     Pushes pushes;
@@ -240,10 +273,11 @@ class ForceEstimator {
   void watch_reliefs(const JointState& state) noexcept;
   [[nodiscard]] JointVector encoder_shake_Nm(const Pose& pose, const JointVector& lever_m,
                                              const ChannelBand& band) const noexcept;
-  void update_covariance(const Pose& pose, const PlanarJacobian& jacobian) noexcept;
+  void update_covariance(const Pose& pose, const PlanarJacobian& jacobian, const PerJoint<bool>& known) noexcept;
+  void answer(const JointState& state, const PlanarJacobian& jacobian) noexcept;
   void judge_contact() noexcept;
   void learn() noexcept;
-  void judge_confidence() noexcept;
+  void judge_confidence(const ContactAnswer& answer) noexcept;
 
   PerJoint<LinkDescription> links_;
   PerJoint<CylinderDescription> cylinders_;
@@ -252,7 +286,8 @@ class ForceEstimator {
   bool pins_calibrated_;
   Kinematics kinematics_;
   RigidArm arm_;
-  BucketForceModel bucket_;
+  ContactForce contact_force_;
+  TouchedSides sides_;
   BaseParameters parameters_;
   PerJoint<CylinderFriction> friction_;
   double step_s_;

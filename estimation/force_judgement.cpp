@@ -9,6 +9,27 @@
 namespace knuckle::estimation {
 namespace {
 
+std::uint16_t doubt_of(ContactRefusal refusal) noexcept {
+  switch (refusal) {
+    case ContactRefusal::kStraightArm:
+      return kStraightArm;
+    case ContactRefusal::kBucketInLine:
+      return kBucketInLine;
+    case ContactRefusal::kNearToggle:
+      return kNearToggle;
+    case ContactRefusal::kDirectionAlongLink:
+      return kDirectionAlongLink;
+    case ContactRefusal::kOffTheBucket:
+      return kOffTheBucket;
+    case ContactRefusal::kNoDirection:
+      return kNoDirection;
+    case ContactRefusal::kForceTooSmall:
+    case ContactRefusal::kNotFinite:
+      break;
+  }
+  return kBadInput;
+}
+
 // Standstill: below this rod speed friction is somewhere between -F_s and +F_s.
 constexpr double kStuckSpeed_mps = 2e-3;
 constexpr double kStuckSpread = 0.5;  // standard deviation of stuck friction as a part of F_s
@@ -120,7 +141,8 @@ JointVector ForceEstimator::encoder_shake_Nm(const Pose& pose, const JointVector
 
 /// What the bias filter has not learned, in this pose + what free motion of this speed class leaves beside that + what
 /// stuck friction, end stops and reliefs hide + what wrong levers and angles make of the force itself.
-void ForceEstimator::update_covariance(const Pose& pose, const PlanarJacobian& jacobian) noexcept {
+void ForceEstimator::update_covariance(const Pose& pose, const PlanarJacobian& jacobian,
+                                       const PerJoint<bool>& known) noexcept {
   hold(stuck_variance_, stuck_variance(slow_), std::exp(-step_s_ / kTurningFade_s));
   const JointVector inertial_Nm = kSlowInertialDoubt * slow_.observer.inertial_Nm();
   hold(slow_swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
@@ -134,17 +156,19 @@ void ForceEstimator::update_covariance(const Pose& pose, const PlanarJacobian& j
   const Eigen::Matrix3d& spread = free_spread_[speed_class(slow_)].covariance_Nm2();
   estimate_.joint_covariance_Nm2 = from_bias_Nm2 + spread;
   estimate_.joint_covariance_Nm2.diagonal() += momentary + proportional.cwiseAbs2();
+  forget_torques(estimate_.joint_covariance_Nm2, known);
   estimate_.rod_mps = slow_.cylinder_mps;
   estimate_.lever_m = signals_.lever;
   estimate_.turned_lever_m = signals_.lever_dahl;
   estimate_.measurement_variance_Nm2 = spread.diagonal() + momentary;
+  forget_torques(estimate_.measurement_variance_Nm2, known);
   estimate_.bias_variance_Nm2 = from_bias_Nm2.diagonal();
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;
   generous.diagonal() += equivalent_torque2(signals_.lever, kExcursion_N[speed_class(slow_)]) +
                          0.5 * encoder_shake_Nm(pose, slow_.lever_m, kSlowBand).cwiseAbs2();
   // A contact that is known is no swing in free air.
   if (!estimate_.contact) generous.diagonal() += slow_swing_variance_;
-  mahalanobis2_ = estimate_.joint_torque_Nm.dot(generous.inverse() * estimate_.joint_torque_Nm);
+  mahalanobis2_ = estimate_.joint_torque_Nm.dot(torque_weight(generous) * estimate_.joint_torque_Nm);
 }
 
 /// Touched: the contact channel stepped, or the slow one is larger than all that is uncertain about it. A press that
@@ -156,7 +180,7 @@ void ForceEstimator::judge_contact() noexcept {
   hold(swing_variance_, inertial_Nm.cwiseAbs2(), std::exp(-step_s_ / kSwingFade_s));
   const JointVector variance = free_ripple_[now] + turning_variance_ + swing_variance_ + stop_variance_;
   // Taking a load into account is no event, so it is left in here.
-  const int alarm = cusum_.step(estimate_.contact_torque_Nm + estimate_.carried_Nm, variance.cwiseSqrt());
+  const int alarm = cusum_.step(of_known(estimate_.contact_torque_Nm + estimate_.carried_Nm), variance.cwiseSqrt());
   estimate_.significant = mahalanobis2_ > kTouch2 && !free_motion_certain_;
   if (alarm >= 0 || estimate_.significant) {
     estimate_.contact = true;
@@ -182,20 +206,21 @@ void ForceEstimator::learn() noexcept {
     return;
   since_update_s_ = 0;
   bias_.update({signals_, raw_residual_Nm_, estimate_.measurement_variance_Nm2});
-  free_spread_[speed_class(slow_)].update(estimate_.joint_torque_Nm, estimate_.bias_variance_Nm2);
+  free_spread_[speed_class(slow_)].update(estimate_.joint_torque_Nm, estimate_.bias_variance_Nm2,
+                                          estimate_.measurement_variance_Nm2);
 }
 
-void ForceEstimator::judge_confidence() noexcept {
+void ForceEstimator::judge_confidence(const ContactAnswer& answer) noexcept {
   double confidence = 1;
-  std::uint8_t reasons = 0;
-  const auto lower = [&](std::uint8_t why, double factor) {
-    reasons = static_cast<std::uint8_t>(reasons | why);
+  std::uint16_t reasons = 0;
+  const auto lower = [&](std::uint16_t why, double factor) {
+    reasons = static_cast<std::uint16_t>(reasons | why);
     confidence *= factor;
   };
-  const Eigen::Matrix2d& c = estimate_.covariance_N2;
-  const double mean = 0.5 * (c(0, 0) + c(1, 1));
-  const double sigma = std::sqrt(mean + std::hypot(0.5 * (c(0, 0) - c(1, 1)), c(0, 1)));
-  if (sigma > kUsableSigma_N) lower(kNearSingular, kUsableSigma_N / sigma);
+  if (answer.sigma_N > kUsableSigma_N) lower(kNearSingular, kUsableSigma_N / answer.sigma_N);
+  if (!all_torques_known(estimate_.joint_covariance_Nm2)) lower(kTorqueMissing, 1);
+  if (answer.refusal) lower(doubt_of(*answer.refusal), 1);
+  confidence *= answer.share;
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() < kStuckSpeed_mps) lower(kStuckFriction, 0.9);
   if (slow_.cylinder_mps.cwiseAbs().maxCoeff() > kFastClass_mps) lower(kFastMotion, 0.9);
   if (bias_.learned_s() < kBiasdAfter_s) lower(kBiasNotLearned, 0.7 + 0.3 * bias_.learned_s() / kBiasdAfter_s);

@@ -11,7 +11,8 @@ namespace {
 
 bool finite(const Measurement& m) noexcept {
   bool ok = m.cylinder_m.allFinite() && std::isfinite(m.hull_pitch_rad);
-  for (const double p : m.pressure_Pa) ok = ok && std::isfinite(p);
+  for (std::size_t i = 0; i < kJoints; ++i)
+    ok = ok && (!m.pressures_known[i] || (std::isfinite(m.pressure_Pa[2 * i]) && std::isfinite(m.pressure_Pa[2 * i + 1])));
   return ok;
 }
 
@@ -45,10 +46,13 @@ std::optional<JointState> JointStateFilter::step(const Measurement& measurement)
   last_cylinder_m_ = measurement.cylinder_m;
   state.cylinder_mps = cylinder_mps_;
   state.rate_radps = cylinder_mps_.cwiseQuotient(state.lever_m);
-  state.pressure_Pa = measurement.pressure_Pa;
   state.hull_pitch_rad = measurement.hull_pitch_rad;
+  state.pressures_known = measurement.pressures_known;
   for (std::size_t i = 0; i < kJoints; ++i) {
+    if (!measurement.pressures_known[i]) continue;
     const CylinderDescription& cylinder = cylinders_[i];
+    state.pressure_Pa[2 * i] = measurement.pressure_Pa[2 * i];
+    state.pressure_Pa[2 * i + 1] = measurement.pressure_Pa[2 * i + 1];
     state.cylinder_N[static_cast<int>(i)] = measurement.pressure_Pa[2 * i] * cylinder.head_area_m2() -
                                             measurement.pressure_Pa[2 * i + 1] * cylinder.rod_side_area_m2();
   }

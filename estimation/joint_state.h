@@ -15,6 +15,8 @@ struct Measurement {
   std::array<double, 6> pressure_Pa{};           ///< boom A, B, arm A, B, bucket A, B
   JointVector cylinder_m = JointVector::Zero();  ///< Pin-to-pin lengths from the wire encoders.
   double hull_pitch_rad = 0;                     ///< M's x axis above the horizontal (counter-clockwise).
+  /// false: nobody measures this cylinder's pressures; what stands for them above means nothing.
+  PerJoint<bool> pressures_known{true, true, true};
 };
 
 struct JointState {
@@ -25,6 +27,7 @@ struct JointState {
   JointVector cylinder_N = JointVector::Zero();    ///< p_A A_A - p_B A_B
   std::array<double, 6> pressure_Pa{};
   double hull_pitch_rad = 0;
+  PerJoint<bool> pressures_known{true, true, true};  ///< As in Measurement; where not, force and pressures are 0.
 
   /// p_A + p_B of each cylinder.
   [[nodiscard]] JointVector pressure_sum_Pa() const noexcept {

@@ -187,7 +187,8 @@ void PayloadEstimator::solve(const ForceEstimate& force) noexcept {
   const Eigen::LDLT<Information> factors(full);
   unknowns_ = factors.solve(right_ / kUpdatesPerIndependent);
   const double left = squares_ - 2 * unknowns_.dot(right_) + unknowns_.dot(information_ * unknowns_);
-  const double misfit = std::max(1.0, left / (kJoints * std::max(updates_, 1.0)));
+  const auto known = static_cast<double>(force.measurement_variance_Nm2.array().isFinite().count());
+  const double misfit = std::max(1.0, left / (known * std::max(updates_, 1.0)));
   covariance_ = factors.solve(Information::Identity());
   kg_ = unknowns_[0];
   own_sigma_kg_ = std::sqrt(misfit * covariance_(0, 0));
@@ -202,7 +203,8 @@ void PayloadEstimator::judge_load(const ForceEstimate& force) noexcept {
   if (bias_learned && !bias_learned_) start();
   bias_learned_ = bias_learned;
   // What the carried load's inertia explains is no doubt.
-  const JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;
+  JointVector left = force.joint_torque_Nm - carried_[0] * inertia_Nm_per_kg_;
+  left = force.measurement_variance_Nm2.array().isFinite().select(left, JointVector::Zero());
   const bool lifts = force.significant && left.dot(force.carried_Nm) < 0 &&
                      left.squaredNorm() > 0.5 * force.joint_torque_Nm.squaredNorm();
   doubted_s_ = lifts && known() ? doubted_s_ + step_s_ : 0;

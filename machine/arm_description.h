@@ -128,6 +128,9 @@ struct SensorDescription {
   double tilt_step_rad = 0, tilt_noise_rad = 0;
   enum class TiltMount : std::uint8_t { kOnHull, kOnBoom } tilt_mount = TiltMount::kOnHull;
   JointVector encoder_offset_m = JointVector::Zero();  ///< Reading minus true length, as calibrated.
+  /// The one joint whose cylinder has no pressure transmitters, or kNone.
+  static constexpr int kNone = -1;
+  int without_pressures = kNone;
 };
 
 }  // namespace knuckle

@@ -11,6 +11,7 @@
 #include "machine/arm_description.h"
 #include "machine/bus_description.h"
 #include "machine/calibration.h"
+#include "machine/contact_model.h"
 
 namespace knuckle {
 
@@ -48,6 +49,7 @@ struct MachineDescription {
   SensorDescription sensors;
   BusDescription bus;
   LimitsDescription limits;
+  ForceDescription force;
   double payload_full_scale_kg = 0;
   PlanarVector payload_com_m = PlanarVector::Zero();  ///< Where a full bucket's load sits, bucket axes.
   std::vector<CameraDescription> cameras;             ///< On the machine, of which the pose is known; often none.

@@ -68,11 +68,19 @@ class NodeReader {
     return all;
   }
 
+  /// A pressure that is there of a joint that has none; empty where there is none.
+  [[nodiscard]] std::string pressure_of(int joint) const {
+    for (const auto& [place, node] : signals_)
+      if (is_pressure_of(kSignals[place], joint)) return kSignals[place].name;
+    return "";
+  }
+
   /// "boom_length or boom_angle, slope"; empty where each signal is some node's.
-  [[nodiscard]] std::string missing() const {
+  [[nodiscard]] std::string missing(int without_pressures) const {
     std::string names;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
       const std::size_t other = in_place_of(i);
+      if (is_pressure_of(kSignals[i], without_pressures)) continue;
       if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
       names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
       if (other != i) names += std::string(" or ") + kSignals[other].name;
@@ -81,6 +89,10 @@ class NodeReader {
   }
 
  private:
+  static bool is_pressure_of(const SignalInfo& signal, int joint) {
+    return joint != SensorDescription::kNone && signal.role == NodeRole::kPressure && signal.index / 2 == joint;
+  }
+
   /// The signal that says the same, by another sensor: a joint's length or angle. Itself where there is none.
   static std::size_t in_place_of(std::size_t signal) {
     const SignalInfo& one = kSignals[signal];
@@ -320,7 +332,7 @@ class NodeReader {
   std::map<std::size_t, std::string> signals_;
 };
 
-std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus) {
+std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus, int without_pressures) {
   NodeReader read(bus);
   if (!file.has("node") && file.has("nodes")) return read.read_keyed(file.table("nodes"));
   if (file.has("nodes")) {
@@ -328,8 +340,11 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
     file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");
   }
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
-  const std::string missing = read.missing();
+  const std::string missing = read.missing(without_pressures);
   file.require(missing.empty(), "node", "no node has " + missing);
+  const std::string beside = read.pressure_of(without_pressures);
+  file.require(beside.empty(), "node",
+               "there is " + beside + ", although sensors.without_pressures says that nobody measures it");
   return nodes;
 }
 
@@ -395,7 +410,7 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
-  bus.nodes = read_nodes(file, bus);
+  bus.nodes = read_nodes(file, bus, sensors.without_pressures);
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",

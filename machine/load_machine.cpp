@@ -154,6 +154,7 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
   sensors.tilt_noise_rad = file.number("tilt_noise_deg", 0, 5, kDegree);
   sensors.tilt_mount = file.choice("tilt_mount", {"hull", "boom"}) == 0 ? SensorDescription::TiltMount::kOnHull
                                                                         : SensorDescription::TiltMount::kOnBoom;
+  if (file.has("without_pressures")) sensors.without_pressures = file.choice("without_pressures", kJointNames);
   return sensors;
 }
 
@@ -181,6 +182,11 @@ LimitsDescription read_limits(TomlTable file, const MachineDescription& machine)
   file.require(limits.chamber_pressure_Pa <= machine.sensors.pressure_range_Pa, "chamber_pressure_bar",
                "must be within the transmitters' range of " + number_text(machine.sensors.pressure_range_Pa / kBar),
                {".sensors.pressure_range_bar"});
+  if (machine.sensors.without_pressures != SensorDescription::kNone)
+    file.require(limits.chamber_pressure_Pa >= machine.hydraulics.main_relief_Pa, "chamber_pressure_bar",
+                 "must be at least main_relief_bar = " + number_text(machine.hydraulics.main_relief_Pa / kBar) +
+                     ": nothing lower is kept on a cylinder without transmitters",
+                 {".hydraulics.main_relief_bar", ".sensors.without_pressures"});
   limits.tip_force_N = file.number("tip_force_kN", 0.3, 1000, 1e3);
   limits.power_W = file.number("power_kW", 0.5, 2000, 1e3);
   limits.floor_m = file.number("floor_m", -100, 0);
@@ -211,6 +217,30 @@ MachineDescription::Control read_control(TomlTable file) {
   control.learning_limit = file.number("learning_limit", 0, 0.1);
   control.dead_band_fill = file.number("dead_band_fill", 0, 1);
   return control;
+}
+
+/// Why the model cannot be had with these sensors; empty where it can.
+std::string lacks_pressures(ContactModel model, const SensorDescription& sensors) {
+  const int without = sensors.without_pressures;
+  if (without == SensorDescription::kNone || !needs_pressures(model)[static_cast<std::size_t>(without)]) return "";
+  return std::string("needs the pressures of the ") + kJointNames[static_cast<std::size_t>(without)] +
+         " cylinder, which sensors.without_pressures says are not measured; bucket_force takes any two";
+}
+
+/// All optional: a file without it has the default model.
+ForceDescription read_force(TomlTable file, const SensorDescription& sensors) {
+  ForceDescription force;
+  if (file.has("contact_model"))
+    force.contact_model = static_cast<ContactModel>(file.choice("contact_model", kContactModelNames));
+  const std::string lacks = lacks_pressures(force.contact_model, sensors);
+  file.require(lacks.empty(), "contact_model", lacks, {".sensors.without_pressures"});
+  if (force.contact_model != ContactModel::kForceAndPosition) return force;
+  constexpr std::array kDirections{"against_motion", "plumb", "fixed"};
+  force.direction = static_cast<ForceDirection>(file.choice("direction", kDirections));
+  if (force.direction != ForceDirection::kFixed) return force;
+  force.fixed_direction = file.numbers<2>("fixed_direction", -1, 1);
+  file.require(force.fixed_direction.norm() > 0.1, "fixed_direction", "must be longer than 0.1: (x, z) of a direction");
+  return force;
 }
 
 /// The tables of a machine file that its geometry is checked by.
@@ -330,6 +360,7 @@ MachineDescription read_machine(TomlTable file) {
   read_encoder_step(sensors, machine);
   machine.limits = read_limits(tables.limits, machine);
   machine.control = read_control(file.table("control"));
+  if (file.has("force")) machine.force = read_force(file.table("force"), machine.sensors);
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
   machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);

@@ -11,6 +11,7 @@
 #include "transport/bytes.h"
 #include "transport/link_header.h"
 #include "transport/link_messages.h"
+#include "transport/machine_status.h"
 
 namespace knuckle::recording {
 
@@ -27,31 +28,51 @@ std::size_t left_out(LinkKind kind) noexcept {
   return kind == LinkKind::kSlave ? kEnergy + kWave : 0;
 }
 
+// Since version 9: torque about the tip, its deviation, two covariances, six shares, and a byte for missing torques.
+constexpr std::size_t kTorque = 10 * sizeof(double) + 1;
+
+/// A status has twice as many bits of doubts, in front of the machine's name, which ends it.
+void add_what_is_new(LinkKind kind, TranslatedDatagram& translated) {
+  std::vector<std::uint8_t>& bytes = translated.bytes;
+  if (kind == LinkKind::kSlave) {
+    translated.made_up = kTorque;
+    bytes.resize(bytes.size() + kTorque);
+  }
+  if (kind == LinkKind::kStatus && bytes.size() >= kLinkHeaderSize + MachineName::kSize)
+    bytes.insert(bytes.end() - static_cast<std::ptrdiff_t>(MachineName::kSize), 0);
+}
+
 bool in_range(double value, double min, double max) noexcept {
   return value >= min && value <= max;
 }
 
 }  // namespace
 
-std::optional<TranslatedDatagram> from_link_version_7(std::span<const std::uint8_t> datagram) {
-  TranslatedDatagram translated{{datagram.begin(), datagram.end()}, false};
-  if (datagram.size() < kLinkHeaderSize || datagram[kVersionAt] != 7) return std::nullopt;
+std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> datagram) {
+  TranslatedDatagram translated{{datagram.begin(), datagram.end()}, false, 0};
+  if (datagram.size() < kLinkHeaderSize) return std::nullopt;
+  const std::uint8_t version = datagram[kVersionAt];
+  if (version < kOldestLinkVersion || version >= kLinkVersion) return std::nullopt;
   translated.bytes[kVersionAt] = kLinkVersion;
   const auto kind = link_kind(translated.bytes);
-  if (!kind || left_out(*kind) > datagram.size() - kLinkHeaderSize) return std::nullopt;
-  ByteReader in(datagram.last(left_out(*kind)));
-  double impedance_Ns_per_m = 0;
+  if (!kind) return std::nullopt;
   bool sound = true;
-  if (left_out(*kind) > 0) {
-    sound = in_range(in.get<double>(), -kMostEnergy_J, kMostEnergy_J);
-    if (kind == LinkKind::kMaster) impedance_Ns_per_m = in.get<float>();
-    sound = in_range(impedance_Ns_per_m, 0, kMostImpedance_Ns_per_m) && sound;
-    for (int axis = 0; axis < 2; ++axis) sound = in_range(in.get<double>(), -kMostWave, kMostWave) && sound;
-    sound = in_range(in.get<double>(), 0, kMostEnergy_J) && sound;
+  if (version == 7) {
+    if (left_out(*kind) > datagram.size() - kLinkHeaderSize) return std::nullopt;
+    ByteReader in(datagram.last(left_out(*kind)));
+    double impedance_Ns_per_m = 0;
+    if (left_out(*kind) > 0) {
+      sound = in_range(in.get<double>(), -kMostEnergy_J, kMostEnergy_J);
+      if (kind == LinkKind::kMaster) impedance_Ns_per_m = in.get<float>();
+      sound = in_range(impedance_Ns_per_m, 0, kMostImpedance_Ns_per_m) && sound;
+      for (int axis = 0; axis < 2; ++axis) sound = in_range(in.get<double>(), -kMostWave, kMostWave) && sound;
+      sound = in_range(in.get<double>(), 0, kMostEnergy_J) && sound;
+    }
+    translated.bytes.resize(datagram.size() - left_out(*kind));
+    translated.led_by_waves = impedance_Ns_per_m > 0;
   }
-  translated.bytes.resize(datagram.size() - left_out(*kind));
+  add_what_is_new(*kind, translated);
   if (!sound || (kind == LinkKind::kMaster && !decode_master(translated.bytes))) return std::nullopt;
-  translated.led_by_waves = impedance_Ns_per_m > 0;
   return translated;
 }
 
@@ -72,13 +93,14 @@ bool is_datagram(WireEventKind kind) noexcept {
          kind == WireEventKind::kLinkRefused;
 }
 
-/// What the link's version 7 did not take, today's does not take either.
-void translate_from_version_7(StepWires& wires) {
+/// What an older link did not take, today's does not take either.
+void translate(StepWires& wires) {
   wires.translated = std::make_shared<std::vector<std::vector<std::uint8_t>>>();
   for (WireEvent& event : wires.events) {
-    auto translated = is_datagram(event.kind) ? from_link_version_7(event.data) : std::nullopt;
+    auto translated = is_datagram(event.kind) ? from_older_link(event.data) : std::nullopt;
     if (!translated) continue;
     wires.led_by_waves |= translated->led_by_waves && event.kind == WireEventKind::kLinkReceived;
+    event.made_up = translated->made_up;
     event.data = wires.translated->emplace_back(std::move(translated->bytes));  // a vector that moves keeps its bytes
   }
 }
@@ -123,7 +145,7 @@ std::optional<StepWires> decode_wires(std::span<const std::uint8_t> message, int
   }
   if (!in.ok()) return std::nullopt;
   wires.intact = wires.intact && in.at() == message.size();
-  if (link_version < kLinkVersion) translate_from_version_7(wires);
+  if (link_version < kLinkVersion) translate(wires);
   return wires;
 }
 

@@ -23,11 +23,13 @@ inline constexpr int kOldestLinkVersion = 7;
 struct TranslatedDatagram {
   std::vector<std::uint8_t> bytes;  ///< As this version would have sent it.
   bool led_by_waves = false;        ///< A set-point that was not followed as it is, but by the waves beside it.
+  std::size_t made_up = 0;          ///< Bytes at the end for what that version did not tell: zeros.
 };
 
-/// Of version 7, which had an energy and wave variables at the end of both sides' messages.
-/// @return nullopt where it is no datagram that this version took.
-[[nodiscard]] std::optional<TranslatedDatagram> from_link_version_7(std::span<const std::uint8_t> datagram);
+/// Of version 7, which had an energy and wave variables at the end of both sides' messages, and 8, which told no torque
+/// about the tip.
+/// @return nullopt where it is no datagram that its version took.
+[[nodiscard]] std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> datagram);
 
 enum class WireEventKind : std::uint8_t {
   kCanReceived,      ///< value: identifier; data: 0 to 8 bytes
@@ -52,6 +54,7 @@ struct WireEvent {
   WireEventKind kind{};
   std::uint32_t value = 0;
   std::span<const std::uint8_t> data;
+  std::size_t made_up = 0;  ///< Of a datagram of an older link (TranslatedDatagram): not compared.
 };
 
 /// All events of one step of one loop.

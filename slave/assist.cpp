@@ -1,12 +1,18 @@
 // Force-limited approach.
 #include "slave/assist.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "estimation/tip_force.h"
 
 namespace knuckle::slave {
+namespace {
+
+constexpr double kStanding_mps = 1e-3;  // a tip this slow goes nowhere
+
+}  // namespace
 
 PlanarVector raw_tip_force(const PlanarJacobian& jacobian, const estimation::ForceEstimate& force) noexcept {
   // Only which joint is surer than which may count: a doubt that all share would draw the force towards zero.
@@ -67,6 +73,29 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobi
   result.rate_radps = pressing_at_most(before, jacobian, into, allowed);
   if (result.rate_radps == before) return result;
   result.limiting = slowed;
+  return result;
+}
+
+LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian& jacobian,
+                             const Eigen::Matrix3d& covariance_Nm2) noexcept {
+  constexpr double kSlowedFrom = 0.75, kTwoSided95 = 1.96;
+  LimitedApproach result{rate_radps, {}};
+  const auto none = estimation::solve_tip_force(jacobian, JointVector::Zero(), covariance_Nm2);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread;
+  spread.computeDirect(none.covariance_N2);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double interval_N = kTwoSided95 * std::sqrt(std::max(0.0, spread.eigenvalues()[axis]));
+    const double share = std::clamp((1 - interval_N / kUnseenForce_N) / (1 - kSlowedFrom), 0.0, 1.0);
+    if (share == 1) continue;
+    for (const double side : {1.0, -1.0}) {
+      const PlanarVector way = side * spread.eigenvectors().col(axis);
+      const double speed_mps = way.dot(jacobian * result.rate_radps);
+      if (speed_mps <= kStanding_mps) continue;
+      result.rate_radps = pressing_at_most(result.rate_radps, jacobian, way, share * speed_mps);
+      result.limiting = {ReasonCode::kForceUnknown, 0, static_cast<float>(interval_N),
+                         static_cast<float>(kUnseenForce_N)};
+    }
+  }
   return result;
 }
 

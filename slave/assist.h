@@ -56,6 +56,13 @@ class RisingForce {
   bool started_ = false;
 };
 
+/// Where a torque is missing: rates that do not move the tip in a direction in which a force could be there unseen, its
+/// 95 % interval wider than +-kUnseenForce_N. From three quarters of that on they are slowed down.
+inline constexpr double kUnseenForce_N = 300;
+/// @param covariance_Nm2 of the joint torques, as ForceEstimate has it. @return limiting: kForceUnknown
+[[nodiscard]] LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian& jacobian,
+                                           const Eigen::Matrix3d& covariance_Nm2) noexcept;
+
 /// Joint rates or ways that move the point of this Jacobian by no more than `most` along `into`: those that press are
 /// scaled by one factor, those that lead away stay. No joint is turned round, nor grows, nor comes from nothing.
 [[nodiscard]] JointVector pressing_at_most(const JointVector& joints, const PlanarJacobian& jacobian,

@@ -165,6 +165,21 @@ JointVector JointControl::shared(const JointVector& rate, const estimation::Join
   return rate * scale;
 }
 
+/// Pressures as measured; of a cylinder without transmitters those that hold the arm's weight.
+JointControl::Load JointControl::load_of(const estimation::JointState& state,
+                                         const estimation::ForceEstimate& force) const noexcept {
+  Load load = Eigen::Map<const Load>(state.pressure_Pa.data());
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    if (state.pressures_known[i]) continue;
+    const auto& cylinder = machine_.cylinders[i];
+    const double push_N = force.gravity_N[static_cast<Eigen::Index>(i)];
+    const auto head = static_cast<Eigen::Index>(2 * i);
+    load[head] = std::max(0.0, push_N) / cylinder.head_area_m2();
+    load[head + 1] = std::max(0.0, -push_N) / cylinder.rod_side_area_m2();
+  }
+  return load;
+}
+
 void JointControl::update_supply(const JointVector& cylinder_mps) noexcept {
   // Load sensing: the pump holds the highest working-port pressure of the moving axes plus a margin, through a lag.
   const auto& hydraulics = machine_.hydraulics;
@@ -258,9 +273,14 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   const Touch touch = law_.touch(state, force);
   output.rate_radps = wanted_rates(state, touch, force, command, output);
   limit_force(touch, force, command.force_limit_N, output);
+  if (!estimation::all_torques_known(force.joint_covariance_Nm2)) {
+    const LimitedApproach seen = limit_unseen(output.rate_radps, touch.tip_jacobian, force.joint_covariance_Nm2);
+    output.rate_radps = seen.rate_radps;
+    if (seen.limiting) output.assist = seen.limiting;
+  }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
-  if (!running_) load_.reset(load_of(state));
-  load_.step(load_of(state));
+  if (!running_) load_.reset(load_of(state, force));
+  load_.step(load_of(state, force));
   update_supply(cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {
     const bool passed = std::abs(sent_valve_last[i] - last_valve_[i]) < kGateTolerance;

@@ -74,9 +74,8 @@ class JointControl {
   int dither_steps_;
   double supply_Pa_;
   using Load = Eigen::Array<double, 2 * kJoints, 1>;
-  [[nodiscard]] static Load load_of(const estimation::JointState& state) noexcept {
-    return Eigen::Map<const Load>(state.pressure_Pa.data());
-  }
+  [[nodiscard]] Load load_of(const estimation::JointState& state,
+                             const estimation::ForceEstimate& force) const noexcept;
   LowPass<Load> load_;  ///< Pressures for the valve gain, in the order of JointState::pressure_Pa.
   JointVector last_valve_ = JointVector::Zero();
   LowPass<JointVector> velocity_, acceleration_;

@@ -90,7 +90,7 @@ class GateLimiter {
       : commands_(wanted), state_(state), limits_(limits) {
     double load = 0;
     for (int i = 0; i < kJoints; ++i) {
-      if (flow_share(i) > 0) load = std::max(load, state_.pressure_Pa[driven_chamber(i)]);
+      if (flow_share(i) > 0) load = std::max(load, known(i) ? state_.pressure_Pa[driven_chamber(i)] : worst_load_Pa());
     }
     supply_Pa_ = load + limits_.load_sensing_margin_Pa;
   }
@@ -125,7 +125,7 @@ class GateLimiter {
   /// No command that feeds a chamber beyond its limit.
   void chamber_pressure() noexcept {
     for (int i = 0; i < kJoints; ++i) {
-      if (commands_[i] == 0) continue;
+      if (commands_[i] == 0 || !known(i)) continue;
       const std::size_t chamber = driven_chamber(i);
       const double left_Pa = limits_.file.chamber_pressure_Pa - state_.pressure_Pa[chamber];
       if (cap_flow(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
@@ -162,6 +162,8 @@ class GateLimiter {
 
  private:
   const ValveDescription& valve(int i) const noexcept { return limits_.valve[static_cast<std::size_t>(i)]; }
+  bool known(int i) const noexcept { return state_.pressures_known[static_cast<std::size_t>(i)]; }
+  double worst_load_Pa() const noexcept { return limits_.main_relief_Pa - limits_.load_sensing_margin_Pa; }
   double dead_band(int i) const noexcept { return valve(i).dead_band(commands_[i] > 0); }
   /// Of the nominal flow that the command lets through; 0 inside the dead band.
   double flow_share(int i) const noexcept {
@@ -264,6 +266,7 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       file(machine.limits),
       load_sensing_margin_Pa(machine.hydraulics.load_sensing_margin_Pa),
       pump_flow_m3ps(machine.hydraulics.pump_flow_m3ps),
+      main_relief_Pa(machine.hydraulics.main_relief_Pa),
       kinematics(machine) {}
 
 GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,

@@ -50,7 +50,7 @@ struct GateLimits {
   PerJoint<ValveDescription> valve;
   JointVector head_area_m2, rod_side_area_m2;
   LimitsDescription file;
-  double load_sensing_margin_Pa, pump_flow_m3ps;
+  double load_sensing_margin_Pa, pump_flow_m3ps, main_relief_Pa;
   Kinematics kinematics;
 };
 
@@ -61,6 +61,9 @@ struct GateState {
   JointVector angle_rad = JointVector::Zero();
   JointVector lever_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
+  /// false: nobody measures the cylinder's pressures. Then relief valves alone bound them, and the pump is taken to be
+  /// at its own.
+  PerJoint<bool> pressures_known{true, true, true};
   Time oldest_at = kNever;          ///< Arrival of the oldest pressure or length behind this state ...
   std::uint8_t oldest_subject = 0;  ///< ... and what a reason about it names.
 };

@@ -50,6 +50,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine),
       lengths_(machine) {
+  if (machine.sensors.without_pressures != SensorDescription::kNone) give_up_pressures(machine.sensors.without_pressures);
   for (std::size_t i = 0; i < kJoints; ++i) {
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
@@ -88,7 +89,7 @@ void SensorSet::restart() noexcept {
 
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
   for (std::size_t which = 0; which < kChannels; ++which) {
-    if (channels_[which].frame_id == frame.id) take(which, frame, now);
+    if (counts(which) && channels_[which].frame_id == frame.id) take(which, frame, now);
   }
 }
 
@@ -187,7 +188,7 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 
 Reason SensorSet::fault(Time now) const noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
-    if (channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
+    if (counts(i) && channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
   }
   const auto stale = [&](const Channel& channel, Duration limit) -> Reason {
     const Duration age = now - channel.at;
@@ -235,8 +236,10 @@ Reason SensorSet::unreachable() const noexcept {
 }
 
 const SensorSet::Channel& SensorSet::oldest() const noexcept {
-  return *std::min_element(channels_.begin(), channels_.begin() + kTilt,
-                           [](const Channel& a, const Channel& b) { return a.at < b.at; });
+  const Channel* oldest = &channels_[kPressures];
+  for (std::size_t i = 0; i < kTilt; ++i)
+    if (counts(i) && channels_[i].at < oldest->at) oldest = &channels_[i];
+  return *oldest;
 }
 
 Time SensorSet::oldest_at() const noexcept {
@@ -258,7 +261,9 @@ Time SensorSet::newest_at() const noexcept {
 std::optional<estimation::Measurement> SensorSet::measurement() const noexcept {
   if (oldest_at() == kNever || channels_[kTilt].at == kNever) return std::nullopt;
   estimation::Measurement m;
-  for (std::size_t i = 0; i < kPressures; ++i) m.pressure_Pa[i] = channels_[i].value;
+  for (std::size_t i = 0; i < kPressures; ++i)
+    if (counts(i)) m.pressure_Pa[i] = channels_[i].value;
+  m.pressures_known = pressures_count_;
   for (int i = 0; i < kJoints; ++i) m.cylinder_m[i] = channels_[kPressures + static_cast<std::size_t>(i)].value;
   m.hull_pitch_rad = channels_[kTilt].value;
   return m;

@@ -47,6 +47,8 @@ class SensorSet {
  public:
   explicit SensorSet(const MachineDescription& machine);
 
+  /// From now on nobody measures this cylinder's pressures: what its transmitters say, or do not say, does not count.
+  void give_up_pressures(int joint) noexcept { pressures_count_[static_cast<std::size_t>(joint)] = false; }
   /// A received frame; what is no sensor PDO is ignored.
   void receive(const CanFrame& frame, Time now) noexcept;
   /// The nodes start anew: all values are forgotten but the lengths, which stay what later ones are held against.
@@ -90,6 +92,9 @@ class SensorSet {
     double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
     int settled = 0;                            ///< ... for so many values.
   };
+  [[nodiscard]] bool counts(std::size_t which) const noexcept {
+    return which >= kPressures || pressures_count_[which / 2];
+  }
   [[nodiscard]] const Channel& oldest() const noexcept;
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
@@ -103,6 +108,7 @@ class SensorSet {
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
+  PerJoint<bool> pressures_count_{true, true, true};
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;
   JointVector jump_m_;

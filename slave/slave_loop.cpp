@@ -171,6 +171,7 @@ void SlaveLoop::command(Time now) noexcept {
     state.angle_rad = state_->angle_rad;
     state.lever_m = state_->lever_m;
     state.pressure_Pa = state_->pressure_Pa;
+    state.pressures_known = state_->pressures_known;
   }
   state.oldest_at = sensors_.oldest_at();
   state.oldest_subject = sensors_.oldest_subject();

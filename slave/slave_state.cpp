@@ -1,5 +1,7 @@
 #include "slave/slave_state.h"
 
+#include <cmath>
+
 #include "slave/slave_loop.h"
 
 namespace knuckle::slave {
@@ -51,6 +53,15 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.confidence = slave.confidence();
   state.residual_sigma = force.residual_sigma;
   state.confidence_reasons = force.confidence_reasons;
+  state.contact_model = force.contact_model;
+  for (std::size_t i = 0; i < kJoints; ++i)
+    if (!slave.newest_state().pressures_known[i]) state.unknown_torques |= static_cast<std::uint8_t>(1U << i);
+  state.tip_torque_Nm = force.tip_torque_Nm;
+  state.tip_torque_sigma_Nm = std::sqrt(force.tip_torque_variance_N2m2);
+  state.force_torque_covariance_N2m = {force.force_torque_covariance_N2m[0], force.force_torque_covariance_N2m[1]};
+  state.line_offset_m = force.line.offset_m;
+  state.line_sigma_m = force.line.sigma_m;
+  state.touched_share = force.touched_share;
   state.contact = force.contact;
   state.payload_kg = slave.payload().kg();
   state.payload_sigma_kg = slave.payload().sigma_kg();
@@ -79,6 +90,11 @@ SlaveMessage message_of(const SlaveState& state) noexcept {
   message.confidence = state.confidence;
   message.contact = state.contact;
   message.contact_compliance = state.contact_compliance;
+  message.tip_torque_Nm = state.tip_torque_Nm;
+  message.tip_torque_sigma_Nm = state.tip_torque_sigma_Nm;
+  message.force_torque_covariance_N2m = state.force_torque_covariance_N2m;
+  message.touched_share = state.touched_share;
+  message.unknown_torques = state.unknown_torques;
   message.payload_kg = state.payload_kg;
   message.payload_sigma_kg = state.payload_sigma_kg;
   return message;

@@ -7,6 +7,7 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "machine/contact_model.h"
 #include "transport/link_messages.h"
 
 namespace knuckle::slave {
@@ -48,7 +49,14 @@ struct SlaveState {
   PlanarVector tip_force_N = PlanarVector::Zero(), load_N = PlanarVector::Zero();
   std::array<double, 3> covariance_N2{};  ///< xx, xz, zz
   double confidence = 0, residual_sigma = 0;
-  std::uint8_t confidence_reasons = 0;  ///< estimation::ConfidenceReason bits.
+  std::uint16_t confidence_reasons = 0;  ///< estimation::ConfidenceReason bits.
+  ContactModel contact_model = ContactModel::kBucketForce;
+  std::uint8_t unknown_torques = 0;      ///< Joints whose cylinder's pressures nobody measures: 1 boom, 2 arm, 4 bucket.
+  double tip_torque_Nm = 0, tip_torque_sigma_Nm = 0;   ///< About the tip.
+  std::array<double, 2> force_torque_covariance_N2m{};  ///< Of force x, z and that torque.
+  /// How far the force's line of action passes the tip, positive to the left of the force; both 0 without a force.
+  double line_offset_m = 0, line_sigma_m = 0;
+  std::array<double, 6> touched_share{};  ///< Probability of each side of the bucket's outline: estimation::BucketSide.
   bool contact = false;
   double payload_kg = 0, payload_sigma_kg = 0;
   double contact_compliance = 0, energy_in_J = 0;
@@ -66,7 +74,9 @@ struct SlaveState {
                                   setpoint_radps, rendered_N, assist_force_limit_N, assist_stop_on_object,
                                   message_age_s, round_trip_s, late_s, authority, malformed_datagrams, torque_Nm,
                                   fast_torque_Nm, tip_force_N, load_N, covariance_N2, confidence, residual_sigma,
-                                  confidence_reasons, contact, payload_kg, payload_sigma_kg, contact_compliance,
+                                  confidence_reasons, contact_model, unknown_torques, tip_torque_Nm,
+                                  tip_torque_sigma_Nm, force_torque_covariance_N2m, line_offset_m, line_sigma_m,
+                                  touched_share, contact, payload_kg, payload_sigma_kg, contact_compliance,
                                   energy_in_J, ahead_rad, wanted, valve_command, spool] = s;
     visit("time_ns", s.at);
     visit("mode", s.mode);
@@ -109,6 +119,14 @@ struct SlaveState {
     visit("confidence", s.confidence);
     visit("residual_sigma", s.residual_sigma);
     visit("confidence_reasons", s.confidence_reasons);
+    visit("contact_model", s.contact_model);
+    visit("unknown_torques", s.unknown_torques);
+    visit("tip_torque_Nm", s.tip_torque_Nm);
+    visit("tip_torque_sigma_Nm", s.tip_torque_sigma_Nm);
+    visit("force_torque_covariance_N2m", s.force_torque_covariance_N2m);
+    visit("line_offset_m", s.line_offset_m);
+    visit("line_sigma_m", s.line_sigma_m);
+    visit("touched_share", s.touched_share);
     visit("contact", s.contact);
     visit("payload_kg", s.payload_kg);
     visit("payload_sigma_kg", s.payload_sigma_kg);

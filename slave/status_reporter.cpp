@@ -67,7 +67,7 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   status_.acted_ago = status_.acted_report_at == kNever ? Duration::zero() : now - set_points_at_;
   // A force told with no confidence at all rests on no usable sensors, whatever the estimator made of the last ones.
   const bool known = slave.confidence() > 0;
-  status_.force_doubts = known ? slave.force().confidence_reasons : std::uint8_t{estimation::kBadInput};
+  status_.force_doubts = known ? slave.force().confidence_reasons : std::uint16_t{estimation::kBadInput};
   link_.send(encode(status_).view());
 }
 

@@ -124,13 +124,18 @@ struct SlaveMessage {
   std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
+  double tip_torque_Nm = 0, tip_torque_sigma_Nm = 0;    ///< About the tip, of the world on the bucket.
+  std::array<double, 2> force_torque_covariance_N2m{};  ///< Of tip_force_N (x, z) and that torque.
+  std::array<double, 6> touched_share{};  ///< Of the bucket's sides, counter-clockwise from the tip: probabilities.
+  std::uint8_t unknown_torques = 0;       ///< 1 boom, 2 arm, 4 bucket: nobody measures that cylinder's pressures.
 
   /// In the order of its bytes.
   template <typename Self, typename Visit>
   static void fields(Self& m, Visit&& visit) {
     [[maybe_unused]] const auto& [stamp, sensor_at, mode, blocking, fault, position_rad, velocity_radps, ahead_rad,
                                   tip_force_N, load_N, covariance_N2, confidence, contact_compliance, contact, limits,
-                                  pressure_Pa, payload_kg, payload_sigma_kg] = m;
+                                  pressure_Pa, payload_kg, payload_sigma_kg, tip_torque_Nm, tip_torque_sigma_Nm,
+                                  force_torque_covariance_N2m, touched_share, unknown_torques] = m;
     visit("stamp", m.stamp);
     visit("sensor_at_ns", m.sensor_at);
     visit("mode", m.mode);
@@ -149,6 +154,11 @@ struct SlaveMessage {
     visit("pressure_Pa", m.pressure_Pa, wire::within(wire::kMostPressure_Pa));
     visit("payload_kg", m.payload_kg, wire::within(wire::kMostMass_kg));
     visit("payload_sigma_kg", m.payload_sigma_kg, wire::Within{0, wire::kMostMass_kg});
+    visit("tip_torque_Nm", m.tip_torque_Nm, wire::cut(wire::kMostForce_N));
+    visit("tip_torque_sigma_Nm", m.tip_torque_sigma_Nm, wire::Cut{0, wire::kMostForce_N});
+    visit("force_torque_covariance_N2m", m.force_torque_covariance_N2m, wire::cut(wire::kMostForce_N * wire::kMostForce_N));
+    visit("touched_share", m.touched_share, wire::Within{0, 1});
+    visit("unknown_torques", m.unknown_torques, wire::Bits{7});
   }
 };
 

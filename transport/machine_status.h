@@ -65,7 +65,7 @@ struct MachineStatus {
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
   Duration acted_ago{};           ///< From that valve frame to sent_at.
-  std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
+  std::uint16_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
   MachineName machine;            ///< That it drives: nobody leads it as another one.
   bool simulated = false;         ///< There is no real machine behind it.
   bool calibrated = false;        ///< Its dynamics have been identified; else forces are those of a drawing.

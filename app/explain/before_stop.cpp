@@ -227,7 +227,7 @@ std::string axis_text(const std::vector<const SlaveState*>& states, int joint) {
 
 std::string estimate_text(const std::vector<const SlaveState*>& states) {
   Seen force, confidence;
-  std::uint8_t doubts = 0;
+  std::uint16_t doubts = 0;
   for (const SlaveState* state : states) {
     force.add(state->tip_force_N.norm());
     confidence.add(state->confidence);

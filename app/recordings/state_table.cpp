@@ -6,6 +6,7 @@
 #include "app/recordings/recording_reader.h"
 #include "core/joints.h"
 #include "core/time.h"
+#include "estimation/line_of_action.h"
 #include "machine/device_description.h"
 
 namespace knuckle::recordings {
@@ -20,6 +21,7 @@ std::pair<std::string, std::string> stem_and_end(const std::string& field) {
 
 std::vector<std::string> elements(const Field& field) {
   if (field.name == "covariance_N2") return {"xx", "xz", "zz"};
+  if (field.name == "touched_share") return {estimation::kBucketSideNames.begin(), estimation::kBucketSideNames.end()};
   if (field.count == 2) return {"x", "z"};
   const auto& names = field.of_device ? kDeviceJointNames : kJointNames;
   return {names.begin(), names.end()};

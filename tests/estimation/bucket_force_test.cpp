@@ -33,7 +33,7 @@ struct Arm {
     const double couple = shift.x() * force_N.y() - shift.y() * force_N.x();
     return kinematics.tip_jacobian(joints_rad).transpose() * force_N + JointVector::Constant(couple);
   }
-  BucketForce solve(const JointVector& joints_rad, const JointVector& torque_Nm) const {
+  BucketLoad solve(const JointVector& joints_rad, const JointVector& torque_Nm) const {
     return model.solve(joints_rad, kinematics.tip_jacobian(joints_rad), torque_Nm, kCovariance_Nm2);
   }
   double couple_Nm(const JointVector& joints_rad, const JointVector& torque_Nm) const {
@@ -47,7 +47,7 @@ TEST(BucketForce, IsFoundWhereverOnTheBucketItActs) {
   for (const PlanarVector& place : {profile.edge_m, profile.heel_m, profile.back_m, profile.cheek_m}) {
     for (double way = 0; way < 6.2; way += 0.3) {
       const PlanarVector force_N = 5000 * PlanarVector(std::cos(way), std::sin(way));
-      const BucketForce found = arm.solve(kBent, arm.torque(kBent, force_N, place));
+      const BucketLoad found = arm.solve(kBent, arm.torque(kBent, force_N, place));
       EXPECT_LT((found.force_N - force_N).norm(), 0.05 * force_N.norm()) << place.transpose() << ", " << way;
       EXPECT_LT(found.residual_sigma, 4);
     }
@@ -59,13 +59,13 @@ TEST(BucketForce, AtTheTipIsFoundWithinAHundredthAndWithinThreeSigma) {
   const PlanarVector tip(arm.machine.links[kBucket].length_m, 0);
   for (double way = 0; way < 6.2; way += 0.3) {
     const PlanarVector force_N = 1000 * PlanarVector(std::cos(way), std::sin(way));
-    const BucketForce found = arm.solve(kBent, arm.torque(kBent, force_N, tip));
+    const BucketLoad found = arm.solve(kBent, arm.torque(kBent, force_N, tip));
     const PlanarVector error_N = found.force_N - force_N;
     EXPECT_LT(error_N.norm(), 10) << way;
     EXPECT_LT(error_N.dot(found.covariance_N2.inverse() * error_N), 9) << way;
     EXPECT_LT(std::abs(arm.couple_Nm(kBent, arm.torque(kBent, force_N, tip))), 1);
   }
-  const BucketForce nothing = arm.solve(kBent, JointVector(5, -3, 2));
+  const BucketLoad nothing = arm.solve(kBent, JointVector(5, -3, 2));
   const TipForce at_tip = solve_tip_force(arm.kinematics.tip_jacobian(kBent), JointVector(5, -3, 2), kCovariance_Nm2);
   EXPECT_LT((nothing.force_N - at_tip.force_N).norm(), 3);
 }
@@ -94,7 +94,7 @@ TEST(BucketForce, IsNearerWhereACornerCanOnlyBePushedAlongItsNormals) {
       const double way = (evenly(corner.low_deg, corner.high_deg) + 180 + evenly(-20, 20)) * std::numbers::pi / 180;
       const PlanarVector force_N = 2000 * PlanarVector(std::cos(way + kBent.sum()), std::sin(way + kBent.sum()));
       const JointVector noise(40 * normal(random), 25 * normal(random), 10 * normal(random));
-      const BucketForce found = arm.solve(kBent, arm.torque(kBent, force_N, corner.at_m) + noise);
+      const BucketLoad found = arm.solve(kBent, arm.torque(kBent, force_N, corner.at_m) + noise);
       squares_N2 += (found.force_N - force_N).squaredNorm() / kDraws;
     }
     EXPECT_LT(std::sqrt(squares_N2), corner.error_N) << corner.at_m.transpose();
@@ -106,7 +106,7 @@ TEST(BucketForce, WithoutAnOutlineActsAtTheTip) {
   const BucketForceModel model(machine);
   const Eigen::Matrix<double, 2, 3> jacobian = Kinematics(machine).tip_jacobian(kBent);
   const PlanarVector force_N(-800, 600);
-  const BucketForce found = model.solve(kBent, jacobian, jacobian.transpose() * force_N, kCovariance_Nm2);
+  const BucketLoad found = model.solve(kBent, jacobian, jacobian.transpose() * force_N, kCovariance_Nm2);
   EXPECT_LT((found.force_N - force_N).norm(), 10);
 }
 
@@ -125,7 +125,7 @@ TEST(BucketForce, ErrorsAreWithinWhatTheCovarianceSays) {
     const PlanarVector force_N = size_N * PlanarVector(std::cos(way), std::sin(way));
     const PlanarVector place = k % 2 == 0 ? tip : PlanarVector(tip + uniform(random) * (profile.heel_m - tip));
     const JointVector noise(40 * normal(random), 25 * normal(random), 10 * normal(random));
-    const BucketForce found = arm.solve(joints, arm.torque(joints, force_N, place) + noise);
+    const BucketLoad found = arm.solve(joints, arm.torque(joints, force_N, place) + noise);
     const PlanarVector error_N = found.force_N - force_N;
     within += error_N.dot(found.covariance_N2.inverse() * error_N) < 5.99;  // 95 % of chi squared with two degrees
   }

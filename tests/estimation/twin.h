@@ -27,7 +27,11 @@ class Twin {
     p.rate *= speed;
     p.acceleration *= speed * speed;
     const JointVector torque = machine_.kinematics().tip_jacobian(p.angle).transpose() * tip_N + joint_Nm;
-    const std::optional<JointState> state = filter_.step(machine_.measure(p, torque, hull_pitch_rad));
+    Measurement measurement = machine_.measure(p, torque, hull_pitch_rad);
+    measurement.pressures_known = pressures_known;
+    for (std::size_t i = 0; i < kJoints; ++i)
+      if (!pressures_known[i]) measurement.pressure_Pa[2 * i] = measurement.pressure_Pa[2 * i + 1] = unmeasured_Pa;
+    const std::optional<JointState> state = filter_.step(measurement);
     EXPECT_TRUE(state);
     angle_rad = p.angle;
     return estimator_.step(*state);
@@ -64,6 +68,8 @@ class Twin {
   SineMotion motion;
   JointVector angle_rad = JointVector::Zero();
   double hull_pitch_rad = 0;
+  PerJoint<bool> pressures_known{true, true, true};
+  double unmeasured_Pa = 0;  ///< What stands in the place of pressures that nobody measures.
 
  private:
   SyntheticMachine machine_;

@@ -66,7 +66,7 @@ void RunData::add(const slave::SlaveState& state, const SlaveMessage* told) {
   step.spool = state.spool.cast<float>();
   step.pilot_on = state.pilot_on;
   // As the status has it: a force told with no confidence at all rests on no usable sensors.
-  step.force_doubts = state.confidence > 0 ? state.confidence_reasons : std::uint8_t{estimation::kBadInput};
+  step.force_doubts = state.confidence > 0 ? state.confidence_reasons : std::uint16_t{estimation::kBadInput};
   machine.push_back(step);
   if (operator_side) return;
   // Of the operator's side this one knows what it has received.

@@ -47,7 +47,7 @@ struct MachineStep {
   // Where the machine's side is recorded:
   Eigen::Vector3f command = Eigen::Vector3f::Constant(kUnknown), spool = command;  ///< [-1, 1]
   bool pilot_on = false;
-  std::uint8_t force_doubts = 0;  ///< estimation::ConfidenceReason bits.
+  std::uint16_t force_doubts = 0;  ///< estimation::ConfidenceReason bits.
 };
 
 /// From when on a message of the machine's was the newest at the operator's side.
