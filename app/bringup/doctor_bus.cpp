@@ -10,6 +10,7 @@
 #include "app/bringup/bus_survey.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
+#include "machine/channel_status.h"
 #include "machine/device_profile.h"
 #include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
@@ -224,6 +225,8 @@ class Doctor {
       settings(node, expected, about, line);
       heartbeat(node, about, line);
       line.guard = guard_text(node, expected);
+      if (const std::string lacks = missing_status_text(expected.node, *machine_); !lacks.empty())
+        say(Level::kNote, about, lacks);
       const NodeReading reading = reading_of(node, expected.node, *machine_);
       line.reading = reading.text;
       if (!reading.complaint.empty()) say(reading.fault ? Level::kFault : Level::kNote, about, reading.complaint);
@@ -351,7 +354,8 @@ class Doctor {
     int as_file = 0, all = 0, guards = 0, guards_there = 0;
     for (const slave::SetupPart& part : expected.script) {
       using Kind = slave::SetupPart::Kind;
-      if (part.kind == Kind::kIdentity || part.kind == Kind::kProof) continue;
+      // A timer counts only where start-up finds that the transmission type cannot be changed.
+      if (part.kind == Kind::kIdentity || part.kind == Kind::kProof || part.kind == Kind::kTimer) continue;
       bool all_there = true;
       for (const SdoStep& step : part.asked) {
         const ObjectRead* read = node.read(step.object);

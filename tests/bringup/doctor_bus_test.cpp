@@ -200,6 +200,17 @@ TEST(DoctorBus, OfANodeWithSeveralChannelsTheBadOneIsNamed) {
             "wiring\n");
 }
 
+TEST(DoctorBus, NotesPressuresThatComeWithoutStatusAndWhatThatCosts) {
+  MachineDescription file = solar();
+  file.bus.nodes[static_cast<std::size_t>(&file.bus.pressure(2) - file.bus.nodes.data())].tpdo_maps = {{0x91300120}};
+  const std::string note =
+      "node 0x22 arm_head_pressure: sends arm_head_pressure without status (0x6150): a broken transmitter is found "
+      "only "
+      "where the value leaves its range or contradicts the others\n";
+  EXPECT_NE(said(diagnose(running(file), &file), Finding::Level::kNote).find(note), std::string::npos);
+  EXPECT_EQ(said(diagnose(running(), &solar()), Finding::Level::kNote).find("status"), std::string::npos);
+}
+
 TEST(DoctorBus, OfANodeWithSeveralPdosTheFramesOfEachAreCountedAndAreOneSign) {
   struct Story {
     const char* what;

@@ -225,6 +225,26 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
                     "set 0x6042:00 of the device to 1: it is delivered with 2"));
 }
 
+TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
+  DeviceFile device = made_for("boom_head_pressure");
+  device.entries[0x180002].access = Access::kReadOnly;
+  device.entries[0x180002].value = Value{254, false};
+  Entry& timer = device.entries[0x180005];
+  const auto obstacles = [&](std::uint32_t ms, Access access) {
+    timer.access = access;
+    timer.value = Value{ms, false};
+    return fit_of(device, machine(), "boom_head_pressure").obstacles;
+  };
+  EXPECT_TRUE(obstacles(10, Access::kReadOnly).empty());
+  EXPECT_TRUE(obstacles(100, Access::kReadWrite).empty());
+  EXPECT_TRUE(tells(obstacles(100, Access::kReadOnly),
+                    "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
+  device.entries[0x180002].value = Value{3, false};
+  EXPECT_TRUE(tells(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
+  device.entries[0x180002].value = Value{1, false};
+  EXPECT_TRUE(obstacles(100, Access::kReadOnly).empty()) << "it is not used";
+}
+
 TEST(BusAdd, RefusesAnObjectOfAnotherTypeThanItIsMappedAsWithLineAndKey) {
   const auto told = [](const std::string& node, std::uint32_t key, std::uint16_t type) {
     DeviceFile device = made_for(node);
