@@ -159,15 +159,21 @@ TEST(OrderlyStop, WhoseAnswerGotLostIsNotBelievedToBeOff) {
 /// The nodes' object 0x1029:01 is 0: on a communication error they go pre-operational and send no process data.
 struct Resting {
   /// @param frozen joint whose valve goes on saying what it said before.
-  explicit Resting(const MachineDescription& machine, std::optional<int> frozen = std::nullopt) : bench(machine) {
+  /// @param enable_alone the valves stay operational, as others do.
+  explicit Resting(const MachineDescription& machine, std::optional<int> frozen = std::nullopt,
+                   bool enable_alone = false)
+      : bench(machine) {
+    const auto rests = [&](const NodeDescription& node) {
+      return enable_alone ? node.role == NodeRole::kEnable : node.is_told();
+    };
     for (const NodeDescription& node : machine.bus.nodes)
-      if (node.is_told()) bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+      if (rests(node)) bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
     EXPECT_TRUE(bench.engage()) << text(bench.loop.blocking());
     if (frozen) bench.nodes.inject(machine.bus.valve(*frozen).id, sim::NodeFault::kFrozen);
     bench.can.lost = {canopen::heartbeat_id(machine.bus.controller_id)};
     bench.run(300ms);
     for (const NodeDescription& node : machine.bus.nodes)
-      EXPECT_NE(bench.nodes.node(node.id)->operational(), node.is_told()) << node.name;
+      EXPECT_NE(bench.nodes.node(node.id)->operational(), rests(node)) << node.name;
     bench.hung = true;
     bench.wire.clear();
   }
@@ -192,6 +198,9 @@ TEST(OrderlyStop, NodesThatWentPreOperationalConfirmBySdo) {
     EXPECT_FALSE(resting.stop.unconfirmed_pilot());
     EXPECT_EQ(resting.bench.frames(canopen::kNmtId).size(), machine.bus.nodes.size());
   }
+  Resting enable(test::test_machine(), std::nullopt, true);
+  enable.take_out_of_service();
+  EXPECT_FALSE(enable.stop.unconfirmed_pilot()) << "although the valves are at rest at once";
 }
 
 TEST(OrderlyStop, ANodeThatWentPreOperationalAndDoesNotSayThatItIsOffIsNotBelievedToBe) {
