@@ -17,6 +17,7 @@ constexpr std::uint16_t kRpdoParameters = 0x1400, kTpdoParameters = 0x1800, kMap
 constexpr std::uint16_t kRpdoMaps = kRpdoParameters + kMapOffset, kTpdoMaps = kTpdoParameters + kMapOffset;
 constexpr std::uint8_t kCobId = 1, kType = 2;  // sub-indices of a PDO's parameters
 constexpr std::uint32_t kMostSyncs = 240;      // a transmission type up to this is every so many SYNCs
+constexpr std::uint32_t kByTimer = 254;        // as the manufacturer likes: here by its timer alone; 255 also on change
 constexpr std::uint16_t kFirstDeviceIndex = 0x2000;
 constexpr std::uint16_t kFirstAxisIndex = 0x6000, kAxisIndices = 0x800;
 constexpr std::uint32_t kNoRemoteRequest = 0x40000000;  // bit 30 of a COB-ID
@@ -402,7 +403,8 @@ void NodeProtocol::send(Tpdo& tpdo, Time now, Outbox& out) noexcept {
   if (event_driven) {
     const Duration period = milliseconds(entries_[pdo.timer].value);
     const bool repeat = period > Duration::zero() && now - tpdo.sent >= period;
-    if (tpdo.sent != kNever && frame == tpdo.last && !repeat) return;
+    const bool by_timer_alone = entries_[pdo.type].value == kByTimer;
+    if (tpdo.sent != kNever && (by_timer_alone || frame == tpdo.last) && !repeat) return;
   }
   tpdo.last = frame;
   tpdo.sent = now;

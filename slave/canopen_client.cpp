@@ -7,6 +7,7 @@
 #include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "machine/reason_text.h"
+#include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 
 namespace knuckle::slave {
@@ -42,11 +43,6 @@ int most_requests(const BusDescription& bus) noexcept {
 bool is_active(std::uint16_t status_word) noexcept {
   return canopen::valve_state(status_word) == canopen::ValveState::kActive &&
          (status_word & canopen::kStatusLocal) == 0 && !canopen::valve_fault(status_word);
-}
-
-/// Where the spool of this joint's valve is.
-canopen::Object spool_object(const BusDescription& bus, std::size_t joint) noexcept {
-  return of_axis(canopen::kValveActual, bus.valve_channel(static_cast<int>(joint)).number);
 }
 
 /// Of a node that rests after this command; nullopt where it works or starts anew.
@@ -228,7 +224,7 @@ void CanopenClient::on_nmt(const canopen::NmtRequest& request) noexcept {
 void CanopenClient::on_answer(Node& node, const CanFrame& frame, Time now) noexcept {
   // Of others nobody asks: an answer to somebody else must not pass for process data that no longer come.
   const auto answer = node.id == tried_ ? canopen::parse_sdo_response(frame) : std::nullopt;
-  if (answer && answer->kind == canopen::SdoResponse::Kind::kUploaded) on_asked(node, *answer, now);
+  if (answer) on_asked(node, *answer, now);
   (node.dialogue.done() ? node.errors : node.dialogue).receive(frame);
   watch_.note_second_answers(node.id, std::max(node.dialogue.second_answers(), node.errors.second_answers()));
 }
@@ -237,17 +233,17 @@ void CanopenClient::ask(std::uint8_t node, int joint) noexcept {
   if (node != tried_) return;
   const bool enable = node == description_.enable().id;
   bus_.send(canopen::sdo_upload(
-      node, enable ? canopen::kEnableInputs : spool_object(description_, static_cast<std::size_t>(joint))));
+      node, enable ? canopen::kEnableInputs : valve_object(description_, joint, canopen::kValveActual)));
 }
 
 void CanopenClient::on_asked(const Node& node, const canopen::SdoResponse& answer, Time now) noexcept {
-  if (node.id == description_.enable().id && answer.object == canopen::kEnableInputs)
-    take_inputs(static_cast<std::uint8_t>(answer.value), now);
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    if (!node.moves[j] || answer.object != spool_object(description_, j)) continue;
-    const double steps = static_cast<std::int16_t>(answer.value);
-    spool_[static_cast<int>(j)] = steps / description_.wire.valve_full_stroke;
-    valves_[j].seen_at = now;
+  const auto inputs = answered(answer, canopen::kEnableInputs);
+  if (inputs && node.id == description_.enable().id) take_inputs(static_cast<std::uint8_t>(*inputs), now);
+  for (int j = 0; j < kJoints; ++j) {
+    const auto steps = answered(answer, valve_object(description_, j, canopen::kValveActual));
+    if (!steps || !node.moves[static_cast<std::size_t>(j)]) continue;
+    spool_[j] = static_cast<std::int16_t>(*steps) / description_.wire.valve_full_stroke;
+    valves_[static_cast<std::size_t>(j)].seen_at = now;
   }
 }
 

@@ -328,6 +328,7 @@ void Jog::try_guard(const NodeDescription& node, int joint) noexcept {
   guard_seen_ = {};
   guarded_ = node.id;
   guard_seen_.by_heartbeat = client_.guarded_by(node.id) == CanopenClient::Withheld::kHeartbeat;
+  guard_seen_.other_guard = !guard_seen_.by_heartbeat && client_.waits_for_heartbeat(node.id);
   opening_ = 0;
   if (node.role == NodeRole::kEnable) return begin(Phase::kWithheld);
   plan_.joint = joint;

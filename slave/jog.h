@@ -52,6 +52,7 @@ enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 /// did not.
 struct GuardSeen {
   bool by_heartbeat = false;  ///< That was the controller's heartbeat; else the node's set-points.
+  bool other_guard = false;   ///< It waits for the heartbeat as well, which was not tried.
   enum class Tried : std::uint8_t {
     kYes,
     kNoDeadBand,    ///< Too small for an opening that could be told from noise.

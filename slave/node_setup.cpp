@@ -80,6 +80,16 @@ SetupPart pdo_off(Object first, std::size_t pdo, std::uint32_t id) {
   return {Kind::kOptional, {off}, {off}};
 }
 
+/// Not faster than SYNC would have it, and so often that what it says does not grow too old in between.
+SetupPart own_timer(std::uint16_t parameters, const BusDescription& bus, int nth_sync) {
+  constexpr double kInPeriods = 2;  // one until it is read, and the limit counts from the first SYNC
+  const double limit_s = bus.sensor_age_limit_s + (nth_sync - kInPeriods) / bus.sync_Hz;
+  const auto least = static_cast<std::uint32_t>(std::ceil(1e3 * nth_sync / bus.sync_Hz - 1e-9));
+  const auto most = static_cast<std::uint32_t>(std::floor(1e3 * limit_s + 1e-9));
+  const SdoStep timer{{parameters, 5}, least << 16 | most, 2, Match::kPeriod};
+  return {Kind::kTimer, {timer}, {timer}};
+}
+
 /// As its channels say, or its device type (CiA 301: of several devices in one housing).
 bool has_several_axes(const NodeDescription& node) noexcept {
   return node.role == NodeRole::kValve && (node.channels.back().number > 1 || node.device_type >> 16 == 0xFFFFU);
@@ -97,7 +107,9 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
       add_fixed_pdo(script, parameters, frame);
     else
       script.push_back(pdo(parameters, frame));
-    script.push_back(setting({parameters, 2}, type, 1));
+    const bool by_timer = by_sync && !node.is_told();
+    script.push_back(setting({parameters, 2}, type, 1, by_timer ? Kind::kTransmission : Kind::kSetting));
+    if (by_timer) script.push_back(own_timer(parameters, machine.bus, frame.every_nth_sync));
     if (frame.repeat_s > 0 && !by_sync && !frame.to_node)
       script.push_back(setting({parameters, 5}, milliseconds(frame.repeat_s), 2));
   }
@@ -304,10 +316,16 @@ bool SdoStep::holds(std::uint32_t found) const noexcept {
       return found >= value && found <= canopen::kMostMapped;
     case Match::kOff:
       return (found & canopen::kPdoDisabled) != 0;
+    case Match::kPeriod:
+      return found >= value >> 16 && found <= (value & 0xFFFFU);
     case Match::kCobId:
       return (found & ~kNoRemoteRequests) == (value & ~kNoRemoteRequests);
   }
   return false;
+}
+
+std::string period_text(const SdoStep& step) {
+  return fmt::format("{} ms to {} ms (sync_Hz, sensor_age_limit_ms)", step.value >> 16, step.value & 0xFFFFU);
 }
 
 std::string text(const SetupFailure& failure, const BusDescription& bus) {
@@ -315,6 +333,13 @@ std::string text(const SetupFailure& failure, const BusDescription& bus) {
   const std::string node = node_text(failure.node, bus) + ": ";
   const std::string object = fmt::format("0x{:04X}:{:02X} ", step.object.index, step.object.subindex);
   const std::string what = node + (failure.writing ? "writing " : "reading ") + object;
+  if (step.match == SdoStep::Match::kPeriod && failure.what != SetupFailure::What::kSilent) {
+    const bool unread = failure.what == SetupFailure::What::kAborted && !failure.writing;
+    return node +
+           fmt::format("its transmission type 0x{:04X}:02 cannot be changed, and its own timer ", step.object.index) +
+           object + (unread ? "cannot be read" : fmt::format("is {} ms", failure.seen)) + ": it must be " +
+           period_text(step);
+  }
   switch (failure.what) {
     case SetupFailure::What::kSilent:
       return what + "was not answered: check its power, cable and node id";
@@ -369,6 +394,7 @@ void SdoDialogue::next_part() noexcept {
   for (std::size_t i = 0; i <= part_; ++i) any = any || (guards(i) && taken_[i]);
   if (guards(part_) && !guards(part_ + 1) && !any) return fail(SetupFailure::What::kUnguarded);
   ++part_;
+  if (part_ < script_.size() && script_[part_].kind == Kind::kTimer && !by_own_timer(value_)) ++part_;
   at_ = 0;
   doing_ = part_ < script_.size() && script_[part_].asked.empty() ? Doing::kWriting : Doing::kAsking;
 }
@@ -408,7 +434,8 @@ void SdoDialogue::on_other_value(std::uint32_t seen) noexcept {
 void SdoDialogue::refused(SetupFailure::What what) noexcept {
   const Kind kind = script_[part_].kind;
   if (kind == Kind::kProof) same_device_ = false;
-  if (kind != Kind::kGuard && kind != Kind::kOptional && kind != Kind::kProof) return fail(what);
+  const bool sends_anyway = kind == Kind::kTransmission && doing_ != Doing::kAsking && by_own_timer(value_);
+  if (kind != Kind::kGuard && kind != Kind::kOptional && kind != Kind::kProof && !sends_anyway) return fail(what);
   asked_ = 0;
   next_part();
 }
@@ -429,6 +456,7 @@ void SdoDialogue::fail(SetupFailure::What what) noexcept {
 
 /// A PDO that is on may only be turned off, not be given another identifier (CiA 301).
 std::uint32_t SdoDialogue::to_write(const SdoStep& step) const noexcept {
+  if (step.match == Match::kPeriod) return step.value >> 16;
   return step.match == Match::kOff ? value_ | canopen::kPdoDisabled : step.value;
 }
 

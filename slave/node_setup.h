@@ -24,6 +24,7 @@ struct SdoStep {
     kAtLeast,  ///< Of a transmit PDO's entries: more than are wanted make its frame longer, which is read as well.
     kCobId,    ///< Whatever bit 30 (no remote requests) says.
     kOff,      ///< Of a PDO's COB-ID: bit 31 is on.
+    kPeriod,   ///< Of a timer, in ms: from the value's upper 16 bits, which are what is written, to its lower ones.
   };
   canopen::Object object;
   std::uint32_t value = 0;
@@ -41,12 +42,22 @@ struct SetupPart {
     kGuard,     ///< A setting by which the node stops by itself without its controller. A script that has any needs one
                 ///< that the node takes; the others may be refused.
     kOptional,  ///< A setting that the node may refuse.
-    kProof,     ///< Another value, or none, is another device than the one whose guard was proved.
+    kTransmission,  ///< Of a sensor with every n-th SYNC: a setting. Where the node refuses it and sends by a timer of
+                    ///< its own, that one, which is the next part, must do.
+    kTimer,         ///< Likewise a setting; of such a node alone.
+    kProof,         ///< Another value, or none, is another device than the one whose guard was proved.
   } kind = Kind::kSetting;
   std::vector<SdoStep> asked;
   std::vector<SdoStep> written;  ///< In this order. At once where nothing is asked.
 };
 using SdoScript = std::vector<SetupPart>;
+
+/// Of a transmit PDO's type.
+[[nodiscard]] constexpr bool by_own_timer(std::uint32_t type) noexcept {
+  return type >= canopen::kEventDriven - 1U;
+}
+/// "5 ms to 20 ms": what a step of kPeriod takes, and why.
+[[nodiscard]] std::string period_text(const SdoStep& step);
 
 /// A node of the machine file with what it must be and is told, by its profile (CiA 408, 404, 406, 410, 401). Encoder
 /// and tilt count in the machine file's steps.

@@ -4,6 +4,7 @@
 
 #include "machine/description.h"
 #include "slave/bus_map.h"
+#include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 #include "transport/canopen.h"
 
@@ -35,6 +36,7 @@ void OrderlyStop::step(Time now) noexcept {
     case Phase::kDisable:
       if (!confirmed() && now - phase_since_ < kDisablePatience) {
         send_commands(&ValveWords::disabled, false);
+        ask_resting();
         break;
       }
       bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
@@ -71,6 +73,9 @@ void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
+    const std::uint8_t node = canopen::node_of(frame.id);
+    if (const auto state = canopen::parse_heartbeat(frame)) resting_[node] = *state != canopen::NmtState::kOperational;
+    if (const auto answer = canopen::parse_sdo_response(frame)) hear_answer(node, *answer);
     if (frame.id == machine_.bus.enable().tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
@@ -81,6 +86,33 @@ void OrderlyStop::hear() noexcept {
         valves_[j] = {true, status->status_word, status->spool};
     }
   }
+}
+
+void OrderlyStop::hear_answer(std::uint8_t node, const canopen::SdoResponse& answer) noexcept {
+  if (!resting_[node]) return;  // its process data say it
+  const auto inputs = answered(answer, canopen::kEnableInputs);
+  if (inputs && node == machine_.bus.enable().id) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
+  for (int j = 0; j < kJoints; ++j) {
+    const auto word = answered(answer, valve_object(machine_.bus, j, canopen::kValveStatusWord));
+    if (!word || node != machine_.bus.valve(j).id) continue;
+    Valve& valve = valves_[static_cast<std::size_t>(j)];
+    valve.heard = true;
+    valve.status_word = static_cast<std::uint16_t>(*word);
+  }
+}
+
+/// One question in every other step: a driver of several axes answers one after the other.
+void OrderlyStop::ask_resting() noexcept {
+  const int turn = syncs_ / 2 % (kJoints + 1);
+  if (syncs_ % 2 != 0) return;
+  const std::uint8_t enable = machine_.bus.enable().id;
+  if (turn == kJoints) {
+    if (resting_[enable] && !pilot_off_) bus_.send(canopen::sdo_upload(enable, canopen::kEnableInputs));
+    return;
+  }
+  const std::uint8_t valve = machine_.bus.valve(turn).id;
+  if (resting_[valve] && !disabled(valves_[static_cast<std::size_t>(turn)]))
+    bus_.send(canopen::sdo_upload(valve, valve_object(machine_.bus, turn, canopen::kValveStatusWord)));
 }
 
 void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept {

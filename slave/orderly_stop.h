@@ -1,8 +1,10 @@
 // Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
-// operational state and without a heartbeat to monitor, and only then no more frames. Where a node does not confirm,
-// all stay operational with their watchdogs on, which then switch the outputs off.
+// operational state and without a heartbeat to monitor, and only then no more frames. Nodes that have left their
+// operational state by themselves are asked by SDO. Where a node does not confirm, all others stay operational with
+// their watchdogs on, which then switch the outputs off.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "machine/description_fwd.h"
 #include "slave/valve_frame.h"
 #include "transport/can_bus.h"
+#include "transport/canopen.h"
 
 namespace knuckle::slave {
 
@@ -34,6 +37,8 @@ class OrderlyStop {
     double spool = 0;
   };
   void hear() noexcept;
+  void hear_answer(std::uint8_t node, const canopen::SdoResponse& answer) noexcept;
+  void ask_resting() noexcept;
   void send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept;
   void heartbeat(Time now) noexcept;
   void enter(Phase phase, Time now) noexcept;
@@ -46,6 +51,7 @@ class OrderlyStop {
   std::vector<std::uint8_t> held_;  // node ids still to be released
   Phase phase_ = Phase::kNeutral;
   Time phase_since_ = kNever, heartbeat_at_ = kNever;
+  std::bitset<128> resting_;  // node ids whose heartbeat last said that they are not operational
   PerJoint<Valve> valves_{};
   bool pilot_off_ = false;
   bool alone_ = true;  // no SYNC of somebody else

@@ -8,6 +8,7 @@
 
 #include "core/units.h"
 #include "machine/bus_frames.h"
+#include "machine/channel_status.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "transport/canopen.h"
@@ -382,8 +383,7 @@ std::vector<canopen::Object> reading_objects(const NodeDescription& node, const 
     if (field.part != FrameField::Part::kRate) objects.push_back(field.object);
   }
   for (const NodeChannel& channel : node.channels) {
-    if (node.role == NodeRole::kPressure && find_field(fields, FrameField::Part::kStatus, channel) == nullptr)
-      objects.push_back(pressure_status(channel));
+    if (lacks_status(fields, channel)) objects.push_back(pressure_status(channel));
   }
   return objects;
 }

@@ -264,7 +264,8 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
   }
   if (!seen.stopped_s) return because(without + "it " + told + ", and its spool stayed open", true);
   if (!seen.told_s) return because("its spool was back after " + ms(*seen.stopped_s) + ", but it told nothing");
-  return proved(without + "it " + told + ", spool back after " + ms(*seen.stopped_s) + how);
+  return proved(without + "it " + told + ", spool back after " + ms(*seen.stopped_s) + how +
+                (seen.other_guard ? "; that it also stops without a heartbeat was not tried" : ""));
 }
 
 Finding judge_direction(const JogRun& run, Seen seen) {

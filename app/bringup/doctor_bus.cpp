@@ -8,10 +8,11 @@
 #include <set>
 
 #include "app/bringup/bus_survey.h"
+#include "app/bringup/doctor_twice.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
+#include "machine/channel_status.h"
 #include "machine/device_profile.h"
-#include "slave/bus_watch.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 
@@ -20,7 +21,6 @@ namespace {
 
 using canopen::Object;
 using Level = Finding::Level;
-using slave::BusWatch;
 using slave::NodeScript;
 using slave::SdoStep;
 
@@ -224,6 +224,8 @@ class Doctor {
       settings(node, expected, about, line);
       heartbeat(node, about, line);
       line.guard = guard_text(node, expected);
+      if (const std::string lacks = missing_status_text(expected.node, *machine_); !lacks.empty())
+        say(Level::kNote, about, lacks);
       const NodeReading reading = reading_of(node, expected.node, *machine_);
       line.reading = reading.text;
       if (!reading.complaint.empty()) say(reading.fault ? Level::kFault : Level::kNote, about, reading.complaint);
@@ -250,71 +252,11 @@ class Doctor {
     }
   }
 
-  struct Signs {
-    int count = 0;
-    bool counts = false;  ///< One of them is a number of frames.
-    std::string text;
-    void add(int signs, const std::string& what) {
-      count += signs;
-      text += (text.empty() ? "" : "; ") + what;
-    }
-  };
-
-  /// More frames under an identifier than are due: a sign, and enough where they are far too many.
-  /// @param by_change a frame that is not as the one before it was sent for that
-  void judge_count(Signs& signs, std::uint32_t id, double due, bool by_change = false) const {
-    const auto heard = survey_.heard.find(id);
-    if (heard == survey_.heard.end()) return;
-    const double most_over = by_change ? BusWatch::kMostOverWithEvents : BusWatch::kMostOver;
-    const double frames = static_cast<double>(by_change ? heard->second.repeated : heard->second.count);
-    const double over = frames - due * (1 + BusWatch::kSpareByClock);
-    if (over <= most_over / 2) return;
-    signs.counts = true;
-    signs.add(over > most_over ? 2 : 1, fmt::format("{:.0f} frames 0x{:03X} in {:.1f} s where {:.0f} are due", frames,
-                                                    id, survey_.listened_s, due));
-  }
-
-  /// What holds up one frame of a node's data holds up all: they are one sign together.
-  void add_data(Signs& signs, const SurveyedNode& node, const NodeDescription& expected) const {
-    const auto syncs = survey_.heard.find(canopen::kSyncId);
-    const double sync_count = syncs == survey_.heard.end() ? 0 : static_cast<double>(syncs->second.count);
-    const bool by_change = expected.id == machine_->bus.enable().id;
-    Signs worst;
-    for (const BusFrame& frame : frames_) {
-      if (frame.to_node || machine_->bus.nodes[frame.node].id != expected.id) continue;
-      const auto parameters = static_cast<std::uint16_t>(canopen::kTpdo1CobId.index + frame.pdo);
-      const std::uint32_t type = node.value({parameters, 2}).value_or(0);
-      const std::uint32_t timer_ms = node.value({parameters, 5}).value_or(0);
-      Signs one;
-      if (type >= 1 && type <= 240)
-        judge_count(one, frame.id, sync_count / type, by_change);
-      else if (timer_ms > 0)
-        judge_count(one, frame.id, 1e3 * survey_.listened_s / timer_ms, by_change);
-      if (one.count > worst.count) worst = one;
-    }
-    if (worst.count == 0) return;
-    signs.counts = true;
-    signs.add(worst.count, worst.text);
-  }
-
-  /// Two signs of two devices with this node id are a fault, one is a note. @return whether it is a fault
+  /// @return whether two devices have this node id.
   bool twice(const SurveyedNode& node, const NodeDescription& expected, const std::string& about) {
-    Signs signs;
-    if (node.second_answers > 0)
-      signs.add(std::min(node.second_answers, 2), fmt::format("{} of its answers came once more", node.second_answers));
-    if (node.contradicts_itself()) signs.add(1, "its identity changed between two reads");
-    if (const auto period_ms = node.value(canopen::kProducerHeartbeat); period_ms.value_or(0) > 0)
-      judge_count(signs, canopen::heartbeat_id(node.id), 1e3 * survey_.listened_s / *period_ms);
-    add_data(signs, node, expected);
-    // One disturbance makes an error frame and has a frame sent again: both are one sign.
-    if (signs.counts && survey_.errors > 0)
-      signs.add(1, fmt::format("{} errors on the bus, as where two devices send at once", survey_.errors));
-    if (signs.count == 0) return false;
-    const bool fault = signs.count >= 2;
-    say(fault ? Level::kFault : Level::kNote, about,
-        (fault ? "two devices have this node id (" : "possibly two devices have this node id (") + signs.text +
-            "): take one off the bus, or give it another id");
-    return fault;
+    const auto found = second_device(survey_, *machine_, node, expected, about);
+    if (found) result_.findings.push_back(*found);
+    return found && found->level == Level::kFault;
   }
 
   /// @return whether it is the device that the file names.
@@ -351,7 +293,8 @@ class Doctor {
     int as_file = 0, all = 0, guards = 0, guards_there = 0;
     for (const slave::SetupPart& part : expected.script) {
       using Kind = slave::SetupPart::Kind;
-      if (part.kind == Kind::kIdentity || part.kind == Kind::kProof) continue;
+      // A timer counts only where start-up finds that the transmission type cannot be changed.
+      if (part.kind == Kind::kIdentity || part.kind == Kind::kProof || part.kind == Kind::kTimer) continue;
       bool all_there = true;
       for (const SdoStep& step : part.asked) {
         const ObjectRead* read = node.read(step.object);
@@ -445,10 +388,7 @@ class Doctor {
   /// One that leads the machine meanwhile, which is no fault, or more than that.
   void controller(const SurveyedNode& node, const std::string& about) {
     if (node.answers()) say(Level::kFault, about, "a device has the controller's own node id: give it another id");
-    Signs signs;
-    judge_count(signs, canopen::heartbeat_id(node.id), survey_.listened_s / machine_->bus.controller_heartbeat_s);
-    if (signs.count >= 2)
-      say(Level::kFault, about, "two controllers are on the bus (" + signs.text + "): stop one of the two");
+    if (const auto found = second_controller(survey_, *machine_, about)) result_.findings.push_back(*found);
   }
 
   void judge_stranger(const SurveyedNode& node) {

@@ -18,6 +18,7 @@
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"
+#include "machine/channel_status.h"
 #include "machine/device_profile.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
@@ -260,8 +261,11 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
   if (as_wanted) return "";
   for (const slave::SdoStep& step : part.written) {
     const Entry* entry = device.find(step.object);
-    if (entry == nullptr || !may_write(*entry))
-      return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
+    if (entry != nullptr && may_write(*entry)) continue;
+    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && entry->value)
+      return fmt::format("{} must be {} and is always {} ms", object_text(step.object, entry), period_text(step),
+                         entry->value->of(id));
+    return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
   }
   return "";
 }
@@ -297,11 +301,17 @@ Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const st
   const auto script =
       std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == named.name; });
   int guards = 0;
-  bool guarded = false;
+  bool guarded = false, by_timer = false;
   for (const slave::SetupPart& part : script->script) {
     using Kind = slave::SetupPart::Kind;
     if (part.kind == Kind::kIdentity || part.kind == Kind::kOptional || part.kind == Kind::kProof) continue;
+    if (part.kind == Kind::kTimer && !by_timer) continue;
     const std::string obstacle = obstacle_of(device, part, named.id);
+    if (part.kind == Kind::kTransmission) {
+      const Entry* type = device.find(part.asked[0].object);
+      by_timer = !obstacle.empty() && type != nullptr && type->value && slave::by_own_timer(type->value->of(named.id));
+      if (by_timer) continue;
+    }
     if (part.kind == Kind::kGuard) {
       ++guards;
       guarded = guarded || obstacle.empty();
@@ -375,13 +385,8 @@ int add(const BusOptions& o) {
   const std::string node = node_of(machine.bus, o.as, o.machine).name;
   const Fit fit = fit_of(device, machine, node);
   for (const std::string& slip : device.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
-  const std::vector<FrameField> fields = sent_fields(*machine.bus.find(node), machine);
-  for (const NodeChannel& channel : machine.bus.find(node)->channels) {
-    const bool pressure = channel.info().role == NodeRole::kPressure;
-    if (pressure && find_field(fields, FrameField::Part::kStatus, channel) == nullptr)
-      std::cout << "note: " << o.file << ": sends " << channel.info().name
-                << " without its status: a value that it calls invalid is believed as long as it is in range\n";
-  }
+  if (const std::string lacks = missing_status_text(*machine.bus.find(node), machine); !lacks.empty())
+    std::cout << "note: " << node << ' ' << lacks << '\n';
   for (const std::string& obstacle : fit.obstacles)
     std::cerr << "knuckle: " << node << " cannot be this device: " << obstacle << '\n';
   if (!fit.obstacles.empty()) {

@@ -13,6 +13,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
+#include "machine/channel_status.h"
 #include "machine/reason_text.h"
 #include "recording/sides.h"
 #include "slave/loss_policy.h"
@@ -85,6 +86,7 @@ class SlaveRunner {
   bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
   bool next(ForeignRead& read) noexcept { return reads_.pop(read); }
   bool next(NodesUp& up) noexcept { return up_.pop(up); }
+  [[nodiscard]] const MachineDescription& machine() const noexcept { return machine_; }
   [[nodiscard]] const BusDescription& bus() const noexcept { return machine_.bus; }
   [[nodiscard]] const SlaveStatus& status() noexcept {
     status_.take(shown_);
@@ -281,6 +283,9 @@ class Teller {
       for (const std::string& line :
            slave::guard_lines(runner.bus(), [&up](std::uint8_t id) { return !up.other_device[id]; }))
         say(up.at, "guards: " + line, "guards " + line, Severity::kWarning);
+      for (const NodeDescription& node : runner.bus().nodes)
+        if (const std::string lacks = missing_status_text(node, runner.machine()); !lacks.empty())
+          say(up.at, "sensors: " + node.name + " " + lacks, "status " + node.name, Severity::kInfo);
     }
     SetupFailureEvent failed;
     while (runner.next(failed)) {

@@ -68,6 +68,8 @@ TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
       {valve, seen(0.055, 0.12), true, Level::kOk, "no longer works, after 55 ms"},
       {valve, seen(0.055, {}), false, Level::kFault, "and its spool stayed open"},
       {valve, seen({}, {}), false, Level::kFault, "told nothing, and its spool stayed open"},
+      {valve, seen(0.055, 0.12, [](Seen& s) { s.other_guard = true; }), true, Level::kOk,
+       "spool back after 120 ms; that it also stops without a heartbeat was not tried"},
       {valve, seen({}, 0.12), false, Level::kNote, "but it told nothing"},
       {valve, seen(0.055, {}, [](Seen& s) { s.pilot_off_s = 0.06; }), false, Level::kNote, "pilot pressure went off"},
       {valve, seen(0.055, {}, [](Seen& s) { s.silent = true; }), false, Level::kNote,

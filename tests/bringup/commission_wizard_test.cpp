@@ -221,6 +221,7 @@ TEST(CommissionGuards, AreProvedByWithholdingWhatTheyWaitFor) {
     EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: without "), std::string::npos) << outcome.told;
   }
   EXPECT_NE(outcome.told.find("told error 0x8250 after "), std::string::npos) << outcome.told;
+  EXPECT_NE(outcome.told.find("that it also stops without a heartbeat was not tried"), std::string::npos);
   EXPECT_FALSE(outcome.pilot);
 }
 

@@ -7,85 +7,23 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "app/eds/migrate.h"
 #include "core/error.h"
-#include "machine/bus_frames.h"
 #include "machine/load.h"
-#include "sim/can_nodes.h"
-#include "slave/canopen_client.h"
 #include "slave/node_setup.h"
-#include "tests/support/axes_machine.h"
-#include "tests/support/few_nodes.h"
-#include "tests/support/keyed_nodes.h"
+#include "tests/eds/made_device.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
-#include "transport/virtual_can.h"
 
 namespace knuckle::eds {
 namespace {
 
-const std::string kDevices = test::source_dir() + "/../shared/data/devices/";
-
-std::string solar() {
-  return test::content(test::source_dir() + "/config/machines/solar015.toml");
-}
-/// The same machine in the older words.
-std::string keyed() {
-  return test::with_keyed_nodes(solar());
-}
-MachineDescription machine() {
-  return parse_machine(solar(), "my.toml");
-}
-
-/// As CiA 301 numbers it.
-std::uint16_t type_of(const FrameField& field) {
-  const std::uint16_t size = field.bits.bits == 8 ? 0 : field.bits.bits == 16 ? 1 : 2;
-  if (field.bits.type == BitField::Type::kFloat) return 8;
-  return static_cast<std::uint16_t>((field.bits.type == BitField::Type::kSigned ? 2 : 5) + size);
-}
-
-/// A device that has all that the start-up of this node writes, asks for and maps.
-DeviceFile made_for(const std::string& node, const MachineDescription& of = machine()) {
-  DeviceFile device;
-  device.source = "a.eds";
-  const auto scripts = slave::node_scripts(of);
-  const auto script =
-      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == node; });
-  for (const slave::SetupPart& part : script->script) {
-    for (const slave::SdoStep& step : part.asked) {
-      Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
-      entry.access = part.written.empty() ? Access::kReadOnly : Access::kReadWrite;
-      entry.value = Value{step.value, false};
-      entry.line = 1;
-    }
-  }
-  for (const BusFrame& frame : bus_frames(of.bus, of.sensors)) {
-    if (of.bus.nodes[frame.node].name != node) continue;
-    for (const FrameField& field : frame.fields) {
-      Entry& entry = device.entries[std::uint32_t{field.object.index} << 8 | field.object.subindex];
-      entry.data_type = type_of(field);
-      if (frame.to_node) entry.access = Access::kReadWrite;
-      if (!entry.value) entry.value = Value{};
-    }
-  }
-  device.device_type = script->node.device_type;
-  device.vendor = 0x1234;
-  device.product = 0x5678;
-  return device;
-}
-bool tells(const std::vector<std::string>& lines, const std::string& what) {
-  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
-}
-std::string refused(const std::string& node, std::uint8_t id, const DeviceFile& device,
-                    const std::string& text = solar()) {
-  try {
-    (void)with_device(text, "my.toml", node, id, device);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
-}
+using test::keyed;
+using test::machine;
+using test::made_for;
+using test::refused;
+using test::solar;
+using test::tells;
 
 TEST(BusAddToKeyedNodes, ChangesTheOneLineOfTheNodeAndNothingElse) {
   const std::string text = with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
@@ -225,6 +163,26 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
                     "set 0x6042:00 of the device to 1: it is delivered with 2"));
 }
 
+TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
+  DeviceFile device = made_for("boom_head_pressure");
+  device.entries[0x180002].access = Access::kReadOnly;
+  device.entries[0x180002].value = Value{254, false};
+  Entry& timer = device.entries[0x180005];
+  const auto obstacles = [&](std::uint32_t ms, Access access) {
+    timer.access = access;
+    timer.value = Value{ms, false};
+    return fit_of(device, machine(), "boom_head_pressure").obstacles;
+  };
+  EXPECT_TRUE(obstacles(10, Access::kReadOnly).empty());
+  EXPECT_TRUE(obstacles(100, Access::kReadWrite).empty());
+  EXPECT_TRUE(tells(obstacles(100, Access::kReadOnly),
+                    "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
+  device.entries[0x180002].value = Value{3, false};
+  EXPECT_TRUE(tells(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
+  device.entries[0x180002].value = Value{1, false};
+  EXPECT_TRUE(obstacles(100, Access::kReadOnly).empty()) << "it is not used";
+}
+
 TEST(BusAdd, RefusesAnObjectOfAnotherTypeThanItIsMappedAsWithLineAndKey) {
   const auto told = [](const std::string& node, std::uint32_t key, std::uint16_t type) {
     DeviceFile device = made_for(node);
@@ -297,150 +255,6 @@ TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
     tilt.entries.erase(0x1A0002);
     EXPECT_EQ(fit(tilt).obstacles.empty(), channel == "1") << "an entry is missing";
   }
-}
-
-/// `text` with `from`, which is there, replaced.
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-std::string all_replaced(std::string text, const std::string& from, const std::string& to) {
-  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
-/// A device in which a PDO of the node has this identifier and cannot be moved.
-DeviceFile with_fixed(DeviceFile device, std::uint32_t cob_id, std::int64_t frame) {
-  device.entries[cob_id].access = Access::kReadOnly;
-  device.entries[cob_id].value = Value{frame, true};
-  return device;
-}
-std::string block_of(const std::string& text, const std::string& name) {
-  const auto begin = text.rfind("[[bus.node]]", text.find("name = \"" + name + '"'));
-  return text.substr(begin, text.find("\n\n", begin) + 1 - begin);
-}
-
-TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNothingElse) {
-  const std::string before = replaced(replaced(solar(), "id = 0x11", "id = 0x11      # its switches: 2"),
-                                      "name = \"arm_valve\"", "# Behind the cab.\nname = \"arm_valve\"  # mine");
-  const std::string text = with_device(before, "my.toml", "arm_valve", 0x50, made_for("arm_valve"));
-  EXPECT_EQ(block_of(text, "arm_valve"),
-            "[[bus.node]]\n# Behind the cab.\nname = \"arm_valve\"  # mine\nprofile = \"cia408\"\n"
-            "channels = { 1 = \"arm_spool\" }\nid = 0x50      # its switches: 2\ndevice_type = 0x198\n"
-            "vendor = 0x1234\nproduct = 0x5678\n");
-  EXPECT_EQ(replaced(text, block_of(text, "arm_valve"), block_of(before, "arm_valve")), before);
-}
-
-TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLineEnds) {
-  for (const std::string end : {"\n", "\r\n"}) {
-    std::string text = solar();
-    const std::string block =
-        "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
-        "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
-    text = replaced(text, block_of(text, "tilt"), block);
-    std::string wanted = replaced(text, block,
-                                  "[[bus.node]]\nproduct = 0x5678\nchannels.1 = \"slope\"\nvendor = 0x1234\n"
-                                  "id = 0x39\nname = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x19A\n");
-    for (std::string* one : {&text, &wanted})
-      if (end != "\n") *one = all_replaced(*one, "\n", end);
-    EXPECT_EQ(with_device(text, "my.toml", "inclination", 0x39, made_for("tilt")), wanted);
-    EXPECT_EQ(with_device(text, "my.toml", "slope", 0x39, made_for("tilt")), wanted);
-    EXPECT_EQ(with_device(wanted, "my.toml", "slope", 0x39, made_for("tilt")), wanted) << "its own id";
-  }
-}
-
-TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMovedAndTakesOutOldOnes) {
-  DeviceFile pved = with_fixed(with_fixed(made_for("arm_valve"), 0x180001, 0x280), 0x140001, 0x300);
-  pved.vendor = 0x01000019;
-  pved.product = 0x53373235;
-  const std::string text = with_device(solar(), "my.toml", "arm_valve", 0x11, pved);
-  EXPECT_EQ(block_of(text, "arm_valve"),
-            "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"arm_spool\" }\n"
-            "id = 0x11\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x291\nrpdo = 0x311\n");
-  EXPECT_EQ(with_device(text, "my.toml", "arm_valve", 0x11, pved), text) << "once more";
-  EXPECT_EQ(with_device(all_replaced(solar(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
-            all_replaced(text, "\n", "\r\n"));
-  const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
-  EXPECT_NE(moved.find("\ntpdo = 0x293\nrpdo = 0x313\n"), std::string::npos) << moved;
-  const std::string noted = replaced(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");
-  EXPECT_EQ(block_of(with_device(noted, "my.toml", "arm_valve", 0x11, made_for("arm_valve")), "arm_valve"),
-            "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"arm_spool\" }\n"
-            "id = 0x11\ndevice_type = 0x198\nvendor = 0x1234\nproduct = 0x5678\n# as delivered\n");
-}
-
-TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
-  std::string text = with_node_tables(keyed(), "my.toml");  // without comments
-  const DeviceFile tilt = made_for("tilt");
-  const std::string needs = "my.toml: needs tilt in a [[bus.node]] table with each key on a line of its own";
-  EXPECT_EQ(refused("tilt", 0x39, tilt, replaced(text, "id = 0x38", "\"id\" = 0x38")), needs);
-  std::string array = "node = [";
-  for (auto at = text.find("[[bus.node]]"); at != std::string::npos; at = text.find("[[bus.node]]")) {
-    const std::string block = text.substr(at, text.find("\n\n", at) + 2 - at);
-    text.erase(at, block.size());
-    std::string line = block.substr(block.find('\n') + 1);
-    line = line.substr(0, line.find_last_not_of('\n') + 1);
-    array += "\n{ " + all_replaced(line, "\n", ", ") + " },";
-  }
-  text = replaced(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
-  ASSERT_EQ(parse_machine(text, "my.toml").bus.nodes, machine().bus.nodes);
-  EXPECT_EQ(refused("tilt", 0x39, tilt, text), needs);
-  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar()).find("must be one of CiA 408"), std::string::npos);
-  EXPECT_NE(refused("swing", 0x39, tilt, solar()).find("its nodes: boom_valve"), std::string::npos);
-}
-
-TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeThere) {
-  const MachineDescription few = parse_machine(test::few_nodes_text(), "few.toml");
-  const DeviceFile six = made_for("pressures", few);
-  EXPECT_TRUE(fit_of(six, few, "pressures").obstacles.empty());
-  EXPECT_TRUE(fit_of(six, few, "arm_rod_pressure").obstacles.empty()) << "by the name of a signal";
-  for (const int channel : {1, 2, 3, 4, 6, 7}) {
-    DeviceFile five = six;
-    five.entries.erase(0x613100 + static_cast<std::uint32_t>(channel));
-    EXPECT_TRUE(tells(fit_of(five, few, "pressures").obstacles,
-                      fmt::format("start-up reads 0x6131:{:02X}, which the device does not have", channel)));
-  }
-  for (const std::uint32_t second : {0x180101U, 0x180102U, 0x1A0100U}) {
-    DeviceFile one_frame = six;
-    one_frame.entries.erase(second);
-    EXPECT_FALSE(fit_of(one_frame, few, "pressures").obstacles.empty()) << second;
-  }
-  const std::string text = with_device(few.text, "few.toml", "bucket_rod_pressure", 0x21,
-                                       with_fixed(with_fixed(six, 0x180001, 0x1A0), 0x180101, 0x280));
-  const NodeDescription node = *parse_machine(text, "few.toml").bus.find("pressures");
-  EXPECT_EQ(node.id, 0x21);
-  EXPECT_EQ(node.channels, few.bus.find("pressures")->channels);
-  EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0x1C1, 0, 0, 0}));
-  EXPECT_NE(text.find("product = 0x5678\ntpdo = 0x1C1\nchannels = "), std::string::npos);
-  const std::string other = with_device(few.text, "few.toml", "pressures", 0x21, with_fixed(six, 0x180101, 0x290));
-  EXPECT_EQ(parse_machine(other, "few.toml").bus.find("pressures")->tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1}));
-}
-
-TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere) {
-  const MachineDescription joined = parse_machine(test::axes_text(), "axes.toml");
-  const DeviceFile three = made_for("valves", joined);
-  EXPECT_TRUE(fit_of(three, joined, "arm_spool").obstacles.empty()) << "by the name of a signal";
-  for (const std::uint32_t one :
-       {0x604000U, 0x684000U, 0x704000U, 0x630001U, 0x6B0001U, 0x730001U, 0x140101U, 0x160200U, 0x180101U, 0x1A0200U}) {
-    DeviceFile less = three;
-    less.entries.erase(one);
-    EXPECT_FALSE(fit_of(less, joined, "valves").obstacles.empty()) << one;
-  }
-  DeviceFile timers = three;
-  timers.entries.erase(0x101601);
-  EXPECT_TRUE(fit_of(timers, joined, "valves").obstacles.empty()) << "all three timers are a guard";
-  timers.entries.erase(0x140205);
-  EXPECT_TRUE(tells(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
-  const std::string text = with_device(joined.text, "axes.toml", "bucket_spool", 0x11,
-                                       with_fixed(with_fixed(three, 0x140201, 0x440), 0x180101, 0x2A0));
-  const NodeDescription node = *parse_machine(text, "axes.toml").bus.find("valves");
-  EXPECT_EQ(node.id, 0x11);
-  EXPECT_EQ(node.channels, joined.bus.find("valves")->channels);
-  EXPECT_EQ(node.rpdos, (std::array<std::uint16_t, 4>{0, 0, 0x451, 0}));
-  EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1, 0, 0}));
-  EXPECT_NE(text.find("tpdo2 = 0x2B1\nrpdo3 = 0x451\n"), std::string::npos) << text;
-  const std::string moved = with_device(text, "axes.toml", "valves", 0x12, three);
-  EXPECT_EQ(moved.find("rpdo3"), std::string::npos) << "where the device has the usual one";
 }
 
 /// The file of a device that fits.
@@ -541,59 +355,6 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
     EXPECT_NE(err.find(told), std::string::npos) << err;
     EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
   }
-}
-
-TEST(BusAdd, FindsNothingAgainstDevicesThatAreSold) {
-  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
-  for (const auto& [eds, node] : {std::pair{"PVED-CC.eds", "boom_valve"}, std::pair{"DST-X720.eds", "tilt"}}) {
-    const Fit fit = fit_of(read_device_file(kDevices + eds), machine(), node);
-    EXPECT_TRUE(fit.obstacles.empty()) << node << ": " << fit.obstacles[0];
-  }
-}
-
-/// The shipped machine with devices that are sold in place of its valves and its tilt sensor.
-MachineDescription machine_of_sold_parts(const DeviceFile& valve, const DeviceFile& tilt) {
-  std::string text = solar();
-  for (const auto& [node, id] : {std::pair{"boom_valve", 0x10}, {"arm_valve", 0x11}, {"bucket_valve", 0x12}})
-    text = with_device(text, "my.toml", node, static_cast<std::uint8_t>(id), valve);
-  text = with_device(text, "my.toml", "tilt", 0x38, tilt);
-  const std::string coarse = "tilt_step_deg = 0.1";
-  text.replace(text.find(coarse), coarse.size(), "tilt_step_deg = 0.05");  // as it is delivered
-  const std::string controller = "controller_id = 1\n";
-  text.replace(text.find(controller), controller.size(), controller + "boot_timeout_ms = 4000\n");
-  return parse_machine(text, "my.toml");
-}
-
-TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) {
-  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
-  const DeviceFile valve = read_device_file(kDevices + "PVED-CC.eds"),
-                   tilt = read_device_file(kDevices + "DST-X720.eds");
-  const MachineDescription machine = machine_of_sold_parts(valve, tilt);
-  VirtualCanBus bus(2, machine.bus.bit_rate);
-  sim::CanNodes nodes(machine, {}, bus.port(1), 1);
-  for (const std::uint8_t id : std::initializer_list<std::uint8_t>{0x10, 0x11, 0x12})
-    nodes.node(id)->become(dictionary(valve, id));
-  nodes.node(0x38)->become(dictionary(tilt, 0x38));
-  for (const NodeDescription& node : machine.bus.nodes) nodes.node(node.id)->set_boot_time(3s);
-  slave::CanopenClient client(machine, bus.port(0));
-  Time now{1s};
-  const auto starts = [&](Duration most) {
-    for (const Time end = now + most; now < end && !client.operational();) {
-      now += 1ms;
-      nodes.step(now, {});
-      bus.advance(now);
-      if (now.time_since_epoch() % 5ms != 0ms) continue;
-      for (CanFrame frame; bus.port(0).receive(frame);) client.receive(frame, now);
-      client.begin_step(now);
-      client.end_step({}, false, now);
-    }
-    return client.operational();
-  };
-  ASSERT_TRUE(starts(6s)) << text(client.fault()) << text(client.setup_failure(), client.bus());
-  EXPECT_EQ(nodes.node(0x10)->value(canopen::kRpdo1Timer), 50U) << "its one guard";
-  EXPECT_EQ(nodes.node(0x38)->value(canopen::kTpdo1Type), 2U);
-  client.restart();
-  EXPECT_TRUE(starts(2s)) << text(client.fault()) << text(client.setup_failure(), client.bus());
 }
 
 }  // namespace

@@ -139,7 +139,8 @@ inline MachineDescription machine() {
 /// A machine's nodes and its machine side, each as its program runs it.
 class Site {
  public:
-  explicit Site(std::vector<std::string> faults = {}) : wire_(machine_.bus.bit_rate) {
+  explicit Site(std::vector<std::string> faults = {}, MachineDescription machine = knuckle::test::machine())
+      : machine_(std::move(machine)), wire_(machine_.bus.bit_rate) {
     setup_.truth = sim::nominal_truth(machine_);
     setup_.start_rad = kStart;
     for (const std::string& fault : faults) setup_.faults.push_back(bringup::parse_fault(fault, machine_.bus));
@@ -180,7 +181,7 @@ class Site {
   std::atomic<std::uint32_t> signals{0};
 
  private:
-  MachineDescription machine_ = machine();
+  MachineDescription machine_;
   programs::NodeSetup setup_;
   Wire wire_;
   UdpLink link_ = UdpLink::listen("127.0.0.1:0");

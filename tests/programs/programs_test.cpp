@@ -236,6 +236,16 @@ TEST(ProgramThreads, WhyANodeCouldNotBeSetUpIsToldInWords) {
   EXPECT_EQ(site.slave.setup_failures[0].failure.node, 0x10);
 }
 
+TEST(ProgramThreads, PressuresThatComeWithoutStatusAreToldAtTheStart) {
+  MachineDescription lacking = machine();
+  node_in(lacking.bus, NodeRole::kPressure, 2).tpdo_maps = {{0x91300120}};
+  Site site({}, lacking);
+  EXPECT_TRUE(eventually([&] {
+    return site.slave_said.says("sensors: arm_head_pressure sends arm_head_pressure without status (0x6150): ");
+  })) << site.slave_said.text();
+  EXPECT_FALSE(site.slave_said.says("sensors: boom_head_pressure"));
+}
+
 /// A controller that is off the bus, or was and has been restarted; what it is given to send is counted.
 class RestartedBus final : public CanBus {
  public:

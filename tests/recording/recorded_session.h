@@ -1,11 +1,14 @@
 // A session on virtual time that is recorded, and what comes of it.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "app/session/session.h"
 #include "app/session/session_setup.h"
+#include "recording/file_names.h"
 #include "recording/recorder.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
@@ -60,6 +63,23 @@ inline recording::RecorderStatus record(const session::SimulateOptions& options,
   recorded.run(each_tick);
   recorded.recorder.close();
   return recorded.recorder.status();
+}
+
+/// Into this folder, however full its disk is.
+[[nodiscard]] inline recording::RecorderOptions into(const std::string& folder) {
+  recording::RecorderOptions how;
+  how.folder = folder;
+  how.least_free_bytes = 0;
+  return how;
+}
+
+/// Its recordings, or its flight records.
+[[nodiscard]] inline std::vector<std::string> paths_in(const std::string& folder, bool flights) {
+  std::vector<std::string> paths;
+  for (const recording::FileOfFolder& file : recording::files_in(folder))
+    if (file.flight == flights) paths.push_back(file.path);
+  std::sort(paths.begin(), paths.end());
+  return paths;
 }
 
 [[nodiscard]] inline recording::ReplayResult replayed(const std::vector<std::string>& files) {

@@ -48,21 +48,6 @@ using recording::RecorderOptions;
 using recording::RecorderStatus;
 using recording::Recording;
 
-RecorderOptions into(const std::string& folder) {
-  RecorderOptions how;
-  how.folder = folder;
-  how.least_free_bytes = 0;
-  return how;
-}
-
-std::vector<std::string> paths_in(const std::string& folder, bool flights) {
-  std::vector<std::string> paths;
-  for (const recording::FileOfFolder& file : recording::files_in(folder))
-    if (file.flight == flights) paths.push_back(file.path);
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 std::vector<recording::Event> events_in(const std::vector<std::string>& files) {
   Recording recording(files);
   std::vector<recording::Event> events;
@@ -410,74 +395,6 @@ TEST(Recorder, StepsThatHaveNoRoomAreCountedAndTheReplayNamesThem) {
   EXPECT_TRUE(told);
 }
 
-TEST(FlightRecorder, EveryStopLeavesTheSecondsBeforeAndAfterItAlsoWithoutARecording) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  const RecorderStatus status = record(short_session("link_faults", 60), how);
-  EXPECT_TRUE(paths_in(folder.path().string(), false).empty());
-  const auto flights = paths_in(folder.path().string(), true);
-  ASSERT_GE(flights.size(), 1u);
-  EXPECT_EQ(flights.size(), status.flights.size());
-  for (const std::string& file : flights) {
-    Recording recording({file});
-    EXPECT_EQ(recording.head().part, 0);
-    const auto span = recording.span();
-    ASSERT_TRUE(span);
-    const double stopped_s = std::stod(std::filesystem::path(file).filename().string());
-    EXPECT_LE(to_seconds(span->first), std::max(0.1, stopped_s - 29.5)) << file;
-    EXPECT_GE(to_seconds(span->last), std::min(stopped_s + 5, 60.0) - 0.6) << file;
-    EXPECT_THROW((void)replayed({file}), InputError);
-  }
-}
-
-TEST(FlightRecorder, SecondSessionOfTheSameNameKeepsBoth) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  for (int i = 0; i < 2; ++i) {
-    const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
-    EXPECT_EQ(status.flights.size(), 1u);
-  }
-  EXPECT_EQ(paths_in(folder.path().string(), true).size(), 2u);
-}
-
-TEST(FlightRecorder, FaultThatComesAndGoesGetsNoMoreThanItsShareOfTheFolder) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  const session::LoadedSession loaded = session::load_session(short_session("free_motion", 1));
-  Recorder recorder(how, session::session_head(loaded.setup, {}), loaded.setup.machine);
-  recording::LoopTap tap;
-  tap.record_to(recorder.machine_steps());
-  constexpr int kMost = recording::FlightRecorder::kMostPerHour;
-  const auto fault_at = [&](Duration at) {
-    tap.end_step(Time(at), ReasonCode::kEmergencyStop);
-    recorder.drain();
-    for (const Duration later : {1s, 7s}) {
-      tap.end_step(Time(at + later), ReasonCode::kNone);
-      recorder.drain();
-    }
-  };
-  for (int i = 0; i < kMost + 3; ++i) fault_at(i * 90s);
-  EXPECT_EQ(recorder.status().notices.size(), 3u);
-  fault_at(std::chrono::hours(1) + 5s);  // the first of the hour before counts no more
-  recorder.close();
-  EXPECT_EQ(recorder.status().flights.size(), kMost + 1u);
-}
-
-TEST(FlightRecorder, OneThatCannotBeWrittenIsToldWithItsReason) {
-  TemporaryFolder folder;
-  std::ofstream(folder.file("file")) << "x";
-  RecorderOptions how = into(folder.file("file") + "/inside");
-  how.keep = false;
-  const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
-  EXPECT_TRUE(status.flights.empty());
-  ASSERT_GE(status.notices.size(), 2u);  // at the start, and whenever one was needed
-  for (const std::string& notice : status.notices)
-    EXPECT_NE(notice.find("Not a directory"), std::string::npos) << notice;
-}
-
 TEST(Replay, OfWhatCannotBeReadIsNotIdentical) {
   TemporaryFolder folder;
   RecorderOptions how;
@@ -523,16 +440,6 @@ TEST(Replay, AWireThatChangesItsStateWithinAStepIsAskedTheSameAgain) {
   EXPECT_TRUE(replayed.end().empty());
 }
 
-TEST(FlightRecorder, NamesTheReason) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  (void)record(short_session("fault_in_contact", 60), how);
-  const auto flights = paths_in(folder.path().string(), true);
-  ASSERT_EQ(flights.size(), 1u);
-  EXPECT_NE(flights[0].find("_simulate_link_lost.mcap"), std::string::npos) << flights[0];
-}
-
 void expect_killed_recordings_open(int kills, unsigned seed) {
   std::mt19937 random(seed);
   int opened = 0;
@@ -562,44 +469,6 @@ TEST(Recorder, KilledProgramLeavesARecordingUpToItsLastSecond) {
 }
 TEST(DeepRecorder, KilledProgramLeavesARecordingUpToItsLastSecondWheneverItIsKilled) {
   expect_killed_recordings_open(50, 12);
-}
-
-TEST(RecordingHead, SurvivesTheFile) {
-  recording::Head head;
-  head.program = "knuckle slave --can can0";
-  head.version = "1.2.3";
-  head.started_unix_ns = 1'700'000'000'123'456'789;
-  head.has_machine = true;
-  head.machine_start = {~std::uint64_t{0}, Duration(std::int64_t{1} << 56)};
-  head.law = "cues";
-  head.part = 7;
-  const recording::Head read = recording::head_of(recording::metadata_of(head), "FILE");
-  EXPECT_EQ(recording::metadata_of(read), recording::metadata_of(head));
-  EXPECT_EQ(read.machine_start.session, head.machine_start.session);
-}
-
-TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
-  const mcap::Metadata good = recording::metadata_of({});
-  for (const auto& [key, value] : good.values) {
-    if (key == "imported") continue;  // recordings from before there were imports have none
-    mcap::Metadata missing = good;
-    missing.values.erase(key);
-    const std::string said = test::refusal([&] { (void)recording::head_of(missing, "FILE"); });
-    EXPECT_NE(said.find(key), std::string::npos) << said;
-  }
-  for (const char* version : {"6", "9"}) {
-    mcap::Metadata other = good;
-    other.values["link_version"] = version;
-    const std::string said = test::refusal([&] { (void)recording::head_of(other, "FILE"); });
-    const std::string both = std::string("link_version = ") + version + ": must be 7 to 8";
-    EXPECT_NE(said.find(both), std::string::npos) << said;
-  }
-  mcap::Metadata older = good;
-  older.values["link_version"] = "7";
-  EXPECT_EQ(recording::head_of(older, "FILE").link_version, 7);
-  mcap::Metadata odd = good;
-  odd.values["part"] = "seven";
-  EXPECT_THROW((void)recording::head_of(odd, "FILE"), InputError);
 }
 
 }  // namespace

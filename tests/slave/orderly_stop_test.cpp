@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -153,6 +154,80 @@ TEST(OrderlyStop, WhoseAnswerGotLostIsNotBelievedToBeOff) {
     EXPECT_EQ(machine.stop.unconfirmed_valves()[kArm], lost == bus.valve(kArm).tpdo_id());
     machine.expect_watched();
   }
+}
+
+/// The nodes' object 0x1029:01 is 0: on a communication error they go pre-operational and send no process data.
+struct Resting {
+  /// @param frozen joint whose valve goes on saying what it said before.
+  /// @param enable_alone the valves stay operational, as others do.
+  explicit Resting(const MachineDescription& machine, std::optional<int> frozen = std::nullopt,
+                   bool enable_alone = false)
+      : bench(machine) {
+    const auto rests = [&](const NodeDescription& node) {
+      return enable_alone ? node.role == NodeRole::kEnable : node.is_told();
+    };
+    for (const NodeDescription& node : machine.bus.nodes)
+      if (rests(node)) bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+    EXPECT_TRUE(bench.engage()) << text(bench.loop.blocking());
+    if (frozen) bench.nodes.inject(machine.bus.valve(*frozen).id, sim::NodeFault::kFrozen);
+    bench.can.lost = {canopen::heartbeat_id(machine.bus.controller_id)};
+    bench.run(300ms);
+    for (const NodeDescription& node : machine.bus.nodes)
+      EXPECT_NE(bench.nodes.node(node.id)->operational(), rests(node)) << node.name;
+    bench.hung = true;
+    bench.wire.clear();
+  }
+  void take_out_of_service() {
+    while (!stop.done()) {
+      stop.step(bench.now);
+      bench.run(5ms);
+    }
+  }
+  test::BenchMachine bench;
+  LossyCan can{bench.bus.port(0)};
+  OrderlyStop stop{bench.description, can};
+};
+
+TEST(OrderlyStop, NodesThatWentPreOperationalConfirmBySdo) {
+  MachineDescription joined = test::test_machine();
+  test::join_valves(joined.bus);
+  for (const MachineDescription& machine : {test::test_machine(), joined}) {
+    Resting resting(machine);
+    resting.take_out_of_service();
+    EXPECT_EQ(resting.stop.unconfirmed_valves(), (PerJoint<bool>{}));
+    EXPECT_FALSE(resting.stop.unconfirmed_pilot());
+    EXPECT_EQ(resting.bench.frames(canopen::kNmtId).size(), machine.bus.nodes.size());
+  }
+  Resting enable(test::test_machine(), std::nullopt, true);
+  enable.take_out_of_service();
+  EXPECT_FALSE(enable.stop.unconfirmed_pilot()) << "although the valves are at rest at once";
+}
+
+TEST(OrderlyStop, ANodeThatWentPreOperationalAndDoesNotSayThatItIsOffIsNotBelievedToBe) {
+  Resting resting(test::test_machine(), kArm);
+  const BusDescription& bus = resting.bench.description.bus;
+  resting.can.lost = {canopen::sdo_response_id(bus.enable().id)};
+  resting.take_out_of_service();
+  EXPECT_EQ(resting.stop.unconfirmed_valves(), (PerJoint<bool>{false, true, false}))
+      << "it still says that it is active";
+  EXPECT_TRUE(resting.stop.unconfirmed_pilot()) << "not answered";
+  EXPECT_TRUE(resting.bench.frames(canopen::kNmtId).empty());
+}
+
+TEST(OrderlyStop, AnAnswerToSomebodyElseConfirmsNothingOfANodeThatIsOperational) {
+  BenchMachine bench;
+  ASSERT_TRUE(bench.engage()) << text(bench.loop.blocking());
+  bench.hung = true;
+  const NodeDescription& arm = wires().valve(kArm);
+  LossyCan can{bench.bus.port(0)};
+  can.lost = {arm.tpdo_id()};
+  OrderlyStop stop(bench.description, can);
+  while (!stop.done()) {
+    bench.bus.port(2).send(canopen::sdo_uploaded(arm.id, canopen::kValveStatusWord, canopen::kControlDisabled, 2));
+    stop.step(bench.now);
+    bench.run(5ms);
+  }
+  EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{false, true, false}));
 }
 
 TEST(OrderlyStop, OpensNoValveAndResetsNoNodeThatDidNotConfirmWhateverIsLost) {

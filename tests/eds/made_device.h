@@ -1,0 +1,81 @@
+// Devices that have what a node's start-up wants, for the shipped machine.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/eds/bus_command.h"
+#include "app/eds/device_file.h"
+#include "core/error.h"
+#include "machine/bus_frames.h"
+#include "machine/load.h"
+#include "slave/node_setup.h"
+#include "tests/support/keyed_nodes.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::test {
+
+inline std::string solar() {
+  return content(source_dir() + "/config/machines/solar015.toml");
+}
+/// The same machine in the older words.
+inline std::string keyed() {
+  return with_keyed_nodes(solar());
+}
+inline MachineDescription machine() {
+  return parse_machine(solar(), "my.toml");
+}
+
+/// As CiA 301 numbers it.
+inline std::uint16_t type_of(const FrameField& field) {
+  const std::uint16_t size = field.bits.bits == 8 ? 0 : field.bits.bits == 16 ? 1 : 2;
+  if (field.bits.type == BitField::Type::kFloat) return 8;
+  return static_cast<std::uint16_t>((field.bits.type == BitField::Type::kSigned ? 2 : 5) + size);
+}
+
+/// A device that has all that the start-up of this node writes, asks for and maps.
+inline eds::DeviceFile made_for(const std::string& node, const MachineDescription& of = machine()) {
+  eds::DeviceFile device;
+  device.source = "a.eds";
+  const auto scripts = slave::node_scripts(of);
+  const auto script =
+      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == node; });
+  for (const slave::SetupPart& part : script->script) {
+    for (const slave::SdoStep& step : part.asked) {
+      eds::Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
+      entry.access = part.written.empty() ? eds::Access::kReadOnly : eds::Access::kReadWrite;
+      entry.value = eds::Value{step.value, false};
+      entry.line = 1;
+    }
+  }
+  for (const BusFrame& frame : bus_frames(of.bus, of.sensors)) {
+    if (of.bus.nodes[frame.node].name != node) continue;
+    for (const FrameField& field : frame.fields) {
+      eds::Entry& entry = device.entries[std::uint32_t{field.object.index} << 8 | field.object.subindex];
+      entry.data_type = type_of(field);
+      if (frame.to_node) entry.access = eds::Access::kReadWrite;
+      if (!entry.value) entry.value = eds::Value{};
+    }
+  }
+  device.device_type = script->node.device_type;
+  device.vendor = 0x1234;
+  device.product = 0x5678;
+  return device;
+}
+inline bool tells(const std::vector<std::string>& lines, const std::string& what) {
+  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
+}
+inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
+                           const std::string& text = solar()) {
+  try {
+    (void)eds::with_device(text, "my.toml", node, id, device);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace knuckle::test
