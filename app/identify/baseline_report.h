@@ -70,7 +70,8 @@ struct InertiaBias {
 // Figures of the baseline reports.
 
 /// Measured (full) and estimated (dashed) torque of these joints, a panel each.
-/// @param by_default what the default method estimates of the same recording, drawn as well where it is given.
+/// @param by_default what the default method estimates of the same recording: where it is given, it is drawn as well,
+/// and below each joint the error of both.
 [[nodiscard]] report::PageFigure torque_figure(const std::string& title, const std::string& caption,
                                                const estimation::TorqueComparison& torque,
                                                const std::vector<int>& joints,

@@ -198,6 +198,14 @@ double round_step(const std::vector<double>& values) {
   return 10 * decade;
 }
 
+/// Estimated less measured torque.
+std::vector<double> error_series(const estimation::TorqueComparison& torque, int joint) {
+  std::vector<double> error = torque_series(torque, torque.modelled_Nm, joint);
+  const std::vector<double> measured = torque_series(torque, torque.measured_Nm, joint);
+  for (std::size_t i = 0; i < error.size(); ++i) error[i] -= measured[i];
+  return error;
+}
+
 }  // namespace
 
 report::PageFigure torque_figure(const std::string& title, const std::string& caption,
@@ -211,9 +219,12 @@ report::PageFigure torque_figure(const std::string& title, const std::string& ca
     plot.line(t, torque_series(torque, torque.modelled_Nm, joint), by_default == nullptr ? "estimated" : "their method",
               report::kVermilion, "dt 2 lw 1.6");
     if (by_default == nullptr) continue;
-    plot.line(times(by_default->usable.size(), by_default->step_s),
-              torque_series(*by_default, by_default->modelled_Nm, joint), "default method", report::kGreen,
-              "dt 3 lw 1.6");
+    const std::vector<double> default_t = times(by_default->usable.size(), by_default->step_s);
+    plot.line(default_t, torque_series(*by_default, by_default->modelled_Nm, joint), "default method", report::kGreen,
+              "lw 1");
+    plot.panel("error, N m");
+    plot.line(t, error_series(torque, joint), "their method", report::kVermilion, "lw 1");
+    plot.line(default_t, error_series(*by_default, joint), "default method", report::kGreen, "lw 1");
   }
   return {title, caption, plot.figure(t)};
 }

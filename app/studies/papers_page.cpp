@@ -38,7 +38,7 @@ constexpr const char* kNone = "-";
 constexpr double kPublished_N = 200;  // K: "horizontal and vertical forces which are under 200N"
 
 TableRows result_head() {
-  return {{"", "unit", "published", "their method, simulated", "default method, simulated"}};
+  return {{"", "unit", "published", "their method", "default method"}};
 }
 
 std::string recorded_s(const std::vector<Recording>& recordings) {
@@ -203,7 +203,7 @@ TableRows parameter_rows(Paper paper, const std::vector<IdentifiedParameter>& th
   const std::vector<identify::PrintedParameter> printed = identify::printed_parameters(paper);
   TableRows rows = result_head();
   rows.front().front() = "parameter";
-  rows.front().emplace_back("the simulated machine has");
+  rows.front().emplace_back("simulated machine");
   for (std::size_t i = 0; i < ours.size(); ++i) {
     const auto true_value = truth.find(theirs[i].name);
     rows.push_back({printed[i].symbol, theirs[i].unit, printed[i].value, with_sigma(theirs[i].value, theirs[i].sigma),
@@ -310,9 +310,9 @@ void write_malaguti(const RepeatedPapers& papers, const std::string& command_lin
   const Digging digging = digging_of(dynamic);
   write_experiment(
       out, "Malaguti and Zaghi: a force sensor of driving cylinders",
-      {"<b>Static</b> (their 3.1): the arm stands still in " + std::to_string(still.poses) + " poses over its range; " +
-           std::to_string(still.near_stops) +
-           " more were near an end stop and are left out. Identified: first moments of bucket and stick, without "
+      {"<b>Static</b> (their 3.1): the arm stands still in " + std::to_string(still.poses) +
+           " poses over its range, those near an end stop left out (" + std::to_string(still.near_stops) +
+           " here). Identified: first moments of bucket and stick, without "
            "friction. Held out: 40 other poses.",
        "<b>Dynamic</b> (their 3.2): " + recorded_s(dynamic.data.training) +
            " of digging in the air, never twice the same, at 100 Hz. All joints move; the boom is a base whose motion "
@@ -326,22 +326,20 @@ void write_malaguti(const RepeatedPapers& papers, const std::string& command_lin
            report::escaped(dynamic.data.machine.name) +
            ", with length encoders, a tilt sensor on the hull, proportional valves and LuGre friction. Parameters "
            "differ with the machine, so percentages compare better than newton metres."});
-  report::write_table(
-      out, "Table 1: parameters from poses at rest",
-      "± standard deviation. Least squares sees no transmitter's offset and no friction that holds: its "
-      "deviations are too small. The default column is from the digging.",
-      parameter_rows(Paper::kStatic, still.summary.parameters, malaguti_parameters(poses.ours, true),
-                     poses.data.truth));
+  report::write_table(out, "Table 1: parameters from poses at rest",
+                      "± standard deviation. Least squares takes what a transmitter has wrong and what friction holds "
+                      "for independent noise, so its deviations are too small. The default column is from the digging.",
+                      parameter_rows(Paper::kStatic, still.summary.parameters, malaguti_parameters(poses.ours, true),
+                                     poses.data.truth));
   report::write_table(out, "Torques of poses at rest", "RMS error over the standard deviation of the measured torque.",
                       pose_rows(poses, still));
-  report::write_table(
-      out, "Table 2: parameters from motion",
-      "± standard deviation; the default method's contains usual errors of sensors and lengths, but for friction. f_c: "
-      "the default method's law has breakaway and terms of load and seals beside it, so its f_c is smaller than "
-      "theirs. "
-      "Why their inertias come out too small: <code>knuckle identify --simulate --method malaguti --report</code>.",
-      parameter_rows(Paper::kMalaguti, digging.theirs.summary.parameters, malaguti_parameters(dynamic.ours, false),
-                     dynamic.data.truth));
+  report::write_table(out, "Table 2: parameters from motion",
+                      "± standard deviation; the default method's contains usual errors of sensors and lengths, but "
+                      "for friction. f_c and f_v are two of the six terms of its law; the others are breakaway, load "
+                      "and seals, and each way has an f_c of its own. Why their inertias come out too small: "
+                      "<code>knuckle identify --simulate --method malaguti --report</code>.",
+                      parameter_rows(Paper::kMalaguti, digging.theirs.summary.parameters,
+                                     malaguti_parameters(dynamic.ours, false), dynamic.data.truth));
   report::write_table(
       out, "Table 3: errors of the torques",
       "What they print as mean square error in N m is taken as its root, and as an error of the fit: their section 3.2 "
@@ -357,9 +355,10 @@ void write_malaguti(const RepeatedPapers& papers, const std::string& command_lin
   for (const bool fit : {true, false}) {
     const Torques& both = fit ? digging.fit : digging.held_out;
     const std::string which = fit ? "of the fit" : "held out";
-    const std::string caption = std::string("Measured torque, and what both methods estimate, ") +
-                                (fit ? "on the recording that they were fitted to, as in the paper."
-                                     : "on a recording that they were not fitted to.");
+    const std::string caption =
+        std::string("Measured torque, and what both methods estimate, above the errors of both, ") +
+        (fit ? "on the recording that they were fitted to, as in the paper."
+             : "on a recording that they were not fitted to.");
     figures.push_back(identify::torque_figure("Figure 3, " + which + ": torque of the bucket", caption, both.theirs,
                                               {kBucket}, &both.ours));
     figures.push_back(identify::torque_figure("Figure 4, " + which + ": torque of the stick", caption, both.theirs,
@@ -372,14 +371,15 @@ void write_malaguti(const RepeatedPapers& papers, const std::string& command_lin
 
 /// A recording that was verified with, or the one that was identified from.
 struct Named {
-  std::string name;
+  std::string name, published;
   const Recording& recording;
 };
 
 std::vector<Named> recordings_of(const Experiment& slow) {
-  std::vector<Named> all{{"slow motion, of the fit", slow.data.training.front()}};
+  std::vector<Named> all{{"slow motion, of the fit", kNotShown, slow.data.training.front()}};
   for (std::size_t i = 0; i < slow.data.hold_out.size(); ++i)
-    all.push_back({"verification " + std::to_string(i + 1), slow.data.hold_out[i]});
+    all.push_back({"verification " + std::to_string(i + 1), i == 0 ? "\"almost same\"" : "\"inertia affects\"",
+                   slow.data.hold_out[i]});
   return all;
 }
 
@@ -390,10 +390,9 @@ TableRows torque_rows(const Experiment& slow, const estimation::KimResult& their
   TableRows rows = result_head();
   for (const Named& named : recordings_of(slow)) {
     const Torques both = torques(slow, theirs, named.recording, 0);
-    const bool fit = &named.recording == &slow.data.training.front();
     for (int joint = 0; joint < kJoints; ++joint)
-      rows.push_back({named.name + ": " + kJointNames[static_cast<std::size_t>(joint)], "N m",
-                      fit ? kNotShown : "\"almost the same\"", cell(both.their_fit, joint), cell(both.our_fit, joint)});
+      rows.push_back({named.name + ": " + kJointNames[static_cast<std::size_t>(joint)], "N m", named.published,
+                      cell(both.their_fit, joint), cell(both.our_fit, joint)});
   }
   return rows;
 }
@@ -477,10 +476,9 @@ void write_kim(const Experiment& slow, const std::string& command_line, std::ost
            "2</b>, in which all links move and the boom speeds up and slows down. The bucket is empty.",
        "The default method identifies from the same recording, at 200 Hz. " + verdicts(slow),
        "Their machine is a Solar 015 Super; simulated is " + report::escaped(slow.data.machine.name) +
-           ", with the same sensors. The file solar015 has the moments of their table 1, so moments compare by "
-           "construction, but for the cylinders' weight and what the seed samples; its pins, areas, valves, oil and "
-           "LuGre "
-           "friction are of the class, not of their machine."});
+           ", with the same sensors. The links in the file solar015 have the moments of their table 1; the simulated "
+           "machine's are larger by the cylinders and the linkage, which hang on the links, and differ by what the "
+           "seed samples. Pins, areas, valves, oil and LuGre friction are of the class, not of their machine."});
   write_figures(
       out,
       {identify::pressure_figure("Figure 4: pressures of the bucket cylinder when the bucket moves", machine, moved,
@@ -503,10 +501,10 @@ void write_kim(const Experiment& slow, const std::string& command_line, std::ost
   std::vector<report::PageFigure> figures;
   for (std::size_t i = 0; i < slow.data.hold_out.size(); ++i) {
     const Torques both = torques(slow, theirs, slow.data.hold_out[i], 0);
-    figures.push_back(
-        identify::torque_figure(std::string("Figure 7 (") + "ab"[i] + "): verification " + std::to_string(i + 1),
-                                "Measured torque of each joint, and what both methods estimate.", both.theirs,
-                                {kBoom, kArm, kBucket}, &both.ours));
+    figures.push_back(identify::torque_figure(
+        std::string("Figure 7 (") + "ab"[i] + "): verification " + std::to_string(i + 1),
+        "Measured torque of each joint and what both methods estimate, above the errors of both.", both.theirs,
+        {kBoom, kArm, kBucket}, &both.ours));
   }
   write_figures(out, std::move(figures), command_line);
   report::write_table(
