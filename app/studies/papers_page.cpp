@@ -358,7 +358,8 @@ void write_malaguti(const RepeatedPapers& papers, const std::string& command_lin
     const std::string caption =
         std::string("Measured torque, and what both methods estimate, above the errors of both, ") +
         (fit ? "on the recording that they were fitted to, as in the paper."
-             : "on a recording that they were not fitted to.");
+             : "on a recording that they were not fitted to.") +
+        " Their torques are behind their 20 Hz filter, the default method's unfiltered.";
     figures.push_back(identify::torque_figure("Figure 3, " + which + ": torque of the bucket", caption, both.theirs,
                                               {kBucket}, &both.ours));
     figures.push_back(identify::torque_figure("Figure 4, " + which + ": torque of the stick", caption, both.theirs,
@@ -476,7 +477,8 @@ void write_kim(const Experiment& slow, const std::string& command_line, std::ost
            "2</b>, in which all links move and the boom speeds up and slows down. The bucket is empty.",
        "The default method identifies from the same recording, at 200 Hz. " + verdicts(slow),
        "Their machine is a Solar 015 Super; simulated is " + report::escaped(slow.data.machine.name) +
-           ", with the same sensors. The links in the file solar015 have the moments of their table 1; the simulated "
+           ", with the same sensors and a tilt sensor. The links in the file solar015 have the moments of their table "
+           "1; the simulated "
            "machine's are larger by the cylinders and the linkage, which hang on the links, and differ by what the "
            "seed samples. Pins, areas, valves, oil and LuGre friction are of the class, not of their machine."});
   write_figures(
