@@ -18,9 +18,10 @@ using identify::Identified;
 using identify::Paper;
 
 /// A method that found no parameters has nothing to show.
-void require_result(const Identified& result, const identify::IdentifyData& data) {
+void require_result(const Identified& result, Paper experiment, const identify::IdentifyData& data) {
   if (result.summary.covariance.size() > 0) return;
-  throw std::runtime_error(data.source + ", method " + result.method + ": " + result.summary.reasons.front());
+  throw std::runtime_error(data.source + ", experiment " + identify::name(experiment) + ", method " + result.method +
+                           ": " + result.summary.reasons.front());
 }
 
 Experiment repeated(Paper paper, identify::IdentifyOptions options, const std::function<void(double)>& progress) {
@@ -29,11 +30,11 @@ Experiment repeated(Paper paper, identify::IdentifyOptions options, const std::f
   Experiment experiment;
   experiment.data = identify::drive_for_data(options, [&](double done) { progress(kDriving * done); });
   experiment.theirs = identify::identify(experiment.data, paper);
-  require_result(experiment.theirs, experiment.data);
+  require_result(experiment.theirs, paper, experiment.data);
   if (paper == Paper::kStatic) return experiment;
   experiment.ours = identify::identify(experiment.data, std::nullopt, {},
                                        [&](double done) { progress(kDriving + (1 - kDriving) * done); });
-  require_result(experiment.ours, experiment.data);
+  require_result(experiment.ours, paper, experiment.data);
   return experiment;
 }
 

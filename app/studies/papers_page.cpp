@@ -72,8 +72,14 @@ std::string percent(double share) {
 // Forces at the tip of the empty bucket.
 
 /// What the running estimator, calibrated by the default method, makes of each held-out recording, one after the other,
-/// once it has run over the recordings that were identified from.
+/// once it has run over the recordings that were identified from. Not valid without a usable calibration, which no
+/// machine would run with.
 std::vector<std::vector<EstimateSample>> estimates(const Experiment& experiment) {
+  if (!experiment.ours.summary.usable) {
+    std::vector<std::vector<EstimateSample>> none;
+    for (const Recording& recording : experiment.data.hold_out) none.emplace_back(recording.samples.size());
+    return none;
+  }
   OfflineEstimator estimator(calibrated(experiment.ours.machine), experiment.data.training.front().step_s);
   for (const Recording& recording : experiment.data.training) (void)estimator.run(recording);
   std::vector<std::vector<EstimateSample>> all;
@@ -541,7 +547,8 @@ void write_papers_page(const RepeatedPapers& papers, const report::Origin& origi
       << "), over its bus and through its valves. From the same recordings two methods identify: the authors', with "
          "their settings, and Knuckle's default one. Both use lengths and pins of a survey with 1 mm of error. "
          "<b>Published</b> is what the text of the paper says, of another machine. <b>Held out</b> is a recording that "
-         "neither method was fitted to.</p>\n<p>What each paper did, what Knuckle does instead and why, misprints, and "
+         "neither method was fitted to. A dash: there is no such value; forces of the default method need a usable "
+         "calibration.</p>\n<p>What each paper did, what Knuckle does instead and why, misprints, and "
          "ten machines in place of this one: docs/theory.md, \"The two papers' methods\".</p>\n";
   write_malaguti(papers, origin.command_line, out);
   write_kim(papers.slow, origin.command_line, out);
