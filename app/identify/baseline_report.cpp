@@ -25,19 +25,6 @@ std::string number(double value, const char* format = "{:.2f}") {
   return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
 }
 
-/// A table of cells that are HTML already; all but the first column are numbers.
-void write_table(std::ostream& out, const std::string& title, const std::string& caption,
-                 const std::vector<std::vector<std::string>>& rows) {
-  out << "<section><h2>" << title << "</h2><p class=\"soft\">" << caption << "</p><div class=\"wide\"><table>\n";
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string cell = i == 0 ? "<th" : "<td";
-    out << "<tr>";
-    for (std::size_t k = 0; k < rows[i].size(); ++k) out << cell << (k == 0 ? ">" : " class=\"n\">") << rows[i][k];
-    out << "</tr>\n";
-  }
-  out << "</table></div></section>\n";
-}
-
 void write_head(std::ostream& out, const std::string& title, const std::string& what,
                 const estimation::Identification& summary, const MachineDescription& machine) {
   report::write_page_head(out, "Knuckle: " + title);
@@ -73,13 +60,6 @@ std::string which_recording(const BaselineData& data) {
 
 // M ---------------------------------------------------------------------------------------------------------------
 
-const std::vector<std::string> kStaticLinks{"bucket X", "bucket Z", "stick X", "stick Z", "boom X", "boom Z"};
-/// The authors' tables 1 to 3, of their machine.
-const std::vector<std::string> kPaperStatic{"6.17 ± 2.95", "12.05 ± 4.45", "103.31 ± 23.67", "22.78 ± 7.08", "-", "-"};
-const std::vector<std::string> kPaperDynamic{"100.32 ± 25.7", "186.73 ± 33.4",  "3.50 ± 1.54",  "13.71 ± 3.28",
-                                             "71.81 ± 10.07", "35.56 ± 5.68",   "52.23 ± 25.5", "31444.87 ± 1257",
-                                             "35.67 ± 20.6",  "30167.00 ± 1320"};
-
 std::vector<PoseTorque> pose_torques(const MachineDescription& machine, const estimation::StaticResult& result,
                                      const BaselineData& data) {
   std::vector<PoseTorque> torques(static_cast<std::size_t>(kJoints - result.first_link));
@@ -99,23 +79,15 @@ std::vector<PoseTorque> pose_torques(const MachineDescription& machine, const es
   return torques;
 }
 
-/// "phi_D1" as printed: φ with a subscript.
-std::string printed_name(const std::string& name) {
-  const std::string start = "phi_";
-  if (!name.starts_with(start)) return name;
-  return "φ<sub>" + name.substr(start.size()) + "</sub>";
-}
-
 /// Tables 1 and 2 in one: φ, meaning, estimate, σ, truth, the paper's.
-std::vector<std::vector<std::string>> parameter_rows(const estimation::Identification& summary,
-                                                     const BaselineData& data, const std::vector<std::string>& meanings,
-                                                     const std::vector<std::string>& paper) {
+std::vector<std::vector<std::string>> parameter_rows(Paper paper, const estimation::Identification& summary,
+                                                     const BaselineData& data) {
+  const std::vector<PrintedParameter> printed = printed_parameters(paper);
   std::vector<std::vector<std::string>> rows{
       {"parameter", "estimated value", "standard deviation", "unit", "simulated machine", "the paper's machine"}};
   for (std::size_t i = 0; i < summary.parameters.size(); ++i) {
     const IdentifiedParameter& p = summary.parameters[i];
-    rows.push_back({printed_name(p.name) + ", " + meanings[i], number(p.value), number(p.sigma), p.unit,
-                    truth_of(data, p), paper[i]});
+    rows.push_back({printed[i].symbol, number(p.value), number(p.sigma), p.unit, truth_of(data, p), printed[i].value});
   }
   return rows;
 }
@@ -146,7 +118,7 @@ void write_bias(std::ostream& out, const std::vector<InertiaBias>& bias) {
   for (const InertiaBias& row : bias)
     rows.push_back({row.variant, spread(row.bucket), spread(row.stick),
                     std::to_string(row.covered) + " of " + std::to_string(row.intervals)});
-  write_table(
+  report::write_table(
       out, "Why the inertias are too small",
       "Median and range over " + std::to_string(bias.front().stick.size()) +
           " randomly sampled machines, 40 s each. An inertia multiplies a speed, taken from seven samples of an angle "
@@ -164,8 +136,7 @@ void write_bias(std::ostream& out, const std::vector<InertiaBias>& bias) {
 
 /// Table 1 of K: a row a link, three columns of parameters.
 std::vector<std::vector<std::string>> kim_rows(const estimation::Identification& summary, const BaselineData& data) {
-  const std::vector<std::string> paper{"98.65 kg m, 11.48°, 37.19", "28.30 kg m, -2.67°, 15.60",
-                                       "26.01 kg m, 31.82°, 3.57"};
+  const std::vector<PrintedParameter> printed = printed_parameters(Paper::kKim);
   std::vector<std::vector<std::string>> rows{{"link", "m<sub>i</sub> L<sub>OiGi</sub>, kg m", "A<sub>mc</sub>, degree",
                                               "μ, N m/(deg/s)", "simulated machine", "the paper's machine"}};
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -176,7 +147,7 @@ std::vector<std::vector<std::string>> kim_rows(const estimation::Identification&
     }
     row.push_back(truth_of(data, summary.parameters[3 * i]) + " kg m, " +
                   truth_of(data, summary.parameters[3 * i + 1]) + "°");
-    row.push_back(paper[i]);
+    row.push_back(printed[3 * i].value + " kg m, " + printed[3 * i + 1].value + "°, " + printed[3 * i + 2].value);
     rows.push_back(row);
   }
   const IdentifiedParameter &m2 = summary.parameters[9], &m3 = summary.parameters[10];
@@ -202,21 +173,23 @@ std::string letter(std::size_t i) {
 
 void write_kim_results(std::ostream& out, const MachineDescription& machine, const estimation::KimResult& result,
                        const BaselineData& data) {
-  write_table(out, "Table 1: Estimation results of dynamic parameter",
-              "Gravity at the joints and a viscous friction of the joint. The ± is least squares' own standard "
-              "deviation, which the paper does not give: it knows neither Coulomb friction nor inertia, both of which "
-              "are in the data. m L of the simulated machine counts its cylinders' weight.",
-              kim_rows(result.summary, data));
+  report::write_table(
+      out, "Table 1: Estimation results of dynamic parameter",
+      "Gravity at the joints and a viscous friction of the joint. The ± is least squares' own standard "
+      "deviation, which the paper does not give: it knows neither Coulomb friction nor inertia, both of which "
+      "are in the data. m L of the simulated machine counts its cylinders' weight.",
+      kim_rows(result.summary, data));
   std::vector<std::vector<std::string>> rows{
       {"recording", "boom", "arm", "bucket", "no-load force, wrench", "no-load force, two unknowns"}};
   add_fit_row(rows, "slow motion, used for identification", machine, result, data.identification.front());
   for (std::size_t i = 0; i < data.verification.size(); ++i)
     add_fit_row(rows, "verification " + std::to_string(i + 1), machine, result, data.verification[i]);
-  write_table(out, "Measured against estimated",
-              "RMS of the torque error, also as a share of the measured torque's standard deviation, and RMS of the "
-              "force at an empty bucket tip: by matrix inversion for force and torque, as in the paper, and as a force "
-              "alone by least squares. The paper has forces under 200 N.",
-              rows);
+  report::write_table(
+      out, "Measured against estimated",
+      "RMS of the torque error, also as a share of the measured torque's standard deviation, and RMS of the "
+      "force at an empty bucket tip: by matrix inversion for force and torque, as in the paper, and as a force "
+      "alone by least squares. The paper has forces under 200 N.",
+      rows);
 }
 
 void write_static(const MachineDescription& machine, const BaselineData& data, std::ostream& out) {
@@ -226,12 +199,13 @@ void write_static(const MachineDescription& machine, const BaselineData& data, s
   write_head(out, "Static estimation", "Malaguti and Zaghi, section 3.1: poses at rest, no friction.", data.verdict,
              machine);
   if (!result.summary.parameters.empty()) {
-    write_table(out, "Table 1: Parameter estimation of static conditions",
-                std::to_string(result.poses) + " poses at rest, " + std::to_string(result.near_stops) +
-                    " near end stops left out. At rest, friction takes any value up to its break-away force: the "
-                    "standard deviation comes from this scatter. It assumes independent poses; a pressure offset, the "
-                    "same in all of them, does not show in it.",
-                parameter_rows(result.summary, data, kStaticLinks, kPaperStatic));
+    report::write_table(
+        out, "Table 1: Parameter estimation of static conditions",
+        std::to_string(result.poses) + " poses at rest, " + std::to_string(result.near_stops) +
+            " near end stops left out. At rest, friction takes any value up to its break-away force: the "
+            "standard deviation comes from this scatter. It assumes independent poses; a pressure offset, the "
+            "same in all of them, does not show in it.",
+        parameter_rows(Paper::kStatic, result.summary, data));
     report::write_figures(out,
                           {pose_figure("Torques of all poses", "Each dot is one pose; the line is a perfect model.",
                                        pose_torques(machine, result, data))});
@@ -239,8 +213,6 @@ void write_static(const MachineDescription& machine, const BaselineData& data, s
 }
 
 void write_malaguti(const MachineDescription& machine, const BaselineData& data, std::ostream& out) {
-  const std::vector<std::string> meanings{"bucket J", "stick J",    "bucket X",   "bucket Z",  "stick X",
-                                          "stick Z",  "bucket f_c", "bucket f_v", "stick f_c", "stick f_v"};
   const estimation::MalagutiResult result = identify_malaguti(machine, data.identification);
   write_head(out, "Dynamic estimation", "Malaguti and Zaghi, section 3.2: stick and bucket, filtered regressor.",
              data.verdict, machine);
@@ -249,20 +221,21 @@ void write_malaguti(const MachineDescription& machine, const BaselineData& data,
         identify_malaguti(machine, data.identification, estimation::repaired_malaguti_options());
     const Recording& recording = shown_recording(data);
     const TorqueComparison torque = compare_torque(result, machine, recording);
-    write_table(out, "Table 2: Parameter estimation in dynamic conditions",
-                "Sampled at 100 Hz, 20 Hz filter, seven-sample quadratic for speeds, least squares.",
-                parameter_rows(result.summary, data, meanings, kPaperDynamic));
-    write_table(out, "Table 3: Errors of the torques",
-                which_recording(data) +
-                    " RMS error, and that over the standard deviation of the measured torque; repaired: 2 Hz filter "
-                    "and 41-sample cubic. Both after the method's own filter.",
-                error_rows(torque_fit(torque, 0), torque_fit(compare_torque(repaired, machine, recording), 0)));
+    report::write_table(out, "Table 2: Parameter estimation in dynamic conditions",
+                        "Sampled at 100 Hz, 20 Hz filter, seven-sample quadratic for speeds, least squares.",
+                        parameter_rows(Paper::kMalaguti, result.summary, data));
+    report::write_table(
+        out, "Table 3: Errors of the torques",
+        which_recording(data) +
+            " RMS error, and that over the standard deviation of the measured torque; repaired: 2 Hz filter "
+            "and 41-sample cubic. Both after the method's own filter.",
+        error_rows(torque_fit(torque, 0), torque_fit(compare_torque(repaired, machine, recording), 0)));
     report::write_figures(out, {torque_figure("Figure 3: torques of bucket",
                                               "Measured (full line) and estimated (dashed).", torque, {kBucket}),
                                 torque_figure("Figure 4: torques of stick",
                                               "Measured (full line) and estimated (dashed).", torque, {kArm})});
-    write_table(out, "Table 2 again, repaired", "2 Hz filter, 41-sample cubic, all else as above.",
-                parameter_rows(repaired.summary, data, meanings, kPaperDynamic));
+    report::write_table(out, "Table 2 again, repaired", "2 Hz filter, 41-sample cubic, all else as above.",
+                        parameter_rows(Paper::kMalaguti, repaired.summary, data));
     write_bias(out, data.bias);
   }
 }
@@ -293,6 +266,35 @@ void write_kim(const MachineDescription& machine, const BaselineData& data, std:
 }
 
 }  // namespace
+
+std::vector<PrintedParameter> printed_parameters(Paper paper) {
+  switch (paper) {
+    case Paper::kStatic:
+      return {{"S1, bucket X", "6.17 ± 2.95"},
+              {"S2, bucket Z", "12.05 ± 4.45"},
+              {"S3, stick X", "103.31 ± 23.67"},
+              {"S4, stick Z", "22.78 ± 7.08"},
+              {"S5, boom X", "-"},
+              {"S6, boom Z", "-"}};
+    case Paper::kMalaguti:
+      return {{"φ<sub>D1</sub>, bucket J", "100.32 ± 25.7"},  {"φ<sub>D2</sub>, stick J", "186.73 ± 33.4"},
+              {"φ<sub>S1</sub>, bucket X", "3.50 ± 1.54"},    {"φ<sub>S2</sub>, bucket Z", "13.71 ± 3.28"},
+              {"φ<sub>S3</sub>, stick X", "71.81 ± 10.07"},   {"φ<sub>S4</sub>, stick Z", "35.56 ± 5.68"},
+              {"φ<sub>f1</sub>, bucket f_c", "52.23 ± 25.5"}, {"φ<sub>f2</sub>, bucket f_v", "31444.87 ± 1257"},
+              {"φ<sub>f3</sub>, stick f_c", "35.67 ± 20.6"},  {"φ<sub>f4</sub>, stick f_v", "30167.00 ± 1320"}};
+    case Paper::kKim:
+      return {{"m<sub>1</sub> L<sub>O1G1</sub>, boom", "98.65"},
+              {"A<sub>mc1</sub>, boom", "11.48"},
+              {"μ<sub>1</sub>, boom", "37.19"},
+              {"m<sub>2</sub> L<sub>O2G2</sub>, arm", "28.30"},
+              {"A<sub>mc2</sub>, arm", "-2.67"},
+              {"μ<sub>2</sub>, arm", "15.60"},
+              {"m<sub>3</sub> L<sub>O3G3</sub>, bucket", "26.01"},
+              {"A<sub>mc3</sub>, bucket", "31.82"},
+              {"μ<sub>3</sub>, bucket", "3.57"}};
+  }
+  return {};
+}
 
 void write_baseline_report(Paper paper, const MachineDescription& machine, const BaselineData& data,
                            std::ostream& out) {

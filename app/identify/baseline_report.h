@@ -70,9 +70,12 @@ struct InertiaBias {
 // Figures of the baseline reports.
 
 /// Measured (full) and estimated (dashed) torque of these joints, a panel each.
+/// @param by_default what the default method estimates of the same recording: where it is given, it is drawn as well,
+/// and below each joint the error of both.
 [[nodiscard]] report::PageFigure torque_figure(const std::string& title, const std::string& caption,
                                                const estimation::TorqueComparison& torque,
-                                               const std::vector<int>& joints);
+                                               const std::vector<int>& joints,
+                                               const estimation::TorqueComparison* by_default = nullptr);
 
 /// Angle of one joint and the pressures of its cylinder, while that joint moves.
 [[nodiscard]] report::PageFigure pressure_figure(const std::string& title, const MachineDescription& machine,
@@ -89,6 +92,19 @@ struct PoseTorque {
 };
 [[nodiscard]] report::PageFigure pose_figure(const std::string& title, const std::string& caption,
                                              const std::vector<PoseTorque>& torques);
+
+/// A row of the paper's own table of parameters.
+struct PrintedParameter {
+  std::string symbol;  ///< HTML, with what it is: "φ<sub>D1</sub>, bucket J".
+  std::string value;   ///< Of the paper's machine, with its standard deviation where it is given; "-": not printed.
+};
+/// In the order of the method's results.
+[[nodiscard]] std::vector<PrintedParameter> printed_parameters(Paper paper);
+
+/// K's m_i L_i at the angle A_i [kg m], in link axes, of base parameters that carry the later links' masses.
+/// @param machine whose m2 and m3 are taken off.
+[[nodiscard]] PlanarVector own_moment(const MachineDescription& machine, const estimation::BaseParameters& base,
+                                      int link);
 
 struct BaselineData {
   std::vector<estimation::Recording> identification;

@@ -116,6 +116,12 @@ BaseParameters projected_parameters(const sim::MachineTruth& truth, std::span<co
   return estimation::solve_least_squares(problem).parameters;
 }
 
+PlanarVector own_moment(const MachineDescription& machine, const BaseParameters& base, int link) {
+  const double m3 = machine.links[kBucket].mass_kg, m2 = machine.links[kArm].mass_kg;
+  const JointVector later(machine.links[kBoom].length_m * (m2 + m3), machine.links[kArm].length_m * m3, 0);
+  return {base[kMomentX + link] - later[link], base[kMomentZ + link]};
+}
+
 std::map<std::string, double> baseline_truth(Paper paper, const MachineDescription& machine,
                                              const sim::MachineTruth& truth, const BaselineRuns& runs) {
   const BaseParameters base =
@@ -123,11 +129,9 @@ std::map<std::string, double> baseline_truth(Paper paper, const MachineDescripti
   std::map<std::string, double> values;
   if (paper == Paper::kKim) {
     constexpr double kDegPerRad = 180 / std::numbers::pi;
-    const double m3 = machine.links[kBucket].mass_kg, m2 = machine.links[kArm].mass_kg;
-    const JointVector later(machine.links[kBoom].length_m * (m2 + m3), machine.links[kArm].length_m * m3, 0);
     for (int i = 0; i < kJoints; ++i) {
       const std::string n = std::to_string(i + 1);
-      const PlanarVector own(base[kMomentX + i] - later[i], base[kMomentZ + i]);
+      const PlanarVector own = own_moment(machine, base, i);
       values["m" + n + " L_O" + n + "G" + n] = own.norm();
       values["A_mc" + n] = std::atan2(own.y(), own.x()) * kDegPerRad;
     }
@@ -194,16 +198,33 @@ double round_step(const std::vector<double>& values) {
   return 10 * decade;
 }
 
+/// Estimated less measured torque.
+std::vector<double> error_series(const estimation::TorqueComparison& torque, int joint) {
+  std::vector<double> error = torque_series(torque, torque.modelled_Nm, joint);
+  const std::vector<double> measured = torque_series(torque, torque.measured_Nm, joint);
+  for (std::size_t i = 0; i < error.size(); ++i) error[i] -= measured[i];
+  return error;
+}
+
 }  // namespace
 
 report::PageFigure torque_figure(const std::string& title, const std::string& caption,
-                                 const estimation::TorqueComparison& torque, const std::vector<int>& joints) {
+                                 const estimation::TorqueComparison& torque, const std::vector<int>& joints,
+                                 const estimation::TorqueComparison* by_default) {
   const std::vector<double> t = times(torque.usable.size(), torque.step_s);
   report::PanelPlot plot;
   for (const int joint : joints) {
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(joint)]) + ", N m");
     plot.line(t, torque_series(torque, torque.measured_Nm, joint), "measured", report::kBlue, "lw 1.2");
-    plot.line(t, torque_series(torque, torque.modelled_Nm, joint), "estimated", report::kVermilion, "dt 2 lw 1.6");
+    plot.line(t, torque_series(torque, torque.modelled_Nm, joint), by_default == nullptr ? "estimated" : "their method",
+              report::kVermilion, "dt 2 lw 1.6");
+    if (by_default == nullptr) continue;
+    const std::vector<double> default_t = times(by_default->usable.size(), by_default->step_s);
+    plot.line(default_t, torque_series(*by_default, by_default->modelled_Nm, joint), "default method", report::kGreen,
+              "lw 1");
+    plot.panel("error, N m");
+    plot.line(t, error_series(torque, joint), "their method", report::kVermilion, "lw 1");
+    plot.line(default_t, error_series(*by_default, joint), "default method", report::kGreen, "lw 1");
   }
   return {title, caption, plot.figure(t)};
 }

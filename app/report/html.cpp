@@ -74,6 +74,19 @@ void write_figures(std::ostream& out, const std::vector<PageFigure>& figures) {
         << "</div></div></figure></section>\n";
 }
 
+void write_table(std::ostream& out, const std::string& title, const std::string& caption,
+                 const std::vector<std::vector<std::string>>& rows) {
+  out << "<section id=\"" << anchor(title) << "\"><h2>" << title << "</h2><p class=\"soft\">" << caption
+      << "</p><div class=\"wide\"><table>\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string cell = i == 0 ? "<th" : "<td";
+    out << "<tr>";
+    for (std::size_t k = 0; k < rows[i].size(); ++k) out << cell << (k == 0 ? ">" : " class=\"n\">") << rows[i][k];
+    out << "</tr>\n";
+  }
+  out << "</table></div></section>\n";
+}
+
 void write_page_end(std::ostream& out) {
   out << "</main></body></html>\n";
 }

@@ -26,6 +26,10 @@ struct PageFigure {
 void write_page_head(std::ostream& out, const std::string& title, const std::string& css = "");
 /// Draws all figures in one run of gnuplot; each is a section. @throws InputError where gnuplot is missing or refuses.
 void write_figures(std::ostream& out, const std::vector<PageFigure>& figures);
+/// A section with one table. @param rows of cells that are HTML already; the first row is the head, and all but the
+/// first column are numbers or short.
+void write_table(std::ostream& out, const std::string& title, const std::string& caption,
+                 const std::vector<std::vector<std::string>>& rows);
 void write_page_end(std::ostream& out);
 
 }  // namespace knuckle::report

@@ -8,85 +8,16 @@
 #include <string>
 #include <variant>
 
+#include "app/studies/offline_estimator.h"
 #include "core/joints.h"
 #include "core/quantile.h"
 #include "core/units.h"
 #include "estimation/contact_models.h"
-#include "estimation/force_estimator.h"
-#include "estimation/identification/recording.h"
-#include "estimation/joint_state.h"
-#include "estimation/payload.h"
 #include "machine/description.h"
 #include "machine/description_fwd.h"
 
 namespace knuckle::studies {
 namespace {
-
-// The real-time force and payload estimators, run over recordings in the order the slave loop steps them.
-
-/// What is judged of one sample.
-struct EstimateSample {
-  PlanarVector tip_N = PlanarVector::Zero();      ///< With the weight of what is carried.
-  PlanarVector contact_N = PlanarVector::Zero();  ///< Without.
-  Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
-  estimation::JointLoad load;  ///< With what is carried, for the other contact models.
-  bool contact = false;
-  bool valid = false;  ///< false where a length made no joint angle.
-};
-
-class OfflineEstimator {
- public:
-  /// @param machine calibrated() or not.
-  OfflineEstimator(const MachineDescription& machine, double step_s);
-  /// Starts at rest where the recording starts; what was learned before stays.
-  std::vector<EstimateSample> run(const estimation::Recording& recording);
-  [[nodiscard]] estimation::PayloadEstimator& payload() noexcept { return payload_; }
-  [[nodiscard]] const estimation::ForceEstimator& force() const noexcept { return force_; }
-
- private:
-  JointVector offset_m_;
-  estimation::JointStateFilter filter_;
-  estimation::ForceEstimator force_;
-  estimation::PayloadEstimator payload_;
-};
-
-constexpr double kVelocityCutoff_Hz = 10;  // of the slave loop; the force estimator has rates of its own
-
-OfflineEstimator::OfflineEstimator(const MachineDescription& machine, double step_s)
-    : offset_m_(machine.sensors.encoder_offset_m),
-      filter_(machine, step_s, kVelocityCutoff_Hz),
-      force_(machine, step_s),
-      payload_(machine, step_s) {}
-
-std::vector<EstimateSample> OfflineEstimator::run(const estimation::Recording& recording) {
-  filter_.reset();
-  force_.restart_motion();
-  payload_.restart_motion();
-  std::vector<EstimateSample> result(recording.samples.size());
-  for (std::size_t k = 0; k < recording.samples.size(); ++k) {
-    estimation::Measurement measurement = recording.samples[k];
-    measurement.cylinder_m -= offset_m_;
-    const auto state = recording.usable[k] != 0 ? filter_.step(measurement) : std::nullopt;
-    if (!state) {
-      filter_.reset();
-      force_.restart_motion();
-      payload_.restart_motion();
-      continue;
-    }
-    const estimation::ForceEstimate& force = force_.step(*state);
-    payload_.step(*state, force);
-    force_.hold_bias(payload_.maybe_loaded());
-    force_.carry(payload_.carried());
-    result[k] = {
-        force.loaded_tip_N,
-        force.tip_N,
-        force.covariance_N2,
-        {state->angle_rad, state->lever_m, force.joint_torque_Nm + force.carried_Nm, force.joint_covariance_Nm2},
-        force.contact,
-        true};
-  }
-  return result;
-}
 
 // The contact models beside the tip force, on the same known pulls.
 

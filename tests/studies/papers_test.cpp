@@ -1,0 +1,173 @@
+// The page that repeats both papers: all tables and figures are there, its numbers are those of the recordings, and
+// nothing is left behind by wrong usage or an interrupt.
+#include "app/studies/papers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/report/result_text.h"
+#include "estimation/identification/baseline.h"
+#include "estimation/identification/full.h"
+#include "estimation/regressor.h"
+#include "machine/load.h"
+#include "tests/support/places.h"
+#include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace knuckle::studies {
+namespace {
+
+using estimation::TorqueComparison;
+using test::ProgramRun;
+
+ProgramRun papers(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "papers");
+  return test::run_program(test::program("knuckle-studies"), arguments);
+}
+
+/// As the program drives it, but by itself.
+identify::IdentifyData driven(identify::Paper paper) {
+  identify::IdentifyOptions options;
+  options.method = identify::name(paper);
+  return identify::drive_for_data(options, [](double) {});
+}
+
+double rms_error_Nm(const TorqueComparison& torque, int joint) {
+  double squares = 0, count = 0;
+  for (std::size_t i = 0; i < torque.usable.size(); ++i) {
+    if (torque.usable[i] == 0) continue;
+    squares += std::pow(torque.measured_Nm[i][joint] - torque.modelled_Nm[i][joint], 2);
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
+/// The row of this quantity, its cells parted by "|".
+std::string row(const std::string& page, const std::string& quantity) {
+  const std::string start = "<tr><td>" + quantity + "<td class=\"n\">", cell = "<td class=\"n\">";
+  const std::size_t at = page.find(start);
+  if (at == std::string::npos) return "no row " + quantity;
+  std::string text = page.substr(at + start.size(), page.find("</tr>", at) - at - start.size());
+  for (std::size_t next = text.find(cell); next != std::string::npos; next = text.find(cell))
+    text.replace(next, cell.size(), "|");
+  return text;
+}
+
+TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("page.html");
+  const ProgramRun run = papers({"--report", file});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out, "written: " + file + "\n");
+  const std::string page = test::content(file);
+  for (const std::string part : {"Table 1: parameters from poses at rest",
+                                 "Torques of poses at rest",
+                                 "Table 2: parameters from motion",
+                                 "Table 3: errors of the torques",
+                                 "Force on the empty bucket, held out",
+                                 "Figure 3, of the fit",
+                                 "Figure 4, of the fit",
+                                 "Figure 3, held out",
+                                 "Figure 4, held out",
+                                 "Figure 4: pressures of the bucket cylinder",
+                                 "Figure 5: pressures of the arm cylinder",
+                                 "Figure 6: pressures of the boom cylinder",
+                                 "Table 1: gravity and friction",
+                                 "Errors of the torques in figure 7",
+                                 "Figure 7 (a): verification 1",
+                                 "Figure 7 (b): verification 2",
+                                 "Force and torque without payload, figure 8",
+                                 "Figure 8, in verification 1",
+                                 "Figure 8, in verification 2",
+                                 "6.17 ± 2.95",
+                                 "100.32 ± 25.7",
+                                 "31.82",
+                                 "</html>"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  const auto count = [&](const std::string& part) {
+    int n = 0;
+    for (std::size_t at = page.find(part); at != std::string::npos; at = page.find(part, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("</svg>"), 11);
+  EXPECT_EQ(count("<code>knuckle-studies papers --report " + file + "</code>"), 12) << "every figure, and the head";
+  EXPECT_EQ(count(">nan"), 0);
+
+  const identify::IdentifyData digging = driven(identify::Paper::kMalaguti);
+  const MachineDescription machine = calibrated(digging.machine);
+  const auto malaguti = identify_malaguti(machine, digging.training);
+  estimation::FullOptions quick;
+  quick.usual_errors = false;  // they widen standard deviations alone
+  const auto full = identify_full(machine, digging.training, quick);
+  const auto& other = digging.hold_out.front();
+  const auto bucket = [&](const estimation::Recording& recording) {
+    return report::number_text(rms_error_Nm(compare_torque(malaguti, machine, recording), kBucket)) + "|" +
+           report::number_text(torque_fit(compare_torque(full.dynamics, machine, recording), 20).rms_Nm[kBucket]);
+  };
+  EXPECT_EQ(row(page, "τ<sub>2</sub>, bucket: RMS error, of the fit"), "N m|43.12|" + bucket(digging.training.front()));
+  EXPECT_EQ(row(page, "τ<sub>2</sub>, bucket: RMS error, held out"), "N m|not shown|" + bucket(other));
+
+  const identify::IdentifyData slow = driven(identify::Paper::kKim);
+  const MachineDescription seen = calibrated(slow.machine);
+  double most = 0;
+  for (const Eigen::Vector3d& wrench : external_wrench(identify_kim(seen, slow.training), seen, slow.hold_out[1])) {
+    if (wrench.allFinite()) most = std::max(most, std::abs(wrench[0]));
+  }
+  const std::string largest = row(page, "verification 2: largest horizontal force");
+  EXPECT_TRUE(largest.starts_with("N|under 200|" + report::number_text(most) + "|")) << largest;
+}
+
+TEST(MalagutiEquation1, HoldsForOurModelAsCorrectedInTheTheoryAndNotAsPrinted) {
+  const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
+  const estimation::BaseParameters base = estimation::base_parameters(machine);
+  const JointVector joint_rad(0, -1.2, -0.7), radps(0, 0.8, -1.5);  // the boom stands still
+  const estimation::Pose pose(joint_rad, 0);
+  const JointVector torque_Nm = estimation::joint_torque(
+      (estimation::RigidArm(machine).inverse_dynamics(pose, estimation::absolute(radps), JointVector::Zero()) -
+       estimation::RigidArm::gravity(pose)) *
+      base);
+  const double x = base[estimation::kMomentX + kBucket], z = base[estimation::kMomentZ + kBucket];
+  const double c = machine.links[kArm].length_m * (x * std::sin(joint_rad[kBucket]) + z * std::cos(joint_rad[kBucket]));
+  const double first = radps[kArm] * radps[kArm], second = radps[kBucket] * radps[kBucket],
+               both = std::pow(radps[kArm] + radps[kBucket], 2);
+  EXPECT_NEAR(torque_Nm[kBucket], c * first, 1e-9);
+  EXPECT_NEAR(torque_Nm[kArm], c * first - c * both, 1e-9);
+  EXPECT_GT(std::abs(torque_Nm[kArm] - (c * first + c * second)), 5);
+}
+
+TEST(PapersPage, WrongUsageIsOneLineAndLeavesNothingBehind) {
+  const test::TemporaryFolder folder;
+  const std::string page = folder.file("page.html");
+  const auto refused = [&](const std::vector<std::string>& arguments) {
+    const ProgramRun run = papers(arguments);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    return run.err;
+  };
+  const auto expect = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  expect(refused({}), "--report");
+  expect(refused({"--report", page, "--seeds", "2"}), "--seeds");
+  expect(refused({"--report", page, "--seed", "-1"}), "--seed");
+  expect(refused({"--report", page, "--family", "old"}), "--family old: must be one of smooth, serviced, worn");
+  expect(refused({"--report", page, "--machine", "none"}), "none");
+  expect(refused({"--report", "/proc/page.html"}), "--report /proc/page.html");
+  expect(refused({"--report", folder.file("page.toml")}), "page.toml");
+  EXPECT_EQ(folder.count(), 0);
+}
+
+TEST(PapersPage, InterruptedLeavesNothingBehind) {
+  const test::TemporaryFolder folder;
+  test::RunningProgram program(test::program("knuckle-studies"), {"papers", "--report", folder.file("page.html")});
+  EXPECT_TRUE(program.interrupt_when_it_listens());
+  const ProgramRun run = program.wait();
+  EXPECT_EQ(run.exit_code, 130) << run.err;
+  EXPECT_EQ(run.err, "knuckle-studies: interrupted; nothing was written\n");
+  EXPECT_EQ(folder.count(), 0);
+}
+
+}  // namespace
+}  // namespace knuckle::studies
