@@ -28,10 +28,10 @@ inline constexpr std::array kDeviceProfiles{
   return 0;
 }
 /// Whether a device of this type may have what nodes of this role have. Of several devices in one housing (upper 16
-/// bits 0xFFFF, CiA 301) the number is the first one's; without a profile nothing is said.
+/// bits 0xFFFF, CiA 301) the number is the first one's; without a profile nothing is said. 0xFFFFFFFF is no type.
 [[nodiscard]] constexpr bool may_be(std::uint32_t device_type, NodeRole role) noexcept {
   const std::uint16_t number = profile_number(device_type);
-  return number == profile_number(role) || number == 0 || device_type >> 16 == 0xFFFFU;
+  return number == profile_number(role) || number == 0 || (device_type >> 16 == 0xFFFFU && number != 0xFFFFU);
 }
 
 }  // namespace knuckle

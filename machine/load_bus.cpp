@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,19 @@ namespace {
 
 constexpr int kPvedMostStroke = 32766;
 constexpr std::int64_t kMostSteps = std::int64_t{1} << 31;  // of an encoder: what counts more is broken
+
+/// Where what is right is no range: whoever reads it says what is.
+std::int64_t any_integer(TomlTable& file, std::string_view key) {
+  return file.integer(key, std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max());
+}
+
+/// A word of the DBC format: as a node's name it would end the list of nodes.
+bool is_word_of_dbc(const std::string& name) {
+  constexpr std::array kWords{"VERSION", "FILTER", "INT", "HEX", "FLOAT", "STRING", "ENUM"};
+  const bool capitals = std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::islower(c) != 0; });
+  return std::find(kWords.begin(), kWords.end(), name) != kWords.end() || (capitals && name.ends_with('_')) ||
+         name.starts_with("Vector__") || name.starts_with("VECTOR__");
+}
 
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
@@ -117,6 +131,7 @@ class NodeReader {
         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
     file.require(plain && name != "controller", "name",
                  "must be a letter and up to 21 letters, digits and _, and not 'controller'");
+    file.require(!is_word_of_dbc(name), "name", "is a word of DBC files, which list the nodes: must be another name");
     const auto is_named = [&](const SignalInfo& signal) { return signal.name == name || signal.node == name; };
     const bool has_one = std::any_of(node.channels.begin(), node.channels.end(),
                                      [&](const NodeChannel& channel) { return is_named(channel.info()); });
@@ -226,8 +241,10 @@ class NodeReader {
     constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"}, kRpdoKeys{"rpdo", "rpdo2", "rpdo3", "rpdo4"};
     const std::vector<std::uint8_t> pdos = transmit_pdos(node, wire_);
     file.require(pdos.size() <= NodeDescription::kMostPdos, "channels",
-                 "need " + std::to_string(pdos.size()) +
-                     " frames, and a node has 4: pressure_value = \"integer16\" needs fewer");
+                 "need " + std::to_string(pdos.size()) + " frames, and a node has 4: use fewer channels" +
+                     (wire_.pressure == WireDescription::Pressure::kInteger16
+                          ? ""
+                          : ", or in [bus.wire] pressure_value = \"integer16\": a frame has two of those"));
     for (const std::uint8_t pdo : pdos) {
       if (pdo >= NodeDescription::kMostPdos) break;
       node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
@@ -267,7 +284,7 @@ class NodeReader {
     for (const FrameField& field : wanted) {
       file.require(field.part != FrameField::Part::kValue || find_field(found, field.part, field.channel) != nullptr,
                    "tpdo_map",
-                   fmt::format("nor a further one has 0x{:08X}, which is {}",
+                   fmt::format("must have 0x{:08X} ({}), or tpdo2_map to tpdo4_map must",
                                canopen::mapping(field.object, field.bits.bits), field.channel.info().name));
     }
   }
@@ -304,8 +321,9 @@ class NodeReader {
                    {"steps_per_turn"});
     }
     if (file.has("sign")) {
-      rotary.sign = static_cast<int>(file.integer("sign", -1, 1));
-      file.require(rotary.sign != 0, "sign", "must be 1 or -1");
+      const std::int64_t sign = any_integer(file, "sign");
+      file.require(sign == 1 || sign == -1, "sign", "must be 1 or -1");
+      rotary.sign = sign < 0 ? -1 : 1;
     }
     if (file.has("zero_rad")) rotary.zero_rad = file.number("zero_rad", -std::numbers::pi, std::numbers::pi);
     return rotary;
@@ -314,9 +332,10 @@ class NodeReader {
   /// Optional. CiA 301 keeps what lies outside for other services.
   static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
     if (!file.has(pdo)) return 0;
-    const std::int64_t id = file.integer(pdo, 0, 0xFFFF);
-    file.require(id >= 0x181 && id <= 0x57F, pdo, "must be within [0x181, 0x57F]");
-    return static_cast<std::uint16_t>(id);
+    const std::int64_t id = any_integer(file, pdo);
+    const bool free = id >= 0x181 && id <= 0x57F;
+    file.require(free, pdo, "must be within [0x181, 0x57F]");
+    return static_cast<std::uint16_t>(free ? id : 0);
   }
 
   void take(const TomlTable& file, const std::string& name, const char* pdo, std::uint32_t id) {
@@ -380,10 +399,11 @@ void read_patience(TomlTable& file, BusDescription& bus) {
 
 BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   BusDescription bus;
-  const std::int64_t kbps = file.integer("bit_rate_kbps", kBitRates_kbps.front(), kBitRates_kbps.back());
-  file.require(std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps) != kBitRates_kbps.end(), "bit_rate_kbps",
+  const std::int64_t kbps = any_integer(file, "bit_rate_kbps");
+  const auto rate = std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps);
+  file.require(rate != kBitRates_kbps.end(), "bit_rate_kbps",
                fmt::format("must be one of CANopen's: {}", fmt::join(kBitRates_kbps, ", ")));
-  bus.bit_rate = static_cast<std::uint32_t>(1000 * kbps);
+  bus.bit_rate = 1000 * static_cast<std::uint32_t>(rate != kBitRates_kbps.end() ? *rate : kBitRates_kbps.back());
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -121,9 +123,14 @@ std::string value_text(const toml::node& node) {
   return shortened(whole_value_text(node));
 }
 
-/// "within [50, 400]"
+/// "within [50, 400]"; whole bounds with all their digits.
 std::string within(double min, double max) {
-  return "within [" + number_text(min) + ", " + number_text(max) + "]";
+  const auto bound = [](double value) {
+    constexpr double kAllDigits = 1e15;
+    const bool whole = value == std::floor(value) && std::abs(value) < kAllDigits;
+    return whole ? std::to_string(static_cast<std::int64_t>(value)) : number_text(value);
+  };
+  return "within [" + bound(min) + ", " + bound(max) + "]";
 }
 
 std::optional<double> as_number(const toml::node& node) {
@@ -289,7 +296,11 @@ std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int
   if (node == nullptr) return instead;
   const auto* value = node->as_integer();
   if (value != nullptr && value->get() >= min && value->get() <= max) return value->get();
-  node_->refuse(key, *node, "must be a whole number within [" + std::to_string(min) + ", " + std::to_string(max) + "]");
+  using Limits = std::numeric_limits<std::int64_t>;
+  const bool any = min == Limits::min() && max == Limits::max();
+  node_->refuse(key, *node,
+                any ? "must be a whole number"
+                    : "must be a whole number within [" + std::to_string(min) + ", " + std::to_string(max) + "]");
   return instead;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "machine/reason_text.h"
@@ -20,6 +21,7 @@ constexpr Duration kStands = 100ms, kStaysBack = 200ms;
 constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
 constexpr double kGuardCreep_m = 2e-3;
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
+constexpr double kMostStrokes = 2;  // in one motion: a cylinder makes one, and its drawing may be off
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
 
 bool wants_pilot(Jog::Phase phase) noexcept {
@@ -43,8 +45,31 @@ Time RawSensors::oldest() const noexcept {
   return *std::min_element(at.begin(), at.end());
 }
 
-bool RawSensors::invalid() const noexcept {
-  return std::any_of(pressure_invalid.begin(), pressure_invalid.end(), [](bool one) { return one; });
+std::optional<std::size_t> RawSensors::invalid() const noexcept {
+  for (std::size_t i = 0; i < impossible.size(); ++i) {
+    if (impossible[i] || (i < kPressures && pressure_invalid[i])) return i;
+  }
+  return std::nullopt;
+}
+
+bool possible(const FrameField& field, double value, const MachineDescription& machine) noexcept {
+  switch (field.channel.info().role) {
+    case NodeRole::kPressure:
+      return value >= kValidity.pressure_floor_Pa &&
+             value <= machine.sensors.pressure_range_Pa * kValidity.pressure_over_range;
+    case NodeRole::kEncoder:  // "broken" is the largest or the smallest integer; before a preset all others may be
+                              // right
+      return field.bits.type != BitField::Type::kSigned ||
+             std::abs(value / field.bits.scale) < std::ldexp(1.0, field.bits.bits - 1) - 1.5;
+    case NodeRole::kTilt:
+      return std::abs(value) <= (machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom
+                                     ? std::numbers::pi
+                                     : kValidity.hull_tilt_rad);
+    case NodeRole::kValve:
+    case NodeRole::kEnable:
+      break;
+  }
+  return true;
 }
 
 Jog::Jog(const MachineDescription& machine, CanBus& bus)
@@ -53,7 +78,8 @@ Jog::Jog(const MachineDescription& machine, CanBus& bus)
       bus_(bus),
       client_(machine, bus),
       frames_(bus_frames(machine.bus, machine.sensors)),
-      limits_(machine) {
+      limits_(machine),
+      valves_(1 / machine.bus.sync_Hz) {
   sensors_.at.fill(kNever);
 }
 
@@ -62,8 +88,8 @@ void Jog::step(Time now) noexcept {
   sample_.reset();
   hear(now);
   client_.begin_step(now);
-  const bool unpowered = !client_.pilot_on() && !client_.e_stop_open();  // an open E-stop is the gate's to say
-  if (expects_pilot(phase_) && unpowered) end_early({ReasonCode::kPilotOff, 0, 0, 0});
+  watch_spools();
+  watch_pilot();
   watch_creep(now);
   gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
@@ -101,20 +127,26 @@ void Jog::take(const FrameField& field, double value, Time now) noexcept {
     sensors_.pressure_invalid[place] = (static_cast<unsigned>(value) & bad) != 0;
   } else if (field.part == FrameField::Part::kValue) {
     sensors_.at[place] = now;
+    sensors_.impossible[place] = !possible(field, value, machine_);
     if (place < kPressures)
       sensors_.pressure_Pa[place] = value;
     else if (place < kTilt)
-      take_length(place - kPressures, value);
+      take_length(field, value);
     else
       sensors_.tilt_rad = value;
   }
 }
 
-void Jog::take_length(std::size_t joint, double reading) noexcept {
-  const auto axis = static_cast<int>(joint);
+void Jog::take_length(const FrameField& field, double reading) noexcept {
+  const int axis = field.channel.info().index;
+  const auto joint = static_cast<std::size_t>(axis);
+  bool& impossible = sensors_.impossible[kPressures + joint];
   const auto length_m = lengths_.length_m(axis, reading);
+  const CylinderDescription& cylinder = machine_.cylinders[joint];
+  const double most_m = kMostStrokes * (cylinder.max_length_m - cylinder.min_length_m);
+  impossible = impossible || (length_m && phase_ != Phase::kRest && std::abs(*length_m - from_m_[axis]) > most_m);
   sensors_.no_length[joint] = !length_m;
-  if (length_m) sensors_.length_m[axis] = *length_m;
+  if (length_m && !impossible) sensors_.length_m[axis] = *length_m;
 }
 
 void Jog::refuse_short(const CanFrame& frame, const BusFrame& known) noexcept {
@@ -146,12 +178,17 @@ JogState Jog::judged(Time now) const noexcept {
   const auto oldest = std::min_element(at.begin(), at.end());
   state.oldest_at = *oldest;
   state.oldest_subject = subject_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
-  for (std::size_t i = 0; i < kTilt; ++i) {
-    if (i < kPressures ? sensors_.pressure_invalid[i] : sensors_.no_length[i - kPressures])
-      state.invalid_subject = subject_at(i, machine_.bus);
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    if (sensors_.no_length[joint]) state.invalid_subject = subject_at(kPressures + joint, machine_.bus);
   }
+  if (const Reason why = invalid()) state.invalid_subject = why.subject;
   state.e_stop_open = client_.e_stop_open();
   return state;
+}
+
+Reason Jog::invalid() const noexcept {
+  const auto place = sensors_.invalid();
+  return place ? Reason{ReasonCode::kSensorInvalid, subject_at(*place, machine_.bus), 1, 0} : Reason{};
 }
 
 /// What the next step does.
@@ -186,6 +223,22 @@ void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
 
 Duration Jog::guard_patience() const noexcept {
   return from_seconds(std::max(machine_.bus.valve_watchdog_s, machine_.bus.controller_timeout_s)) + kGuardPatience;
+}
+
+/// While a guard is tried the spool is another matter: see open_for_guard() and note_guard().
+void Jog::watch_spools() noexcept {
+  if (phase_ != Phase::kHeld && phase_ != Phase::kMoving && phase_ != Phase::kClosing) return valves_.reset();
+  if (const Reason why = valves_.step(client_.demand(), client_.spool())) end_early(why);
+}
+
+/// The enable node takes pilot pressure away where a spool does not follow: then that is what to tell.
+void Jog::watch_pilot() noexcept {
+  if (!expects_pilot(phase_) || client_.pilot_on() || client_.e_stop_open()) return;  // the latter is the gate's to say
+  const int joint = valves_.suspect();
+  if (joint < 0) return end_early({ReasonCode::kPilotOff, 0, 0, 0});
+  const auto apart = static_cast<float>(std::abs(client_.demand()[joint] - client_.spool()[joint]));
+  end_early({ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(joint), apart,
+             static_cast<float>(ValveMonitor::kTolerance)});
 }
 
 /// Inside the dead band no cylinder moves.
@@ -256,6 +309,9 @@ void Jog::note_guard(Time now) noexcept {
     for (int i = 0; i < kJoints; ++i)
       seen.others_stopped = seen.others_stopped || client_.says_stopped(machine_.bus.valve(i).id);
   }
+  const auto before_guard = [&](const std::optional<double>& at_s) { return at_s && *at_s < guard_earliest_s_; };
+  seen.early = before_guard(seen.told_s) || before_guard(seen.stopped_s);
+  done = done || before_guard(seen.told_s);
   if (done || now - since_ >= guard_patience()) enter(Phase::kPilotDown, now);
 }
 
@@ -284,6 +340,14 @@ void Jog::note_motion(Time now) noexcept {
 void Jog::enter(Phase phase, Time now) noexcept {
   phase_ = phase;
   since_ = now;
+  if (phase == Phase::kWithheld) {
+    // Since the last one was sent, less one SYNC period of tolerance.
+    const BusDescription& bus = machine_.bus;
+    const bool heartbeat = guard_seen_.by_heartbeat;
+    guard_seen_.guard_s = heartbeat ? bus.controller_timeout_s : bus.valve_watchdog_s;
+    const double ago_s = heartbeat ? bus.controller_heartbeat_s : to_seconds(now - client_.set_points_at());
+    guard_earliest_s_ = guard_seen_.guard_s - ago_s - 1 / bus.sync_Hz;
+  }
   if (phase != Phase::kMoving) return;
   from_m_ = sensors_.length_m;
   still_at_m_ = from_m_[plan_.joint];

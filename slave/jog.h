@@ -10,11 +10,13 @@
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
+#include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "slave/canopen_client.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
+#include "slave/valve_monitor.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::slave {
@@ -27,9 +29,14 @@ struct RawSensors {
   std::array<Time, 10> at{};               ///< Arrivals: pressures, lengths, tilt; kNever before the first.
   std::array<bool, 6> pressure_invalid{};  ///< As reported by the transmitter.
   std::array<bool, 3> no_length{};         ///< An angle that its joint cannot have; length_m is an older one.
+  std::array<bool, 10> impossible{};       ///< As in `at`: see possible(); a length likewise is an older one.
   [[nodiscard]] Time oldest() const noexcept;
-  [[nodiscard]] bool invalid() const noexcept;
+  /// Place in `at` of the first that is impossible or reported as invalid; nullopt where none is.
+  [[nodiscard]] std::optional<std::size_t> invalid() const noexcept;
 };
+
+/// Whether a sensor that works can send this value. The zero of an encoder need not be known.
+[[nodiscard]] bool possible(const FrameField& field, double value, const MachineDescription& machine) noexcept;
 
 struct JogPlan {
   int joint = 0;
@@ -66,6 +73,8 @@ struct GuardSeen {
   bool asked = false;                 ///< It sent process data no more, but answered when it was asked by SDO.
   bool silent = false;                ///< It says no more where its spool is, or whether pilot pressure is on.
   bool others_stopped = false;        ///< Of the enable node: a valve had stopped before, which may be why.
+  double guard_s = 0;                 ///< The guard's own time.
+  bool early = false;                 ///< What it did came before that, so from something else.
   std::optional<double> crept_m;      ///< The cylinder moved at the small opening.
 };
 
@@ -122,13 +131,15 @@ class Jog {
   /// Of the last try_guard().
   [[nodiscard]] const GuardSeen& guard_seen() const noexcept { return guard_seen_; }
   [[nodiscard]] const RawSensors& sensors() const noexcept { return sensors_; }
+  /// kSensorInvalid of the first value that RawSensors::invalid() finds; kNone where it finds none.
+  [[nodiscard]] Reason invalid() const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
 
  private:
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
   void take(const FrameField& field, double value, Time now) noexcept;
-  void take_length(std::size_t joint, double reading) noexcept;
+  void take_length(const FrameField& field, double reading) noexcept;
   void refuse_short(const CanFrame& frame, const BusFrame& known) noexcept;
   void begin(Phase phase) noexcept;
   void enter(Phase phase, Time now) noexcept;
@@ -138,6 +149,8 @@ class Jog {
   void note_motion(Time now) noexcept;
   void go_on(Time now) noexcept;
   void watch_creep(Time now) noexcept;
+  void watch_pilot() noexcept;
+  void watch_spools() noexcept;
   void open_for_guard(Time now) noexcept;
   void note_guard(Time now) noexcept;
   [[nodiscard]] Time guarded_said_at() const noexcept;
@@ -164,7 +177,9 @@ class Jog {
   double opening_ = 0;        // of its valve; 0 for the enable node
   Time asked_at_ = kNever;    // of the guarded node, by SDO
   GuardSeen guard_seen_;
-  Time stands_since_ = kNever;  // the spool at the opening; or back, told, and pilot pressure on
+  double guard_earliest_s_ = 0;  // since it was withheld: before that its guard cannot act
+  Time stands_since_ = kNever;   // the spool at the opening; or back, told, and pilot pressure on
+  ValveMonitor valves_;
   GateResult gate_;
   std::optional<JogSample> sample_;
   JogEnd end_ = JogEnd::kTime;

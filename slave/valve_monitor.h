@@ -47,6 +47,13 @@ class ValveMonitor {
     return first;
   }
 
+  /// The joint whose spool has been apart for half that time: the enable node may be quicker. -1: none.
+  [[nodiscard]] int suspect() const noexcept {
+    const auto is = [](double apart_s) { return apart_s >= kPatience_s / 2; };
+    const auto first = std::find_if(apart_s_.begin(), apart_s_.end(), is);
+    return first == apart_s_.end() ? -1 : static_cast<int>(first - apart_s_.begin());
+  }
+
  private:
   static constexpr std::size_t kSlots = 64;  // 100 ms at up to 640 Hz
   double step_s_;

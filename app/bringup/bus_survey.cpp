@@ -11,6 +11,7 @@
 #include "machine/channel_status.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
+#include "slave/jog.h"
 #include "transport/canopen.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"
@@ -339,6 +340,11 @@ NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected
   const auto length_m = EncoderLengths(machine).length_m(expected.joint(), value);
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(expected.joint())];
   NodeReading reading{length_m ? fmt::format("{:.4f} m", *length_m) : "no length", "", false};
+  if (!slave::possible(*field, value, machine)) {
+    reading.complaint = "reports an impossible value: check the encoder and its wiring";
+    reading.fault = true;
+    return reading;
+  }
   if (expected.measures_angle())
     reading.text += fmt::format(", {:.2f} deg", std::remainder(value, 2 * std::numbers::pi) / kDegree);
   constexpr double kTolerance_m = 0.01;
@@ -353,10 +359,13 @@ NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected
 }
 
 NodeReading of_tilt(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
-  const auto steps = node.value(sent_fields(expected, machine).front().object);
-  if (!steps) return {};
-  const double deg = static_cast<std::int16_t>(*steps) * machine.sensors.tilt_step_rad * 180 / std::numbers::pi;
-  return {fmt::format("{:.2f} deg", deg), "", false};
+  const FrameField field = sent_fields(expected, machine).front();
+  const auto raw = node.value(field.object);
+  if (!raw) return {};
+  const double slope_rad = value_of(field.bits, *raw);
+  const bool possible = slave::possible(field, slope_rad, machine);
+  return {fmt::format("{:.2f} deg", slope_rad / kDegree),
+          possible ? "" : "reports an impossible slope: check the sensor and its wiring", !possible};
 }
 
 NodeReading of_enable(const SurveyedNode& node) {

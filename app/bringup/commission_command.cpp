@@ -309,12 +309,17 @@ int run_commission(CommissionCommandOptions options) {
   };
   const auto hint = [&] { return progress.hint(recorded_in(options.record).empty() ? "" : options.record); };
   if (const std::string note = progress.note(); !note.empty()) told << note << '\n';
+  told << std::flush;
+  check_told(dialogue, kToldPatience);
+  const auto go_on = [&] {
+    neutral_where_interrupted(interrupt);
+    check_told(dialogue);
+  };
   try {
     WizardResult result;
     std::string older;
     log.run(told, [&] {
-      result = run_wizard(
-          machine, access, person, record, [&] { neutral_where_interrupted(interrupt); }, progress.resume());
+      result = run_wizard(machine, access, person, record, go_on, progress.resume());
       out.stream() << commissioned_text(text, machine, result, {access.name(), cli::now_utc(), digest});
       older = out.commit_keeping_older();
       progress.done();

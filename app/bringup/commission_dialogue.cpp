@@ -8,7 +8,11 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
+#include <cstring>
+#include <thread>
 
+#include "core/error.h"
 #include "core/text.h"
 #include "machine/toml_reader.h"
 
@@ -43,6 +47,16 @@ std::string text(const Question& question) {
   for (const std::string& word : question.choices) answers += (answers.empty() ? "" : " | ") + word;
   const std::string unit = question.unit.empty() ? "" : ", in " + question.unit + ":";
   return question.text + unit + " [" + answers + "]";
+}
+
+void check_told(const cli::BackgroundWriter& said, Duration patience) {
+  constexpr std::chrono::milliseconds kLookAgain{1};
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (!said.idle() && said.refusal() == 0 && std::chrono::steady_clock::now() < until)
+    std::this_thread::sleep_for(kLookAgain);
+  if (const int error = said.refusal(); error != 0)
+    throw InputError(std::string("standard output: cannot be written: ") + std::strerror(error) +
+                     ": nobody would read what is asked; ended, machine neutral");
 }
 
 Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live) {

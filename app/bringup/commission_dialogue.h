@@ -12,6 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/background_writer.h"
+#include "core/time.h"
+
 namespace knuckle::bringup {
 
 /// Why commissioning ended before its end. The machine is neutral when it is caught.
@@ -54,6 +57,11 @@ struct Partner {
   bool live = false;
   std::string stop_gesture = "pressing Enter";  ///< By which a person ends it while something moves.
 };
+/// Before anything is asked: a reader that works takes the first lines sooner.
+inline constexpr Duration kToldPatience = 1s;
+/// @param patience for what was said so far to be written.
+/// @throws InputError where it cannot be: nobody would know what is asked, or what moves.
+void check_told(const cli::BackgroundWriter& said, Duration patience = Duration::zero());
 /// Lines of text. @param poll as LineInput::poll(). @param out outlives what is returned.
 [[nodiscard]] Partner terminal(std::ostream& out, std::function<std::optional<std::string>()> poll, bool live);
 

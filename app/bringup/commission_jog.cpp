@@ -40,7 +40,15 @@ std::string jog_text(const Reason& reason, const BusDescription& bus) {
     case ReasonCode::kEmergencyStop:
       return "the E-stop chain is open: release the E-stop on the machine";
     case ReasonCode::kSensorInvalid:
-      return subject_text(reason, bus) + " reports an invalid value: check its sensor and wiring";
+      return subject_text(reason, bus) + " reports an impossible value: check its sensor and wiring";
+    case ReasonCode::kValveNotFollowing: {
+      const Reason valve{ReasonCode::kSensorInvalid, subject_of(NodeRole::kValve, reason.subject, bus), 0, 0};
+      return subject_text(valve, bus) +
+             fmt::format(
+                 ": its spool does not follow its command ({:.0f} % of stroke apart, limit {:.0f} %): check the "
+                 "valve and its plug",
+                 100 * double(reason.value), 100 * double(reason.limit));
+    }
     case ReasonCode::kPilotOff:
       return "no pilot pressure: check the enable node's output and the enable valve";
     case ReasonCode::kJogOtherMoves:
@@ -90,6 +98,10 @@ void JogBench::idle() {
 
 void JogBench::idle(Duration time) {
   for (const Time end = access_.now() + time; access_.now() < end;) idle();
+}
+
+void JogBench::check_values() const {
+  if (const Reason why = jog_.invalid()) throw CommissionEnded(jog_text(why, client().bus()));
 }
 
 void JogBench::go_on() {
@@ -198,6 +210,7 @@ namespace {
 
 using Level = Finding::Level;
 
+constexpr double kStopping_s = 0.3;  // a spool closes, and that is told: by SDO where it sends nothing by itself
 constexpr double kMoved_m = 2e-3;
 constexpr double kDecisive_Pa =
     20e5;  // the pressure of a chamber that drives its cylinder against a stop rises by more
@@ -248,15 +261,22 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
                                1e3 * *seen.crept_m),
                    true);
   if (seen.tried == Tried::kDidNotFollow)
-    return because("its spool did not come to a small opening inside the dead band");
+    return because("its spool does not follow a small command inside the dead band: check the valve and its plug");
   if (seen.tried == Tried::kOthersFirst)
     return because(
         "not tried: another node lets nobody change how long it waits for the heartbeat, and would act first");
+  const std::string guard_time = " (" + ms(seen.guard_s) + ")";
+  if (seen.early)
+    return because((seen.told_s ? "it " + told : "it stopped after " + ms(*seen.stopped_s)) +
+                   ", before its guard could act" + guard_time + ": find out why, and commission again");
   if (seen.silent)
     return because("it " + told + ", and says no more " +
                    (valve ? "where its spool is" : "whether pilot pressure is on"));
   if (!valve && !seen.stopped_s) return because("pilot pressure stayed on without the controller's heartbeat", true);
   if (!valve && seen.others_stopped) return because("pilot pressure went off after a valve had stopped");
+  if (seen.stopped_s && *seen.stopped_s > seen.guard_s + kStopping_s)
+    return because(without + "it stopped only after " + ms(*seen.stopped_s) + ": its guard's time" + guard_time +
+                   " is not kept");
   if (!valve) return proved(without + "pilot pressure was off after " + ms(*seen.stopped_s) + how);
   if (seen.pilot_off_s) {
     return because(told + ", but pilot pressure went off after " + ms(*seen.pilot_off_s) +

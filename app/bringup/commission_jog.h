@@ -58,6 +58,8 @@ class JogBench {
 
   [[nodiscard]] const slave::RawSensors& sensors() const noexcept { return jog_.sensors(); }
   [[nodiscard]] const slave::CanopenClient& client() const noexcept { return jog_.client(); }
+  /// @throws CommissionEnded where a sensor sends a value that cannot be.
+  void check_values() const;
   /// Neutral and pilot pressure off, whatever happened before; for the way out.
   void neutral() noexcept;
 

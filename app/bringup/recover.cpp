@@ -134,10 +134,14 @@ int run_recover(const RecoverOptions& options) {
   for (const std::string& line : log.notes()) dialogue.stream() << line << '\n';
   const Partner person = log.noted(terminal(
       dialogue.stream(), [&] { return input.poll(); }, true));
+  dialogue.stream() << std::flush;
+  check_told(dialogue, kToldPatience);
   try {
     log.run(dialogue.stream(), [&] {
-      recover(machine, static_cast<int>(axis - kJointNames.begin()), access, person,
-              [&] { neutral_where_interrupted(interrupt); });
+      recover(machine, static_cast<int>(axis - kJointNames.begin()), access, person, [&] {
+        neutral_where_interrupted(interrupt);
+        check_told(dialogue);
+      });
     });
     return 0;
   } catch (const CommissionEnded& ended) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -23,18 +24,11 @@
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "slave/node_setup.h"
 
 namespace knuckle::eds {
 namespace {
 
 constexpr std::size_t kLargestMachine_MB = 1;
-constexpr std::uint16_t kBoolean = 1;
-
-const NodeDescription& node_of(const BusDescription& bus, const std::string& name, const std::string& source) {
-  if (const NodeDescription* node = bus.find(name)) return *node;
-  throw InputError(source + ": has no node '" + name + "'; its nodes: " + bus.node_names());
-}
 
 /// @throws InputError where the controller or a node other than this one has the id.
 void check_free(const BusDescription& bus, std::uint8_t id, const std::string& node, const std::string& source) {
@@ -205,22 +199,39 @@ std::string with_table(const std::string& machine_text, const std::string& machi
   return edited_toml(machine_text, edit);
 }
 
-std::string object_text(canopen::Object object, const Entry* entry) {
-  const std::string name = entry != nullptr && !entry->name.empty() ? " (" + entry->name + ")" : "";
-  return fmt::format("0x{:04X}:{:02X}{}", object.index, object.subindex, name);
-}
-
 }  // namespace
+
+const NodeDescription& named_node(const BusDescription& bus, const std::string& name, const std::string& source) {
+  if (const NodeDescription* node = bus.find(name)) return *node;
+  throw InputError(source + ": has no node '" + name + "'; its nodes: " + bus.node_names());
+}
 
 std::string profile_name(const NodeDescription& node) {
   if (node.role == NodeRole::kValve) return kValveProfileNames[static_cast<std::size_t>(node.profile)];
   return fmt::format("cia{}", profile_number(node.role));
 }
 
+namespace {
+
+/// The lines of a file that is not there yet would lead nowhere.
+MachineDescription parse_changed(const std::string& text, const std::string& source, const std::string& node,
+                                 const DeviceFile& device) {
+  try {
+    return parse_machine(text, source);
+  } catch (const FileErrors& errors) {
+    std::string all;
+    for (const std::string& line : errors.lines())
+      all += (all.empty() ? "" : "; ") + line.substr(line.find(": ", source.size()) + 2);
+    throw InputError(source + ": is as it was: with " + node + " of " + device.source + " it would be refused: " + all);
+  }
+}
+
+}  // namespace
+
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
   BusDescription bus = parse_machine(machine_text, machine_source).bus;
-  const NodeDescription& named = node_of(bus, node, machine_source);
+  const NodeDescription& named = named_node(bus, node, machine_source);
   check_free(bus, id, named.name, machine_source);
   if (!may_be(device.device_type, named.role)) {
     throw InputError(fmt::format("{}: 0x1000:00 = 0x{:X}: is a device of CiA {}; {} must be one of CiA {}",
@@ -232,108 +243,13 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   const std::string text = has_node_tables(machine_text, machine_source)
                                ? with_table(machine_text, machine_source, changed)
                                : with_line(machine_text, machine_source, changed);
-  if (!(parse_machine(text, machine_source).bus == bus)) {  // as every program will read it
+  const BusDescription read = parse_changed(text, machine_source, changed.name, device).bus;  // as programs will
+  changed.guard = read.node_of(changed.role, changed.channels.front().info().index).guard;  // proved of another device
+  if (!(read == bus)) {
     throw InputError(machine_source + ": needs " + changed.name +
                      " in a [[bus.node]] table with each key on a line of its own");
   }
   return text;
-}
-
-namespace {
-
-/// Why start-up would fail at this part; empty where it would not.
-std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, std::uint8_t id) {
-  const auto may_write = [](const Entry& entry) {
-    return entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
-  };
-  bool as_wanted = true;
-  for (const slave::SdoStep& step : part.asked) {
-    const Entry* entry = device.find(step.object);
-    if (entry == nullptr)
-      return fmt::format("start-up reads {}, which the device does not have", object_text(step.object, entry));
-    const bool holds = entry->value && step.holds(entry->value->of(id));
-    as_wanted = as_wanted && holds;
-    if (part.written.empty() && !holds && entry->value && !may_write(*entry)) {
-      return fmt::format("{} must be {} and is always {}", object_text(step.object, entry), step.value,
-                         entry->value->of(id));
-    }
-  }
-  if (as_wanted) return "";
-  for (const slave::SdoStep& step : part.written) {
-    const Entry* entry = device.find(step.object);
-    if (entry != nullptr && may_write(*entry)) continue;
-    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && entry->value)
-      return fmt::format("{} must be {} and is always {} ms", object_text(step.object, entry), period_text(step),
-                         entry->value->of(id));
-    return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
-  }
-  return "";
-}
-
-/// Why an object of the node's process data cannot be that; empty where it can.
-std::string obstacle_of(const DeviceFile& device, const FrameField& mapped) {
-  const Entry* entry = device.find(mapped.object);
-  const std::string object = object_text(mapped.object, entry);
-  if (entry == nullptr) return fmt::format("start-up maps {}, which the device does not have", object);
-  const auto is_wanted = [&](const DataType& one) {
-    return one.bytes * 8 == mapped.bits.bits && one.type == mapped.bits.type && one.number != kBoolean;
-  };
-  const DataType* const type = data_type(entry->data_type);
-  const bool position = mapped.object == canopen::kEncoderPosition;  // signed or not: both are sold
-  if (type != nullptr && (is_wanted(*type) || (position && type->bytes == 4 && type->type != BitField::Type::kFloat)))
-    return "";
-  const auto wanted = std::find_if(kDataTypes.begin(), kDataTypes.end(), is_wanted);
-  return fmt::format("{}: line {}: DataType of {} is {}{}; start-up maps it as {} ({})", device.source,
-                     entry->type_line, object, entry->data_type,
-                     type != nullptr ? fmt::format(" ({})", type->name) : "", wanted->number, wanted->name);
-}
-
-}  // namespace
-
-Fit fit_of(const DeviceFile& device, const MachineDescription& machine, const std::string& node) {
-  const NodeDescription& named = node_of(machine.bus, node, machine.source);
-  Fit fit;
-  const int kbps = static_cast<int>(machine.bus.bit_rate / 1000);
-  if (const auto& rates = device.bit_rates_kbps;
-      !rates.empty() && std::find(rates.begin(), rates.end(), kbps) == rates.end())
-    fit.obstacles.push_back(fmt::format("the bus has {} kbit/s, which the device does not know", kbps));
-  const auto scripts = slave::node_scripts(machine);
-  const auto script =
-      std::find_if(scripts.begin(), scripts.end(), [&](const auto& one) { return one.node.name == named.name; });
-  int guards = 0;
-  bool guarded = false, by_timer = false;
-  for (const slave::SetupPart& part : script->script) {
-    using Kind = slave::SetupPart::Kind;
-    if (part.kind == Kind::kIdentity || part.kind == Kind::kOptional || part.kind == Kind::kProof) continue;
-    if (part.kind == Kind::kTimer && !by_timer) continue;
-    const std::string obstacle = obstacle_of(device, part, named.id);
-    if (part.kind == Kind::kTransmission) {
-      const Entry* type = device.find(part.asked[0].object);
-      by_timer = !obstacle.empty() && type != nullptr && type->value && slave::by_own_timer(type->value->of(named.id));
-      if (by_timer) continue;
-    }
-    if (part.kind == Kind::kGuard) {
-      ++guards;
-      guarded = guarded || obstacle.empty();
-    } else if (!obstacle.empty()) {
-      fit.obstacles.push_back(obstacle);
-    }
-    if (part.kind != Kind::kRequire) continue;
-    for (const slave::SdoStep& step : part.asked) {
-      const Entry* entry = device.find(step.object);
-      if (!obstacle.empty() || entry == nullptr || !entry->value || step.holds(entry->value->of(named.id))) continue;
-      fit.to_set.push_back(fmt::format("set {} of the device to {}: it is delivered with {}",
-                                       object_text(step.object, entry), step.value, entry->value->of(named.id)));
-    }
-  }
-  for (const BusFrame& frame : bus_frames(machine.bus, machine.sensors)) {
-    if (machine.bus.nodes[frame.node].name != named.name) continue;
-    for (const FrameField& field : frame.fields)
-      if (const std::string obstacle = obstacle_of(device, field); !obstacle.empty()) fit.obstacles.push_back(obstacle);
-  }
-  if (guards > 0 && !guarded)
-    fit.obstacles.push_back("it has no guard that start-up knows: without its controller it would not stop");
-  return fit;
 }
 
 namespace {
@@ -366,6 +282,15 @@ std::string text_to_change(const std::string& machine, cli::Places& places) {
   return whole_file(machine, kLargestMachine_MB);
 }
 
+/// What was said must be readable, or what was done is said in the one line that then is.
+/// @throws InputError
+void check_said(const std::string& done) {
+  const cli::InterruptGuard pipes_only_fail;
+  errno = 0;
+  if (std::cout.flush() || errno == EPIPE || errno == EBADF) return;  // nobody wanted to read it
+  throw InputError("standard output: cannot be written; " + done);
+}
+
 /// @return what the older one is called now; empty where nothing changed.
 std::string write_keeping_older(const std::string& machine, const std::string& text) {
   cli::OutputFile out("--machine", machine);
@@ -382,9 +307,10 @@ int add(const BusOptions& o) {
   const DeviceFile device = read_device_file(o.file);
   const std::string text = with_device(before, o.machine, o.as, id, device);
   const MachineDescription machine = parse_machine(text, o.machine);
-  const std::string node = node_of(machine.bus, o.as, o.machine).name;
+  const std::string node = named_node(machine.bus, o.as, o.machine).name;
   const Fit fit = fit_of(device, machine, node);
   for (const std::string& slip : device.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
+  for (const std::string& note : fit.notes) std::cout << "note: " << o.file << ": " << note << '\n';
   if (const std::string lacks = missing_status_text(*machine.bus.find(node), machine); !lacks.empty())
     std::cout << "note: " << node << ' ' << lacks << '\n';
   for (const std::string& obstacle : fit.obstacles)
@@ -398,6 +324,7 @@ int add(const BusOptions& o) {
             << fmt::format("0x{:02X}", id) << ", in " << o.machine
             << (text == before ? " (it was so already: nothing changed)" : " (before: " + kept + ")") << '\n';
   for (const std::string& step : fit.to_set) std::cout << "to do: " << step << '\n';
+  if (text != before) check_said(o.machine + " has been changed (before: " + kept + ")");
   return 0;
 }
 
@@ -408,6 +335,7 @@ int migrate(const std::string& machine) {
   const std::string kept = same ? "" : write_keeping_older(machine, text);
   std::cout << machine << ": its nodes are [[bus.node]] tables"
             << (same ? " already: nothing changed" : " (before: " + kept + ")") << '\n';
+  if (!same) check_said(machine + " has been changed (before: " + kept + ")");
   return 0;
 }
 
@@ -454,6 +382,7 @@ int assign(const BusOptions& o) {
             << (given.device.serial != 0
                     ? "; found there with the same serial\n"
                     : "; found there; it has no serial: another one of its kind would look the same\n");
+  check_said("the device has its new node id");
   return 0;
 }
 

@@ -15,6 +15,10 @@ namespace knuckle::eds {
 /// The profile as [[bus.node]] tables call it: "cia408/pved".
 [[nodiscard]] std::string profile_name(const NodeDescription& node);
 
+/// By its name, or that of a signal it has. @throws InputError where there is none, which names those that there are.
+[[nodiscard]] const NodeDescription& named_node(const BusDescription& bus, const std::string& name,
+                                                const std::string& source);
+
 /// The machine file's text with the device in place of that node, its comments and order as they were.
 /// @param node name of a node of the machine file, or of a signal that one has. @throws InputError where the device's
 /// profile is not that node's, where the file has the node neither in a [[bus.node]] table nor on one line in
@@ -25,6 +29,7 @@ namespace knuckle::eds {
 /// How a device fits the start-up of its node, one line each.
 struct Fit {
   std::vector<std::string> obstacles;  ///< Start-up would fail.
+  std::vector<std::string> notes;      ///< A guard that start-up could not set beside one that it can.
   std::vector<std::string> to_set;     ///< Start-up asks for a value that the device does not have as delivered.
 };
 /// @throws InputError where the machine has no node of that name.

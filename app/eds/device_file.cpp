@@ -204,8 +204,19 @@ class Reader {
       slip(section.line, fmt::format("[{}] has no AccessType: taken as read-only", section.name));
     }
     if (const Key* mapping = section.find("pdomapping")) entry.mappable = whole_number(mapping->value).value_or(0) != 0;
+    if (const DataType* known = data_type(entry.data_type); known != nullptr && known->type != BitField::Type::kFloat) {
+      entry.lowest = limit(section.find("lowlimit"), *known);
+      entry.most = limit(section.find("highlimit"), *known);
+    }
     if (const Key* value = section.find("defaultvalue")) entry.value = default_of(section, *value, entry.data_type);
     return entry;
+  }
+
+  /// Of a signed object it may be given by its bits.
+  static std::optional<std::int64_t> limit(const Key* key, const DataType& type) {
+    const auto number = key != nullptr ? whole_number(key->value) : std::nullopt;
+    if (!number || type.type != BitField::Type::kSigned) return number;
+    return signed_value(static_cast<std::uint32_t>(*number), type.bytes);
   }
 
   std::optional<Value> default_of(const Section& section, const Key& key, std::uint16_t data_type) {
@@ -324,6 +335,9 @@ class Reader {
       const Key* key =
           info_key != nullptr && info != sections_.end() ? info->second.find(lower(info_key).c_str()) : nullptr;
       const auto told = key != nullptr ? whole_number(key->value) : std::nullopt;
+      if (entry != nullptr && entry->value && entry->value->number < 0)
+        refuse(entry->line, "DefaultValue of " + text_of(key_of(object)),
+               "must be a whole number from 0 to 0xFFFFFFFF");
       const bool has = entry != nullptr && entry->value && (entry->value->number != 0 || !told);
       if (!has && key != nullptr && !told)
         refuse(key->line, std::string(info_key) + " of [DeviceInfo]", "must be a whole number from 0 to 0xFFFFFFFF");
@@ -339,6 +353,10 @@ class Reader {
     file_.device_type = of(canopen::kDeviceType, nullptr);
     file_.vendor = of(canopen::kVendorId, "VendorNumber");
     file_.product = of(canopen::kProductCode, "ProductNumber");
+    if (file_.vendor == 0)
+      slip(1,
+           "vendor id 0 (0x1018:01) is nobody's: written as it is, and 'profile' as of any vendor; correct both where "
+           "knuckle doctor reads another");
   }
 
   DeviceFile file_;
@@ -349,6 +367,11 @@ class Reader {
 };
 
 }  // namespace
+
+std::int64_t signed_value(std::uint32_t bits, unsigned bytes) noexcept {
+  const unsigned unused = 32 - 8 * bytes;
+  return static_cast<std::int32_t>(bits << unused) >> unused;
+}
 
 const DataType* data_type(std::uint16_t number) noexcept {
   const auto known = std::find_if(kDataTypes.begin(), kDataTypes.end(),

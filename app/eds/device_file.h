@@ -41,6 +41,8 @@ inline constexpr std::array kDataTypes{
     DataType{3, 2, BitField::Type::kSigned, "INTEGER16"},    DataType{4, 4, BitField::Type::kSigned, "INTEGER32"},
     DataType{5, 1, BitField::Type::kUnsigned, "UNSIGNED8"},  DataType{6, 2, BitField::Type::kUnsigned, "UNSIGNED16"},
     DataType{7, 4, BitField::Type::kUnsigned, "UNSIGNED32"}, DataType{8, 4, BitField::Type::kFloat, "REAL32"}};
+/// What these bits of a signed number of 1 to 4 bytes are.
+[[nodiscard]] std::int64_t signed_value(std::uint32_t bits, unsigned bytes) noexcept;
 /// nullptr where it is none of these.
 [[nodiscard]] const DataType* data_type(std::uint16_t number) noexcept;
 
@@ -49,9 +51,10 @@ struct Entry {
   std::string name;
   std::uint16_t data_type = 0;  ///< CiA 301, a number of kDataTypes where Knuckle knows it.
   Access access = Access::kReadOnly;
-  std::optional<Value> value;   ///< As delivered; nothing where the file gives none, or one that is no whole number.
-  bool mappable = false;        ///< Into process data.
-  int line = 0, type_line = 0;  ///< Where its section begins, and says the data type.
+  std::optional<Value> value;    ///< As delivered; nothing where the file gives none, or one that is no whole number.
+  std::optional<bool> mappable;  ///< Into process data; nothing where the file does not say it.
+  std::optional<std::int64_t> lowest, most;  ///< LowLimit, HighLimit.
+  int line = 0, type_line = 0;               ///< Where its section begins, and says the data type.
 };
 
 struct DeviceFile {

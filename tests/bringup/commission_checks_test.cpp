@@ -52,6 +52,7 @@ TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
   const auto seen = [](std::optional<double> told_s, std::optional<double> stopped_s,
                        const std::function<void(Seen&)>& change = {}) {
     Seen made;
+    made.guard_s = 0.05;
     made.told_s = told_s;
     made.stopped_s = stopped_s;
     if (change) change(made);
@@ -80,7 +81,12 @@ TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
       {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kOthersFirst; }), false, Level::kNote,
        "would act first"},
       {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kNoDeadBand; }), false, Level::kNote, "too small"},
-      {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kDidNotFollow; }), false, Level::kNote, "did not come"},
+      {valve, seen({}, {}, [](Seen& s) { s.tried = Seen::Tried::kDidNotFollow; }), false, Level::kNote,
+       "does not follow"},
+      {valve, seen(0.035, 0.12, [](Seen& s) { s.early = true, s.emergency = 0xFF00; }), false, Level::kNote,
+       "told error 0xFF00 after 35 ms, before its guard could act (50 ms)"},
+      {valve, seen({}, 0.02, [](Seen& s) { s.early = true; }), false, Level::kNote, "it stopped after 20 ms, before"},
+      {valve, seen(0.055, 0.36), false, Level::kNote, "stopped only after 360 ms"},
       {enable, seen(0.15, 0.15), true, Level::kOk, "pilot pressure was off after 150 ms"},
       {enable, seen({}, {}), false, Level::kFault, "stayed on without"},
       {enable, seen({}, 0.15, [](Seen& s) { s.others_stopped = true; }), false, Level::kNote,
@@ -158,7 +164,7 @@ TEST(JogText, NamesAxisMeasuredValueAndLimitOfWhatEndedAMotion) {
   EXPECT_EQ(jog_text({ReasonCode::kSensorStale, 0x22, 26, 25}, bus),
             "arm_head_pressure (node 0x22): sensor has stopped sending: check node and cable (26 ms; limit 25 ms)");
   EXPECT_EQ(jog_text({ReasonCode::kSensorInvalid, 0x22, 1, 0}, bus),
-            "arm_head_pressure (node 0x22) reports an invalid value: check its sensor and wiring");
+            "arm_head_pressure (node 0x22) reports an impossible value: check its sensor and wiring");
   EXPECT_EQ(jog_text({ReasonCode::kJogTooLong, 0, 90.5F, 90}, bus),
             "motion takes too long: check pump, engine speed and pilot pressure (90.5 s; limit 90 s)");
   EXPECT_EQ(jog_text({ReasonCode::kEmergencyStop, 0, 0, 0}, bus),

@@ -126,7 +126,7 @@ NrOfEntries=1
   EXPECT_EQ(file.find({0x6300, 2})->value->number, 9);
   EXPECT_EQ(file.find({0x6300, 3})->name, "third");
   EXPECT_EQ(file.find({0x6300, 3})->access, Access::kReadWrite);
-  EXPECT_TRUE(file.find({0x6300, 3})->mappable);
+  EXPECT_TRUE(file.find({0x6300, 3})->mappable.value_or(false));
   EXPECT_EQ(file.find({0x6300, 4}), nullptr);
 }
 

@@ -1,6 +1,8 @@
 // Devices that have what a node's start-up wants, for the shipped machine.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <string>
@@ -46,6 +48,7 @@ inline eds::DeviceFile made_for(const std::string& node, const MachineDescriptio
   for (const slave::SetupPart& part : script->script) {
     for (const slave::SdoStep& step : part.asked) {
       eds::Entry& entry = device.entries[std::uint32_t{step.object.index} << 8 | step.object.subindex];
+      entry.data_type = step.size == 1 ? 5 : step.size == 2 ? 6 : 7;
       entry.access = part.written.empty() ? eds::Access::kReadOnly : eds::Access::kReadWrite;
       entry.value = eds::Value{step.value, false};
       entry.line = 1;
@@ -76,6 +79,19 @@ inline std::string refused(const std::string& node, std::uint8_t id, const eds::
     return error.what();
   }
   return "accepted";
+}
+
+
+inline std::string eds_text(const eds::DeviceFile& device) {
+  std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Device\n";
+  for (const auto& [key, entry] : device.entries) {
+    const std::uint32_t value = key == 0x101801   ? device.vendor
+                                : key == 0x101802 ? device.product
+                                                  : entry.value.value_or(eds::Value{}).of(0);
+    text += fmt::format("[{:04X}sub{:X}]\nDataType={}\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
+                        entry.data_type, entry.access == eds::Access::kReadWrite ? "rw" : "ro", value);
+  }
+  return text;
 }
 
 }  // namespace knuckle::test

@@ -116,7 +116,7 @@ TEST(BusNodes, WhatADeviceMapsByItselfIsReadWhereItLies) {
     return test::with_match_replaced(test::refusal([&] { (void)parse_machine(with(keys), "test.toml"); }),
                                      "^test.toml:[0-9]+: ", "");
   };
-  EXPECT_NE(refused("tpdo_map = [0x20000120]").find("nor a further one has 0x60100010, which is slope"),
+  EXPECT_NE(refused("tpdo_map = [0x20000120]").find("must have 0x60100010 (slope), or tpdo2_map to tpdo4_map must"),
             std::string::npos)
       << refused("tpdo_map = [0x20000120]");
   EXPECT_NE(refused("tpdo_map = [0x20000107, 0x60100010]").find("has 23 bits: must be whole bytes, 8 at most"),

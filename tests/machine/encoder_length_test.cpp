@@ -250,7 +250,7 @@ TEST(RotaryEncoders, FilesThatCannotBeAreRefusedWithTheirKey) {
       {"steps_per_turn = 16384\nturns = 4096", "steps_per_turn = 65536\nturns = 32769", "must be at most 32768"},
       {"steps_per_turn = 16384\nturns = 4096", "steps_per_turn = 65536\nturns = 65536",
        "turns' = 65536: must be at most 32768: 2^31 steps in all"},
-      {"sign = -1", "sign = -2", "sign' = -2: must be a whole number within [-1, 1]"},
+      {"sign = -1", "sign = -2", "sign' = -2: must be 1 or -1"},
       {"zero_rad = 0.4", "zero_rad = 4", "zero_rad' = 4: must be within"},
       {"zero_rad = 0.4", "zero_deg = 0.4", "zero_deg"},
       {"1 = \"slope\" }\n", "1 = \"slope\" }\nsign = 1\n", "sign"},
