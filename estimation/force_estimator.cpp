@@ -249,12 +249,12 @@ std::string doubt_text(std::uint16_t confidence_reasons) {
        {kFastMotion, "fast motion"},
        {kBiasNotLearned, "still learning this machine's free motion"},
        {kTorqueMissing, "a cylinder's pressures are not measured"},
-       {kStraightArm, "contact model: boom and arm in line"},
+       {kStraightArm, "contact model: the arm is straight"},
        {kBucketInLine, "contact model: arm and bucket in line"},
        {kNearToggle, "contact model: bucket near its end"},
-       {kDirectionAlongLink, "contact model: the force's direction passes through a joint"},
-       {kOffTheBucket, "contact model: the force does not pass the bucket"},
-       {kNoDirection, "contact model: nothing has moved yet, so the force has no direction"}}};
+       {kDirectionAlongLink, "contact model: the force passes a joint"},
+       {kOffTheBucket, "contact model: the force passes the bucket by"},
+       {kNoDirection, "contact model: no direction before a motion"}}};
   std::string words;
   for (const auto& [bit, why] : kWords)
     if ((confidence_reasons & bit) != 0) words += (words.empty() ? "" : ", ") + std::string(why);

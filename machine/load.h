@@ -19,6 +19,10 @@ namespace knuckle {
 /// The same for text in memory; `source` names it in messages.
 [[nodiscard]] MachineDescription parse_machine(std::string_view text, const std::string& source);
 
+/// The machine with another contact model in its file's text, so that a recording of it says which one ran.
+/// @param machine as loaded, not calibrated(). @param model a name of it. @throws InputError as load_machine() does.
+[[nodiscard]] MachineDescription with_contact_model(const MachineDescription& machine, std::string_view model);
+
 /// The same for a haptic device file.
 [[nodiscard]] DeviceDescription load_device(const std::string& path);
 /// The same for text in memory, such as a recording's. Its law may be one that is no more: which one ran, the

@@ -9,6 +9,7 @@
 
 #include "core/units.h"
 #include "machine/bus_description.h"
+#include "machine/file_text.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_bus.h"
@@ -234,9 +235,8 @@ ForceDescription read_force(TomlTable file, const SensorDescription& sensors) {
     force.contact_model = static_cast<ContactModel>(file.choice("contact_model", kContactModelNames));
   const std::string lacks = lacks_pressures(force.contact_model, sensors);
   file.require(lacks.empty(), "contact_model", lacks, {".sensors.without_pressures"});
-  if (force.contact_model != ContactModel::kForceAndPosition) return force;
   constexpr std::array kDirections{"against_motion", "plumb", "fixed"};
-  force.direction = static_cast<ForceDirection>(file.choice("direction", kDirections));
+  if (file.has("direction")) force.direction = static_cast<ForceDirection>(file.choice("direction", kDirections));
   if (force.direction != ForceDirection::kFixed) return force;
   force.fixed_direction = file.numbers<2>("fixed_direction", -1, 1);
   file.require(force.fixed_direction.norm() > 0.1, "fixed_direction", "must be longer than 0.1: (x, z) of a direction");
@@ -380,6 +380,19 @@ MachineDescription load_machine(const std::string& path) {
 
 MachineDescription parse_machine(std::string_view text, const std::string& source) {
   return read_machine(TomlTable::parse(text, source));
+}
+
+MachineDescription with_contact_model(const MachineDescription& machine, std::string_view model) {
+  const std::string wanted = "contact_model = " + toml_quoted(model);
+  bool has_table = false;
+  std::string text = edited_toml(machine.text, [&](const std::string& table, const std::string& key, std::string& line) {
+    if (table != "[force]") return;
+    has_table = true;
+    if (key == "[force]") line += "\n" + wanted;
+    if (key == "contact_model") line.clear();
+  });
+  if (!has_table) text += "\n[force]\n" + wanted + "\n";
+  return parse_machine(text, machine.source);
 }
 
 }  // namespace knuckle

@@ -101,6 +101,7 @@ constexpr double kLinkWidth = 0.05, kBucketWidth = 0.16, kLineThickness = 0.006,
 constexpr double kArrowThickness = 0.013, kLongestHead = 0.05, kContactSize = 0.045, kLabelAbove = 0.08;
 
 /// Radius of the 95 % ellipse of two normal variables, in standard deviations: sqrt(-2 ln 0.05).
+constexpr double kTwoSided95 = 1.96, kLineLength = 0.15;  // of the line drawn, to each side; of the reach
 const double kSigmas95 = std::sqrt(-2 * std::log(0.05));
 
 std::int64_t stamp_of(const slave::SlaveState& state, std::int64_t unix_ns) {
@@ -219,13 +220,26 @@ void SceneWriter::put_cylinders(CdrWriter& out, std::int64_t at_ns, const Machin
   put_entity(out, at_ns, {.id = "cylinders", .frame = kMachineFrame, .lines = lines});
 }
 
+namespace {
+
+/// From the tip to the nearest point of the line of action; nearer the tip the less sure it is that it passes it by.
+PlanarVector place_on_line(const slave::SlaveState& state) {
+  const PlanarVector unit = state.tip_force_N.stableNormalized();
+  const double offset2 = state.line_offset_m * state.line_offset_m;
+  const double sure = offset2 > 0 ? offset2 / (offset2 + state.line_sigma_m * state.line_sigma_m) : 0;
+  return sure * state.line_offset_m * PlanarVector(-unit.y(), unit.x());
+}
+
+}  // namespace
+
 void SceneWriter::put_force(CdrWriter& out, std::int64_t at_ns, const PlanarVector& tip_m,
                             const slave::SlaveState& state) const {
   const PlanarVector arrow_m = state.tip_force_N / newtons_per_m_;
+  const PlanarVector at_m = tip_m + place_on_line(state);
   const double length_m = arrow_m.norm(), head_m = std::min(kLongestHead * reach_m_, 0.6 * length_m);
   const double thickness_m = std::min(kArrowThickness * reach_m_, 0.26 * head_m);
   const Colour colour = faded(state.confidence);
-  const std::array arrows{Arrow{pose_in_plane(tip_m, std::atan2(arrow_m.y(), arrow_m.x())), length_m - head_m,
+  const std::array arrows{Arrow{pose_in_plane(at_m, std::atan2(arrow_m.y(), arrow_m.x())), length_m - head_m,
                                 thickness_m, head_m, 2 * thickness_m, colour}};
   const bool known = state.confidence > kKnown;
   const ShortText text =
@@ -234,12 +248,19 @@ void SceneWriter::put_force(CdrWriter& out, std::int64_t at_ns, const PlanarVect
   const std::array labels{
       Label{in_space(tip_m + PlanarVector(0, kLabelAbove * reach_m_)), text.view(), known ? kForce : kInk}};
   std::array<Solid, 1> ellipses;
-  if (known) ellipses[0] = ellipse(tip_m + arrow_m, state.covariance_N2);
+  if (known) ellipses[0] = ellipse(at_m + arrow_m, state.covariance_N2);
+  // Along the line of action, as wide as 95 % of it.
+  const PlanarVector along_m = kLineLength * reach_m_ * state.tip_force_N.stableNormalized();
+  const std::array ends{in_space(at_m - along_m), in_space(at_m + along_m)};
+  Colour pale = kForce;
+  pale[3] = 0.15;
+  const std::array lines{Line{LineKind::kStrip, 2 * kTwoSided95 * state.line_sigma_m, ends, pale}};
   put_entity(out, at_ns,
              {.id = "force",
               .frame = kMachineFrame,
               .note = {"scale", scale_},
               .arrows = arrows,
+              .lines = std::span<const Line>(lines).first(known && state.line_sigma_m > 0 ? 1 : 0),
               .ellipsoids = std::span<const Solid>(ellipses).first(known ? 1 : 0),
               .labels = labels});
 }

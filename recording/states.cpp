@@ -126,10 +126,12 @@ StateTranslation::StateTranslation(const std::string& recorded, const std::strin
       continue;
     }
     const Layout::Place& other = *found->second;
-    if (other.type != place.type)
+    // Bits that have become more: the lowest bytes are the same, those above are zero.
+    const bool wider = other.type == "uint8" && place.type == "uint16";
+    if (other.type != place.type && !wider)
       throw InputError(fmt::format("{}: {} is recorded as {}, and is {} in this version of Knuckle: cannot be read",
                                    where, other.name, shortened(other.type), place.type));
-    copies_.push_back({kCdrHeader.size() + other.at, kCdrHeader.size() + place.at, place.bytes});
+    copies_.push_back({kCdrHeader.size() + other.at, kCdrHeader.size() + place.at, other.bytes});
   }
   recorded_bytes_ = kCdrHeader.size() + from.bytes();
 }

@@ -14,7 +14,7 @@
 namespace knuckle::recording {
 
 /// From messages of one schema to messages of another. A field that they lack keeps its initial value, one that has
-/// gone is passed over, one that is called otherwise today is found.
+/// gone is passed over, one that is called otherwise today or has more bits is found.
 class StateTranslation {
  public:
   /// @param recorded, today schemas. @param initial message of today's schema. @param where file and topic.

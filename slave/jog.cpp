@@ -127,6 +127,10 @@ void Jog::take(const FrameField& field, double value, Time now) noexcept {
     sensors_.pressure_invalid[place] = (static_cast<unsigned>(value) & bad) != 0;
   } else if (field.part == FrameField::Part::kValue) {
     sensors_.at[place] = now;
+    // Chambers without a transmitter have no age of their own.
+    const int without = machine_.sensors.without_pressures;
+    if (without != SensorDescription::kNone && place == kPressures + static_cast<std::size_t>(without))
+      sensors_.at[2 * static_cast<std::size_t>(without)] = sensors_.at[2 * static_cast<std::size_t>(without) + 1] = now;
     sensors_.impossible[place] = !possible(field, value, machine_);
     if (place < kPressures)
       sensors_.pressure_Pa[place] = value;

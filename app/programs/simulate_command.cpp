@@ -29,7 +29,8 @@ constexpr double kLongestSession_s = 3600;
 /// What a cell says itself.
 constexpr std::array kInputs{"--scenario",     "--machine",  "--operator",     "--person",     "--family", "--map",
                              "--seed",         "--delay-ms", "--jitter-ms",    "--loss",       "--truth",  "--realtime",
-                             "--bursts-per-s", "--device",   "--machine-seed", "--impairment", "--listen", "--connect"};
+                             "--bursts-per-s", "--device",   "--machine-seed", "--impairment", "--listen", "--connect",
+                             "--contact-model"};
 
 void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file").show_default();
@@ -45,6 +46,8 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--person", o.person, "How much of a person the operator is: exact, steady or rough (default: exact)");
   c.add_option("--map", o.map, "Mapping file (.toml) that says how to read the recorded motion");
   c.add_option("--control", o.control, "Bilateral law: echo, cues or direct (default: as the device's file says)");
+  c.add_option("--contact-model", o.contact_model,
+               "Contact model by name, in place of the machine file's (docs/theory.md)");
   c.add_option("--duration", o.duration_s, "Stop after so many seconds");
   c.add_option("--seed", o.seed, "Random seed of the plant's true parameters, the link and the operator")
       .show_default()
@@ -122,6 +125,8 @@ void check(const session::SimulateOptions& o) {
                      " N, or 0: off");
   if (!o.control.empty() && !control_law_named(o.control))
     cli::refuse_option("--control", o.control, kControlLawChoice);
+  if (!o.contact_model.empty() && !contact_model_named(o.contact_model))
+    cli::refuse_option("--contact-model", o.contact_model, kContactModelChoice);
   const std::vector<std::string> path = o.operator_paths();
   for (const std::string& file : path)
     if (file.empty()) cli::refuse_option("--operator", o.operator_name, "must name a file after path:");

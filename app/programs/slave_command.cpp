@@ -36,7 +36,7 @@ constexpr const char* kSimulatedBus = "simulated";
 static_assert(secure::kHandOverGap > slave::kLossLimits.neutral);
 
 struct Options {
-  std::string machine, can;
+  std::string machine, can, contact_model;
   pairing::LinkOptions link;
   bool simulate = false, wait_for_can = false;
   std::string scenario;
@@ -50,6 +50,8 @@ struct Options {
 
 void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
+  c.add_option("--contact-model", o.contact_model,
+               "Contact model by name, in place of the machine file's (docs/theory.md)");
   c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
   c.add_flag("--wait-for-can", o.wait_for_can,
              "With --can: wait for an interface that is not there or not up yet, instead of ending (for a service)");
@@ -89,6 +91,8 @@ void check_bus(const Options& o) {
 
 void check(const Options& o) {
   check_bus(o);
+  if (!o.contact_model.empty() && !contact_model_named(o.contact_model))
+    cli::refuse_option("--contact-model", o.contact_model, kContactModelChoice);
   recordings::check_log(o.log);
   cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
   if (o.observers && o.link.insecure > 0)
@@ -116,7 +120,8 @@ struct Setup {
 
 Setup set_up(const Options& o) {
   const std::string file = find_config("machine", o.machine.empty() ? "solar015" : o.machine);
-  const MachineDescription read = load_machine(file);
+  MachineDescription read = load_machine(file);
+  if (!o.contact_model.empty()) read = with_contact_model(read, o.contact_model);
   Setup setup{file, calibrated(read), {}};
   if (!o.simulate) return setup;
   const std::uint64_t seed = o.seed.value_or(1);

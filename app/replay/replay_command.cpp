@@ -64,9 +64,15 @@ void put_in(const std::string& file, recording::ReplaySetup& setup, Replaced& re
 }  // namespace
 
 void change(recording::ReplaySetup& setup, const Changes& changes) {
-  setup.changed = !changes.with.empty() || !changes.control.empty();
+  setup.changed = changes.any();
   Replaced replaced;
   for (const std::string& file : changes.with) put_in(file_of(file), setup, replaced);
+  if (!changes.contact_model.empty()) {
+    if (!contact_model_named(changes.contact_model))
+      cli::refuse_option("--contact-model", changes.contact_model, kContactModelChoice);
+    // The text is that of the file as it was read: what it has of a calibration is applied anew.
+    setup.machine = calibrated(with_contact_model(setup.machine, changes.contact_model));
+  }
   if (changes.control.empty()) return;
   if (!control_law_named(changes.control)) cli::refuse_option("--control", changes.control, kControlLawChoice);
   setup.head.law = changes.control;
@@ -78,6 +84,7 @@ struct Options {
   std::vector<std::string> files;
   std::vector<std::string> with;
   std::string control;
+  std::string contact_model;
 };
 
 void print(const recording::Divergence& first) {
@@ -102,7 +109,7 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   recording::ReplaySetup setup = recording::setup_of(recording);
-  change(setup, {o.with, o.control});
+  change(setup, {o.with, o.control, o.contact_model});
   const auto watch = [](Time, const auto& /*loop*/) { cli::check_interrupt(); };
   const recording::ReplayResult result = recording::replay(recording, setup, {watch, watch});
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle replay: " << remark << '\n';
@@ -123,7 +130,7 @@ int run(const Options& o) {
                              name(change.side), change.recorded, change.replayed);
   const bool whole = recording.damages().empty();
   if (result.identical()) std::cout << (whole ? "identical, bit by bit\n" : "identical as far as it can be read\n");
-  if (!o.with.empty() || !o.control.empty()) return whole ? 0 : 1;
+  if (setup.changed) return whole ? 0 : 1;
   if (!result.identical() && recording.head().version != cli::program_version())
     std::cout << "recorded by version " << recording.head().version << ", run again by " << cli::program_version()
               << '\n';
@@ -143,6 +150,8 @@ cli::Command replay_entry() {
             "--with", options->with,
             "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
         command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
+        command.add_option("--contact-model", options->contact_model,
+                           "Contact model in place of the recorded one: what would have been felt?");
         command.add_note(
             "A change is compared open loop: hand and machine move as recorded, whatever the changed loops command. A "
             "changed gain shows other commands and forces, not the motion that it would lead to; for that run knuckle "

@@ -1,5 +1,5 @@
-// `knuckle replay`: runs the loops of a recording again and says where they do otherwise; with --with and --control,
-// with something else in their place.
+// `knuckle replay`: runs the loops of a recording again and says where they do otherwise; with --with, --control and
+// --contact-model, with something else in their place.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ namespace knuckle::replay {
 struct Changes {
   std::vector<std::string> with;  ///< Machines or devices, names or files; a file says which it is by its keys.
   std::string control;            ///< Bilateral law; empty: the recorded one.
-  [[nodiscard]] bool any() const noexcept { return !with.empty() || !control.empty(); }
+  std::string contact_model;      ///< Likewise.
+  [[nodiscard]] bool any() const noexcept { return !with.empty() || !control.empty() || !contact_model.empty(); }
 };
 
 /// @throws InputError naming the option.

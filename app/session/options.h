@@ -21,6 +21,7 @@ struct SimulateOptions {
   std::string person;                  ///< How much of a person the operator is.
   std::string map;                     ///< Mapping file of a recorded motion.
   std::string control;                 ///< Bilateral law.
+  std::string contact_model;           ///< In place of the machine file's.
   std::optional<double> duration_s;
   std::uint64_t seed = 1;
   /// Of the simulated machine, when it is not the session's: it has been sampled by this one, and is used on another

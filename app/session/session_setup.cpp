@@ -87,6 +87,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
   SessionSetup& setup = loaded.setup;
   if (options.realtime) refuse_impairment(options);
   setup.machine = load_machine(find_config("machine", options.machine.empty() ? kDefaultMachine : options.machine));
+  if (!options.contact_model.empty()) setup.machine = with_contact_model(setup.machine, options.contact_model);
   setup.device = device_for(setup.machine, options.device);
   check_springs(setup.machine, setup.device);
   setup.scenario = options.scenario_text.empty()

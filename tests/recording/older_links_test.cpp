@@ -19,6 +19,7 @@
 namespace knuckle::recording {
 namespace {
 
+constexpr std::size_t kSinceVersion9 = 81;  // bytes of a report: ten numbers and a byte
 constexpr std::size_t kMasterSize = 172, kImpedanceAt = kMasterSize - 28;
 
 /// As version 7 sent them, up to the waves.
@@ -38,11 +39,11 @@ TEST(OlderLinks, ASetPointOfVersion7LosesItsEnergyAndWaveAndNothingElse) {
   for (const bool waves : {false, true}) {
     const auto old = test::hex(kMaster + kEnergy + (waves ? kImpedance + kWave : kNoImpedance + kNoWave));
     ASSERT_EQ(old.size(), kMasterSize);
-    const auto translated = from_link_version_7(old);
+    const auto translated = from_older_link(old);
     ASSERT_TRUE(translated);
     EXPECT_EQ(translated->led_by_waves, waves);
     auto expected = test::hex(kMaster);
-    expected[2] = 8;
+    expected[2] = kLinkVersion;
     EXPECT_EQ(translated->bytes, expected);
     EXPECT_TRUE(decode_master(translated->bytes));
   }
@@ -52,41 +53,67 @@ TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusOnlyItsVersion)
   SlaveMessage message;
   message.mode = Mode::kEngaged;
   auto old = bytes(encode(message));
+  old.resize(old.size() - kSinceVersion9);
   old[2] = 7;
   for (const std::uint8_t byte : test::hex(kEnergy + kWave)) old.push_back(byte);
   ASSERT_EQ(old.size(), 314u);
-  const auto report = from_link_version_7(old);
+  const auto report = from_older_link(old);
   ASSERT_TRUE(report);
   EXPECT_EQ(report->bytes, bytes(encode(message)));
 
-  auto status = bytes(encode(MachineStatus{}));
+  EXPECT_EQ(report->made_up, kSinceVersion9);
+
+  MachineStatus told;
+  told.force_doubts = 0x85;
+  told.machine = MachineName("solar015");
+  auto status = bytes(encode(told));
+  status.erase(status.end() - std::ptrdiff_t{MachineName::kSize} - 1);
   status[2] = 7;
-  ASSERT_TRUE(from_link_version_7(status));
-  EXPECT_EQ(from_link_version_7(status)->bytes, bytes(encode(MachineStatus{})));
+  ASSERT_TRUE(from_older_link(status));
+  EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told)));
+}
+
+TEST(OlderLinks, AReportOfVersion8TellsNoTorqueAndNothingElseOfItChanges) {
+  SlaveMessage message;
+  message.mode = Mode::kEngaged;
+  message.payload_kg = 12;
+  auto old = bytes(encode(message));
+  old.resize(old.size() - kSinceVersion9);
+  old[2] = 8;
+  const auto report = from_older_link(old);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->bytes, bytes(encode(message)));
+  EXPECT_TRUE(decode_slave(report->bytes));
+
+  auto set_point = test::hex(kMaster);
+  set_point[2] = 8;
+  ASSERT_TRUE(from_older_link(set_point));
+  EXPECT_FALSE(from_older_link(set_point)->led_by_waves);
+  EXPECT_EQ(from_older_link(set_point)->made_up, 0u);
 }
 
 TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {
   const auto good = test::hex(kMaster + kEnergy + kImpedance + kWave);
-  for (const int version : {6, 8}) {
+  for (const int version : {6, int{kLinkVersion}, kLinkVersion + 1}) {
     auto other = good;
     other[2] = static_cast<std::uint8_t>(version);
-    EXPECT_FALSE(from_link_version_7(other)) << version;
+    EXPECT_FALSE(from_older_link(other)) << version;
   }
   for (std::size_t size = 0; size < good.size(); ++size)
-    EXPECT_FALSE(from_link_version_7(std::span(good).first(size))) << size;
+    EXPECT_FALSE(from_older_link(std::span(good).first(size))) << size;
   const auto with = [&good](std::size_t at, auto value) {
     auto wild = good;
     std::memcpy(wild.data() + at, &value, sizeof value);
     return wild;
   };
   for (const double wild : {1e308, -1e308, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_FALSE(from_link_version_7(with(kImpedanceAt - 8, wild))) << "energy";
+    EXPECT_FALSE(from_older_link(with(kImpedanceAt - 8, wild))) << "energy";
     for (std::size_t at = kImpedanceAt + 4; at < good.size(); at += 8)
-      EXPECT_FALSE(from_link_version_7(with(at, wild))) << at;
+      EXPECT_FALSE(from_older_link(with(at, wild))) << at;
   }
-  EXPECT_FALSE(from_link_version_7(with(good.size() - 8, -1.0))) << "an energy below zero";
+  EXPECT_FALSE(from_older_link(with(good.size() - 8, -1.0))) << "an energy below zero";
   for (const float wild : {-1.0F, 2e9F, std::numeric_limits<float>::infinity()})
-    EXPECT_FALSE(from_link_version_7(with(kImpedanceAt, wild))) << wild;
+    EXPECT_FALSE(from_older_link(with(kImpedanceAt, wild))) << wild;
 }
 
 std::string recorded(const std::string& name) {

@@ -23,6 +23,7 @@
 namespace knuckle::recording {
 namespace {
 
+constexpr std::uint8_t kDoubts = 0x85;
 using Lines = std::vector<std::string>;  ///< "float64 payload_kg"
 
 /// Today's fields of a state, and all behind them.
@@ -44,10 +45,14 @@ std::vector<std::uint8_t> message_of(const State& state, const Lines& fields) {
   for (const std::string& line : fields) {
     bool there = false;
     visit_fields(state, [&](const char* name, const auto& member) {
-      if (schema_name(name) != line.substr(line.find(' ') + 1)) return;
+      if (schema_name(name) != line.substr(line.find(' ') + 1) || line == "uint8 confidence_reasons") return;
       put(out, member);
       there = true;
     });
+    if (line == "uint8 confidence_reasons") {
+      out.put(kDoubts);
+      continue;
+    }
     if (!there && line.starts_with("uint8 ")) out.put(std::uint8_t{7});
     if (!there && line.starts_with("float64[3] ")) put(out, std::array{7.0, 7.0, 7.0});
   }
@@ -110,6 +115,16 @@ class OlderStates : public testing::Test {
 
 void remove_field(Lines& lines, const std::string& name) {
   std::erase_if(lines, [&](const std::string& line) { return line.ends_with(' ' + name); });
+}
+
+TEST_F(OlderStates, WithFewerBitsOfDoubtHaveTheOnesTheyHad) {
+  const std::string file = changed([](Lines& lines) {
+    std::replace(lines.begin(), lines.end(), std::string("uint16 confidence_reasons"),
+                 std::string("uint8 confidence_reasons"));
+  });
+  const auto states = machine_states(file);
+  ASSERT_FALSE(states.empty());
+  for (const slave::SlaveState& state : states) EXPECT_EQ(state.confidence_reasons, kDoubts);
 }
 
 TEST_F(OlderStates, WithMoreFieldsAndInAnotherOrderAreReadAndRunAgainAsIfTheyWereOfToday) {

@@ -295,5 +295,46 @@ TEST(RisingForce, ForgetsWhatIsNotFinite) {
   EXPECT_EQ(rising.step({-900, 0}).ahead_N, PlanarVector(-900, 0)) << "no rise is known over the gap";
 }
 
+// A cylinder without transmitters.
+
+TEST(UnseenForce, WhereTwoTorquesTellItNothingIsLimited) {
+  Eigen::Matrix3d covariance = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
+  covariance(kBoom, kBoom) = estimation::kUnknownVariance;
+  const JointVector rate(0.3, -0.2, 0.4);
+  const LimitedApproach result = limit_unseen(rate, jacobian(), covariance);
+  EXPECT_EQ(result.rate_radps, rate);
+  EXPECT_FALSE(result.limiting);
+}
+
+// Arm and bucket in line: what pushes along them turns neither joint.
+TEST(UnseenForce, TheTipDoesNotAdvanceTheWayInWhichAForceWouldNotBeSeen) {
+  Eigen::Matrix3d covariance = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
+  covariance(kBoom, kBoom) = estimation::kUnknownVariance;
+  const JointVector in_line(0.3, -1.5, 0.01);
+  const PlanarJacobian here = Kinematics(test::test_machine()).tip_jacobian(in_line);
+  const double along_rad = in_line.sum();
+  const PlanarVector along(std::cos(along_rad), std::sin(along_rad));
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> evenly(-0.5, 0.5);
+  int limited = 0;
+  for (int k = 0; k < 500; ++k) {
+    const JointVector rate(evenly(random), evenly(random), evenly(random));
+    const LimitedApproach result = limit_unseen(rate, here, covariance);
+    EXPECT_LT(std::abs(along.dot(here * result.rate_radps)), 0.01 + 0.05 * std::abs(along.dot(here * rate))) << k;
+    for (int i = 0; i < kJoints; ++i) {
+      EXPECT_GE(result.rate_radps[i] * rate[i], 0);
+      EXPECT_LE(std::abs(result.rate_radps[i]), std::abs(rate[i]) + 1e-12);
+    }
+    if (!result.limiting) continue;
+    ++limited;
+    EXPECT_EQ(result.limiting.code, ReasonCode::kForceUnknown);
+    EXPECT_GT(result.limiting.value, kUnseenForce_N);
+  }
+  EXPECT_GT(limited, 300);
+  // The bucket alone turns out of it.
+  const LimitedApproach out = limit_unseen({0, 0, 0.4}, here, covariance);
+  EXPECT_NEAR(out.rate_radps[kBucket], 0.4, 0.02);
+}
+
 }  // namespace
 }  // namespace knuckle::slave

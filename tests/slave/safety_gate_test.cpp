@@ -79,6 +79,44 @@ TEST_F(SafetyGate, CommandsNeutralWhenSetpointIsOlderThanItsLimit) {
   expect_refused(gate(JointVector(0.2, 0.2, 0.2)), ReasonCode::kLinkLost);
 }
 
+// A cylinder without transmitters: what stands in the place of its pressures decides nothing.
+TEST_F(SafetyGate, PressuresThatNobodyMeasuresAreNotLookedAt) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
+    state.pressures_known = {true, true, true};
+    state.pressures_known[static_cast<std::size_t>(joint)] = false;
+    for (const double opening : {-1.0, -0.5, 0.3, 0.7, 1.0}) {
+      GateResult zeros, high;
+      for (const double other_Pa : {0.0, 300e5}) {
+        for (int side = 0; side < 2; ++side) state.pressure_Pa[static_cast<std::size_t>(2 * joint + side)] = other_Pa;
+        GateMemory before;
+        before.sent = only(joint, opening);
+        before.at = now - 5ms;
+        (other_Pa == 0 ? zeros : high) =
+            safety_gate(only(joint, opening), Mode::kEngaged, setpoint_at, state, before, limits, now);
+      }
+      EXPECT_EQ(zeros.commands, high.commands) << joint << ", " << opening;
+      EXPECT_FALSE(high.fault);
+      EXPECT_NE(high.commands.value()[joint], 0) << "it still moves";
+    }
+  }
+}
+
+// The pump is taken to be at its relief: no more power than the file's, whatever really pushes there.
+TEST_F(SafetyGate, WithoutPressuresThePowerOfTheFileIsKeptAtThePumpsRelief) {
+  limits.file.power_W = 3000;
+  state.pressures_known[kBoom] = false;
+  GateMemory before;
+  before.sent = only(kBoom, 1);
+  before.at = now - 5ms;
+  const GateResult r = safety_gate(only(kBoom, 1), Mode::kEngaged, setpoint_at, state, before, limits, now);
+  EXPECT_TRUE(r.limits & kLimitPower);
+  const ValveDescription& valve = limits.valve[kBoom];
+  const double flow_m3ps = valve.flow_share(valve.opening(r.commands.value()[kBoom]), true) * valve.nominal_flow_m3ps *
+                           std::sqrt(limits.main_relief_Pa / valve.nominal_drop_Pa);
+  EXPECT_LE(std::min(flow_m3ps, limits.pump_flow_m3ps) * limits.main_relief_Pa, 1.001 * limits.file.power_W);
+}
+
 TEST_F(SafetyGate, CommandsNeutralWhenStateIsOlderThanItsLimit) {
   for (Duration age = 0ms; age < 60ms; age += 100us) {
     state.oldest_at = now - age;

@@ -42,7 +42,7 @@ MasterMessage some_master() {
 }
 
 const std::string kMaster =
-    "4B4E 08 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
+    "4B4E 09 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
     "FFFFFFFFFFFFFFFF 03000000 04030201  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
     "00000000000000C0 000000000000F03F  "
@@ -68,6 +68,11 @@ SlaveMessage some_slave() {
   m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
   m.payload_kg = 10;
   m.payload_sigma_kg = 0.5;
+  m.tip_torque_Nm = -1;
+  m.tip_torque_sigma_Nm = 2;
+  m.force_torque_covariance_N2m = {4, -2};
+  m.touched_share = {0.5, 0, 0, 0, 0, 0.5};
+  m.unknown_torques = 1;
   return m;
 }
 
@@ -75,11 +80,12 @@ const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne
                   kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
                   kMinusOne = "000000000000F0BF ", kMinusTwo = "00000000000000C0 ";
 const std::string kSlave =
-    "4B4E 08 02  0900000000000000 0102030405060708 01000000 0100000000000000 0200000000000000  "
+    "4B4E 09 02  0900000000000000 0102030405060708 01000000 0100000000000000 0200000000000000  "
     "0300000000000000 "
     "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
     kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kZero + kMinusTwo + kFour +
-    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf;
+    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kMinusOne +
+    kTwo + kFour + kMinusTwo + kHalf + kZero + kZero + kZero + kZero + kHalf + "01";
 
 MachineStatus some_status() {
   MachineStatus s;
@@ -99,20 +105,20 @@ MachineStatus some_status() {
   s.can_errors = 9;
   s.acted_report_at = Time(-1ns);
   s.acted_ago = 11ns;
-  s.force_doubts = 0x85;
+  s.force_doubts = 0x285;
   s.machine = MachineName("solar015");
   return s;
 }
 
 const std::string kStatus =
-    "4B4E 08 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
+    "4B4E 09 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
     "000000000000F03F 000000000000F0BF 000000000000E03F  0000000000000000 0000000000000040 0000000000000000  01 "
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
     "404B4C0000000000  0700000000000000 0800000000000000  50  000000000000E03F  09000000 "
-    "FFFFFFFFFFFFFFFF 0B00000000000000  85 "
+    "FFFFFFFFFFFFFFFF 0B00000000000000  8502 "
     "736F6C6172303135 0000000000000000 0000000000000000 0000000000000000";
-constexpr std::size_t kNameAt = 207;
+constexpr std::size_t kNameAt = 208;
 
 template <typename Message>
 std::optional<Message> decoded(std::span<const std::uint8_t> bytes) {

@@ -6,6 +6,7 @@
 
 #include "app/console/machine_text.h"
 #include "app/console/widgets/widgets.h"
+#include "estimation/line_of_action.h"
 #include "machine/description.h"
 
 namespace knuckle::console::picture {
@@ -19,6 +20,17 @@ double reach_of(const MachineDescription& machine) {
 
 Eigen::Vector2d pixels(ImVec2 v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y)};
+}
+
+estimation::BucketLoad load_of(const SlaveMessage& m) {
+  const auto& [xx, xz, zz] = m.covariance_N2;
+  estimation::BucketLoad load;
+  load.force_N = m.tip_force_N;
+  load.covariance_N2 << xx, xz, xz, zz;
+  load.torque_Nm = m.tip_torque_Nm;
+  load.torque_variance_N2m2 = m.tip_torque_sigma_Nm * m.tip_torque_sigma_Nm;
+  load.covariance_N2m = {m.force_torque_covariance_N2m[0], m.force_torque_covariance_N2m[1]};
+  return load;
 }
 
 }  // namespace
@@ -120,6 +132,9 @@ MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, con
   if (said.known && !stale) {
     p.tip_force_N = m.tip_force_N;
     p.covariance_N2 = m.covariance_N2;
+    const estimation::LineOfAction line = estimation::line_of_action(load_of(m));
+    p.line_offset_m = line.offset_m;
+    p.line_sigma_m = line.sigma_m;
     p.confidence = m.confidence;
     p.contact = said.contact;
     p.contact_s = contact_since_ == kNever ? 1e9 : to_seconds(view.now - contact_since_);

@@ -148,6 +148,7 @@ struct MachineView::Parts {
   void draw_outline(const BodyPlaces& at, const Rgb& colour);
   void draw_force(const MachinePicture& picture, const PictureColours& colours);
   void draw_arrow(const PlanarVector& tip_m, const PlanarVector& arrow_m, const Look& look);
+  void draw_line(const PlanarVector& at, const PlanarVector& unit, double sigma_m, const Rgb& colour);
   void draw_ellipse(const PlanarVector& end_m, const std::array<double, 3>& covariance_N2, const Rgb& colour);
   void draw_ring(const PlanarVector& tip_m, double contact_s, const PictureColours& colours);
   void lines(double width) { glLineWidth(static_cast<float>(std::max(1.0, width * line_scale))); }
@@ -338,6 +339,17 @@ void MachineView::Parts::draw_ellipse(const PlanarVector& end, const std::array<
   painter.wires(disc, ellipse, {colour, 1, 0.9F, false});
 }
 
+/// Along the line of action, as wide as 95 % of it.
+void MachineView::Parts::draw_line(const PlanarVector& at, const PlanarVector& unit, double sigma_m,
+                                   const Rgb& colour) {
+  constexpr double kTwoSided95 = 1.96, kLength = 0.15;  // to each side, of the reach
+  const double half_m = kLength * reach_m(machine);
+  const Frame2 start =
+      Eigen::Translation2d(at - half_m * unit) * Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x()));
+  const Blended mixed;
+  painter.triangles(shaft, scaled(in_space(start), 2 * half_m, 1e-3, kTwoSided95 * sigma_m), {colour, 1, 0.14F, false});
+}
+
 /// In front of everything: what is felt must not hide behind the bucket.
 void MachineView::Parts::draw_force(const MachinePicture& picture, const PictureColours& colours) {
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -348,10 +360,15 @@ void MachineView::Parts::draw_force(const MachinePicture& picture, const Picture
   const auto trust = static_cast<float>(std::clamp(picture.confidence, 0.0, 1.0));
   const Rgb colour = colours.uncertain + trust * (colours.force - colours.uncertain);
   const double length = std::min(force_N / force.full_N, kLongestArrow) * force.full_m;
-  const PlanarVector arrow = length / force_N * picture.tip_force_N;
-  draw_ellipse(tip + arrow, picture.covariance_N2, colour);
+  const PlanarVector unit = picture.tip_force_N / force_N;
+  const PlanarVector arrow = length * unit;
+  const double offset2 = picture.line_offset_m * picture.line_offset_m;
+  const double sure = offset2 > 0 ? offset2 / (offset2 + picture.line_sigma_m * picture.line_sigma_m) : 0;
+  const PlanarVector at = tip + sure * picture.line_offset_m * PlanarVector(-unit.y(), unit.x());
+  if (picture.line_sigma_m > 0) draw_line(at, unit, picture.line_sigma_m, colour);
+  draw_ellipse(at + arrow, picture.covariance_N2, colour);
   glEnable(GL_BLEND);
-  draw_arrow(tip, arrow, {colour, 1, 0.5F + 0.5F * trust, true});
+  draw_arrow(at, arrow, {colour, 1, 0.5F + 0.5F * trust, true});
   glDisable(GL_BLEND);
 }
 

@@ -27,6 +27,7 @@ struct MachinePicture {
   bool show_beside = false;  ///< Translucent with an outline: the machine in another run.
   PlanarVector tip_force_N = PlanarVector::Zero();
   std::array<double, 3> covariance_N2{};    ///< xx, xz, zz: drawn as ellipse of 95 %.
+  double line_offset_m = 0, line_sigma_m = 0;  ///< Of the force's line of action (SlaveState); 0: at the tip.
   double confidence = 1;                    ///< [0, 1]; the arrow fades with it.
   bool contact = false;                     ///< Ring around the tip.
   double contact_s = 1e9;                   ///< How long; the ring flashes at first.

@@ -13,9 +13,9 @@ namespace {
 class Operate : public ShownConsole {};
 
 TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
-  for (unsigned bit = 0; bit < 8; ++bit) {
+  for (unsigned bit = 0; bit < estimation::kConfidenceReasons; ++bit) {
     for (const unsigned beside : {0U, unsigned{estimation::kBiasNotLearned}, unsigned{estimation::kStuckFriction}}) {
-      view_.status.force_doubts = static_cast<std::uint8_t>(1U << bit | beside);
+      view_.status.force_doubts = static_cast<std::uint16_t>(1U << bit | beside);
       const std::string words = screens::confidence_text(view_);
       int seen = 0;
       for (const DrawnText& text : texts_of([this] { frames(1); })) {

@@ -388,8 +388,8 @@ TEST(ConfidenceText, AreThoseOfTheMachinesSideAndNotGuessedAt) {
   view.status.force_doubts = 0;
   EXPECT_EQ(screens::confidence_text(view), "no known disturbance");
   std::string before;
-  for (unsigned bit = 1; bit <= 0x80; bit <<= 1) {
-    view.status.force_doubts = static_cast<std::uint8_t>(bit);
+  for (unsigned bit = 1; bit < 1U << estimation::kConfidenceReasons; bit <<= 1) {
+    view.status.force_doubts = static_cast<std::uint16_t>(bit);
     EXPECT_FALSE(says(screens::confidence_text(view), "nothing")) << bit;
     EXPECT_NE(screens::confidence_text(view), before) << bit;
     before = screens::confidence_text(view);
