@@ -260,8 +260,8 @@ void SceneWriter::put_force(CdrWriter& out, std::int64_t at_ns, const PlanarVect
               .frame = kMachineFrame,
               .note = {"scale", scale_},
               .arrows = arrows,
-              .lines = std::span<const Line>(lines).first(known && state.line_sigma_m > 0 ? 1 : 0),
               .ellipsoids = std::span<const Solid>(ellipses).first(known ? 1 : 0),
+              .lines = std::span<const Line>(lines).first(known && state.line_sigma_m > 0 ? 1 : 0),
               .labels = labels});
 }
 

@@ -31,24 +31,31 @@ TEST(DeviceFit, WhatNoneCanReadOrWriteOrMapIsTold) {
     const char* said;
   };
   const auto is = [](Access access) { return [access](Entry& entry) { entry.access = access; }; };
-  const auto unmapped = [](Entry& entry) { entry.mappable = false; };
   for (const Case& c : std::initializer_list<Case>{
            {"boom_valve", 0x630001, is(Access::kReadOnly), "AccessType of 0x6300:01 is that of what can only be read"},
            {"boom_valve", 0x630001, is(Access::kWriteOnly), "start-up reads 0x6300:01, which can only be written"},
            {"boom_valve", 0x604100, is(Access::kWriteOnly), "AccessType of 0x6041:00 is that of what can only be wri"},
-           {"boom_valve", 0x630001, unmapped, "PDOMapping of 0x6300:01 is 0"},
-           {"tilt", 0x601000, unmapped, "PDOMapping of 0x6010:00 is 0"},
        }) {
     EXPECT_NE(obstacles_with(c.node, c.key, c.spoil).find(c.said), std::string::npos)
         << c.said << ": " << obstacles_with(c.node, c.key, c.spoil);
   }
 }
 
-TEST(DeviceFit, WhatIsMappedAsDeliveredNeedsNoLeaveToBeMapped) {
-  DeviceFile device = test::made_for("tilt");
-  device.entries.at(0x601000).mappable = false;
-  device.entries.at(0x1A0001).value = Value{0x60100010, false};
-  EXPECT_EQ(lines_of(fit_of(device, test::machine(), "tilt").obstacles), "");
+TEST(DeviceFit, WhatCannotBeMappedMustBeMappedAsDelivered) {
+  struct Case {
+    const char* node;
+    std::uint32_t object, place;
+    const char* said;
+  };
+  for (const Case& c : {Case{"boom_valve", 0x630001, 0x160002, "PDOMapping of 0x6300:01 is 0"},
+                        Case{"tilt", 0x601000, 0x1A0001, "PDOMapping of 0x6010:00 is 0"}}) {
+    DeviceFile device = test::made_for(c.node);
+    device.entries.at(c.object).mappable = false;
+    EXPECT_EQ(lines_of(fit_of(device, test::machine(), c.node).obstacles), "");
+    device.entries.at(c.place).value = Value{0, false};
+    const std::string told = lines_of(fit_of(device, test::machine(), c.node).obstacles);
+    EXPECT_NE(told.find(c.said), std::string::npos) << c.said << ": " << told;
+  }
 }
 
 TEST(DeviceFit, LimitsThatExcludeWhatStartUpWritesAreTold) {
