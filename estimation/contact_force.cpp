@@ -15,7 +15,7 @@ ContactForce::ContactForce(const MachineDescription& machine, double step_s) noe
 }
 
 void ContactForce::restart() noexcept {
-  held_ = {};
+  plain_ = loaded_ = {};
   if (force_.direction == ForceDirection::kAgainstMotion) direction_.reset();
 }
 
@@ -23,8 +23,12 @@ void ContactForce::restart() noexcept {
 void ContactForce::follow(const ContactPose& pose) noexcept {
   const double pitch = pose.hull_pitch_rad;
   if (force_.direction == ForceDirection::kPlumb) direction_ = PlanarVector(-std::sin(pitch), -std::cos(pitch));
-  if (force_.direction == ForceDirection::kAgainstMotion && pose.tip_mps.norm() > kLeastMotion_mps)
-    direction_ = -pose.tip_mps.normalized();
+  if (force_.direction == ForceDirection::kAgainstMotion && pose.tip_mps.norm() > kLeastMotion_mps) {
+    const PlanarVector against = -pose.tip_mps.normalized();
+    const PlanarVector turned =
+        direction_ ? PlanarVector(*direction_ + step_s_ / kTurning_s * (against - *direction_)) : against;
+    direction_ = turned.norm() > 0.1 ? PlanarVector(turned.normalized()) : against;
+  }
 }
 
 /// Across the direction nothing is known: so says the covariance. Of a force too small to have a place it is not known
@@ -36,7 +40,7 @@ OrRefusal<ContactForce::Found> ContactForce::along_direction(const JointLoad& lo
   if (const auto* refusal = std::get_if<ContactRefusal>(&along)) return *refusal;
   const auto& [force_N, variance_N2] = std::get<ForceAlong>(along);
   Found found;
-  found.sigma_N = std::sqrt(variance_N2);
+  found.sigma_N = std::sqrt(std::max(0.0, variance_N2));
   found.load.force_N = force_N * unit;
   const PlanarVector across(-unit.y(), unit.x());
   found.load.covariance_N2 =
@@ -55,7 +59,7 @@ OrRefusal<ContactForce::Found> ContactForce::along_direction(const JointLoad& lo
   const double from_tip_m = place.place_m - bucket_m;
   const Eigen::Vector2d slope(per_place * from_tip_m, per_place * force_N);  // d torque / d (force, place)
   found.load.torque_Nm = per_place * from_tip_m * force_N;
-  found.load.torque_variance_N2m2 = slope.dot(place.covariance * slope);
+  found.load.torque_variance_N2m2 = std::max(0.0, slope.dot(place.covariance * slope));
   found.load.covariance_N2m = place.covariance.row(0).dot(slope) * unit;
   return found;
 }
@@ -74,13 +78,14 @@ OrRefusal<ContactForce::Found> ContactForce::solve(const ContactPose& pose, cons
     const auto solved = tip_wrench(length_m_, load, strictness);
     if (const auto* refusal = std::get_if<ContactRefusal>(&solved)) return *refusal;
     const auto& [wrench, covariance] = std::get<TipWrench>(solved);
-    return found({wrench.head<2>(), covariance.topLeftCorner<2, 2>(), wrench[2], covariance(2, 2),
+    return found({wrench.head<2>(), covariance.topLeftCorner<2, 2>(), wrench[2], std::max(0.0, covariance(2, 2)),
                   covariance.topRightCorner<2, 1>(), 0});
   }
   if (model() == ContactModel::kBucketForce || model() == ContactModel::kTipWrench || !two_known)
     return all_torques_known(covariance_Nm2)
                ? found(bucket_.solve(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2))
-               : Found{bucket_.solve(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2), at_tip(covariance_Nm2)};
+               : Found{bucket_.solve(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2),
+                       at_tip(covariance_Nm2)};
   load.covariance_Nm2.row(kBoom).setZero();
   load.covariance_Nm2.col(kBoom).setZero();
   if (model() == ContactModel::kForceAndPosition) return along_direction(load, strictness);
@@ -91,9 +96,18 @@ OrRefusal<ContactForce::Found> ContactForce::solve(const ContactPose& pose, cons
   return Found{bucket_.at_tip(pose.joints_rad, pose.jacobian, torque_Nm, without_boom), at_tip(without_boom)};
 }
 
-const ContactAnswer& ContactForce::step(Channel channel, const ContactPose& pose, const JointVector& torque_Nm,
-                                        const Eigen::Matrix3d& covariance_Nm2) noexcept {
-  Held& held = held_[channel];
+void ContactForce::step(const ContactPose& pose, const JointVector& torque_Nm, const JointVector& loaded_Nm,
+                        const Eigen::Matrix3d& covariance_Nm2) noexcept {
+  follow(pose);
+  step(plain_, pose, torque_Nm, covariance_Nm2);
+  step(loaded_, pose, loaded_Nm, covariance_Nm2);
+  answer_ = plain_.answer;
+  answer_.share = std::min(plain_.answer.share, loaded_.answer.share);
+  if (!answer_.refusal) answer_.refusal = loaded_.answer.refusal;
+}
+
+void ContactForce::step(Held& held, const ContactPose& pose, const JointVector& torque_Nm,
+                        const Eigen::Matrix3d& covariance_Nm2) const noexcept {
   ContactAnswer& answer = held.answer;
   const auto solved = solve(pose, torque_Nm, covariance_Nm2, held.back ? 1 : kComeBackStrictness);
   const auto* const refusal = std::get_if<ContactRefusal>(&solved);
@@ -111,9 +125,9 @@ const ContactAnswer& ContactForce::step(Channel channel, const ContactPose& pose
     answer.sigma_N = found.sigma_N;
   }
   const double change = step_s_ / kFade_s;
-  answer.share = !held.started ? (held.back ? 1 : 0) : std::clamp(answer.share + (held.back ? change : -change), 0.0, 1.0);
+  answer.share = std::clamp(answer.share + (held.back ? change : -change), 0.0, 1.0);
+  if (!held.started) answer.share = held.back ? 1 : 0;
   held.started = true;
-  return answer;
 }
 
 }  // namespace knuckle::estimation

@@ -1,8 +1,7 @@
-// What acts on the bucket by the contact model that was chosen, step by step: poses that the model refuses let its answer
-// fade instead of jump, and it comes back only where it has answered for a while.
+// What acts on the bucket by the contact model that was chosen, step by step: poses that the model refuses let its
+// answer fade instead of jump, and it comes back only where it has answered for a while.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -23,10 +22,10 @@ struct ContactPose {
   PlanarVector tip_mps = PlanarVector::Zero();
 };
 
-/// The answer of one channel of the estimator.
+/// What the model says.
 struct ContactAnswer {
-  BucketLoad load;       ///< Of the model, as long as it answers; else its last one.
-  double share = 0;      ///< [0, 1] of it that counts: 0 where the model has refused for kFade_s.
+  BucketLoad load;   ///< Of the model, as long as it answers; else its last one.
+  double share = 0;  ///< [0, 1] of it that counts: 0 where the model has refused for kFade_s.
   /// Largest standard deviation of what the model says of the force. Where one torque has no say it is that of a force
   /// at the tip: how well the pose tells it, not where on the bucket it may act.
   double sigma_N = 0;
@@ -35,26 +34,27 @@ struct ContactAnswer {
 
 class ContactForce {
  public:
-  static constexpr double kFade_s = 0.2;       ///< From full to nothing, and back.
-  static constexpr double kComeBack_s = 0.3;   ///< So long it must have answered ...
+  static constexpr double kFade_s = 0.2;              ///< From full to nothing, and back.
+  static constexpr double kComeBack_s = 0.3;          ///< So long it must have answered ...
   static constexpr double kComeBackStrictness = 1.5;  ///< ... with so much room to what it refuses.
   static constexpr double kLeastMotion_mps = 0.02;    ///< Of the tip, for a direction of its own.
+  static constexpr double kTurning_s = 0.2;           ///< Time constant of that direction.
 
   ContactForce(const MachineDescription& machine, double step_s) noexcept;
 
   [[nodiscard]] ContactModel model() const noexcept { return force_.contact_model; }
   [[nodiscard]] const BucketForceModel& bucket() const noexcept { return bucket_; }
-  /// The newest of the slow channel.
-  [[nodiscard]] const ContactAnswer& answer() const noexcept { return held_[kSlow].answer; }
 
-  enum Channel : std::uint8_t { kSlow, kLoaded, kFast, kChannels };
   /// The sensors were away: the first answer counts at once.
   void restart() noexcept;
-  /// The direction of `force_and_position`, once a step before the channels.
-  void follow(const ContactPose& pose) noexcept;
-  /// One step of one channel. @param covariance_Nm2 of the torques (torque_weight.h).
-  const ContactAnswer& step(Channel channel, const ContactPose& pose, const JointVector& torque_Nm,
-                            const Eigen::Matrix3d& covariance_Nm2) noexcept;
+  /// One step. @param loaded_Nm the same torques with those of what is carried. @param covariance_Nm2 of both
+  /// (torque_weight.h).
+  void step(const ContactPose& pose, const JointVector& torque_Nm, const JointVector& loaded_Nm,
+            const Eigen::Matrix3d& covariance_Nm2) noexcept;
+  /// With a share that counts for both, and the reason of the one that is refused.
+  [[nodiscard]] const ContactAnswer& answer() const noexcept { return answer_; }
+  /// The force with what is carried.
+  [[nodiscard]] PlanarVector loaded_N() const noexcept { return answer_.share * loaded_.answer.load.force_N; }
 
  private:
   struct Held {
@@ -62,6 +62,9 @@ class ContactForce {
     bool started = false, back = true;  ///< It counts, or is coming back.
     double answered_s = 0;
   };
+  void follow(const ContactPose& pose) noexcept;
+  void step(Held& held, const ContactPose& pose, const JointVector& torque_Nm,
+            const Eigen::Matrix3d& covariance_Nm2) const noexcept;
   struct Found {
     BucketLoad load;
     double sigma_N = 0;
@@ -75,7 +78,8 @@ class ContactForce {
   BucketForceModel bucket_;
   double step_s_;
   std::optional<PlanarVector> direction_;  ///< Frame M, unit, of the force.
-  std::array<Held, kChannels> held_{};
+  Held plain_, loaded_;
+  ContactAnswer answer_;
 };
 
 }  // namespace knuckle::estimation

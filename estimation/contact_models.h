@@ -68,8 +68,7 @@ inline constexpr double kBesideBucket = 0.25;  ///< Of its length: a place this 
 
 /// Size and place of a force of known direction (frame M; any length but zero) from the same two equations.
 [[nodiscard]] OrRefusal<ForceAtPlace> force_and_position(const JointVector& length_m, const JointLoad& load,
-                                                         const PlanarVector& direction,
-                                                         double strictness = 1) noexcept;
+                                                         const PlanarVector& direction, double strictness = 1) noexcept;
 
 /// Its size alone, which does not hang on its place: from how large it is too small to have one does not matter.
 struct ForceAlong {

@@ -94,7 +94,8 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
     for (JointVector* torque : {&estimate_.joint_torque_Nm, &estimate_.fast_torque_Nm, &estimate_.contact_torque_Nm})
       (*torque)[i] = 0;
     const double gravity_Nm = joint_torque(RigidArm::gravity(pose) * parameters_)[i] - estimate_.carried_Nm[i];
-    estimate_.gravity_N[i] = gravity_Nm / std::copysign(std::max(kLeastSureLever_m, std::abs(state.lever_m[i])), state.lever_m[i]);
+    const double lever_m = std::max(kLeastSureLever_m, std::abs(state.lever_m[i]));
+    estimate_.gravity_N[i] = gravity_Nm / std::copysign(lever_m, state.lever_m[i]);
   }
   update_covariance(pose, jacobian, state.pressures_known);
   answer(state, jacobian);
@@ -104,18 +105,25 @@ const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   return estimate_;
 }
 
-/// By the contact model: the reported force, and what the slave's law, its force limits and the buried-object cue make
-/// of the fast torque. Where the model refuses, those go on with what all three torques say at the tip.
+/// The reported force by the contact model; what law, force limits and buried-object cue look at by all torques that
+/// are known, whatever the model: no limit may hang on a choice of how a force is shown.
 void ForceEstimator::answer(const JointState& state, const PlanarJacobian& jacobian) noexcept {
   const Eigen::Matrix3d& covariance = estimate_.joint_covariance_Nm2;
   const ContactPose pose{state.angle_rad, state.lever_m, jacobian, pitch_.value(), jacobian * slow_.rate.value()};
-  contact_force_.follow(pose);
-  const ContactAnswer& slow = contact_force_.step(ContactForce::kSlow, pose, estimate_.joint_torque_Nm, covariance);
-  BucketLoad load = slow.load;
-  load.force_N *= slow.share;
-  load.torque_Nm *= slow.share;
+  contact_force_.step(pose, estimate_.joint_torque_Nm, of_known(estimate_.joint_torque_Nm + estimate_.carried_Nm),
+                      covariance);
+  const ContactAnswer& told = contact_force_.answer();
+  BucketLoad load = told.load;
+  if (told.share < 1) {  // what is not told any more is what it may be wrong by
+    const PlanarVector left_N = (1 - told.share) * load.force_N;
+    load.covariance_N2 += left_N * left_N.transpose();
+    load.torque_variance_N2m2 += std::pow((1 - told.share) * load.torque_Nm, 2);
+    load.force_N *= told.share;
+    load.torque_Nm *= told.share;
+  }
   estimate_.contact_model = contact_force_.model();
   estimate_.tip_N = load.force_N;
+  estimate_.loaded_tip_N = contact_force_.loaded_N();
   estimate_.covariance_N2 = load.covariance_N2;
   estimate_.residual_sigma = load.residual_sigma;
   estimate_.tip_torque_Nm = load.torque_Nm;
@@ -123,20 +131,9 @@ void ForceEstimator::answer(const JointState& state, const PlanarJacobian& jacob
   estimate_.force_torque_covariance_N2m = load.covariance_N2m;
   estimate_.line = line_of_action(load);
   estimate_.touched_share = sides_.shares(state.angle_rad, load);
-  const ContactAnswer& loaded = contact_force_.step(
-      ContactForce::kLoaded, pose, of_known(estimate_.joint_torque_Nm + estimate_.carried_Nm), covariance);
-  estimate_.loaded_tip_N = loaded.share * loaded.load.force_N;
-
-  JointVector& fast_Nm = estimate_.fast_torque_Nm;
-  double couple_Nm = contact_force_.bucket().couple_Nm(state.angle_rad, jacobian, fast_Nm, covariance);
-  JointVector at_tip_Nm = fast_Nm.array() - couple_Nm;
-  if (contact_force_.model() != ContactModel::kBucketForce) {
-    const ContactAnswer& fast = contact_force_.step(ContactForce::kFast, pose, fast_Nm, covariance);
-    couple_Nm += fast.share * (fast.load.torque_Nm - couple_Nm);
-    at_tip_Nm += fast.share * (jacobian.transpose() * fast.load.force_N - at_tip_Nm);
-  }
-  estimate_.fast_couple_Nm = couple_Nm;
-  fast_Nm = at_tip_Nm;
+  estimate_.fast_couple_Nm =
+      contact_force_.bucket().couple_Nm(state.angle_rad, jacobian, estimate_.fast_torque_Nm, covariance);
+  estimate_.fast_torque_Nm.array() -= estimate_.fast_couple_Nm;
 }
 
 void ForceEstimator::start(const JointState& state) noexcept {
@@ -168,7 +165,10 @@ void ForceEstimator::start(const JointState& state) noexcept {
   const JointVector shake_Nm = kShakePart * encoder_shake_Nm(pose, state.lever_m, kContactBand);
   if (bias_.learned_s() == 0)
     for (JointVector& ripple : free_ripple_) ripple = ripple.cwiseMax(shake_Nm.cwiseAbs2());
-  cusum_.reset(joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm);
+  JointVector seen_Nm = joint_torque(RigidArm::gravity(pose) * parameters_) - cylinder_Nm;
+  for (int i = 0; i < kJoints; ++i)
+    if (!state.pressures_known[static_cast<std::size_t>(i)]) seen_Nm[i] = 0;  // as step() will say
+  cusum_.reset(seen_Nm);
 }
 
 void ForceEstimator::start(QuickChannel& channel, const Pose& pose, const JointState& state) noexcept {

@@ -158,7 +158,7 @@ enum ConfidenceReason : std::uint16_t {
   kResidual = 1 << 5,        ///< no one force on the bucket explains all three torques: or a sensor is wrong
   kBadInput = 1 << 6,        ///< a non-finite value came in: the last estimate is repeated
   kEndStop = 1 << 7,         ///< a cylinder or joint is at its end stop, which takes force that no sensor sees
-  kTorqueMissing = 1 << 8,  ///< nobody measures the pressures of one cylinder
+  kTorqueMissing = 1 << 8,   ///< nobody measures the pressures of one cylinder
   // The contact model refuses this pose (ContactRefusal).
   kStraightArm = 1 << 9,
   kBucketInLine = 1 << 10,
@@ -185,15 +185,15 @@ struct ForceEstimate {
   Eigen::Matrix2d covariance_N2 = Eigen::Matrix2d::Zero();
   double confidence = 0;  ///< [0, 1]
   std::uint16_t confidence_reasons = 0;
-  double residual_sigma = 0;  ///< Left-over of the 3-joint fit, in standard deviations.
+  double residual_sigma = 0;                                ///< Left-over of the 3-joint fit, in standard deviations.
   ContactModel contact_model = ContactModel::kBucketForce;  ///< That tip_N is an answer of.
   // More than a force at the tip, by the same model; less the load, as tip_N.
   double tip_torque_Nm = 0, tip_torque_variance_N2m2 = 0;           ///< About the tip.
   PlanarVector force_torque_covariance_N2m = PlanarVector::Zero();  ///< Of tip_N and that torque.
   LineOfAction line;
   std::array<double, kBucketSides> touched_share{};  ///< Of the outline's sides (TouchedSides).
-  bool contact = false;       ///< CUSUM alarm or significant force, now or up to 0.3 s ago.
-  bool significant = false;   ///< The force is larger than all that is uncertain about it.
+  bool contact = false;                              ///< CUSUM alarm or significant force, now or up to 0.3 s ago.
+  bool significant = false;                          ///< The force is larger than all that is uncertain about it.
 
   JointVector carried_Nm = JointVector::Zero();  ///< Of the load being carried; already taken out of all the others.
 

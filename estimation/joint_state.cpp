@@ -12,7 +12,8 @@ namespace {
 bool finite(const Measurement& m) noexcept {
   bool ok = m.cylinder_m.allFinite() && std::isfinite(m.hull_pitch_rad);
   for (std::size_t i = 0; i < kJoints; ++i)
-    ok = ok && (!m.pressures_known[i] || (std::isfinite(m.pressure_Pa[2 * i]) && std::isfinite(m.pressure_Pa[2 * i + 1])));
+    ok = ok &&
+         (!m.pressures_known[i] || (std::isfinite(m.pressure_Pa[2 * i]) && std::isfinite(m.pressure_Pa[2 * i + 1])));
   return ok;
 }
 

@@ -9,8 +9,8 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kLeastSigmas = 3;       // of the force, before it has a line
-constexpr double kPulledShare = 0.05;    // of contacts: something hooked or caught pulls
+constexpr double kLeastSigmas = 3;     // of the force, before it has a line
+constexpr double kPulledShare = 0.05;  // of contacts: something hooked or caught pulls
 constexpr double kLeastSpread_Nm = 1e-6;
 
 bool has_line(const BucketLoad& load) noexcept {

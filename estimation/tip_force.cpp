@@ -51,8 +51,8 @@ BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
 }
 
 BucketForceModel::Torques BucketForceModel::torques(const JointVector& joints_rad, const PlanarJacobian& jacobian,
-                                                   const JointVector& torque_Nm,
-                                                   const Eigen::Matrix3d& covariance_Nm2) const noexcept {
+                                                    const JointVector& torque_Nm,
+                                                    const Eigen::Matrix3d& covariance_Nm2) const noexcept {
   return {Eigen::Rotation2Dd(joints_rad.sum()), jacobian, torque_Nm, covariance_Nm2, all_torques_known(covariance_Nm2)};
 }
 
@@ -62,8 +62,12 @@ BucketForceModel::Answer BucketForceModel::at(const Corner& corner, const Torque
   const TipForce found = solve_tip_force(jacobian, torques.torque_Nm, torques.covariance_Nm2);
   Answer answer;
   const PlanarVector arm(-from_tip_m.y(), from_tip_m.x());  // torque about the tip = arm . force
-  answer.load = {found.force_N,      found.covariance_N2, arm.dot(found.force_N), arm.dot(found.covariance_N2 * arm),
-                 found.covariance_N2 * arm, 0};
+  answer.load = {found.force_N,
+                 found.covariance_N2,
+                 arm.dot(found.force_N),
+                 std::max(0.0, arm.dot(found.covariance_N2 * arm)),
+                 found.covariance_N2 * arm,
+                 0};
 
   // How far off the corner's normals a push against the force is, and how sure its direction is.
   const double size_N = std::max(1.0, found.force_N.norm());
@@ -77,7 +81,8 @@ BucketForceModel::Answer BucketForceModel::at(const Corner& corner, const Torque
   // Two torques explain a force at any place equally well. And small and large forces are equally likely there:
   // otherwise the places near the bucket's joint, where a force makes little torque, would outweigh all others.
   if (torques.all_known)
-    answer.log_weight += log_size(found.covariance_N2) - 0.5 * found.residual_sigma * found.residual_sigma;
+    answer.log_weight =
+        answer.log_weight + log_size(found.covariance_N2) - 0.5 * found.residual_sigma * found.residual_sigma;
   return answer;
 }
 
@@ -93,9 +98,9 @@ std::pair<double, double> BucketForceModel::couples_Nm(const Eigen::Rotation2Dd&
   return {least, most};
 }
 
-/// The torque about the tip by the torques alone, evenly over the couples that the force can have: neither drawn to zero
-/// for the force's sake nor to a corner. So its interval is that of its own force, which is not as sure as the one that
-/// the corners help to find; what the two have in common is what the surer one leaves of it.
+/// The torque about the tip by the torques alone, evenly over the couples that the force can have: neither drawn to
+/// zero for the force's sake nor to a corner. So its interval is that of its own force, which is not as sure as the one
+/// that the corners help to find; what the two have in common is what the surer one leaves of it.
 void BucketForceModel::add_torque(const Torques& torques, BucketLoad& load) const noexcept {
   const JointVector u = JointVector::Ones();
   const JointVector wu = weighed(torques.covariance_Nm2, u);

@@ -1,5 +1,5 @@
-// Which of the papers' force models, or Knuckle's own, answers "what acts on the bucket?": a choice of the machine file.
-// Equations and limits: docs/theory.md, "Contact models".
+// Which of the papers' force models, or Knuckle's own, answers "what acts on the bucket?": a choice of the machine
+// file. Equations and limits: docs/theory.md, "Contact models".
 #pragma once
 
 #include <array>

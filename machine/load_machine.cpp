@@ -385,12 +385,13 @@ MachineDescription parse_machine(std::string_view text, const std::string& sourc
 MachineDescription with_contact_model(const MachineDescription& machine, std::string_view model) {
   const std::string wanted = "contact_model = " + toml_quoted(model);
   bool has_table = false;
-  std::string text = edited_toml(machine.text, [&](const std::string& table, const std::string& key, std::string& line) {
-    if (table != "[force]") return;
-    has_table = true;
-    if (key == "[force]") line += "\n" + wanted;
-    if (key == "contact_model") line.clear();
-  });
+  std::string text =
+      edited_toml(machine.text, [&](const std::string& table, const std::string& key, std::string& line) {
+        if (table != "[force]") return;
+        has_table = true;
+        if (key == "[force]") line += "\n" + wanted;
+        if (key == "contact_model") line.clear();
+      });
   if (!has_table) text += "\n[force]\n" + wanted + "\n";
   return parse_machine(text, machine.source);
 }

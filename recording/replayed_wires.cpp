@@ -85,8 +85,7 @@ bool ReplayedWire::write(WireEventKind sent, std::uint32_t value, std::span<cons
   const auto its_own = recorded.data.first(recorded.data.size() - recorded.made_up);
   if (recorded.made_up > 0 && data.size() == recorded.data.size()) data = data.first(its_own.size());
   const auto [mine, its] = std::mismatch(data.begin(), data.end(), its_own.begin(), its_own.end());
-  if (as_written(recorded.kind) != sent || recorded.value != value || mine != data.end() ||
-      its != its_own.end()) {
+  if (as_written(recorded.kind) != sent || recorded.value != value || mine != data.end() || its != its_own.end()) {
     differences_.push_back(fmt::format("wrote {}, recorded is {}; they differ from byte {} on",
                                        text_of(sent, value, data),
                                        text_of(recorded.kind, recorded.value, recorded.data), mine - data.begin()));

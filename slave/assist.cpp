@@ -83,6 +83,12 @@ LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian
   const auto none = estimation::solve_tip_force(jacobian, JointVector::Zero(), covariance_Nm2);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread;
   spread.computeDirect(none.covariance_N2);
+  // Where neither is seen, stopping one joint for the one axis could let another go along the other.
+  const double surest_N = kTwoSided95 * std::sqrt(std::max(0.0, spread.eigenvalues()[0]));
+  if (surest_N > kSlowedFrom * kUnseenForce_N) {
+    result.rate_radps *= std::clamp((1 - surest_N / kUnseenForce_N) / (1 - kSlowedFrom), 0.0, 1.0);
+    result.limiting = {ReasonCode::kForceUnknown, 0, static_cast<float>(surest_N), static_cast<float>(kUnseenForce_N)};
+  }
   for (int axis = 0; axis < 2; ++axis) {
     const double interval_N = kTwoSided95 * std::sqrt(std::max(0.0, spread.eigenvalues()[axis]));
     const double share = std::clamp((1 - interval_N / kUnseenForce_N) / (1 - kSlowedFrom), 0.0, 1.0);

@@ -89,12 +89,15 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
                                        const estimation::ForceEstimate& force, const JointCommand& command,
                                        Output& output) noexcept {
   const auto& control = machine_.control;
-  const double tip_force = force.tip_N.norm();
+  // A model that refuses tells no force: what holds the machine back in a contact must not go with it.
+  const PlanarVector pressed_N =
+      force.contact_model == ContactModel::kBucketForce ? force.tip_N : PlanarVector(touch.force_N);
+  const double tip_force = pressed_N.norm();
   // Fed forward into a wall, the set-point's speed would press; soil and loads go along with it, and away it only
   // helps.
   if (touch.jacobian.allFinite()) {
     touched_m_ += step_s_ * (touch.jacobian * state.rate_radps);
-    output.contact_compliance = contact_compliance_.step(touched_m_, force.tip_N);
+    output.contact_compliance = contact_compliance_.step(touched_m_, pressed_N);
   } else {
     contact_compliance_.reset();  // nobody knows where it is touched
   }
@@ -125,7 +128,7 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
     output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0,
                      static_cast<float>(touch.force_N.norm()), static_cast<float>(most_N)};
   }
-  const JointVector fed = fed_forward(touch, force.tip_N, fade, held, towards);
+  const JointVector fed = fed_forward(touch, pressed_N, fade, held, towards);
   JointVector rate = towards + fed + lead * acceleration_.value();
   for (int i = 0; i < kJoints; ++i) rate[i] = within_limits(i, rate[i], state.angle_rad[i], output.limits);
   output.ahead_rad = ahead_.step(ahead_rad);
@@ -273,10 +276,11 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   const Touch touch = law_.touch(state, force);
   output.rate_radps = wanted_rates(state, touch, force, command, output);
   limit_force(touch, force, command.force_limit_N, output);
-  if (!estimation::all_torques_known(force.joint_covariance_Nm2)) {
+  // In free air too, a machine that is not calibrated would stand still nearly everywhere (docs/theory.md).
+  if (force.contact && !estimation::all_torques_known(force.joint_covariance_Nm2)) {
     const LimitedApproach seen = limit_unseen(output.rate_radps, touch.tip_jacobian, force.joint_covariance_Nm2);
     output.rate_radps = seen.rate_radps;
-    if (seen.limiting) output.assist = seen.limiting;
+    if (!output.assist) output.assist = seen.limiting;
   }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
   if (!running_) load_.reset(load_of(state, force));

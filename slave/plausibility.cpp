@@ -92,10 +92,11 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   }
   if (passing) return {};
   const double opening = cylinder.valve.opening(spool), expected = share.at(opening);
-  // Where the returning side is empty its flow tells nothing, nor where nobody measures the pressures. But an axis that stalls behind an open valve is driven up
-  // to the relief: one that is not, and is not seen to move, moves unseen.
+  // Where the returning side is empty its flow tells nothing, nor where nobody measures the pressures. But an axis that
+  // stalls behind an open valve is driven up to the relief: one that is not, and is not seen to move, moves unseen.
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
-  const bool stalls = !m.pressures_known[static_cast<std::size_t>(joint)] || driven > kLimits.stall * hydraulics_.main_relief_Pa;
+  const bool stalls =
+      !m.pressures_known[static_cast<std::size_t>(joint)] || driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
     return implausible(subject_of(NodeRole::kEncoder, joint, bus_), axis.stalled_s, kLimits.unmoved_s);

@@ -179,7 +179,8 @@ class GateLimiter {
   }
   /// Flow at full opening from what the pump then supplies [m3/s].
   double full_flow(int i) const noexcept {
-    const double drop_Pa = std::max(limits_.load_sensing_margin_Pa, supply_Pa_ - (known(i) ? state_.pressure_Pa[driven_chamber(i)] : 0));
+    const double drop_Pa =
+        std::max(limits_.load_sensing_margin_Pa, supply_Pa_ - (known(i) ? state_.pressure_Pa[driven_chamber(i)] : 0));
     return valve(i).nominal_flow_m3ps * std::sqrt(drop_Pa / valve(i).nominal_drop_Pa);
   }
   /// Joint speed at full opening [rad/s].

@@ -50,7 +50,8 @@ SensorSet::SensorSet(const MachineDescription& machine)
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine),
       lengths_(machine) {
-  if (machine.sensors.without_pressures != SensorDescription::kNone) give_up_pressures(machine.sensors.without_pressures);
+  if (machine.sensors.without_pressures != SensorDescription::kNone)
+    give_up_pressures(machine.sensors.without_pressures);
   for (std::size_t i = 0; i < kJoints; ++i) {
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;
@@ -236,10 +237,10 @@ Reason SensorSet::unreachable() const noexcept {
 }
 
 const SensorSet::Channel& SensorSet::oldest() const noexcept {
-  const Channel* oldest = &channels_[kPressures];
+  const Channel* oldest = nullptr;
   for (std::size_t i = 0; i < kTilt; ++i)
-    if (counts(i) && channels_[i].at < oldest->at) oldest = &channels_[i];
-  return *oldest;
+    if (counts(i) && (oldest == nullptr || channels_[i].at < oldest->at)) oldest = &channels_[i];
+  return *oldest;  // lengths always count
 }
 
 Time SensorSet::oldest_at() const noexcept {

@@ -51,12 +51,13 @@ struct SlaveState {
   double confidence = 0, residual_sigma = 0;
   std::uint16_t confidence_reasons = 0;  ///< estimation::ConfidenceReason bits.
   ContactModel contact_model = ContactModel::kBucketForce;
-  std::uint8_t unknown_torques = 0;      ///< Joints whose cylinder's pressures nobody measures: 1 boom, 2 arm, 4 bucket.
-  double tip_torque_Nm = 0, tip_torque_sigma_Nm = 0;   ///< About the tip.
+  std::uint8_t unknown_torques = 0;  ///< Joints whose cylinder's pressures nobody measures: 1 boom, 2 arm, 4 bucket.
+  double tip_torque_Nm = 0, tip_torque_sigma_Nm = 0;    ///< About the tip.
   std::array<double, 2> force_torque_covariance_N2m{};  ///< Of force x, z and that torque.
   /// How far the force's line of action passes the tip, positive to the left of the force; both 0 without a force.
   double line_offset_m = 0, line_sigma_m = 0;
-  std::array<double, 6> touched_share{};  ///< Probability of each side of the bucket's outline: estimation::BucketSide.
+  std::array<double, 6>
+      touched_share{};  ///< Probability of each side of the bucket's outline: estimation::kBucketSideNames.
   bool contact = false;
   double payload_kg = 0, payload_sigma_kg = 0;
   double contact_compliance = 0, energy_in_J = 0;
@@ -76,8 +77,8 @@ struct SlaveState {
                                   fast_torque_Nm, tip_force_N, load_N, covariance_N2, confidence, residual_sigma,
                                   confidence_reasons, contact_model, unknown_torques, tip_torque_Nm,
                                   tip_torque_sigma_Nm, force_torque_covariance_N2m, line_offset_m, line_sigma_m,
-                                  touched_share, contact, payload_kg, payload_sigma_kg, contact_compliance,
-                                  energy_in_J, ahead_rad, wanted, valve_command, spool] = s;
+                                  touched_share, contact, payload_kg, payload_sigma_kg, contact_compliance, energy_in_J,
+                                  ahead_rad, wanted, valve_command, spool] = s;
     visit("time_ns", s.at);
     visit("mode", s.mode);
     visit("blocking", s.blocking);

@@ -156,7 +156,8 @@ struct SlaveMessage {
     visit("payload_sigma_kg", m.payload_sigma_kg, wire::Within{0, wire::kMostMass_kg});
     visit("tip_torque_Nm", m.tip_torque_Nm, wire::cut(wire::kMostForce_N));
     visit("tip_torque_sigma_Nm", m.tip_torque_sigma_Nm, wire::Cut{0, wire::kMostForce_N});
-    visit("force_torque_covariance_N2m", m.force_torque_covariance_N2m, wire::cut(wire::kMostForce_N * wire::kMostForce_N));
+    visit("force_torque_covariance_N2m", m.force_torque_covariance_N2m,
+          wire::cut(wire::kMostForce_N * wire::kMostForce_N));
     visit("touched_share", m.touched_share, wire::Within{0, 1});
     visit("unknown_torques", m.unknown_torques, wire::Bits{7});
   }

@@ -64,11 +64,11 @@ struct MachineStatus {
   /// device_report_at of the set-point that is on the valves' wire now; kNever: none is.
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
-  Duration acted_ago{};           ///< From that valve frame to sent_at.
+  Duration acted_ago{};            ///< From that valve frame to sent_at.
   std::uint16_t force_doubts = 0;  ///< estimation::ConfidenceReason bits: why the tip force is known no better.
-  MachineName machine;            ///< That it drives: nobody leads it as another one.
-  bool simulated = false;         ///< There is no real machine behind it.
-  bool calibrated = false;        ///< Its dynamics have been identified; else forces are those of a drawing.
+  MachineName machine;             ///< That it drives: nobody leads it as another one.
+  bool simulated = false;          ///< There is no real machine behind it.
+  bool calibrated = false;         ///< Its dynamics have been identified; else forces are those of a drawing.
 
   /// In the order of its bytes.
   template <typename Self, typename Visit>

@@ -57,7 +57,7 @@ std::vector<std::string> machine_sheet(const MachineDescription& machine) {
   if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
     lines.push_back(fmt::format(
         "sensors.without_pressures = {}: forces rest on the two other cylinders. Where on the bucket one acts is not "
-        "seen; where the two do not tell it to 300 N the tip does not advance that way; relief valves alone bound that "
+        "seen; along arm and bucket it may not be noticed at all; relief valves alone bound that "
         "cylinder's pressure, and its encoder is watched less closely",
         kJointNames[static_cast<std::size_t>(without)]));
   lines.push_back(fmt::format("bus: {:.1f} % of {} kbit/s with worst-case stuffing", 100 * worst_bus_load(machine.bus),

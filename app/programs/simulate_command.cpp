@@ -27,10 +27,10 @@ namespace {
 
 constexpr double kLongestSession_s = 3600;
 /// What a cell says itself.
-constexpr std::array kInputs{"--scenario",     "--machine",  "--operator",     "--person",     "--family", "--map",
-                             "--seed",         "--delay-ms", "--jitter-ms",    "--loss",       "--truth",  "--realtime",
-                             "--bursts-per-s", "--device",   "--machine-seed", "--impairment", "--listen", "--connect",
-                             "--contact-model"};
+constexpr std::array kInputs{"--scenario",   "--machine",  "--operator",     "--person",       "--family",
+                             "--map",        "--seed",     "--delay-ms",     "--jitter-ms",    "--loss",
+                             "--truth",      "--realtime", "--bursts-per-s", "--device",       "--machine-seed",
+                             "--impairment", "--listen",   "--connect",      "--contact-model"};
 
 void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--scenario", o.scenario, "Scenario name or .toml file").show_default();

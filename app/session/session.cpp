@@ -127,7 +127,7 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
     case FaultKind::kNodeSilent:
       return node != nullptr ? last_from(*node) : broken.at;
     case FaultKind::kSyncDropped:  // all sensors at once
-      return last_from(wire.pressure(0));
+      return last_from(wire.pressure((setup.machine.sensors.without_pressures + 1) % kJoints * 2));
     default:
       return broken.last_good_input;
   }

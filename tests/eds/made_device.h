@@ -81,7 +81,6 @@ inline std::string refused(const std::string& node, std::uint8_t id, const eds::
   return "accepted";
 }
 
-
 inline std::string eds_text(const eds::DeviceFile& device) {
   std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Device\n";
   for (const auto& [key, entry] : device.entries) {

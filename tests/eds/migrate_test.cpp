@@ -65,7 +65,8 @@ std::vector<std::pair<std::string, std::string>> older_files() {
     all.emplace_back(file.path().filename(), test::with_keyed_nodes(whole_file(file.path(), 1)));
   for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/tests/recordings_replayed"))
     if (file.path().extension() == ".mcap")
-      all.emplace_back(file.path().filename(), recording::Recording({file.path().string()}).head().machine_file);
+      all.emplace_back(file.path().filename(),
+                       test::with_keyed_nodes(recording::Recording({file.path().string()}).head().machine_file));
   std::string full = changed(older(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
   full = changed(full, "id = 0x12, ", "id = 0x12, profile = 'cia408/pved', ");
   full = changed(full, "id = 0x38, ", "id = 5_6, tpdo = 0x2B8,");

@@ -1,12 +1,13 @@
 // Contact models in the running estimator: each tells a known force, what one refuses fades and comes back without a
 // jump, and where on the bucket a force acts is told as surely as it is seen.
+#include "estimation/contact_force.h"
+
 #include <gtest/gtest.h>
 
-#include <numeric>
 #include <numbers>
+#include <numeric>
 #include <random>
 
-#include "estimation/contact_force.h"
 #include "estimation/line_of_action.h"
 #include "machine/kinematics.h"
 #include "tests/estimation/test_machine.h"
@@ -43,6 +44,11 @@ struct Bench {
         Eigen::Rotation2Dd(joints_rad.sum()) * (place_m - PlanarVector(machine.links[kBucket].length_m, 0));
     return kinematics.tip_jacobian(joints_rad).transpose() * force_N + JointVector::Constant(cross(shift, force_N));
   }
+  const ContactAnswer& step(const ContactPose& pose, const JointVector& torque_Nm,
+                            const Eigen::Matrix3d& covariance_Nm2 = kCovariance_Nm2) {
+    force.step(pose, torque_Nm, torque_Nm, covariance_Nm2);
+    return force.answer();
+  }
   PlanarVector tip() const { return {machine.links[kBucket].length_m, 0}; }
 
   MachineDescription machine;
@@ -56,9 +62,7 @@ TEST(ContactModels, EachTellsAForceAtTheTip) {
     Bench bench(machine_with(model));
     const PlanarVector force_N = 2000 * PlanarVector(-1, 0.2).normalized();
     const ContactPose pose = bench.pose(kBent);
-    bench.force.follow(pose);
-    const ContactAnswer& answer =
-        bench.force.step(ContactForce::kSlow, pose, bench.torque(kBent, force_N, bench.tip()), kCovariance_Nm2);
+    const ContactAnswer& answer = bench.step(pose, bench.torque(kBent, force_N, bench.tip()));
     EXPECT_FALSE(answer.refusal) << name(model);
     EXPECT_EQ(answer.share, 1);
     EXPECT_LT((answer.load.force_N - force_N).norm(), 40) << name(model);
@@ -71,9 +75,7 @@ TEST(ContactModels, OfAWeightHangsPlumbWhereverTheHullLeans) {
   ContactPose pose = bench.pose(kBent);
   pose.hull_pitch_rad = 0.1;
   const PlanarVector weight_N = 900 * PlanarVector(-std::sin(0.1), -std::cos(0.1));
-  bench.force.follow(pose);
-  const ContactAnswer& answer =
-      bench.force.step(ContactForce::kSlow, pose, bench.torque(kBent, weight_N, bench.tip()), kCovariance_Nm2);
+  const ContactAnswer& answer = bench.step(pose, bench.torque(kBent, weight_N, bench.tip()));
   EXPECT_FALSE(answer.refusal);
   EXPECT_LT((answer.load.force_N - weight_N).norm(), 1e-6);
 }
@@ -83,8 +85,7 @@ TEST(ContactModels, AgainstTheMotionHaveNoDirectionBeforeTheFirstOneAndKeepItAtR
   ContactPose pose = bench.pose(kBent);
   const PlanarVector force_N(-1500, 0);
   const auto step = [&]() -> const ContactAnswer& {
-    bench.force.follow(pose);
-    return bench.force.step(ContactForce::kSlow, pose, bench.torque(kBent, force_N, bench.tip()), kCovariance_Nm2);
+    return bench.step(pose, bench.torque(kBent, force_N, bench.tip()));
   };
   EXPECT_EQ(step().refusal, ContactRefusal::kNoDirection);
   EXPECT_EQ(step().share, 0);
@@ -113,8 +114,7 @@ TEST(ContactModels, FadeWhereTheyRefuseAndComeBackWithoutAJump) {
       JointVector joints = kBent;
       joints[c.joint] = -0.5 + 0.5 * n / 1000.0 + 2e-3 * std::sin(n);  // shaken where it begins to refuse
       const ContactPose pose = bench.pose(joints);
-      const ContactAnswer& answer =
-          bench.force.step(ContactForce::kSlow, pose, bench.torque(joints, force_N, bench.tip()), kCovariance_Nm2);
+      const ContactAnswer& answer = bench.step(pose, bench.torque(joints, force_N, bench.tip()));
       const PlanarVector told = answer.share * answer.load.force_N;
       EXPECT_LT((told - before).norm(), 1.5 * force_N.norm() * kStep_s / ContactForce::kFade_s) << n;
       before = told;
@@ -135,9 +135,21 @@ TEST(ContactModels, WithoutATorqueThatTheyNeedAnswerAsTheBucketForceDoes) {
   missing(kBoom, kBoom) = kUnknownVariance;
   const ContactPose pose = wrench.pose(kBent);
   const JointVector torque = wrench.torque(kBent, {-900, 400}, wrench.tip());
-  const BucketLoad a = wrench.force.step(ContactForce::kSlow, pose, torque, missing).load;
-  const BucketLoad b = bucket.force.step(ContactForce::kSlow, pose, torque, missing).load;
+  const BucketLoad a = wrench.step(pose, torque, missing).load;
+  const BucketLoad b = bucket.step(pose, torque, missing).load;
   EXPECT_EQ(a.force_N, b.force_N);
+}
+
+// Across its direction this model sees nothing. What limits the machine's force does.
+TEST(ContactModels, LeaveTheLimitsAllThatTheTorquesTell) {
+  Twin twin(real_sensors(), 1, machine_with(ContactModel::kForceAndPosition, ForceDirection::kFixed, {1, 0}));
+  twin.free_motion(25);
+  const PlanarVector across_N(0, -4000);
+  for (int n = 0; n < 400; ++n) twin.step(across_N, 0.1);
+  const ForceEstimate& e = twin.estimator().estimate();
+  const PlanarJacobian jacobian = Kinematics(test_machine()).tip_jacobian(twin.angle_rad);
+  const TipForce fast = solve_tip_force(jacobian, e.fast_torque_Nm, kCovariance_Nm2);
+  EXPECT_LT((fast.force_N - across_N).norm(), 0.12 * across_N.norm());
 }
 
 // Live, with each model: the same known force, in the hand's channel and in the one that the machine's law follows.
@@ -206,8 +218,7 @@ TEST(BucketTorque, AndLineAndSideAreToldAsSurelyAsTheyAreSeen) {
     const Push push = push_on(bench.machine, kWide[static_cast<std::size_t>(k) % kWide.size()], joints, random);
     const JointVector noise(40 * normal(random), 25 * normal(random), 10 * normal(random));
     const JointVector torque = bench.torque(joints, push.force_N, push.place_m) + noise;
-    const BucketLoad found =
-        bench.force.step(ContactForce::kSlow, bench.pose(joints), torque, kCovariance_Nm2).load;
+    const BucketLoad found = bench.step(bench.pose(joints), torque).load;
     const PlanarVector shift = Eigen::Rotation2Dd(joints.sum()) * (push.place_m - bench.tip());
     const double truth_Nm = cross(shift, push.force_N);
     ++all;

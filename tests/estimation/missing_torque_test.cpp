@@ -61,8 +61,8 @@ TEST(MissingTorque, OfTheBoomLeavesTheForceOfTwoJoints) {
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
   for (int draw = 0; draw < 100; ++draw) {
-    JointLoad load{kBent, {0.2, -0.2, -0.1}, 500 * JointVector(normal(random), normal(random), normal(random)),
-                   covariance(kBoom)};
+    JointLoad load{
+        kBent, {0.2, -0.2, -0.1}, 500 * JointVector(normal(random), normal(random), normal(random)), covariance(kBoom)};
     const TipForce found = solve_tip_force(jacobian, load.torque_Nm, load.covariance_Nm2);
     load.covariance_Nm2(kBoom, kBoom) = 1;
     const auto two = std::get<TwoJointForce>(tip_force_of_two({1.75, 0.95, 0.5}, load, 0.5));
@@ -137,9 +137,10 @@ TEST(MissingTorque, FreeMotionAndAKnownForceAreToldByTheTwoOthersWithinTheirInte
   for (int missing = 0; missing < kJoints; ++missing) {
     Twin twin(real_sensors());
     twin.pressures_known[static_cast<std::size_t>(missing)] = false;
-    int covered = 0, looks = 0, contacts = 0;
+    int covered = 0, looks = 0, contacts = 0, contacts_at_start = 0;
     for (int n = 0; n < 8000; ++n) {
       const ForceEstimate& e = twin.step(PlanarVector::Zero());
+      contacts_at_start += n < 400 && e.contact;
       if (n < 4000 || n % 20 != 0) continue;
       ++looks;
       contacts += e.contact;
@@ -147,6 +148,7 @@ TEST(MissingTorque, FreeMotionAndAKnownForceAreToldByTheTwoOthersWithinTheirInte
     }
     EXPECT_GT(covered, 0.9 * looks) << missing;
     EXPECT_LT(contacts, 0.02 * looks) << missing;
+    EXPECT_EQ(contacts_at_start, 0) << missing;
     EXPECT_EQ(twin.estimator().estimate().confidence_reasons & kBiasNotLearned, 0);
     const PlanarVector push_N(-1500, 1200);
     for (int n = 0; n < 200; ++n) twin.step(push_N, 0.3);

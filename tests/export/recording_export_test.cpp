@@ -67,6 +67,7 @@ double number_of_cell(const std::string& cell, const std::string& field) {
   for (unsigned code = 0; code < static_cast<unsigned>(ReasonCode::kCount); ++code) {
     if (field == "mode" && code <= static_cast<unsigned>(Mode::kEStop) && cell == name(static_cast<Mode>(code)))
       return code;
+    if (field == "contact_model" && code < kContactModelNames.size() && cell == kContactModelNames[code]) return code;
     if (field.ends_with(".code") && cell == name(static_cast<ReasonCode>(code))) return code;
   }
   ADD_FAILURE() << field << ": " << cell;
@@ -159,8 +160,8 @@ TEST(RecordingExport, TableOfASessionIsARecordingOfItsSensorsToo) {
 
 TEST(RecordingExport, EveryDoubleHasAUnitOrIsKnownToHaveNone) {
   const std::set<std::string> none{
-      "authority", "confidence", "residual_sigma", "contact_compliance",     "wanted_valve",
-      "valve",     "spool",      "energy_gain",    "setting_position_scale", "setting_force_scale"};
+      "authority", "confidence",  "residual_sigma",         "contact_compliance",  "wanted_valve", "valve",
+      "spool",     "energy_gain", "setting_position_scale", "setting_force_scale", "touched_share"};
   for (const auto* fields : {&fields_of<slave::SlaveState>(), &fields_of<master::MasterState>()})
     for (const Field& field : *fields)
       EXPECT_TRUE(field.type != NumberType::kDouble || unit_of(field.name).empty() == none.contains(field.name))
@@ -314,7 +315,7 @@ TEST_F(Hdf5Export, OctaveReadsEveryNumberAsRecorded) {
         ASSERT_EQ(number, recorded / 1e9);
       } else if (is_float(field)) {
         ASSERT_EQ(static_cast<float>(number), static_cast<float>(recorded)) << line[0];
-      } else if (field == "mode" || field.ends_with(".code")) {
+      } else if (field == "mode" || field == "contact_model" || field.ends_with(".code")) {
         ASSERT_TRUE(std::isnan(number)) << line[0];
       } else {
         ASSERT_EQ(number, recorded) << line[0] << " row " << n + 2;

@@ -6,6 +6,7 @@
 #include "machine/load.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle {
 namespace {
@@ -40,14 +41,13 @@ TEST(ContactModelKey, NamesAModelAndNothingIsTheBucketForce) {
 }
 
 TEST(ContactModelKey, WhatIsNoModelOrNoDirectionIsOneLine) {
-  for (const auto& [keys, said] :
-       {std::pair{"contact_model = \"tip\"", "force.contact_model"},
-        {"contact_model = [\"bucket_force\", \"tip_wrench\"]", "force.contact_model"},
-        {"direction = \"up\"", "force.direction"},
-        {"direction = \"fixed\"", "force.fixed_direction"},
-        {"direction = \"fixed\"\nfixed_direction = [0, 0]", "must be longer than 0.1"},
-        {"fixed_direction = [1, 0]", "force.fixed_direction"},
-        {"contact_models = \"tip_wrench\"", "force.contact_models"}}) {
+  for (const auto& [keys, said] : {std::pair{"contact_model = \"tip\"", "force.contact_model"},
+                                   {"contact_model = [\"bucket_force\", \"tip_wrench\"]", "force.contact_model"},
+                                   {"direction = \"up\"", "force.direction"},
+                                   {"direction = \"fixed\"", "force.fixed_direction"},
+                                   {"direction = \"fixed\"\nfixed_direction = [0, 0]", "must be longer than 0.1"},
+                                   {"fixed_direction = [1, 0]", "force.fixed_direction"},
+                                   {"contact_models = \"tip_wrench\"", "force.contact_models"}}) {
     EXPECT_NE(refusal(force(keys)).find(said), std::string::npos) << keys << ": " << refusal(force(keys));
     EXPECT_EQ(refusal(force(keys)).find('\n'), std::string::npos);
   }
@@ -87,9 +87,12 @@ TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefu
   const auto with = [](const char* joint, const char* model) {
     return refusal(without(joint) + "\n[force]\ncontact_model = \"" + model + "\"\n");
   };
-  for (const auto& [joint, model, ok] :
-       {std::tuple{"boom", "tip_wrench", false}, {"boom", "tip_force_of_two", true}, {"boom", "bucket_force", true},
-        {"arm", "tip_force_of_two", false}, {"bucket", "force_and_position", false}, {"arm", "bucket_force", true}}) {
+  for (const auto& [joint, model, ok] : {std::tuple{"boom", "tip_wrench", false},
+                                         {"boom", "tip_force_of_two", true},
+                                         {"boom", "bucket_force", true},
+                                         {"arm", "tip_force_of_two", false},
+                                         {"bucket", "force_and_position", false},
+                                         {"arm", "bucket_force", true}}) {
     const std::string told = with(joint, model);
     EXPECT_EQ(told.find("needs the pressures of the") == std::string::npos, ok) << joint << ' ' << model << told;
   }

@@ -95,7 +95,7 @@ TEST_F(SafetyGate, PressuresThatNobodyMeasuresAreNotLookedAt) {
         (other_Pa == 0 ? zeros : high) =
             safety_gate(only(joint, opening), Mode::kEngaged, setpoint_at, state, before, limits, now);
       }
-      EXPECT_EQ(zeros.commands, high.commands) << joint << ", " << opening;
+      EXPECT_EQ(zeros.commands.value(), high.commands.value()) << joint << ", " << opening;
       EXPECT_FALSE(high.fault);
       EXPECT_NE(high.commands.value()[joint], 0) << "it still moves";
     }

@@ -103,7 +103,7 @@ TEST(StatusReporter, TellsWhyTheForceIsKnownNoBetter) {
   ReportingBench bench;
   ASSERT_TRUE(bench.m.engage()) << text(bench.m.loop.blocking());
   bench.run(500ms);
-  const std::uint8_t doubts = bench.reporter.sent().force_doubts;
+  const std::uint16_t doubts = bench.reporter.sent().force_doubts;
   EXPECT_EQ(doubts, bench.m.loop.force().confidence_reasons);
   EXPECT_TRUE(doubts & estimation::kBiasNotLearned) << "it has never moved freely";
   EXPECT_FALSE(doubts & estimation::kBadInput);

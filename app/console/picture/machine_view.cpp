@@ -344,8 +344,7 @@ void MachineView::Parts::draw_line(const PlanarVector& at, const PlanarVector& u
                                    const Rgb& colour) {
   constexpr double kTwoSided95 = 1.96, kLength = 0.15;  // to each side, of the reach
   const double half_m = kLength * reach_m(machine);
-  const Frame2 start =
-      Eigen::Translation2d(at - half_m * unit) * Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x()));
+  const Frame2 start = Eigen::Translation2d(at - half_m * unit) * Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x()));
   const Blended mixed;
   painter.triangles(shaft, scaled(in_space(start), 2 * half_m, 1e-3, kTwoSided95 * sigma_m), {colour, 1, 0.14F, false});
 }

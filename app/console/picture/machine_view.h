@@ -26,15 +26,15 @@ struct MachinePicture {
   JointVector beside_rad = JointVector::Zero();
   bool show_beside = false;  ///< Translucent with an outline: the machine in another run.
   PlanarVector tip_force_N = PlanarVector::Zero();
-  std::array<double, 3> covariance_N2{};    ///< xx, xz, zz: drawn as ellipse of 95 %.
+  std::array<double, 3> covariance_N2{};       ///< xx, xz, zz: drawn as ellipse of 95 %.
   double line_offset_m = 0, line_sigma_m = 0;  ///< Of the force's line of action (SlaveState); 0: at the tip.
-  double confidence = 1;                    ///< [0, 1]; the arrow fades with it.
-  bool contact = false;                     ///< Ring around the tip.
-  double contact_s = 1e9;                   ///< How long; the ring flashes at first.
-  const session::Scene* scene = nullptr;    ///< None: the machine alone.
-  double scene_s = 0;                       ///< Time of the scene's session.
-  std::optional<Grid> grid;                 ///< Behind everything; of a side view.
-  const std::vector<Puff>* dust = nullptr;  ///< In front of what is behind it.
+  double confidence = 1;                       ///< [0, 1]; the arrow fades with it.
+  bool contact = false;                        ///< Ring around the tip.
+  double contact_s = 1e9;                      ///< How long; the ring flashes at first.
+  const session::Scene* scene = nullptr;       ///< None: the machine alone.
+  double scene_s = 0;                          ///< Time of the scene's session.
+  std::optional<Grid> grid;                    ///< Behind everything; of a side view.
+  const std::vector<Puff>* dust = nullptr;     ///< In front of what is behind it.
   bool as_seen = false;  ///< As a camera sees it: nothing shines through, and what is not there is not drawn.
 };
 
