@@ -314,7 +314,7 @@ TEST(Rerun, WithAChangedGainCommandsOtherwiseOnTheSameInput) {
   machine.replace(machine.find(gain), gain.size(), "\nposition_gain_1ps = 1");
   std::ofstream(folder.file("slow.toml")) << machine;
   const player::Played played = player::load({recorded("press")});
-  const player::Rerun again = player::rerun({recorded("press")}, {{folder.file("slow.toml")}, ""}, played.run);
+  const player::Rerun again = player::rerun({recorded("press")}, {{folder.file("slow.toml")}, "", ""}, played.run);
   const auto& first = again.result.sides[1].first;
   ASSERT_TRUE(first);
   double apart = 0, before = 0;
@@ -328,15 +328,30 @@ TEST(Rerun, WithAChangedGainCommandsOtherwiseOnTheSameInput) {
   EXPECT_GT(apart, 0.01);
 }
 
+TEST(Rerun, WithAnotherContactModelFeelsWhatThatTellsAndMovesAsRecorded) {
+  const player::Played played = player::load({recorded("press")});
+  const player::Rerun again = player::rerun({recorded("press")}, {{}, "", "tip_wrench"}, played.run);
+  double apart_N = 0;
+  for (Time at = played.run.first(); at <= played.run.last(); at += 5ms) {
+    const console::ConsoleView a = played.run.view(at), b = again.run.view(at);
+    apart_N = std::max(apart_N, (a.machine.tip_force_N - b.machine.tip_force_N).norm());
+    ASSERT_EQ(a.machine.position_rad, b.machine.position_rad);
+  }
+  EXPECT_GT(apart_N, 1);
+  recording::Recording press({recorded("press")});
+  recording::ReplaySetup setup = recording::setup_of(press);
+  EXPECT_THROW(replay::change(setup, {{}, "", "tip"}), InputError);
+}
+
 TEST(Rerun, TakesTheNamesOfMachinesAndDevicesAsOtherOptionsDo) {
   recording::Recording press({recorded("press")});
   recording::ReplaySetup setup = recording::setup_of(press);
   ASSERT_EQ(setup.machine.name, "solar015");
-  replay::change(setup, {{"compact080", "knuckle1_compact080"}, ""});
+  replay::change(setup, {{"compact080", "knuckle1_compact080"}, "", ""});
   EXPECT_EQ(setup.machine.name, "compact080");
   EXPECT_TRUE(setup.device.source.ends_with("devices/knuckle1_compact080.toml")) << setup.device.source;
   try {
-    replay::change(setup, {{"nosuch"}, ""});
+    replay::change(setup, {{"nosuch"}, "", ""});
     ADD_FAILURE() << "was taken";
   } catch (const InputError& error) {
     const std::string said = error.what();
