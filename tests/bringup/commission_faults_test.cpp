@@ -1,7 +1,10 @@
 // What fails while a machine is commissioned is told by its name, and ends it before anything moves on.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "tests/bringup/commission_script.h"
 #include "tests/support/places.h"
@@ -74,16 +77,33 @@ TEST(CommissionFaults, ASpoolThatDoesNotFollowIsNamedAndNotThePilotPressureThatI
   EXPECT_FALSE(made.tells("no pilot pressure"));
 }
 
+/// At some moments about the trials of the valves' guards: which of them a moment meets, start-up's length decides.
+std::vector<std::string> at_moments(const std::string& fault) {
+  std::vector<std::string> all;
+  for (double at_s = 11; at_s < 14; at_s += 0.02) all.push_back(fmt::format("--fault {}@{:.2f}", fault, at_s));
+  return all;
+}
+
 TEST(CommissionFaults, AnErrorBeforeAGuardCouldActIsNoProofAndTold) {
-  const Commissioning made("--fault node_emergency:arm_valve@12.5");
-  EXPECT_TRUE(made.tells("arm_valve: guard not proved: it told error 0xFF00 after")) << made.all();
-  EXPECT_TRUE(made.tells("before its guard could act (50 ms)")) << made.all();
-  EXPECT_FALSE(made.tells("arm_valve: guard proved")) << made.all();
+  bool met = false;
+  for (const std::string& fault : at_moments("node_emergency:arm_valve")) {
+    const Commissioning made(fault);
+    met = made.tells("arm_valve: guard not proved: it told error 0xFF00 after");
+    if (!met) continue;
+    EXPECT_TRUE(made.tells("before its guard could act (50 ms)")) << made.all();
+    EXPECT_FALSE(made.tells("arm_valve: guard proved")) << made.all();
+    break;
+  }
+  EXPECT_TRUE(met);
 }
 
 TEST(CommissionFaults, AnErrorThatANodeTellsBesideAGuardsTrialIsTold) {
-  const Commissioning made("--fault node_emergency:enable@12.5");
-  EXPECT_TRUE(made.tells("enable (node 0x40): 0xFF00")) << made.all();
+  bool met = false;
+  for (const std::string& fault : at_moments("node_emergency:enable")) {
+    met = Commissioning(fault).tells("enable (node 0x40): 0xFF00");
+    if (met) break;
+  }
+  EXPECT_TRUE(met);
 }
 
 TEST(CommissionFaults, AnOutputThatNobodyCanReadEndsItBeforeAnythingIsConfigured) {
