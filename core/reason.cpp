@@ -124,8 +124,6 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      nullptr},
     {"force_unknown", SubjectKind::kNothing,
      "with a cylinder's pressures missing, the force is not known in this pose: bend the bucket or the arm first", "N"},
-    {"without_pressures", SubjectKind::kJoint, "goes on without this cylinder's pressures: slowly, and only home",
-     nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -89,9 +89,8 @@ enum class ReasonCode : std::uint16_t {
   kOtherController,  ///< value: identifier of a frame that only the controller sends, and another one sent
   kForeignSender,    ///< subject: node id that was commanded or written to; value: the frame's identifier
   kNodeIdTwice,      ///< subject: node id; frames seen, frames due (1: answers to one SDO request)
-  // A cylinder whose pressures nobody measures (no faults).
-  kForceUnknown,      ///< two torques do not tell the force in this pose: no advance that way; 95 % interval in N
-  kWithoutPressures,  ///< subject: joint; goes on without that cylinder's pressures
+  // A cylinder whose pressures nobody measures (no fault).
+  kForceUnknown,  ///< two torques do not tell the force in this pose: no advance that way; 95 % interval in N
   kCount,
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/frame_words.h"
+#include "machine/description.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::slave {
@@ -40,6 +41,14 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access) {
   if (heard.empty()) return;
   throw InputError(access.name() + ": another controller is on the bus: heard " + heard +
                    "; stop it, then start again");
+}
+
+void refuse_without_pressures(const MachineDescription& machine) {
+  const int without = machine.sensors.without_pressures;
+  if (without == SensorDescription::kNone) return;
+  throw InputError(
+      machine.source + ": key 'sensors.without_pressures' = \"" + kJointNames[static_cast<std::size_t>(without)] +
+      "\": contacts are not told well enough yet without those pressures: such a machine is simulated only");
 }
 
 }  // namespace knuckle::slave

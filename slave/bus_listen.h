@@ -1,10 +1,11 @@
-// Before its first frame, whoever is about to command a machine listens whether somebody else does: two controllers
-// would reset each other's nodes for good.
+// What whoever is about to command a machine looks at before its first frame: whether somebody else does (two
+// controllers would reset each other's nodes for good), and whether this machine may be commanded at all.
 #pragma once
 
 #include <string>
 
 #include "machine/bus_description.h"
+#include "machine/description_fwd.h"
 #include "transport/bus_access.h"
 
 namespace knuckle::slave {
@@ -16,5 +17,8 @@ namespace knuckle::slave {
 /// @throws InputError in one line where there is another controller: heard, and when listened to once more, heard
 /// again.
 void refuse_other_controller(const BusDescription& bus, BusAccess& access);
+
+/// For a real machine. @throws InputError in one line where a cylinder has no pressure transmitters.
+void refuse_without_pressures(const MachineDescription& machine);
 
 }  // namespace knuckle::slave

@@ -50,8 +50,8 @@ SensorSet::SensorSet(const MachineDescription& machine)
       tilt_age_limit_(age_limit_ + tilt_extra_age(machine)),
       kinematics_(machine),
       lengths_(machine) {
-  if (machine.sensors.without_pressures != SensorDescription::kNone)
-    give_up_pressures(machine.sensors.without_pressures);
+  if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
+    pressures_count_[static_cast<std::size_t>(without)] = false;
   for (std::size_t i = 0; i < kJoints; ++i) {
     shortest_m_[i] = machine.cylinders[i].min_length_m - kValidity.length_margin_m;
     longest_m_[i] = machine.cylinders[i].max_length_m + kValidity.length_margin_m;

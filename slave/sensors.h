@@ -47,8 +47,6 @@ class SensorSet {
  public:
   explicit SensorSet(const MachineDescription& machine);
 
-  /// From now on nobody measures this cylinder's pressures: what its transmitters say, or do not say, does not count.
-  void give_up_pressures(int joint) noexcept { pressures_count_[static_cast<std::size_t>(joint)] = false; }
   /// A received frame; what is no sensor PDO is ignored.
   void receive(const CanFrame& frame, Time now) noexcept;
   /// The nodes start anew: all values are forgotten but the lengths, which stay what later ones are held against.

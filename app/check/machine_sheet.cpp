@@ -58,7 +58,8 @@ std::vector<std::string> machine_sheet(const MachineDescription& machine) {
     lines.push_back(fmt::format(
         "sensors.without_pressures = {}: forces rest on the two other cylinders. Where on the bucket one acts is not "
         "seen; along arm and bucket it may not be noticed at all; relief valves alone bound that "
-        "cylinder's pressure, and its encoder is watched less closely",
+        "cylinder's pressure, and a frozen encoder there is not found. Simulated only: slave, commission and recover "
+        "refuse it on a real bus",
         kJointNames[static_cast<std::size_t>(without)]));
   lines.push_back(fmt::format("bus: {:.1f} % of {} kbit/s with worst-case stuffing", 100 * worst_bus_load(machine.bus),
                               machine.bus.bit_rate / 1000));

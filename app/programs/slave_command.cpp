@@ -123,11 +123,7 @@ Setup set_up(const Options& o) {
   MachineDescription read = load_machine(file);
   if (!o.contact_model.empty()) read = with_contact_model(read, o.contact_model);
   Setup setup{file, calibrated(read), {}};
-  if (!o.simulate && read.sensors.without_pressures != SensorDescription::kNone)
-    cli::refuse_option(
-        "--machine", file,
-        "has a cylinder without pressure transmitters (sensors.without_pressures): contacts are not told "
-        "well enough yet to drive a real one; only with --simulate");
+  if (!o.simulate) slave::refuse_without_pressures(read);
   if (!o.simulate) return setup;
   const std::uint64_t seed = o.seed.value_or(1);
   setup.simulation = {

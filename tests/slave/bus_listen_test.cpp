@@ -93,5 +93,16 @@ TEST(ListensFirst, SendsNothing) {
   EXPECT_TRUE(m.wire.empty());
 }
 
+TEST(RealMachine, WithoutTheTransmittersOfACylinderIsNotCommanded) {
+  MachineDescription machine = test::test_machine();
+  EXPECT_NO_THROW(refuse_without_pressures(machine));
+  machine.source = "m.toml";
+  machine.sensors.without_pressures = kArm;
+  EXPECT_EQ(knuckle::test::refusal([&] {
+              refuse_without_pressures(machine);
+            }).find("m.toml: key 'sensors.without_pressures' = \"arm\": "),
+            0U);
+}
+
 }  // namespace
 }  // namespace knuckle::slave
