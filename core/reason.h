@@ -91,6 +91,9 @@ enum class ReasonCode : std::uint16_t {
   kNodeIdTwice,      ///< subject: node id; frames seen, frames due (1: answers to one SDO request)
   // A cylinder whose pressures nobody measures (no fault).
   kForceUnknown,  ///< two torques do not tell the force in this pose: no advance that way; 95 % interval in N
+  // A cylinder whose transmitters failed (slave/home_on_two.h).
+  kHomeOffered,  ///< subject: joint; the operator acknowledged it and may choose to go on without its pressures
+  kHomePressed,  ///< subject: joint; not chosen: something may be pressed; N
   kCount,
 };
 

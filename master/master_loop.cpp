@@ -17,7 +17,8 @@ constexpr double kLostBlend = 0.005;  // per message: 1 s at 200 Hz
 constexpr double kMostMissing = 2000;
 constexpr Duration kTimeToTell = 1s;  // its machine: twenty times what it takes
 constexpr int kLettingGoSteps = 100;  // an end takes
-constexpr double kBelieved_s = 0.5;   // a mode, after the last message: the machine has stopped by itself long ago
+constexpr std::uint32_t kHomeEveryMessages = 5;
+constexpr double kBelieved_s = 0.5;  // a mode, after the last message: the machine has stopped by itself long ago
 
 }  // namespace
 
@@ -47,6 +48,7 @@ void MasterLoop::step(Time now) noexcept {
   send_now_ = !send_now_;
   const bool urgent = count_urgent(device);
   if (send_now_ || urgent) send(device, now);
+  ask_for_home(device, now);
   if (settings_.let_go && !has_let_go()) ++steps_since_let_go_;
 }
 
@@ -210,6 +212,18 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
   message.velocity_radps = set_point_.velocity_radps();
   message.rendered_N = rendered_N_ / force_scale_;
   message.assist = settings_.assist;
+  link_.send(encode(message).view());
+}
+
+/// Only while the machine offers it, and with enable released: the clutch held, or what was set from outside.
+void MasterLoop::ask_for_home(const DeviceReading& device, Time now) noexcept {
+  const bool offered = machine_mode() != Mode::kOff && slave_->home_offered && leads();
+  const bool asked = settings_.home || (device.ok && device.presence && device.clutch);
+  home_steps_ = offered && asked && !device.enable ? std::min(home_steps_ + 1, kHomeSteps) : 0;
+  if (home_steps_ < kHomeSteps || sequence_ % kHomeEveryMessages != 0 || !send_now_) return;
+  HomeMessage message;
+  message.stamp = session_.stamp(++home_sequence_, now);
+  message.fault = slave_->fault;
   link_.send(encode(message).view());
 }
 

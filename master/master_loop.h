@@ -37,7 +37,7 @@ struct SlaveMessageTap {
 
 /// What was set from outside; part of what a step is a function of.
 struct MasterSettings {
-  bool stop = false, nobody = false, let_go = false;
+  bool stop = false, nobody = false, let_go = false, home = false;
   AssistSettings assist;
   double position_scale = 0, force_scale = 0;  ///< As taken by set_scales(); 0: as the device's file says.
 };
@@ -53,7 +53,8 @@ class MasterLoop {
   /// stop or a release of enable has just been noticed.
   void step(Time now) noexcept;
 
-  static constexpr double kStiffest = 2;  ///< 4 throws a light grip (docs/theory.md).
+  static constexpr int kHomeSteps = 3000;  ///< Asked for so long without a pause: no slip of a finger.
+  static constexpr double kStiffest = 2;   ///< 4 throws a light grip (docs/theory.md).
   /// @param position_scale machine metres per hand metre, @param force_scale hand newtons per machine newton.
   /// @return false, and nothing changes, while the machine is led, where a scale is not positive and finite, or where
   /// the spring, which both scales make, would be stiffer than kStiffest times the device file's.
@@ -63,12 +64,16 @@ class MasterLoop {
   void set_assist(const AssistSettings& assist) noexcept { settings_.assist = assist; }
   /// Likewise: a stop besides the device's own button, which needs no device to act.
   void set_stop(bool pressed) noexcept { settings_.stop = pressed; }
+  /// While on, the operator asks to go home on two, as by the device's clutch (HomeAsk); needs no device.
+  void set_home(bool asked) noexcept { settings_.home = asked; }
   /// While on, messages report the device as not held, whatever it reports itself.
   void set_nobody(bool on) noexcept { settings_.nobody = on; }
   /// For the end: from the next step on the device's torque is off for good, and messages report it as not held.
   void let_go() noexcept;
   /// So many steps ago (0.1 s) that some of the messages that say so have arrived.
   [[nodiscard]] bool has_let_go() const noexcept;
+  /// How much of the time that the operator has to ask for going home on two is over: [0, 1].
+  [[nodiscard]] double home_asked() const noexcept { return static_cast<double>(home_steps_) / kHomeSteps; }
 
   void set_tap(SlaveMessageTap tap) noexcept { tap_ = tap; }
 
@@ -113,6 +118,7 @@ class MasterLoop {
   void count_lost(std::uint32_t sequence) noexcept;
   [[nodiscard]] bool count_urgent(const DeviceReading& device) noexcept;
   void send(const DeviceReading& device, Time now) noexcept;
+  void ask_for_home(const DeviceReading& device, Time now) noexcept;
 
   DeviceDescription::Feel feel_;
   MachineName machine_name_;
@@ -128,7 +134,7 @@ class MasterLoop {
 
   double force_scale_;
   MasterSettings settings_;
-  int steps_since_let_go_ = 0;
+  int steps_since_let_go_ = 0, home_steps_ = 0;
   SlaveMessageTap tap_;
   LinkInbox inbox_;
   LinkSession session_;
@@ -142,7 +148,7 @@ class MasterLoop {
   DevicePosture posture_;  // at the set-point
   PlanarVector law_force_N_ = PlanarVector::Zero(), rendered_N_ = PlanarVector::Zero();
   JointVector torque_Nm_ = JointVector::Zero();
-  std::uint32_t sequence_ = 0, stops_ = 0, releases_ = 0;
+  std::uint32_t sequence_ = 0, home_sequence_ = 0, stops_ = 0, releases_ = 0;
   bool leads_ = false, enabled_ = false, stopping_ = false;  // in the last step
   bool send_now_ = false;
   Datagram incoming_;

@@ -38,7 +38,10 @@ MasterState state_of(Time now, const MasterLoop& master) noexcept {
     state.machine_rad = told->position_rad;
     state.tip_force_N = told->tip_force_N;
     state.confidence = told->confidence;
+    state.home_offered = told->home_offered;
+    state.home_on_two = told->home_on_two;
   }
+  state.home_asked = master.home_asked();
   state.other_machine = master.other_machine();
   state.round_trip_s = master.round_trip_s();
   state.silence_s = std::min(master.silence_s(), kLongestAge_s);

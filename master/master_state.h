@@ -38,6 +38,8 @@ struct MasterState {
   JointVector machine_rad = JointVector::Zero();
   PlanarVector tip_force_N = PlanarVector::Zero();  ///< Frame M.
   double confidence = 0;
+  bool home_offered = false, home_on_two = false;
+  double home_asked = 0;  ///< MasterLoop::home_asked()
   // The link.
   double round_trip_s = 0, silence_s = 0;
   MasterSettings settings;
@@ -52,7 +54,8 @@ struct MasterState {
                                   damaged_reports, missed_reports, device_rad, device_radps, setpoint_rad,
                                   setpoint_radps, law_force_N, sent_force_N, torque_Nm, warning, energy_in_J,
                                   energy_out_J, energy_gain, heard, mode, blocking, fault, other_machine, machine_rad,
-                                  tip_force_N, confidence, round_trip_s, silence_s, settings] = s;
+                                  tip_force_N, confidence, home_offered, home_on_two, home_asked, round_trip_s,
+                                  silence_s, settings] = s;
     visit("time_ns", s.at);
     visit("device_ok", s.device_ok);
     visit("presence", s.presence);
@@ -83,11 +86,15 @@ struct MasterState {
     visit("machine_rad", s.machine_rad);
     visit("tip_force_N", s.tip_force_N);
     visit("confidence", s.confidence);
+    visit("home_offered", s.home_offered);
+    visit("home_on_two", s.home_on_two);
+    visit("home_asked", s.home_asked);
     visit("round_trip_s", s.round_trip_s);
     visit("silence_s", s.silence_s);
     visit("setting_stop", s.settings.stop);
     visit("setting_nobody", s.settings.nobody);
     visit("setting_let_go", s.settings.let_go);
+    visit("setting_home", s.settings.home);
     visit("setting_assist_force_limit_N", s.settings.assist.force_limit_N);
     visit("setting_assist_stop_on_object", s.settings.assist.stop_on_object);
     visit("setting_position_scale", s.settings.position_scale);

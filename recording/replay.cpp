@@ -221,6 +221,7 @@ class SideReplay {
       const master::MasterSettings& now = loop.settings();
       loop.set_stop(set.stop);
       loop.set_nobody(set.nobody);
+      loop.set_home(set.home);
       loop.set_assist(set.assist);
       if (set.position_scale != now.position_scale || set.force_scale != now.force_scale)
         (void)loop.set_scales(set.position_scale, set.force_scale);

@@ -31,7 +31,7 @@ std::size_t left_out(LinkKind kind) noexcept {
 // Since version 9: torque about the tip, its deviation, two covariances, six shares, and a byte for missing torques.
 constexpr std::size_t kTorque = 10 * sizeof(double) + 1;
 
-/// A status has twice as many bits of doubts, in front of the machine's name, which ends it.
+/// Of version 9. A status has twice as many bits of doubts, in front of the machine's name, which ends it.
 void add_what_is_new(LinkKind kind, TranslatedDatagram& translated) {
   std::vector<std::uint8_t>& bytes = translated.bytes;
   if (kind == LinkKind::kSlave) {
@@ -71,7 +71,7 @@ std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> 
     translated.bytes.resize(datagram.size() - left_out(*kind));
     translated.led_by_waves = impedance_Ns_per_m > 0;
   }
-  add_what_is_new(*kind, translated);
+  if (version < 9) add_what_is_new(*kind, translated);
   if (!sound || (kind == LinkKind::kMaster && !decode_master(translated.bytes))) return std::nullopt;
   return translated;
 }

@@ -26,8 +26,8 @@ struct TranslatedDatagram {
   std::size_t made_up = 0;          ///< Bytes at the end for what that version did not tell: zeros.
 };
 
-/// Of version 7, which had an energy and wave variables at the end of both sides' messages, and 8, which told no torque
-/// about the tip.
+/// Of version 7, which had an energy and wave variables at the end of both sides' messages, 8, which told no torque
+/// about the tip, and 9, which knew no way home on two.
 /// @return nullopt where it is no datagram that its version took.
 [[nodiscard]] std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> datagram);
 

@@ -199,6 +199,7 @@ bool Operator::watches() const noexcept {
     case PhaseKind::kEngage:  // has its own way of looking
     case PhaseKind::kLetGo:
     case PhaseKind::kClutch:
+    case PhaseKind::kHome:
       return false;
   }
   return false;
@@ -249,6 +250,8 @@ bool Operator::run(Time now, const OperatorView& view) noexcept {
       break;
     case PhaseKind::kClutch:
       return clutch(t);
+    case PhaseKind::kHome:
+      return choose_home(now, view);
     case PhaseKind::kWait:
       done = t >= phase.duration_s;
       break;
@@ -290,6 +293,21 @@ bool Operator::engage(Time now, const OperatorView& view) noexcept {
     intent_.enable = true;
     pressed_at_ = now;
   }
+  return false;
+}
+
+/// Enable is pressed and released while the fault is shown; then the clutch is held until that is taken.
+bool Operator::choose_home(Time now, const OperatorView& view) noexcept {
+  intent_.presence = true;
+  intent_.clutch = view.home_offered && !intent_.enable;
+  if (view.home_on_two || view.home_offered) {
+    intent_.enable = false;
+    return view.home_on_two;
+  }
+  const Duration since = now - std::max(phase_start_, pressed_at_);
+  if (since < (intent_.enable ? kHesitate : kRetry)) return false;
+  intent_.enable = !intent_.enable;
+  pressed_at_ = now;
   return false;
 }
 

@@ -66,6 +66,7 @@ enum class PhaseKind : std::uint8_t {
   kClutch,  ///< hold the clutch, move the hand by `joints_rad`, let the clutch go
   kWait,    ///< keep still
   kWander,  ///< all joints at random, to their ends and back (wander.h)
+  kHome,    ///< acknowledge that a cylinder's transmitters failed, choose to go home on two, wait until that is taken
 };
 
 struct PathPoint {
@@ -100,7 +101,8 @@ struct OperatorView {
   JointVector hand_rad = JointVector::Zero();     ///< Own hand.
   PlanarVector felt_N = PlanarVector::Zero();     ///< Force of the device on the hand.
   Mode mode = Mode::kOff;
-  int breaks = 0;  ///< Pieces seen to give way so far.
+  int breaks = 0;                                  ///< Pieces seen to give way so far.
+  bool home_offered = false, home_on_two = false;  ///< As the machine tells it.
 };
 
 /// What a hand that means to be a machine metre further pushes with at the tip of the device.
@@ -143,6 +145,7 @@ class Operator {
   bool sweep(double t) noexcept;
   bool follow_path(double t) noexcept;
   bool clutch(double t) noexcept;
+  bool choose_home(Time now, const OperatorView& view) noexcept;
   void mean(const JointVector& machine_rad) noexcept { meant_rad_ = machine_rad; }
   void mean(const Pose& pose) noexcept;
   /// Moves the hand towards where the screen would show what was meant when the picture seen now was taken.

@@ -7,6 +7,7 @@
 #include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "machine/reason_text.h"
+#include "slave/home_on_two.h"
 #include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 
@@ -81,9 +82,12 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
     PerJoint<bool> moves{};
     for (const NodeChannel& channel : node.channels)
       if (node.role == NodeRole::kValve) moves[static_cast<std::size_t>(channel.info().index)] = true;
-    nodes_.push_back({node.id, moves, std::max(description_.boot_timeout_s, valve_boot_s(node.profile)),
-                      SdoDialogue(node.id, std::move(entry.script), timeout),
-                      SdoDialogue(node.id, error_script(), timeout)});
+    std::optional<int> pressures;
+    for (int joint = 0; joint < kJoints; ++joint)
+      if (only_pressures_of(joint, node)) pressures = joint;
+    nodes_.push_back(
+        {node.id, moves, pressures, true, std::max(description_.boot_timeout_s, valve_boot_s(node.profile)),
+         SdoDialogue(node.id, std::move(entry.script), timeout), SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
   for (const SignalInfo& signal : kSignals) {
@@ -140,6 +144,11 @@ bool CanopenClient::says_stopped(std::uint8_t node) const noexcept {
 bool CanopenClient::same_device(std::uint8_t node) const noexcept {
   const Node* of = find(node);
   return of == nullptr || of->dialogue.same_device();
+}
+
+void CanopenClient::need_pressures(int joint, bool on) noexcept {
+  for (Node& node : nodes_)
+    if (node.pressures == joint) node.needed = on;
 }
 
 /// Where one stops, the enable node may take pilot pressure away; without that, valves may stop.
@@ -387,7 +396,7 @@ Reason CanopenClient::valve_fault(std::size_t joint, Time now) const noexcept {
 Reason CanopenClient::supervise(Time now) const noexcept {
   const double limit_s = description_.node_heartbeat_timeout_s;
   for (const Node& node : nodes_) {
-    if (excused(node)) continue;
+    if (!node.needed || excused(node)) continue;
     if (node.emergency != canopen::kEmcyReset) {
       return reason(ReasonCode::kNodeEmergency, node.id, node.emergency, canopen::kEmcyReset);
     }

@@ -45,6 +45,9 @@ class CanopenClient {
   /// that does not take what it is told, or keeps an error, is reset, once.
   void restart() noexcept;
 
+  /// From now on nodes that send nothing but the pressures of this joint's cylinder are needed no more, or again.
+  void need_pressures(int joint, bool on) noexcept;
+
   /// What is not sent, to try a node's guard.
   enum class Withheld : std::uint8_t { kNothing, kSetPoints, kHeartbeat };
   /// From the next step on. What this node and the enable node (where that is tried, all nodes) do because of it is no
@@ -94,8 +97,10 @@ class CanopenClient {
   static constexpr std::uint16_t kNothingSent = 0xFFFF;
   struct Node {
     std::uint8_t id = 0;
-    PerJoint<bool> moves{};  ///< The joints whose valves it is.
-    double boot_s = 0;       ///< Patience after a reset.
+    PerJoint<bool> moves{};          ///< The joints whose valves it is.
+    std::optional<int> pressures{};  ///< The joint of whose cylinder's pressures it sends, and nothing else.
+    bool needed = true;
+    double boot_s = 0;  ///< Patience after a reset.
     SdoDialogue dialogue, errors;
     bool told = false;  ///< Took the newest NMT command.
     bool operational = false;

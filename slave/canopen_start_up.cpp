@@ -53,6 +53,7 @@ bool CanopenClient::set_up(Node& node, Time now) noexcept {
 void CanopenClient::configure(Time now) noexcept {
   bool done = true;
   for (Node& node : nodes_) {
+    if (!node.needed) continue;
     done = set_up(node, now) && done;
     if (node.lost) return fail(node.lost);
     if (phase_ == Phase::kFailed) return;
@@ -66,12 +67,14 @@ void CanopenClient::configure(Time now) noexcept {
 void CanopenClient::start_nodes(Time now) noexcept {
   bool all = true;
   for (Node& node : nodes_) {
+    if (!node.needed) continue;
     if (node.lost) return fail(node.lost);
     all = tell(node, canopen::NmtCommand::kStart) && node.operational && all;
   }
   if (all) return enter(Phase::kActivating, now);
   if (to_seconds(now - phase_since_) <= description_.start_timeout_s) return;
-  const auto late = std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return !n.told || !n.operational; });
+  const auto late =
+      std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.needed && (!n.told || !n.operational); });
   fail({ReasonCode::kNodeSilent, late->id, to_ms(now - phase_since_),
         static_cast<float>(description_.start_timeout_s * 1e3)});
 }
@@ -90,6 +93,7 @@ std::uint16_t CanopenClient::newest_error(std::uint8_t node) const noexcept {
 void CanopenClient::check_errors(Time now) noexcept {
   bool all = true;
   for (Node& node : nodes_) {
+    if (!node.needed) continue;
     if (node.lost) return fail(node.lost);
     if (asked_now_ < most_asked_ && node.errors.step(bus_, now)) ++asked_now_;
     all = all && node.errors.done();

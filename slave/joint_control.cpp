@@ -130,19 +130,21 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   }
   const JointVector fed = fed_forward(touch, pressed_N, fade, held, towards);
   JointVector rate = towards + fed + lead * acceleration_.value();
-  for (int i = 0; i < kJoints; ++i) rate[i] = within_limits(i, rate[i], state.angle_rad[i], output.limits);
+  for (int i = 0; i < kJoints; ++i)
+    rate[i] = within_limits(i, rate[i], state.angle_rad[i], command.speed_share, output.limits);
   output.ahead_rad = ahead_.step(ahead_rad);
   return shared(rate, state, output.limits);
 }
 
-double JointControl::within_limits(int joint, double rate_radps, double angle_rad,
+double JointControl::within_limits(int joint, double rate_radps, double angle_rad, double speed_share,
                                    std::uint16_t& limits) const noexcept {
   const auto& link = machine_.links[static_cast<std::size_t>(joint)];
   const double margin = machine_.limits.joint_soft_margin_rad / 4;
   const double up = std::max(0.0, kSoftLimitGain_1ps * (link.max_rad - margin - angle_rad));
   const double down = std::max(0.0, kSoftLimitGain_1ps * (angle_rad - link.min_rad - margin));
-  const double soft = std::clamp(rate_radps, -std::min(down, link.max_rate_radps), std::min(up, link.max_rate_radps));
-  if (soft != rate_radps) limits |= std::abs(rate_radps) > link.max_rate_radps ? kLimitVelocity : kLimitJointRange;
+  const double most_radps = speed_share * link.max_rate_radps;
+  const double soft = std::clamp(rate_radps, -std::min(down, most_radps), std::min(up, most_radps));
+  if (soft != rate_radps) limits |= std::abs(rate_radps) > most_radps ? kLimitVelocity : kLimitJointRange;
   return soft;
 }
 

@@ -22,6 +22,7 @@ struct JointCommand {
   bool active = false;  ///< false: valves neutral, filters start anew; the learned dead bands stay.
   PlanarVector rendered_N = PlanarVector::Zero();  ///< MasterMessage::rendered_N
   double force_limit_N = 0;                        ///< Of the assist; 0: off.
+  double speed_share = 1;                          ///< Of the joints' speed limits.
 };
 
 class JointControl {
@@ -52,7 +53,7 @@ class JointControl {
   [[nodiscard]] JointVector fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,
                                         const JointVector& towards_radps) const noexcept;
   /// Speed limit of the joint, falling to zero towards the ends of its range.
-  [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad,
+  [[nodiscard]] double within_limits(int joint, double rate_radps, double angle_rad, double speed_share,
                                      std::uint16_t& limits) const noexcept;
   /// Within the tip's speed limit and the pump's flow; one factor for all axes keeps the direction of the tip.
   [[nodiscard]] JointVector shared(const JointVector& rate, const estimation::JointState& state,

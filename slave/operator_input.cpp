@@ -27,7 +27,12 @@ void OperatorInput::receive(Time now, const JointVector& machine_rad, bool engag
   Urgent urgent = urgent_;
   urgent.stop = urgent.release = false;
   bool commanded = false;
+  home_.reset();
   for (Datagram datagram; inbox_.next(datagram);) {
+    if (const auto home = decode_home(datagram.view())) {
+      take_home(*home);
+      continue;
+    }
     auto message = decode_master(datagram.view());
     if (!message) {
       ++malformed_;
@@ -38,6 +43,7 @@ void OperatorInput::receive(Time now, const JointVector& machine_rad, bool engag
     if (verdict != LinkSession::Verdict::kNews && verdict != LinkSession::Verdict::kBegins) continue;
     if (verdict == LinkSession::Verdict::kBegins) {
       memory_ = {};
+      home_sequence_ = 0;
     } else {
       urgent.stop = urgent.stop || message->stops != urgent.stops;
       urgent.release = urgent.release || message->releases != urgent.releases;
@@ -59,6 +65,15 @@ void OperatorInput::receive(Time now, const JointVector& machine_rad, bool engag
   urgent.stop = urgent.stop || (urgent_.stop && !commanded);
   urgent.release = urgent.release || (urgent_.release && !commanded);
   urgent_ = urgent;
+}
+
+/// A choice counts only if it was made just now, which the newest command shows: one that was held up on its way is
+/// none.
+void OperatorInput::take_home(const HomeMessage& home) noexcept {
+  if (!session_.of_far(home.stamp) || !newer(home.stamp.sequence, home_sequence_)) return;
+  home_sequence_ = home.stamp.sequence;
+  const Duration older = message_.stamp.sent_at - home.stamp.sent_at;
+  if (older > -kLossLimits.neutral && older < kLossLimits.neutral) home_ = home;
 }
 
 }  // namespace knuckle::slave

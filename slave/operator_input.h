@@ -40,6 +40,8 @@ class OperatorInput {
   [[nodiscard]] bool stop() const noexcept { return message_.stop || urgent_.stop; }
   /// Set-point to act on, and what its age takes away.
   [[nodiscard]] const LossDecision& set_point() const noexcept { return set_point_; }
+  /// That the operator chose in this step to go home on two; nullptr: not in this step.
+  [[nodiscard]] const HomeMessage* home() const noexcept { return home_ ? &*home_ : nullptr; }
   /// Why the newest set-point is one that no hand can make; kNone where one can.
   [[nodiscard]] const Reason& not_by_hand() const noexcept { return not_by_hand_; }
   /// Likewise of one that came while the machine followed: the next message may look sound again, so this stays until
@@ -48,6 +50,7 @@ class OperatorInput {
 
  private:
   void receive(Time now, const JointVector& machine_rad, bool engaged) noexcept;
+  void take_home(const HomeMessage& home) noexcept;
 
   LinkInbox inbox_;
   LinkSession session_;
@@ -58,6 +61,8 @@ class OperatorInput {
     bool stop = false, release = false;
   } urgent_;
   MasterMessage message_;
+  std::optional<HomeMessage> home_;
+  std::uint32_t home_sequence_ = 0;  // of the newest one
   Time message_at_ = kNever;
   Duration round_trip_ = std::chrono::hours(1);
   SetPointMemory memory_;

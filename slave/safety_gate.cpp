@@ -99,6 +99,15 @@ class GateLimiter {
     for (int i = 0; i < kJoints; ++i) cap(i, limits_.table.command, kLimitMagnitude);
   }
 
+  /// Slow, where a cylinder's transmitters failed: nobody knows what it presses.
+  void home() noexcept {
+    if (!state_without_measured()) return;
+    for (int i = 0; i < kJoints; ++i) {
+      cap(i, limits_.table.home, kLimitHome);
+      if (commands_[i] != 0) cap_speed(i, limits_.table.home * limits_.max_rate_radps[i], kLimitHome);
+    }
+  }
+
   /// No command that moves a joint further out; slower and slower towards its end.
   void joint_range() noexcept {
     for (int i = 0; i < kJoints; ++i) {
@@ -163,6 +172,11 @@ class GateLimiter {
  private:
   const ValveDescription& valve(int i) const noexcept { return limits_.valve[static_cast<std::size_t>(i)]; }
   bool known(int i) const noexcept { return state_.pressures_known[static_cast<std::size_t>(i)]; }
+  bool state_without_measured() const noexcept {
+    for (int i = 0; i < kJoints; ++i)
+      if (limits_.pressures_measured[static_cast<std::size_t>(i)] && !known(i)) return true;
+    return false;
+  }
   double worst_load_Pa() const noexcept { return limits_.main_relief_Pa - limits_.load_sensing_margin_Pa; }
   double dead_band(int i) const noexcept { return valve(i).dead_band(commands_[i] > 0); }
   /// Of the nominal flow that the command lets through; 0 inside the dead band.
@@ -261,6 +275,8 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       longest_gap(from_seconds(machine.bus.valve_watchdog_s)),
       min_rad(per_joint([&](std::size_t i) { return machine.links[i].min_rad; })),
       max_rad(per_joint([&](std::size_t i) { return machine.links[i].max_rad; })),
+      max_rate_radps(per_joint([&](std::size_t i) { return machine.links[i].max_rate_radps; })),
+      pressures_measured{true, true, true},
       valve{machine.cylinders[kBoom].valve, machine.cylinders[kArm].valve, machine.cylinders[kBucket].valve},
       head_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].head_area_m2(); })),
       rod_side_area_m2(per_joint([&](std::size_t i) { return machine.cylinders[i].rod_side_area_m2(); })),
@@ -268,7 +284,10 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       load_sensing_margin_Pa(machine.hydraulics.load_sensing_margin_Pa),
       pump_flow_m3ps(machine.hydraulics.pump_flow_m3ps),
       main_relief_Pa(machine.hydraulics.main_relief_Pa),
-      kinematics(machine) {}
+      kinematics(machine) {
+  if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
+    pressures_measured[static_cast<std::size_t>(without)] = false;
+}
 
 GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state,
                        const GateMemory& memory, const GateLimits& limits, Time now) noexcept {
@@ -279,6 +298,7 @@ GateResult safety_gate(const JointVector& wanted, Mode mode, Time setpoint_at, c
 
   GateLimiter limiter(wanted, state, limits);
   limiter.magnitude();
+  limiter.home();
   limiter.joint_range();
   limiter.virtual_walls();
   limiter.chamber_pressure();

@@ -26,6 +26,7 @@ struct GateTable {
   double range_stop_s = 0.10;      ///< Outward joint speed may be what is left of the range over this: valve delay
                                    ///< plus spool closing time.
   double wall_stop_s = 0.15;       ///< Likewise for the tip at a virtual wall.
+  double home = 0.3;               ///< Of stroke and of each joint's speed, where a cylinder's transmitters failed.
   double pressure_band_Pa = 10e5;  ///< Opening fades to zero over the last 10 bar: no chatter on sensor noise.
 };
 inline constexpr GateTable kGateTable{};
@@ -47,6 +48,9 @@ struct GateLimits {
   Duration state_age;            ///< From the file: sensor age limit.
   Duration longest_gap;          ///< From the file: the valves' own watchdog.
   JointVector min_rad, max_rad;  ///< Working range.
+  JointVector max_rate_radps;
+  PerJoint<bool>
+      pressures_measured;  ///< As the file says; a state without one of them is of a machine on its way home.
   PerJoint<ValveDescription> valve;
   JointVector head_area_m2, rod_side_area_m2;
   LimitsDescription file;
@@ -62,7 +66,7 @@ struct GateState {
   JointVector lever_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
   /// false: nobody measures the cylinder's pressures. Then relief valves alone bound them, and the pump is taken to be
-  /// at its own.
+  /// at its own. Where the file says that they are measured, all opens and moves by at most GateTable::home.
   PerJoint<bool> pressures_known{true, true, true};
   Time oldest_at = kNever;          ///< Arrival of the oldest pressure or length behind this state ...
   std::uint8_t oldest_subject = 0;  ///< ... and what a reason about it names.

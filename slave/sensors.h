@@ -56,6 +56,9 @@ class SensorSet {
   /// same, so this is for the operator to ask for). @param asked kLengthElsewhere, as fault() said it
   void believe_settled_length(const Reason& asked, Time now) noexcept;
 
+  /// From now on the pressures of this joint's cylinder count as measured by nobody, or again as measured.
+  void count_pressures(int joint, bool on) noexcept { pressures_count_[static_cast<std::size_t>(joint)] = on; }
+
   /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
   /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
   /// while all are fresh and valid. Of a node with several signals it names the first that is so, or the node where all

@@ -6,7 +6,6 @@
 #include "slave/slave_state.h"
 
 namespace knuckle::slave {
-
 SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start)
     : step_s_(1 / machine.bus.sync_Hz),
       longest_gap_(from_seconds(machine.bus.valve_watchdog_s)),
@@ -23,6 +22,7 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       control_(machine, step_s_),
       gate_limits_(machine),
       operator_(machine, link, start),
+      home_(machine),
       rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
 
 void SlaveLoop::step(Time now) noexcept {
@@ -34,12 +34,13 @@ void SlaveLoop::step(Time now) noexcept {
   watch_sensors(now);
   operator_.step(now, state_ ? std::optional(state_->angle_rad) : std::nullopt, decision_.state.mode == Mode::kEngaged);
   watch_digging();
-  decision_ = next_mode(decision_.state, observe());
+  decision_ = next_mode(decision_.state, observe(now));
   command(now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now);
   ++sequence_;
   link_.send(encode(message(now)).view());
   restart_nodes_once_released(now);
+  go_home_if_chosen(now);
   go_on_if_asked(now);
 }
 
@@ -71,6 +72,8 @@ void SlaveLoop::estimate(Time now) noexcept {
   payload_.step(*state_, force_.estimate());
   force_.hold_bias(payload_.maybe_loaded());
   force_.carry(payload_.carried());
+  if (!home_.offered() && !home_.chosen())
+    home_.note_pressed(force_.estimate().contact, force_.estimate().tip_N.norm());
   // Noise of estimate and speed would add up to energy that nothing put in.
   if (force_.estimate().significant && led(decision_.state.mode))
     energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
@@ -128,12 +131,12 @@ Reason SlaveLoop::machine_fault() const noexcept {
   return client_.fault() ? client_.fault() : valve_reason_;
 }
 
-ModeInputs SlaveLoop::observe() const noexcept {
+ModeInputs SlaveLoop::observe(Time now) const noexcept {
   ModeInputs in;
   in.e_stop_open = client_.e_stop_open();
   in.machine_fault = machine_fault();
   in.explains_fault = explains(in.machine_fault, decision_.state.fault, client_.bus());
-  in.sensor_fault = sensor_fault_;
+  in.sensor_fault = sensor_fault_ ? sensor_fault_ : home_.blocking(now);
   in.nodes_operational = client_.operational();
   in.pilot_on = client_.pilot_on();
   const MasterMessage& message = operator_.message();
@@ -159,8 +162,12 @@ ModeInputs SlaveLoop::observe() const noexcept {
 void SlaveLoop::command(Time now) noexcept {
   const bool engaged = decision_.state.mode == Mode::kEngaged && state_;
   const LossDecision& followed = operator_.set_point();
-  const JointCommand setpoint{followed.position_rad, followed.velocity_radps, engaged, operator_.message().rendered_N,
-                              operator_.message().assist.force_limit_N};
+  const JointCommand setpoint{followed.position_rad,
+                              followed.velocity_radps,
+                              engaged,
+                              operator_.message().rendered_N,
+                              operator_.message().assist.force_limit_N,
+                              home_.chosen() ? gate_limits_.table.home : 1};
   const estimation::JointState at_rest;
   control_output_ = control_.step(state_ ? *state_ : at_rest, force_.estimate(), setpoint, gate_.commands.value());
   wanted_ = engaged ? JointVector(control_output_.valve * followed.authority) : JointVector::Zero();
@@ -207,10 +214,12 @@ bool SlaveLoop::acknowledged() noexcept {
   if (!stopped || !there || operator_.set_point().link || operator_.set_point().hold) {
     asking_ = Asking::kNothing;
   } else if (!operator_.enable()) {
+    const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
     return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && same_cause(shown, asked_) &&
-           std::abs(shown.value - asked_.value) <= shown.limit;
+           (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
   } else if (asking_ == Asking::kReleased) {
-    const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff;
+    const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff ||
+                          shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown);
     asking_ = question ? Asking::kPressed : Asking::kNothing;
     asked_ = shown;
   }
@@ -225,6 +234,34 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
   if (!acknowledged()) return;
   if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_, now);
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
+  if (asked_.code == ReasonCode::kHomeOffered) {
+    home_.withdraw();
+    need_pressures(home_.joint(), true);
+  } else if (const auto joint = home_.cylinder_of(asked_)) {
+    home_.offer(*joint, now);
+    need_pressures(*joint, false);
+  }
+}
+
+/// Nodes that are needed again, or that fail no more because they are not, are started with all the others.
+void SlaveLoop::need_pressures(int joint, bool on) noexcept {
+  sensors_.count_pressures(joint, on);
+  client_.need_pressures(joint, on);
+  if (!on && client_.phase() != CanopenClient::Phase::kFailed) return;
+  client_.restart();
+  sensors_.restart();
+}
+
+void SlaveLoop::go_home_if_chosen(Time now) noexcept {
+  const HomeMessage* const home = operator_.home();
+  const bool looked = client_.operational() && state_ && !sensor_fault_;
+  if (home == nullptr || operator_.set_point().link || !looked || !same_cause(home->fault, decision_.state.fault))
+    return;
+  home_.choose({.enable = operator_.enable(),
+                .rate_radps = rest_rate_.value(),
+                .pressed = force_.estimate().contact,
+                .force_N = force_.estimate().tip_N.norm()},
+               now);
 }
 
 const Reason& SlaveLoop::blocking() const noexcept {

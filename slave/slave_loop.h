@@ -15,6 +15,7 @@
 #include "estimation/payload.h"
 #include "machine/description.h"
 #include "slave/canopen_client.h"
+#include "slave/home_on_two.h"
 #include "slave/joint_control.h"
 #include "slave/modes.h"
 #include "slave/operator_input.h"
@@ -64,6 +65,7 @@ class SlaveLoop {
   [[nodiscard]] SlaveMessage message(Time now) const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
+  [[nodiscard]] const HomeOnTwo& home() const noexcept { return home_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }
   /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
   /// grows.
@@ -83,11 +85,13 @@ class SlaveLoop {
   void watch_digging() noexcept;
   void watch_sensors(Time now) noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
-  [[nodiscard]] ModeInputs observe() const noexcept;
+  [[nodiscard]] ModeInputs observe(Time now) const noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
   [[nodiscard]] bool acknowledged() noexcept;
   void go_on_if_asked(Time now) noexcept;
+  void need_pressures(int joint, bool on) noexcept;
+  void go_home_if_chosen(Time now) noexcept;
 
   double step_s_;
   Duration longest_gap_;
@@ -104,6 +108,7 @@ class SlaveLoop {
   JointControl control_;
   GateLimits gate_limits_;
   OperatorInput operator_;
+  HomeOnTwo home_;
 
   Time stepped_at_ = kNever, failed_at_ = kNever;
   bool restarted_in_vain_ = false;  // over a bus that had failed

@@ -63,6 +63,8 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.line_sigma_m = force.line.sigma_m;
   state.touched_share = force.touched_share;
   state.contact = force.contact;
+  state.home_offered = slave.home().offered();
+  state.home_on_two = slave.home().chosen();
   state.payload_kg = slave.payload().kg();
   state.payload_sigma_kg = slave.payload().sigma_kg();
   state.contact_compliance = slave.control_output().contact_compliance;
@@ -89,6 +91,8 @@ SlaveMessage message_of(const SlaveState& state) noexcept {
   message.covariance_N2 = state.covariance_N2;
   message.confidence = state.confidence;
   message.contact = state.contact;
+  message.home_offered = state.home_offered;
+  message.home_on_two = state.home_on_two;
   message.contact_compliance = state.contact_compliance;
   message.tip_torque_Nm = state.tip_torque_Nm;
   message.tip_torque_sigma_Nm = state.tip_torque_sigma_Nm;

@@ -59,6 +59,7 @@ struct SlaveState {
   std::array<double, 6>
       touched_share{};  ///< Probability of each side of the bucket's outline: estimation::kBucketSideNames.
   bool contact = false;
+  bool home_offered = false, home_on_two = false;  ///< As in SlaveMessage.
   double payload_kg = 0, payload_sigma_kg = 0;
   double contact_compliance = 0, energy_in_J = 0;
   // The valves.
@@ -77,8 +78,8 @@ struct SlaveState {
                                   fast_torque_Nm, tip_force_N, load_N, covariance_N2, confidence, residual_sigma,
                                   confidence_reasons, contact_model, unknown_torques, tip_torque_Nm,
                                   tip_torque_sigma_Nm, force_torque_covariance_N2m, line_offset_m, line_sigma_m,
-                                  touched_share, contact, payload_kg, payload_sigma_kg, contact_compliance, energy_in_J,
-                                  ahead_rad, wanted, valve_command, spool] = s;
+                                  touched_share, contact, home_offered, home_on_two, payload_kg, payload_sigma_kg,
+                                  contact_compliance, energy_in_J, ahead_rad, wanted, valve_command, spool] = s;
     visit("time_ns", s.at);
     visit("mode", s.mode);
     visit("blocking", s.blocking);
@@ -129,6 +130,8 @@ struct SlaveState {
     visit("line_sigma_m", s.line_sigma_m);
     visit("touched_share", s.touched_share);
     visit("contact", s.contact);
+    visit("home_offered", s.home_offered);
+    visit("home_on_two", s.home_on_two);
     visit("payload_kg", s.payload_kg);
     visit("payload_sigma_kg", s.payload_sigma_kg);
     visit("contact_compliance", s.contact_compliance);

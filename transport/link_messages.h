@@ -95,8 +95,9 @@ enum LimitFlag : std::uint16_t {
   kLimitVelocity = 1 << 7,
   kLimitAssistForce = 1 << 8,
   kLimitForceCeiling = 1 << 9,
+  kLimitHome = 1 << 10,
 };
-inline constexpr unsigned kLimitBits = 0x3FF;  ///< All of them; others are refused.
+inline constexpr unsigned kLimitBits = 0x7FF;  ///< All of them; others are refused.
 /// What the flag of this bit limits, such as "pump flow"; nullptr behind the last.
 [[nodiscard]] const char* limit_word(unsigned bit) noexcept;
 
@@ -120,8 +121,10 @@ struct SlaveMessage {
   double confidence = 0;                       ///< [0, 1]
   double contact_compliance = 0;               ///< [0, 1]: what the tip presses against moves along with it.
   bool contact = false;                        ///< ForceEstimate::contact.
-  std::uint16_t limits = 0;                    ///< LimitFlag bits being hit.
-  std::array<double, 6> pressure_Pa{};         ///< boom A, B, arm A, B, bucket A, B.
+  bool home_offered = false;  ///< A cylinder's transmitters failed: a HomeMessage is taken for an answer ...
+  bool home_on_two = false;   ///< ... and was: slow, without that cylinder's pressures, until the program starts anew.
+  std::uint16_t limits = 0;   ///< LimitFlag bits being hit.
+  std::array<double, 6> pressure_Pa{};  ///< boom A, B, arm A, B, bucket A, B.
   double payload_kg = 0;
   double payload_sigma_kg = 0;
   double tip_torque_Nm = 0, tip_torque_sigma_Nm = 0;    ///< About the tip, of the world on the bucket.
@@ -133,9 +136,10 @@ struct SlaveMessage {
   template <typename Self, typename Visit>
   static void fields(Self& m, Visit&& visit) {
     [[maybe_unused]] const auto& [stamp, sensor_at, mode, blocking, fault, position_rad, velocity_radps, ahead_rad,
-                                  tip_force_N, load_N, covariance_N2, confidence, contact_compliance, contact, limits,
-                                  pressure_Pa, payload_kg, payload_sigma_kg, tip_torque_Nm, tip_torque_sigma_Nm,
-                                  force_torque_covariance_N2m, touched_share, unknown_torques] = m;
+                                  tip_force_N, load_N, covariance_N2, confidence, contact_compliance, contact,
+                                  home_offered, home_on_two, limits, pressure_Pa, payload_kg, payload_sigma_kg,
+                                  tip_torque_Nm, tip_torque_sigma_Nm, force_torque_covariance_N2m, touched_share,
+                                  unknown_torques] = m;
     visit("stamp", m.stamp);
     visit("sensor_at_ns", m.sensor_at);
     visit("mode", m.mode);
@@ -150,6 +154,8 @@ struct SlaveMessage {
     visit("confidence", m.confidence, wire::Within{0, 1});
     visit("contact_compliance", m.contact_compliance, wire::Within{0, 1});
     visit("contact", m.contact);
+    visit("home_offered", m.home_offered);
+    visit("home_on_two", m.home_on_two);
     visit("limits", m.limits, wire::Bits{kLimitBits});
     visit("pressure_Pa", m.pressure_Pa, wire::within(wire::kMostPressure_Pa));
     visit("payload_kg", m.payload_kg, wire::within(wire::kMostMass_kg));
@@ -163,11 +169,28 @@ struct SlaveMessage {
   }
 };
 
+/// Operator to machine, 100 Hz while the operator asks for it by an act of its own: go on without the pressures of the
+/// cylinder whose transmitters failed. Taken only where all of it is so as this message says.
+struct HomeMessage {
+  LinkStamp stamp;
+  Reason fault;  ///< That the operator was shown: of another one it is no answer.
+
+  /// In the order of its bytes.
+  template <typename Self, typename Visit>
+  static void fields(Self& m, Visit&& visit) {
+    [[maybe_unused]] const auto& [stamp, fault] = m;
+    visit("stamp", m.stamp);
+    visit("fault", m.fault);
+  }
+};
+
 [[nodiscard]] Datagram encode(const MasterMessage& message) noexcept;
 [[nodiscard]] Datagram encode(const SlaveMessage& message) noexcept;
+[[nodiscard]] Datagram encode(const HomeMessage& message) noexcept;
 /// nullopt where size, magic or version is wrong, or a field not acceptable (link_header.h).
 [[nodiscard]] std::optional<MasterMessage> decode_master(std::span<const std::uint8_t> bytes) noexcept;
 [[nodiscard]] std::optional<SlaveMessage> decode_slave(std::span<const std::uint8_t> bytes) noexcept;
+[[nodiscard]] std::optional<HomeMessage> decode_home(std::span<const std::uint8_t> bytes) noexcept;
 /// After a silence of so long the machine's side may have begun anew, for the operator's side.
 inline constexpr Duration kRestartSilence = 1s;
 

@@ -202,6 +202,7 @@ HandInput ConsoleLoop::hand() const noexcept {
 
 void ConsoleLoop::apply(OperatorStation& station) noexcept {
   station.set_stop(input_.stop);
+  station.set_home(input_.home && held_.counts() && !letting_go_);
   if (station.has_device()) {
     // A short absence may never reach the machine's side: enable that was held all through it does not count after it.
     held_.nobody = !held_.counts() || (held_.nobody && station.master().device().enable);

@@ -40,12 +40,13 @@ struct OperatorSide {
   AssistSettings assist;
   Reason warning;            ///< Such as the energy observer lowering the force.
   double hand_energy_J = 0;  ///< Net work of the rendered force on the hand.
+  double home_asked = 0;     ///< MasterLoop::home_asked()
 
   /// What MasterState or SlaveState have too is called as there.
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
     [[maybe_unused]] const auto& [device, presence, enable, clutch, stop, ghost_rad, set_point_rad, sent_force_N,
-                                  position_scale, force_scale, assist, warning, hand_energy_J] = s;
+                                  position_scale, force_scale, assist, warning, hand_energy_J, home_asked] = s;
     visit("device", s.device);
     visit("presence", s.presence);
     visit("enable", s.enable);
@@ -60,6 +61,7 @@ struct OperatorSide {
     visit("assist_stop_on_object", s.assist.stop_on_object);
     visit("warning", s.warning);
     visit("hand_energy_J", s.hand_energy_J);
+    visit("home_asked", s.home_asked);
   }
 };
 

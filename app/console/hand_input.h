@@ -40,6 +40,7 @@ struct ConsoleInput {
   bool too_small = false;                      ///< The window has no room for any screen: likewise.
   HandInput hand;                              ///< Without effect where a haptic device is in use.
   bool stop = false;                           ///< Software stop is pressed in; acts attended or not.
+  bool home = false;                           ///< The button for going home on two is held.
   double position_scale = 0, force_scale = 0;  ///< 0: as the device's file says. Taken while nothing is led.
   AssistSettings assist;
   double force_most_N = std::numeric_limits<double>::infinity();  ///< More on the tip is told as too much.

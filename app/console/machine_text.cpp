@@ -56,6 +56,10 @@ std::string direction_text(int joint, bool angle_grows) {
 std::string reason_text(const Reason& reason, const BusDescription& bus, HandSource hand) {
   const ReasonCode code = reason.code;
   const bool keys = hand == HandSource::kKeyboard;
+  if (code == ReasonCode::kHomeOffered)
+    return subject_text(reason) +
+           ": its pressures have failed; to go home slowly without them, release enable and hold the button on the "
+           "right for 3 s; to try them again, press and release enable";
   if (hand == HandSource::kDevice) return text(reason, bus);
   if (code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed)
     return keys ? "hold Shift (enable) and move with Q A W S E D"

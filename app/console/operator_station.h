@@ -82,6 +82,7 @@ class OperatorStation {
   void step(Time now, const sim::OperatorIntent& intent) noexcept;
 
   void set_stop(bool pressed) noexcept { side_.master.set_stop(pressed); }
+  void set_home(bool asked) noexcept { side_.master.set_home(asked); }
   void set_assist(const AssistSettings& assist) noexcept { side_.master.set_assist(assist); }
   /// 0: as the device's file says; what is beyond a bound is taken as the bound. Locked while
   /// the machine is led.

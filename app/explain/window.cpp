@@ -63,7 +63,7 @@ bool wanted(Topic topic, Sides sides) {
 LinkSeen link_seen(Time at, const recording::WireEvent& event, bool machine_side) {
   LinkSeen seen{at, event.kind, true};
   if (event.kind != WireEventKind::kLinkReceived) return seen;
-  seen.understood = machine_side ? decode_master(event.data).has_value()
+  seen.understood = machine_side ? decode_master(event.data).has_value() || decode_home(event.data).has_value()
                                  : decode_slave(event.data).has_value() || decode_status(event.data).has_value();
   return seen;
 }

@@ -166,6 +166,8 @@ class DeviceRunner {
       if (const auto machine = decode_slave(datagram_.view())) {
         seen_.machine_rad = machine->position_rad;
         seen_.mode = machine->mode;
+        seen_.home_offered = machine->home_offered;
+        seen_.home_on_two = machine->home_on_two;
       } else if (const auto asked = decode_master(datagram_.view())) {
         seen_.ghost_rad = asked->position_rad;
       }

@@ -247,9 +247,14 @@ int run(const Options& o) {
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
   ControlInput input(STDIN_FILENO);
+  std::atomic<bool> home_asked{false};
+  const auto ask_home = [&home_asked]() -> std::string {
+    home_asked = true;
+    return "home on two: asked for where the machine offers it and enable is released";
+  };
   program.news = [&] {
     std::vector<cli::News> news = link.news();
-    for (cli::News& done : obey_control_lines(input, link)) news.push_back(std::move(done));
+    for (cli::News& done : obey_control_lines(input, link, ask_home)) news.push_back(std::move(done));
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     return news;
   };
@@ -258,7 +263,8 @@ int run(const Options& o) {
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
-      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder());
+      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder(),
+      &home_asked);
   link.close();
   log.close();
   for (const cli::News& news : program.news()) console.note(news.what);

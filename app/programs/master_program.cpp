@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kStepsPerRow = 5;
 constexpr Duration kSilence = 1s;
+constexpr Duration kHomeAsked = master::MasterLoop::kHomeSteps * 1ms + 1s;  // by one line
 
 /// What an event says, without its values and without what the far end may choose freely.
 std::string kind_of(const MasterEvent& event) {
@@ -48,6 +49,7 @@ class MasterRunner {
 
   // The tending thread.
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
+  void ask_for_home() noexcept { home_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
   bool next(MasterEvent& event) noexcept { return events_.pop(event); }
   void write() { rows_.write(); }
@@ -73,11 +75,15 @@ class MasterRunner {
   RowTable<master::MasterState> rows_;
   Mailbox<MasterStatus> status_;
   MasterStatus shown_;  // the tending thread's
-  std::atomic<bool> stop_asked_{false}, stopped_{false};
+  std::atomic<bool> stop_asked_{false}, stopped_{false}, home_asked_{false};
+  Time home_asked_at_ = kNever;  // the loop's thread
 };
 
 void MasterRunner::step(Time now) noexcept {
   if (stop_asked_.load(std::memory_order_relaxed)) side_.master.let_go();
+  // A line is as good as an act held: it is typed for nothing else.
+  if (home_asked_.exchange(false, std::memory_order_relaxed)) home_asked_at_ = now;
+  side_.master.set_home(now - home_asked_at_ < kHomeAsked);
   side_.step(now);
   if (side_.master.has_let_go()) stopped_.store(true, std::memory_order_release);
   observe(now);
@@ -219,7 +225,7 @@ std::string event_text(const MasterEvent& event, const BusDescription& bus) {
 
 MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
                          const std::function<std::string()>& device_problem, std::ostream* csv,
-                         recording::Recorder* recorder) {
+                         recording::Recorder* recorder, std::atomic<bool>* home_asked) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);
   MasterOutcome outcome;
   Teller teller(run.console, setup.machine.bus, device_problem, recorder);
@@ -228,6 +234,7 @@ MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, L
             .step = [&runner](Time now) { runner->step(now); },
             .tend =
                 [&](Time now) {
+                  if (home_asked != nullptr && home_asked->exchange(false)) runner->ask_for_home();
                   teller.tell(now, *runner);
                   runner->write();
                 },

@@ -2,6 +2,7 @@
 // own, what the machine and the device say on the console, and an end that releases both.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -57,9 +58,11 @@ struct MasterOutcome {
 /// itself.
 /// @param csv a row every 5 ms; null: not wanted.
 /// @param recorder all that the loop reads, knows and does, and events; null: not wanted.
+/// @param home_asked set by whoever asks to go home on two; taken here. null: nobody does.
 [[nodiscard]] MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link,
                                        const ProgramRun& run, const std::function<std::string()>& device_problem = {},
-                                       std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr);
+                                       std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr,
+                                       std::atomic<bool>* home_asked = nullptr);
 
 // `knuckle master --observe`: hears the machine's messages and says what it does; sends it nothing.
 

@@ -13,11 +13,13 @@ namespace {
 
 constexpr std::size_t kLongestLine = 256, kAtOnce = 256;
 
-std::string obey(const std::string& line, pairing::ChosenLink& link) {
+std::string obey(const std::string& line, pairing::ChosenLink& link, const std::function<std::string()>& home) {
   if (line == "release") return link.release();
   if (line == "grant") return link.grant();
   if (line == "take") return link.take_control();
-  return "unknown line: release gives control up, grant gives it to who asked last, take asks for it again";
+  if (line == "home") return home();
+  return "unknown line: release gives control up, grant gives it to who asked last, take asks for it again; home goes "
+         "on without a failed cylinder's pressures, where that is offered";
 }
 
 }  // namespace
@@ -42,10 +44,11 @@ std::vector<std::string> ControlInput::lines() {
   return lines;
 }
 
-std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link) {
+std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link,
+                                          const std::function<std::string()>& home) {
   std::vector<cli::News> done;
   for (const std::string& line : input.lines()) {
-    if (!line.empty()) done.push_back({obey(line, link), "typed"});
+    if (!line.empty()) done.push_back({obey(line, link, home), "typed"});
   }
   return done;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,10 @@ class ControlInput {
   std::string text_;  // of a line that has not ended
 };
 
-/// Does what the lines say: "release", "grant" or "take". @return what was done.
-[[nodiscard]] std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link);
+/// Does what the lines say: "release", "grant", "take", or "home". @return what was done.
+/// @param home asks the machine to go home on two; returns what is done.
+[[nodiscard]] std::vector<cli::News> obey_control_lines(ControlInput& input, pairing::ChosenLink& link,
+                                                        const std::function<std::string()>& home);
 
 /// {pairs: [{at_s, far_end, kind, local, remote, round_trip_ms}], round_trip_ms}; null where the far end has an
 /// address.

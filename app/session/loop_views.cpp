@@ -59,6 +59,8 @@ sim::OperatorView person_view(const MasterView& master, const JointVector& start
   view.felt_N = hand.felt_N;
   view.mode = known.heard && known.silence_s < kNotHeard_s ? known.mode : Mode::kOff;
   view.breaks = breaks;
+  view.home_offered = known.home_offered;
+  view.home_on_two = known.home_on_two;
   return view;
 }
 

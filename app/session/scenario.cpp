@@ -102,7 +102,7 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
   sim::Phase phase;
   // In the order of PhaseKind.
   const int kind =
-      table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait", "wander"});
+      table.choice("kind", {"engage", "let_go", "move", "press", "sweep", "path", "clutch", "wait", "wander", "home"});
   phase.kind = static_cast<PhaseKind>(kind);
   if (!table.sound({"kind"})) {
     table.leave_rest();
@@ -112,6 +112,7 @@ sim::Phase read_phase(TomlTable& table, const Scale& scale, const WorkingRange& 
   switch (phase.kind) {
     case PhaseKind::kEngage:
     case PhaseKind::kPath:
+    case PhaseKind::kHome:
       break;
     case PhaseKind::kMove:
       read_target(table, phase, scale, range);

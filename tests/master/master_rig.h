@@ -46,6 +46,10 @@ struct MasterRig {
     hand.step(now, intent);
     loop.step(now);
     while (network.b().receive(datagram)) {
+      if (const auto home = decode_home(datagram.view())) {
+        home_heard = *home;
+        ++homes_heard;
+      }
       auto message = decode_master(datagram.view());
       if (!message) continue;
       (void)session.take(message->stamp, now);
@@ -90,6 +94,8 @@ struct MasterRig {
   LinkSession session{{11, 2h}, 200ms};  ///< The machine's.
   MasterMessage heard;                   ///< Its echo by the machine's clock, which is `now`.
   Time heard_at{};
+  HomeMessage home_heard;
+  int homes_heard = 0;
   Datagram datagram;
 };
 

@@ -92,6 +92,22 @@ TEST(OlderLinks, AReportOfVersion8TellsNoTorqueAndNothingElseOfItChanges) {
   EXPECT_EQ(from_older_link(set_point)->made_up, 0u);
 }
 
+TEST(OlderLinks, WhatVersion9SaidIsReadAsItIs) {
+  SlaveMessage message;
+  message.mode = Mode::kEngaged;
+  message.tip_torque_Nm = 12;
+  auto old = bytes(encode(message));
+  old[2] = 9;
+  const auto report = from_older_link(old);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->bytes, bytes(encode(message)));
+  EXPECT_EQ(report->made_up, 0u);
+  auto status = bytes(encode(MachineStatus{}));
+  status[2] = 9;
+  ASSERT_TRUE(from_older_link(status));
+  EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(MachineStatus{})));
+}
+
 TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {
   const auto good = test::hex(kMaster + kEnergy + kImpedance + kWave);
   for (const int version : {6, int{kLinkVersion}, kLinkVersion + 1}) {

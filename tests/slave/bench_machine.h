@@ -118,6 +118,12 @@ class BenchMachine {
       const std::uint32_t sequence = hand.stamp.sequence + 1;
       hand.stamp = {hand_session, start.session, sequence, now + master_clock, now - round_trip + start.origin};
       link.deliver(encode(hand), waited);
+      if (home) {
+        home->stamp = hand.stamp;
+        home->stamp.sequence = ++home_sequence;
+        home->stamp.sent_at -= home_held_up;
+        link.queue(encode(*home));
+      }
     }
     if (!hung) loop.step(now);
   }
@@ -189,6 +195,9 @@ class BenchMachine {
   slave::SlaveLoop loop;
   sim::MachineSignals signals;
   MasterMessage hand;
+  std::optional<HomeMessage> home;  ///< Said beside it.
+  std::uint32_t home_sequence = 0;
+  Duration home_held_up{};  ///< On its way.
   Time now{10s};
   long ticks = 0;
   bool link_up = true, hung = false, recording = true;

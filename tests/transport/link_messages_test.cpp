@@ -42,7 +42,7 @@ MasterMessage some_master() {
 }
 
 const std::string kMaster =
-    "4B4E 09 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
+    "4B4E 0A 01  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
     "FFFFFFFFFFFFFFFF 03000000 04030201  35  0200 07 0000803F 000000C0 "
     "000000000000F03F 0000000000000040 000000000000F0BF  0000000000000000 000000000000E03F 0000000000000000 "
     "00000000000000C0 000000000000F03F  "
@@ -63,7 +63,7 @@ SlaveMessage some_slave() {
   m.covariance_N2 = {4, 0, 10};
   m.confidence = 0.5;
   m.contact_compliance = 1;
-  m.contact = true;
+  m.contact = m.home_on_two = true;
   m.limits = kLimitPressure | kLimitPumpFlow | kLimitAssistForce;
   m.pressure_Pa = {1, 2, 4, 10, 0.5, 0};
   m.payload_kg = 10;
@@ -80,12 +80,20 @@ const std::string kZero = "0000000000000000 ", kHalf = "000000000000E03F ", kOne
                   kTwo = "0000000000000040 ", kFour = "0000000000001040 ", kTen = "0000000000002440 ",
                   kMinusOne = "000000000000F0BF ", kMinusTwo = "00000000000000C0 ";
 const std::string kSlave =
-    "4B4E 09 02  0900000000000000 0102030405060708 01000000 0100000000000000 0200000000000000  "
+    "4B4E 0A 02  0900000000000000 0102030405060708 01000000 0100000000000000 0200000000000000  "
     "0300000000000000 "
     "06  0200 00 00000000 00000000  0100 09 0000803F 00000040 " +
     kOne + kZero + kZero + kZero + kOne + kZero + kZero + kZero + kOne + kTwo + kMinusOne + kZero + kMinusTwo + kFour +
-    kZero + kTen + kHalf + kOne + "01 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kMinusOne +
+    kZero + kTen + kHalf + kOne + "05 5001 " + kOne + kTwo + kFour + kTen + kHalf + kZero + kTen + kHalf + kMinusOne +
     kTwo + kFour + kMinusTwo + kHalf + kZero + kZero + kZero + kZero + kHalf + "01";
+
+HomeMessage some_home() {
+  return {{0x0807060504030201, 9, 0x01020304, Time(1ms), Time(2ns)}, {ReasonCode::kSensorStale, 0x23, 1, 2}};
+}
+
+const std::string kHome =
+    "4B4E 0A 04  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
+    "0D00 23 0000803F 00000040";
 
 MachineStatus some_status() {
   MachineStatus s;
@@ -111,7 +119,7 @@ MachineStatus some_status() {
 }
 
 const std::string kStatus =
-    "4B4E 09 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
+    "4B4E 0A 03  0900000000000000 0102030405060708 04030201 40420F0000000000 0200000000000000  "
     "000000000000F03F 000000000000F0BF 000000000000E03F  0000000000000000 0000000000000040 0000000000000000  01 "
     "000000000000E03F 0000000000002440 "
     "0100000000000000 0200000000000000 0300000000000000  0400000000000000 0500000000000000 0600000000000000 "
@@ -125,6 +133,7 @@ std::optional<Message> decoded(std::span<const std::uint8_t> bytes) {
   if constexpr (std::is_same_v<Message, MasterMessage>) return decode_master(bytes);
   if constexpr (std::is_same_v<Message, SlaveMessage>) return decode_slave(bytes);
   if constexpr (std::is_same_v<Message, MachineStatus>) return decode_status(bytes);
+  if constexpr (std::is_same_v<Message, HomeMessage>) return decode_home(bytes);
 }
 
 /// check(message, its bytes as they are in the design) for one of each kind.
@@ -133,6 +142,7 @@ void for_each_kind(const Check& check) {
   check(some_master(), test::hex(kMaster));
   check(some_slave(), test::hex(kSlave));
   check(some_status(), test::hex(kStatus));
+  check(some_home(), test::hex(kHome));
 }
 
 /// take(name, field, how it travels) for each, those of structs within in their place.

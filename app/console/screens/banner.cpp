@@ -37,6 +37,9 @@ void add_notes(const Ui& ui, const ConsoleView& view, const JointLoads& loads, H
     says.edge = ui.theme.colours.notice;
   } else if (!own_end.empty()) {
     says.below = own_end;
+  } else if (view.machine.home_on_two) {
+    says.below = "home on two";
+    says.edge = ui.theme.colours.notice;
   } else if (const LessFelt less = less_felt(view); !less.brief.empty()) {
     says.below = less.brief;
     says.edge = ui.theme.colours.notice;
@@ -128,6 +131,7 @@ std::vector<Tag> session_tags(const Ui& ui, const ConsoleView& view, const UiSta
     tags.push_back({Icon::kWarning, "UNCALIBRATED: OK?", t.colours.notice, true});
   if (view.simulated || (view.status_heard && view.status.simulated))
     tags.push_back({Icon::kCircle, "SIMULATED", mix(t.colours.surface, t.colours.accent, 0.35F)});
+  if (view.machine.home_on_two) tags.push_back({Icon::kWarning, "HOME ON TWO", t.colours.notice});
   if (view.paused) tags.push_back({Icon::kPause, "PAUSED", t.colours.notice});
   if (state.muted)
     tags.push_back({Icon::kNone, "SOUND OFF", quiet});
@@ -300,6 +304,16 @@ std::string what_blocks(const ConsoleView& view, const AtWindow& person, const J
   return view.machine.mode == Mode::kEngaged ? following(view, loads, blocks) : blocks;
 }
 
+/// Held for as long as the operator's loop wants it, which fills it.
+void home_button(const Ui& ui, const ConsoleView& view, UiState& state, const Area& area) {
+  const Theme& t = ui.theme;
+  (void)button(ui, area, Icon::kNone, "Home on two: hold");
+  state.home = ImGui::IsItemActive();
+  const Area filled = area.inset(t.px(4), 0);
+  bar(ui, {{filled.min.x, area.max.y - t.px(8)}, {filled.max.x, area.max.y - t.px(4)}}, 0,
+      static_cast<float>(view.hand.home_asked), t.colours.notice);
+}
+
 /// In the largest type in which all of it has room: one large line, else smaller ones.
 void draw_reason(const Ui& ui, const Area& area, const std::string& reason) {
   const Theme& t = ui.theme;
@@ -377,6 +391,9 @@ void draw_banner(const Ui& ui, const ConsoleData& data, UiState& state, Area are
              area.cut_left(t.px(data.player != nullptr ? 270.F : 318.F), t.unit(2)));
   area = area.inset(t.unit(), 0);
   draw_tags(ui, data, state, area);
+  state.home = false;
+  if (leads && data.view.machine.home_offered && !machine_freshness(data.view).after(ui.view_age_s).stale())
+    home_button(ui, data.view, state, area.cut_right(t.px(180), t.unit()).inset(0, t.px(10)));
   const BusDescription& bus = data.facts.machine.bus;
   draw_reason(ui, area,
               ui.units.as_shown(data.player != nullptr

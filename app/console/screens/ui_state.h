@@ -35,6 +35,7 @@ struct UiState {
   bool side_view = true;
   Measures measures;
   bool stop = false;  ///< Latched until released on purpose.
+  bool home = false;  ///< Its button is held.
   float position_scale = 0, force_scale = 0;
   bool scales_chosen = false;   ///< By the person; before, the sliders follow what is in use.
   AssistSettings assist;        ///< At first, and with another scenario, as the scenario says.

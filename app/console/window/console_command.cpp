@@ -128,7 +128,8 @@ Json result_json(const ConsoleOutcome& outcome) {
 std::vector<cli::News> tend_link(pairing::ChosenLink& link, programs::ControlInput& input,
                                  programs::ProgramConsole& console, Time now) {
   std::vector<cli::News> all = link.news();
-  for (cli::News& done : programs::obey_control_lines(input, link)) all.push_back(std::move(done));
+  const auto home = [] { return std::string("home on two: hold its button on the screen"); };
+  for (cli::News& done : programs::obey_control_lines(input, link, home)) all.push_back(std::move(done));
   for (const cli::News& news : all) console.event(now, news.what, news.kind);
   console.tend(now);
   return all;

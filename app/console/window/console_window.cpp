@@ -450,6 +450,7 @@ ConsoleInput ConsoleWindow::input(Time now) const {
   pulled.enable = pointer_may_enable_ && pulled.presence;
   input.hand = together(together(hand_from_keys(held_keys()), hand_from_keys(state_.pad)), together(pulled, gamepad_));
   input.stop = state_.stop;
+  input.home = state_.home;
   if (state_.scales_chosen) {
     input.position_scale = static_cast<double>(state_.position_scale);
     input.force_scale = 1 / static_cast<double>(state_.force_scale);

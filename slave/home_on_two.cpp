@@ -1,0 +1,99 @@
+#include "slave/home_on_two.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "machine/description.h"
+#include "machine/reason_text.h"
+#include "slave/modes.h"
+
+namespace knuckle::slave {
+namespace {
+
+/// A sensor or its node has failed, as opposed to being another one than the file says, or there twice.
+bool is_failure(ReasonCode code) noexcept {
+  switch (code) {
+    case ReasonCode::kSensorStale:
+    case ReasonCode::kSensorInvalid:
+    case ReasonCode::kSensorImplausible:
+    case ReasonCode::kFrameShort:
+    case ReasonCode::kNodeSilent:
+    case ReasonCode::kNodeEmergency:
+    case ReasonCode::kNodeFault:
+    case ReasonCode::kNodeSetup:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+bool only_pressures_of(int joint, const NodeDescription& node) noexcept {
+  return !node.channels.empty() && std::all_of(node.channels.begin(), node.channels.end(), [&](const NodeChannel& c) {
+    return c.info().role == NodeRole::kPressure && c.info().index / 2 == joint;
+  });
+}
+
+HomeOnTwo::HomeOnTwo(const MachineDescription& machine)
+    : bus_(machine.bus),
+      possible_(machine.sensors.without_pressures == SensorDescription::kNone &&
+                machine.limits.chamber_pressure_Pa >= machine.hydraulics.main_relief_Pa) {}
+
+std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
+  if (!possible_ || stage_ != Stage::kNothing || !is_failure(fault.code)) return std::nullopt;
+  if (const auto place = signal_of(fault)) {
+    const SignalInfo& signal = kSignals[*place];
+    return signal.role == NodeRole::kPressure ? std::optional(signal.index / 2) : std::nullopt;
+  }
+  const NodeDescription* node = bus_.find(fault.subject);
+  for (int joint = 0; node != nullptr && joint < kJoints; ++joint)
+    if (only_pressures_of(joint, *node)) return joint;
+  return std::nullopt;
+}
+
+void HomeOnTwo::offer(int joint, Time now) noexcept {
+  stage_ = Stage::kOffered;
+  joint_ = joint;
+  offered_at_ = now;
+  refused_at_ = kNever;
+}
+
+void HomeOnTwo::withdraw() noexcept {
+  stage_ = Stage::kNothing;
+}
+
+void HomeOnTwo::note_pressed(bool pressed, double force_N) noexcept {
+  pressed_before_ = pressed;
+  force_before_N_ = force_N;
+}
+
+/// What was pressed when the transmitters failed counts as pressed still: the machine has stood since, and two torques
+/// may be blind to it.
+Reason HomeOnTwo::refusal(const Machine& machine) const noexcept {
+  if (machine.enable) return {ReasonCode::kEnableHeld, 0, 0, 0};
+  for (int i = 0; i < kJoints; ++i) {
+    const double rate_radps = std::abs(machine.rate_radps[i]), limit_radps = kModeLimits.machine_radps;
+    if (rate_radps <= limit_radps) continue;  // a NaN is not
+    return {ReasonCode::kMachineMoving, static_cast<std::uint8_t>(i), static_cast<float>(rate_radps),
+            static_cast<float>(limit_radps)};
+  }
+  if (!machine.pressed && !pressed_before_) return {};
+  const double force_N = machine.pressed ? machine.force_N : force_before_N_;
+  return {ReasonCode::kHomePressed, static_cast<std::uint8_t>(joint_), static_cast<float>(force_N), 0};
+}
+
+void HomeOnTwo::choose(const Machine& machine, Time now) noexcept {
+  if (!offered() || now - offered_at_ < kLeastOffered) return;
+  refused_ = refusal(machine);
+  refused_at_ = now;
+  if (!refused_) stage_ = Stage::kChosen;
+}
+
+Reason HomeOnTwo::blocking(Time now) const noexcept {
+  if (!offered()) return {};
+  if (refused_ && now - refused_at_ < kRefusalShown) return refused_;
+  return {ReasonCode::kHomeOffered, static_cast<std::uint8_t>(joint_), 0, 0};
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,271 @@
+// Home on two: a cylinder's transmitters fail, the operator acknowledges it and chooses to go on without them. Nothing
+// of it happens by itself.
+#include "slave/home_on_two.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/slave/gate_bench.h"
+#include "tests/slave/leading.h"
+#include "tests/support/bus_nodes.h"
+
+namespace knuckle::slave {
+namespace {
+
+using test::BenchMachine;
+using test::kFast;
+using test::lead;
+
+constexpr double kOpen = 0.11;  // of spool stroke: below it no oil flows
+
+std::uint8_t node_of_pressure(const BenchMachine& m, int chamber) {
+  return m.description.bus.node_of(NodeRole::kPressure, chamber).id;
+}
+
+/// Led, until one of the boom's transmitters fails; then enable is let go of.
+void fail_boom(BenchMachine& m, sim::NodeFault how, int chamber = 0) {
+  lead(m);
+  ASSERT_TRUE(m.nodes.inject(node_of_pressure(m, chamber), how));
+  m.move(kFast, 300ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault) << text(m.loop.blocking());
+  m.hand.enable = false;
+  m.align();
+  m.run(500ms);
+}
+
+void press_and_release(BenchMachine& m) {
+  m.hand.enable = true;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.run(100ms);
+}
+
+/// Until the failed node is shown: nodes are started anew again and again meanwhile.
+void acknowledge(BenchMachine& m) {
+  for (int i = 0; i < 4000 && !HomeOnTwo(m.description).cylinder_of(m.loop.blocking()); ++i) m.tick();
+  press_and_release(m);
+  m.run(1500ms);
+}
+
+void choose(BenchMachine& m) {
+  m.home = HomeMessage{{}, m.loop.fault()};
+  m.run(100ms);
+  m.home.reset();
+}
+
+void expect_engages(BenchMachine& m) {
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;
+  m.align();
+  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+double opened(const BenchMachine& m) {
+  double most = 0;
+  for (const auto& w : m.wire)
+    for (int i = 0; i < kJoints; ++i) {
+      if (w.frame.id != canopen::rpdo1_id(m.description.bus.valve(i).id)) continue;
+      most = std::max(most, std::abs(static_cast<double>(canopen::parse_valve_command(w.frame)->set_point)));
+    }
+  return most / m.description.bus.wire.valve_full_stroke;
+}
+
+TEST(HomeOnTwo, IsOfferedAfterTheFaultWasAcknowledgedAndTakenOnlyByItsOwnMessage) {
+  for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent, sim::NodeFault::kFrozen}) {
+    SCOPED_TRACE(static_cast<int>(how));
+    BenchMachine m;
+    fail_boom(m, how);
+    m.wire.clear();
+    choose(m);  // nobody has acknowledged anything
+    EXPECT_FALSE(m.loop.home().offered());
+    acknowledge(m);
+    ASSERT_TRUE(m.loop.home().offered()) << text(m.loop.blocking());
+    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kHomeOffered) << text(m.loop.blocking());
+    EXPECT_EQ(m.loop.blocking().subject, kBoom);
+    EXPECT_TRUE(m.link.last()->home_offered);
+    EXPECT_EQ(m.link.last()->unknown_torques, 1);
+    m.run(5s);
+    EXPECT_FALSE(m.loop.home().chosen()) << "never by itself";
+    choose(m);
+    EXPECT_TRUE(m.loop.home().chosen()) << text(m.loop.blocking());
+    EXPECT_TRUE(m.link.last()->home_on_two);
+    m.run(2s);
+    EXPECT_EQ(m.loop.mode(), Mode::kFault) << "nothing goes on by itself";
+    EXPECT_EQ(opened(m), 0);
+    expect_engages(m);
+  }
+}
+
+TEST(HomeOnTwo, MovesSlowlyUntilTheProgramStartsAnewWhateverFailsBetween) {
+  BenchMachine m;
+  fail_boom(m, sim::NodeFault::kInvalid);
+  acknowledge(m);
+  choose(m);
+  expect_engages(m);
+  m.wire.clear();
+  m.move(kFast, 2s);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.blocking());
+  EXPECT_GT(opened(m), kOpen);
+  EXPECT_LE(opened(m), 0.3 + 1e-3);
+
+  m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kNone);  // sound again: too late
+  m.nodes.set_estop(true);
+  m.run(200ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kEStop);
+  m.nodes.set_estop(false);
+  m.hand.enable = false;
+  m.run(2s);
+  expect_engages(m);
+  EXPECT_TRUE(m.link.last()->home_on_two);
+  EXPECT_EQ(m.link.last()->unknown_torques, 1);
+}
+
+TEST(HomeOnTwo, IsNotTakenWhileEnableIsHeldNorForAnotherFaultNorTooLate) {
+  BenchMachine m;
+  fail_boom(m, sim::NodeFault::kInvalid);
+  acknowledge(m);
+  ASSERT_TRUE(m.loop.home().offered());
+  m.hand.enable = true;
+  m.run(20ms);
+  m.home = HomeMessage{{}, m.loop.fault()};
+  m.run(200ms);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableHeld) << text(m.loop.blocking());
+  EXPECT_TRUE(m.loop.home().offered());
+  m.home.reset();
+  m.hand.enable = false;
+  m.run(3s);
+
+  m.home = HomeMessage{{}, {ReasonCode::kNodeSilent, 0x77, 0, 0}};
+  m.run(200ms);
+  EXPECT_FALSE(m.loop.home().chosen()) << "an answer to another fault";
+
+  m.home_held_up = 250ms;
+  m.home = HomeMessage{{}, m.loop.fault()};
+  m.run(200ms);
+  EXPECT_FALSE(m.loop.home().chosen()) << "it was asked for long ago";
+}
+
+TEST(HomeOnTwo, IsNotTakenWhileSomethingIsPressedAsFarAsTwoTorquesTellOrSixPressuresDid) {
+  BenchMachine m;
+  lead(m);
+  m.signals.pressure_Pa[2 * kArm] += 40e5;  // something pushes at the arm
+  m.run(500ms);
+  ASSERT_TRUE(m.loop.force().contact);
+  m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kInvalid);
+  m.run(300ms);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault);
+  m.hand.enable = false;
+  acknowledge(m);
+  choose(m);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kHomePressed) << text(m.loop.blocking());
+  EXPECT_GT(m.loop.blocking().value, 100);
+  EXPECT_TRUE(m.loop.home().offered());
+  m.signals.pressure_Pa[2 * kArm] -= 40e5;  // the two other cylinders tell nothing of it any more
+  m.run(5s);
+  choose(m);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kHomePressed) << text(m.loop.blocking());
+}
+
+TEST(HomeOnTwo, PressingAndReleasingEnableOnceMoreTriesTheTransmittersAgain) {
+  for (const bool sound : {false, true}) {
+    BenchMachine m;
+    fail_boom(m, sim::NodeFault::kSilent);
+    acknowledge(m);
+    ASSERT_TRUE(m.loop.home().offered());
+    if (sound) m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kNone);
+    press_and_release(m);
+    EXPECT_FALSE(m.loop.home().offered());
+    m.run(5s);
+    EXPECT_EQ(m.link.last()->unknown_torques, 0);
+    if (sound)
+      expect_engages(m);
+    else
+      EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  }
+}
+
+TEST(HomeOnTwo, IsOfferedForPressuresOfOneCylinderAlone) {
+  const BenchMachine m;
+  const BusDescription& bus = m.description.bus;
+  const auto cylinder = [&](const MachineDescription& machine, ReasonCode code, std::uint8_t subject) {
+    return HomeOnTwo(machine).cylinder_of({code, subject, 0, 0});
+  };
+  for (int chamber = 0; chamber < 6; ++chamber) {
+    const std::uint8_t id = node_of_pressure(m, chamber);
+    for (const ReasonCode code : {ReasonCode::kNodeSilent, ReasonCode::kSensorStale, ReasonCode::kSensorImplausible})
+      EXPECT_EQ(cylinder(m.description, code, id), chamber / 2) << chamber;
+    EXPECT_FALSE(cylinder(m.description, ReasonCode::kNodeIdentity, id)) << "another device is no failed one";
+    EXPECT_FALSE(cylinder(m.description, ReasonCode::kNodeIdTwice, id));
+  }
+  for (const std::uint8_t other : {bus.node_of(NodeRole::kEncoder, kBoom).id, bus.valve(kBoom).id, bus.enable().id})
+    EXPECT_FALSE(cylinder(m.description, ReasonCode::kNodeSilent, other));
+
+  MachineDescription low = m.description;  // only the boom's own pressures can keep that limit
+  low.limits.chamber_pressure_Pa = low.hydraulics.main_relief_Pa - 1;
+  EXPECT_FALSE(cylinder(low, ReasonCode::kNodeSilent, node_of_pressure(m, 0)));
+  MachineDescription two = m.description;
+  two.sensors.without_pressures = kBoom;
+  EXPECT_FALSE(cylinder(two, ReasonCode::kNodeSilent, node_of_pressure(m, 2))) << "one torque tells no force";
+}
+
+TEST(HomeOnTwo, ASecondCylindersTransmittersAreAStopAndNothingElse) {
+  BenchMachine m;
+  fail_boom(m, sim::NodeFault::kInvalid);
+  acknowledge(m);
+  ASSERT_TRUE(m.loop.home().offered());
+  m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
+  m.run(300ms);
+  press_and_release(m);
+  m.run(1500ms);
+  choose(m);
+  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
+  EXPECT_FALSE(m.loop.home().chosen());
+  EXPECT_EQ(m.link.last()->unknown_torques, 1);
+}
+
+class HomeGate : public GateBench {};
+
+TEST_F(HomeGate, OpensAndMovesAtMostThirtyPercentWhereAMeasuredCylindersPressuresAreMissing) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<> any(-1, 1), pressure(0, 200e5);
+  const MachineDescription machine = test::test_machine();
+  int slowed = 0;
+  for (int i = 0; i < 20000; ++i) {
+    place(JointVector(0.3 + 0.6 * any(rng), -1.5 + 0.9 * any(rng), -0.8 + 1.2 * any(rng)));
+    for (double& p : state.pressure_Pa) p = pressure(rng);
+    state.pressures_known = {true, true, true};
+    state.pressures_known[static_cast<std::size_t>(i % kJoints)] = false;
+    const JointVector wanted(any(rng), any(rng), any(rng));
+    const GateResult result = gate(wanted);
+    ASSERT_FALSE(result.fault) << text(result.fault);
+    slowed += (result.limits & kLimitHome) != 0;
+    for (int j = 0; j < kJoints; ++j) {
+      const double sent = result.commands[j];
+      ASSERT_LE(std::abs(sent), 0.3 + 1e-12);
+      // As fast as the pump at its relief drives it against nothing.
+      const ValveDescription& valve = machine.cylinders[static_cast<std::size_t>(j)].valve;
+      const double flow = valve.flow_share(valve.opening(sent), sent > 0) * valve.nominal_flow_m3ps *
+                          std::sqrt(machine.hydraulics.load_sensing_margin_Pa / valve.nominal_drop_Pa);
+      const double area = sent > 0 ? limits.head_area_m2[j] : limits.rod_side_area_m2[j];
+      ASSERT_LE(std::min(flow, machine.hydraulics.pump_flow_m3ps) / area / std::abs(state.lever_m[j]),
+                0.3 * limits.max_rate_radps[j] * 1.001);
+    }
+  }
+  EXPECT_GT(slowed, 1000);
+}
+
+TEST_F(HomeGate, LimitsNothingWhereTheFileSaysThatNobodyMeasuresThem) {
+  MachineDescription machine = test::test_machine();
+  machine.sensors.without_pressures = kBoom;
+  remake(machine);
+  state.pressures_known = {false, true, true};
+  EXPECT_EQ(gate(JointVector(0.35, 0, 0)).limits & kLimitHome, 0);
+  state.pressures_known = {false, false, true};
+  EXPECT_NE(gate(JointVector(0.35, 0, 0)).limits & kLimitHome, 0);
+}
+
+}  // namespace
+}  // namespace knuckle::slave
