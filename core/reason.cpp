@@ -125,11 +125,11 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
     {"force_unknown", SubjectKind::kNothing,
      "with a cylinder's pressures missing, the force is not known in this pose: bend the bucket or the arm first", "N"},
     {"home_offered", SubjectKind::kJoint,
-     "its pressures have failed: to go home slowly without them, release enable and hold the clutch for 3 s; to try "
-     "them again, press and release enable",
+     "pressures failed: to go home slowly without them hold the clutch for 3 s; to try them again press and release "
+     "enable",
      nullptr},
     {"home_pressed", SubjectKind::kJoint,
-     "no going on without its pressures while something may be pressed: repair the transmitter", "N"},
+     "no way home without its pressures while something may be pressed: repair the transmitter", "N"},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -13,11 +13,16 @@
 namespace knuckle {
 namespace {
 
-/// The key that a line sets, or its [table] in brackets; empty where it does neither.
+/// The key that a line sets, or its [table] in brackets, without the spaces that it may have; empty where it does
+/// neither.
 std::string key_of(const std::string& line) {
   const auto begin = line.find_first_not_of(" \t");
   if (begin == std::string::npos || line[begin] == '#') return "";
-  if (line[begin] == '[') return line.substr(begin, line.rfind(']', line.find('#')) - begin + 1);
+  if (line[begin] == '[') {
+    std::string table = line.substr(begin, line.rfind(']', line.find('#')) - begin + 1);
+    std::erase_if(table, [](char c) { return c == ' ' || c == '\t'; });
+    return table;
+  }
   const auto equals = line.find('=', begin);
   if (equals == std::string::npos) return "";
   const auto end = line.find_last_not_of(" \t", equals - 1);

@@ -58,8 +58,8 @@ std::string reason_text(const Reason& reason, const BusDescription& bus, HandSou
   const bool keys = hand == HandSource::kKeyboard;
   if (code == ReasonCode::kHomeOffered)
     return subject_text(reason) +
-           ": its pressures have failed; to go home slowly without them, release enable and hold the button on the "
-           "right for 3 s; to try them again, press and release enable";
+           ": pressures failed: to go home slowly without them hold the button on the right for 3 s; to try them again "
+           "press and release enable";
   if (hand == HandSource::kDevice) return text(reason, bus);
   if (code == ReasonCode::kNoPresence || code == ReasonCode::kEnableNotPressed)
     return keys ? "hold Shift (enable) and move with Q A W S E D"

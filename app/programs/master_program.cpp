@@ -25,7 +25,8 @@ std::string kind_of(const MasterEvent& event) {
   if (event.about == MasterEvent::About::kSameMachine) return std::string("other ") + name(event.other_machine.code);
   if (event.about == MasterEvent::About::kFelt) return std::string("felt ") + name(event.warning.code);
   if (!event.heard) return "not heard";
-  return std::string(name(event.mode)) + " " + name(event.fault ? event.fault.code : event.blocking.code);
+  return std::string(event.home_on_two ? "home " : "") + name(event.mode) + " " +
+         name(event.fault ? event.fault.code : event.blocking.code);
 }
 
 struct MasterStatus {
@@ -100,9 +101,11 @@ void MasterRunner::observe(Time now) noexcept {
     event.mode = told->mode;
     event.blocking = told->blocking;
     event.fault = told->fault;
+    event.home_on_two = told->home_on_two;
     round_trip_.add(from_seconds(side_.master.round_trip_s()));
   }
   const bool machine_changed = event.heard != last_machine_.heard || event.mode != last_machine_.mode ||
+                               event.home_on_two != last_machine_.home_on_two ||
                                !same_cause(event.fault, last_machine_.fault);
   if (machine_changed) {
     events_.push(event);
@@ -218,7 +221,7 @@ std::string event_text(const MasterEvent& event, const BusDescription& bus) {
   if (event.about == MasterEvent::About::kFelt)
     return event.warning ? "felt force: " + text_with_code(event.warning) : "felt force is back in full";
   if (!event.heard) return "machine: no packets received";
-  const std::string mode = std::string("machine ") + name(event.mode);
+  const std::string mode = std::string("machine ") + name(event.mode) + (event.home_on_two ? ", home on two" : "");
   if (event.fault) return mode + " " + text_with_code(event.fault, bus);
   return event.blocking ? mode + ", " + text_with_code(event.blocking, bus) : mode;
 }

@@ -31,10 +31,11 @@ struct MasterEvent {
   Time at{};
   bool heard = false;  ///< The machine, within the last second.
   Mode mode = Mode::kOff;
-  Reason blocking, fault;  ///< Machine.
-  Reason device;           ///< Why the device cannot be used; kNone where it can.
-  Reason other_machine;    ///< Why the far end cannot be led; kNone where it can.
-  Reason warning;          ///< Why less is felt: energy watchdog or cues; kNone: the law's force is felt in full.
+  Reason blocking, fault;    ///< Machine.
+  bool home_on_two = false;  ///< Likewise.
+  Reason device;             ///< Why the device cannot be used; kNone where it can.
+  Reason other_machine;      ///< Why the far end cannot be led; kNone where it can.
+  Reason warning;            ///< Why less is felt: energy watchdog or cues; kNone: the law's force is felt in full.
   MachineName here, there;
 };
 /// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ...",

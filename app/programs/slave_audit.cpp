@@ -103,6 +103,7 @@ void SlaveAudit::link_events_lost(std::uint64_t count) {
 void SlaveAudit::mode(const ModeEvent& event) {
   Json details{{"mode", name(event.mode)}};
   if (event.blocking) details["blocking"] = text(event.blocking, bus_);
+  if (event.home_on_two) details["home_on_two"] = true;
   if (event.fault) {
     details["code"] = name(event.fault.code);
     details["fault"] = text(event.fault, bus_);

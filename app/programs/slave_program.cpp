@@ -37,8 +37,8 @@ struct SlaveStatus {
 /// What an event says, without its measured values.
 std::string kind_of(const ModeEvent& event) {
   const Reason& reason = event.fault ? event.fault : event.blocking;
-  return std::string(name(event.mode)) + (event.fault ? " fault " : " ") + name(reason.code) + " " +
-         std::to_string(reason.subject);
+  return std::string(event.home_on_two ? "home " : "") + name(event.mode) + (event.fault ? " fault " : " ") +
+         name(reason.code) + " " + std::to_string(reason.subject);
 }
 std::string kind_of(const SetupFailureEvent& event) {
   const canopen::Object& object = event.failure.step.object;
@@ -136,8 +136,10 @@ void SlaveRunner::step(Time now) noexcept {
 }
 
 void SlaveRunner::observe(Time now) noexcept {
-  const ModeEvent event{now, side_.slave.mode(), side_.slave.blocking(), side_.slave.fault()};
-  if (event.mode != last_.mode || !same_cause(event.fault, last_.fault)) events_.push(event);
+  const ModeEvent event{now, side_.slave.mode(), side_.slave.blocking(), side_.slave.fault(),
+                        side_.slave.home().chosen()};
+  const bool chosen = event.home_on_two != last_.home_on_two;
+  if (event.mode != last_.mode || !same_cause(event.fault, last_.fault) || chosen) events_.push(event);
   last_ = event;
   status_.put({event.mode, event.blocking, event.fault, side_.slave.operator_input().message_at(),
                side_.slave.operator_input().round_trip(),
@@ -331,7 +333,7 @@ class Teller {
 }  // namespace
 
 std::string event_text(const ModeEvent& event, const BusDescription& bus) {
-  const std::string mode = name(event.mode);
+  const std::string mode = std::string(name(event.mode)) + (event.home_on_two ? ", home on two" : "");
   if (event.fault) return mode + " " + text_with_code(event.fault, bus);
   return event.blocking ? mode + ", " + text_with_code(event.blocking, bus) : mode;
 }

@@ -23,11 +23,12 @@
 
 namespace knuckle::programs {
 
-/// Mode or latched fault changed.
+/// Mode or latched fault changed, or the operator chose to go home on two.
 struct ModeEvent {
   Time at{};
   Mode mode = Mode::kOff;
   Reason blocking, fault;
+  bool home_on_two = false;  ///< From then on true.
 };
 /// "engaged", "aligning, hand_not_aligned: arm: hand is away ...", "fault link_lost: no newer packet ..."
 [[nodiscard]] std::string event_text(const ModeEvent& event, const BusDescription& bus);

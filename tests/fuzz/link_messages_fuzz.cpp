@@ -14,6 +14,9 @@ bool finite(const knuckle::MachineStatus& status) {
   return status.valve_command.allFinite() && status.spool.allFinite() && std::isfinite(status.oil_flow_m3ps) &&
          std::isfinite(status.hydraulic_power_W) && std::isfinite(status.bus_load);
 }
+bool finite(const knuckle::HomeMessage& home) {
+  return std::isfinite(home.fault.value) && std::isfinite(home.fault.limit);
+}
 template <typename Message>
 bool finite(const Message& message) {
   return message.position_rad.allFinite() && message.velocity_radps.allFinite();
@@ -38,5 +41,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check(bytes, knuckle::decode_master);
   check(bytes, knuckle::decode_slave);
   check(bytes, knuckle::decode_status);
+  check(bytes, knuckle::decode_home);
   return 0;
 }

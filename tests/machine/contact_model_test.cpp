@@ -54,7 +54,8 @@ TEST(ContactModelKey, WhatIsNoModelOrNoDirectionIsOneLine) {
 }
 
 TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
-  for (const std::string& text : {solar(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force("")}) {
+  for (const std::string& text : {solar(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force(""),
+                                  solar() + "\n [ force ]  # mine\n"}) {
     const MachineDescription changed = with_contact_model(parse_machine(text, "m.toml"), "tip_force_of_two");
     EXPECT_EQ(changed.force.contact_model, ContactModel::kTipForceOfTwo);
     EXPECT_EQ(parse_machine(changed.text, "m.toml").force.contact_model, ContactModel::kTipForceOfTwo);

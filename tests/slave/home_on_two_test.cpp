@@ -16,7 +16,6 @@ namespace {
 
 using test::BenchMachine;
 using test::kFast;
-using test::lead;
 
 constexpr double kOpen = 0.11;  // of spool stroke: below it no oil flows
 
@@ -24,11 +23,12 @@ std::uint8_t node_of_pressure(const BenchMachine& m, int chamber) {
   return m.description.bus.node_of(NodeRole::kPressure, chamber).id;
 }
 
-/// Led, until one of the boom's transmitters fails; then enable is let go of.
+/// Led where it stands, until one of the boom's transmitters fails; then enable is let go of.
 void fail_boom(BenchMachine& m, sim::NodeFault how, int chamber = 0) {
-  lead(m);
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+  m.run(500ms);
   ASSERT_TRUE(m.nodes.inject(node_of_pressure(m, chamber), how));
-  m.move(kFast, 300ms);
+  m.run(300ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault) << text(m.loop.blocking());
   m.hand.enable = false;
   m.align();
@@ -74,7 +74,7 @@ double opened(const BenchMachine& m) {
 }
 
 TEST(HomeOnTwo, IsOfferedAfterTheFaultWasAcknowledgedAndTakenOnlyByItsOwnMessage) {
-  for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent, sim::NodeFault::kFrozen}) {
+  for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent}) {
     SCOPED_TRACE(static_cast<int>(how));
     BenchMachine m;
     fail_boom(m, how);
@@ -150,7 +150,7 @@ TEST(HomeOnTwo, IsNotTakenWhileEnableIsHeldNorForAnotherFaultNorTooLate) {
 
 TEST(HomeOnTwo, IsNotTakenWhileSomethingIsPressedAsFarAsTwoTorquesTellOrSixPressuresDid) {
   BenchMachine m;
-  lead(m);
+  ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
   m.signals.pressure_Pa[2 * kArm] += 40e5;  // something pushes at the arm
   m.run(500ms);
   ASSERT_TRUE(m.loop.force().contact);
@@ -158,6 +158,7 @@ TEST(HomeOnTwo, IsNotTakenWhileSomethingIsPressedAsFarAsTwoTorquesTellOrSixPress
   m.run(300ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
   m.hand.enable = false;
+  m.run(100ms);
   acknowledge(m);
   choose(m);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kHomePressed) << text(m.loop.blocking());
@@ -179,11 +180,12 @@ TEST(HomeOnTwo, PressingAndReleasingEnableOnceMoreTriesTheTransmittersAgain) {
     press_and_release(m);
     EXPECT_FALSE(m.loop.home().offered());
     m.run(5s);
-    EXPECT_EQ(m.link.last()->unknown_torques, 0);
-    if (sound)
-      expect_engages(m);
-    else
+    if (!sound) {
       EXPECT_EQ(m.loop.mode(), Mode::kFault);
+      continue;
+    }
+    EXPECT_EQ(m.link.last()->unknown_torques, 0);
+    expect_engages(m);
   }
 }
 
