@@ -52,6 +52,12 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
   return std::nullopt;
 }
 
+void HomeOnTwo::note_contradiction(const Reason& fault) noexcept {
+  if (fault.code != ReasonCode::kSensorImplausible || !cylinder_of(fault)) return;
+  if (same_cause(fault, contradicted_)) stays_ = fault;
+  contradicted_ = fault;
+}
+
 void HomeOnTwo::offer(int joint, Time now) noexcept {
   stage_ = Stage::kOffered;
   joint_ = joint;
@@ -61,6 +67,7 @@ void HomeOnTwo::offer(int joint, Time now) noexcept {
 
 void HomeOnTwo::withdraw() noexcept {
   stage_ = Stage::kNothing;
+  contradicted_ = stays_ = {};
 }
 
 void HomeOnTwo::note_pressed(bool pressed, double force_N) noexcept {
@@ -91,7 +98,7 @@ void HomeOnTwo::choose(const Machine& machine, Time now) noexcept {
 }
 
 Reason HomeOnTwo::blocking(Time now) const noexcept {
-  if (!offered()) return {};
+  if (!offered()) return chosen() ? Reason{} : stays_;
   if (refused_ && now - refused_at_ < kRefusalShown) return refused_;
   return {ReasonCode::kHomeOffered, static_cast<std::uint8_t>(joint_), 0, 0};
 }

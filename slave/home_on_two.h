@@ -30,6 +30,10 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
+  /// A sensor contradicts the others while the machine is led. Where a transmitter does so for the second time, that is
+  /// a reason to stay until it was acknowledged: a machine that stands does not show it, and would stop again and
+  /// again.
+  void note_contradiction(const Reason& fault) noexcept;
   void offer(int joint, Time now) noexcept;
   void withdraw() noexcept;
   /// While all pressures are known: whether something is pressed, as far as the force tells.
@@ -49,7 +53,7 @@ class HomeOnTwo {
   [[nodiscard]] bool chosen() const noexcept { return stage_ == Stage::kChosen; }
   /// Of the offer or the choice.
   [[nodiscard]] int joint() const noexcept { return joint_; }
-  /// What keeps the machine from going on; kNone where nothing is offered.
+  /// What keeps the machine from going on: the offer, a refusal, or a contradiction that stays; else kNone.
   [[nodiscard]] Reason blocking(Time now) const noexcept;
 
  private:
@@ -61,7 +65,7 @@ class HomeOnTwo {
   Stage stage_ = Stage::kNothing;
   int joint_ = 0;
   Time offered_at_ = kNever, refused_at_ = kNever;
-  Reason refused_;
+  Reason refused_, contradicted_, stays_;
   bool pressed_before_ = false;  // in the last step with all pressures
   double force_before_N_ = 0;
 };

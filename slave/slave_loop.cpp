@@ -112,6 +112,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
     return;
   }
   sensor_fault_ = plausibility_.step(*measurement, client_.spool());
+  if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_);
   // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
   valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
   if (!client_.pilot_on() || led(decision_.state.mode))
@@ -209,14 +210,14 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
 bool SlaveLoop::acknowledged() noexcept {
   const Mode mode = decision_.state.mode;
   const bool stopped = mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
-  const Reason& shown = decision_.blocking;
+  // While nodes are started anew, again and again, the fault stands beside that.
+  const bool beside = decision_.blocking.code == ReasonCode::kStartingUp && home_.cylinder_of(decision_.state.fault);
+  const Reason& shown = beside ? decision_.state.fault : decision_.blocking;
   const bool there = operator_.message().presence && operator_.message().device_ok;
   if (!stopped || !there || operator_.set_point().link || operator_.set_point().hold) {
     asking_ = Asking::kNothing;
   } else if (!operator_.enable()) {
-    const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
-    return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && same_cause(shown, asked_) &&
-           (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
+    return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && still_asked(shown);
   } else if (asking_ == Asking::kReleased) {
     const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff ||
                           shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown);
@@ -224,6 +225,13 @@ bool SlaveLoop::acknowledged() noexcept {
     asked_ = shown;
   }
   return false;
+}
+
+/// A transmitter that is silent may be told of by its node's heartbeat or set-up as well.
+bool SlaveLoop::still_asked(const Reason& shown) const noexcept {
+  if (const auto joint = home_.cylinder_of(asked_)) return home_.cylinder_of(shown) == joint;
+  const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
+  return same_cause(shown, asked_) && (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
 }
 
 /// What only the operator can answer for. An encoder that woke far from where it froze, or came back elsewhere after it

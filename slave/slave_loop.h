@@ -89,6 +89,7 @@ class SlaveLoop {
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
   [[nodiscard]] bool acknowledged() noexcept;
+  [[nodiscard]] bool still_asked(const Reason& shown) const noexcept;
   void go_on_if_asked(Time now) noexcept;
   void need_pressures(int joint, bool on) noexcept;
   void go_home_if_chosen(Time now) noexcept;

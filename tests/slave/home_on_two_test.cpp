@@ -68,9 +68,9 @@ double opened(const BenchMachine& m) {
   for (const auto& w : m.wire)
     for (int i = 0; i < kJoints; ++i) {
       if (w.frame.id != canopen::rpdo1_id(m.description.bus.valve(i).id)) continue;
-      most = std::max(most, std::abs(static_cast<double>(canopen::parse_valve_command(w.frame)->set_point)));
+      most = std::max(most, std::abs(canopen::parse_valve_command(w.frame)->set_point));
     }
-  return most / m.description.bus.wire.valve_full_stroke;
+  return most;
 }
 
 TEST(HomeOnTwo, IsOfferedAfterTheFaultWasAcknowledgedAndTakenOnlyByItsOwnMessage) {
@@ -211,6 +211,24 @@ TEST(HomeOnTwo, IsOfferedForPressuresOfOneCylinderAlone) {
   MachineDescription two = m.description;
   two.sensors.without_pressures = kBoom;
   EXPECT_FALSE(cylinder(two, ReasonCode::kNodeSilent, node_of_pressure(m, 2))) << "one torque tells no force";
+}
+
+TEST(HomeOnTwo, ATransmitterThatContradictsTheOthersTwiceStaysAReasonUntilThatIsAcknowledged) {
+  const BenchMachine m;
+  HomeOnTwo home(m.description);
+  const Reason stuck{ReasonCode::kSensorImplausible, node_of_pressure(m, 0), 20, 20};
+  const Reason other{ReasonCode::kSensorImplausible, node_of_pressure(m, 2), 20, 20};
+  const Reason encoder{ReasonCode::kSensorImplausible, m.description.bus.node_of(NodeRole::kEncoder, kBoom).id, 1, 1};
+  for (const Reason& once : {stuck, other, encoder, encoder, stuck, Reason{}}) {
+    home.note_contradiction(once);
+    EXPECT_FALSE(home.blocking(m.now)) << text(once);
+  }
+  home.note_contradiction(stuck);
+  EXPECT_TRUE(same_cause(home.blocking(m.now), stuck));
+  home.offer(kBoom, m.now);
+  EXPECT_EQ(home.blocking(m.now).code, ReasonCode::kHomeOffered);
+  home.withdraw();
+  EXPECT_FALSE(home.blocking(m.now)) << "it is tried again";
 }
 
 TEST(HomeOnTwo, ASecondCylindersTransmittersAreAStopAndNothingElse) {
