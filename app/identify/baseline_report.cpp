@@ -277,11 +277,16 @@ std::vector<PrintedParameter> printed_parameters(Paper paper) {
               {"S5, boom X", "-"},
               {"S6, boom Z", "-"}};
     case Paper::kMalaguti:
-      return {{"φ<sub>D1</sub>, bucket J", "100.32 ± 25.7"},  {"φ<sub>D2</sub>, stick J", "186.73 ± 33.4"},
-              {"φ<sub>S1</sub>, bucket X", "3.50 ± 1.54"},    {"φ<sub>S2</sub>, bucket Z", "13.71 ± 3.28"},
-              {"φ<sub>S3</sub>, stick X", "71.81 ± 10.07"},   {"φ<sub>S4</sub>, stick Z", "35.56 ± 5.68"},
-              {"φ<sub>f1</sub>, bucket f_c", "52.23 ± 25.5"}, {"φ<sub>f2</sub>, bucket f_v", "31444.87 ± 1257"},
-              {"φ<sub>f3</sub>, stick f_c", "35.67 ± 20.6"},  {"φ<sub>f4</sub>, stick f_v", "30167.00 ± 1320"}};
+      return {{"φ<sub>D1</sub>, bucket J", "100.32 ± 25.7"},
+              {"φ<sub>D2</sub>, stick J", "186.73 ± 33.4"},
+              {"φ<sub>S1</sub>, bucket X", "3.50 ± 1.54"},
+              {"φ<sub>S2</sub>, bucket Z", "13.71 ± 3.28"},
+              {"φ<sub>S3</sub>, stick X", "71.81 ± 10.07"},
+              {"φ<sub>S4</sub>, stick Z", "35.56 ± 5.68"},
+              {"φ<sub>f1</sub>, bucket f<sub>c</sub>", "52.23 ± 25.5"},
+              {"φ<sub>f2</sub>, bucket f<sub>v</sub>", "31444.87 ± 1257"},
+              {"φ<sub>f3</sub>, stick f<sub>c</sub>", "35.67 ± 20.6"},
+              {"φ<sub>f4</sub>, stick f<sub>v</sub>", "30167 ± 1320"}};
     case Paper::kKim:
       return {{"m<sub>1</sub> L<sub>O1G1</sub>, boom", "98.65"},
               {"A<sub>mc1</sub>, boom", "11.48"},

@@ -48,7 +48,8 @@ struct BaselineRuns {
                                                               std::span<const motion::MachineRecording> runs);
 
 /// True values by the names that the paper gives its parameters; what a simulated machine has no such thing of (a
-/// friction at the joint) is left out. Projected along the verification where there is one.
+/// friction at the joint) is left out: of kKim f_c1, f_v1 ... are those of the cylinders instead. Projected along the
+/// verification where there is one.
 /// @param machine as identified with: K's m2 and m3 are taken off as they were.
 [[nodiscard]] std::map<std::string, double> baseline_truth(Paper paper, const MachineDescription& machine,
                                                            const sim::MachineTruth& truth, const BaselineRuns& runs);

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <random>
 #include <sstream>
+#include <tuple>
+#include <utility>
 
 #include "app/identify/baseline_report.h"
 #include "app/identify/commission.h"
@@ -46,6 +48,13 @@ Recording with_exact_rods(const motion::MachineRecording& run, const sim::Machin
     }
   }
   return recording;
+}
+
+/// Coulomb, the mean of both directions [N], and viscous [N s/m].
+std::pair<double, double> cylinder_friction(const sim::MachineTruth& truth, int joint) {
+  const sim::LuGreFriction& friction = truth.friction[static_cast<std::size_t>(joint)];
+  return {(friction.coulomb_extend_N + friction.coulomb_retract_N) / 2,
+          friction.viscous_Ns_per_m * truth.viscosity_factor};
 }
 
 void add(InertiaBias& row, const MachineDescription& machine, const Recording& recording,
@@ -134,6 +143,7 @@ std::map<std::string, double> baseline_truth(Paper paper, const MachineDescripti
       const PlanarVector own = own_moment(machine, base, i);
       values["m" + n + " L_O" + n + "G" + n] = own.norm();
       values["A_mc" + n] = std::atan2(own.y(), own.x()) * kDegPerRad;
+      std::tie(values["f_c" + n], values["f_v" + n]) = cylinder_friction(truth, i);
     }
     return values;
   }
@@ -146,9 +156,8 @@ std::map<std::string, double> baseline_truth(Paper paper, const MachineDescripti
   values["phi_D1"] = base[kInertia + kBucket];
   values["phi_D2"] = base[kInertia + kArm];
   for (const auto& [joint, first] : {std::pair{kBucket, 1}, std::pair{kArm, 3}}) {
-    const sim::LuGreFriction& friction = truth.friction[static_cast<std::size_t>(joint)];
-    values["phi_f" + std::to_string(first)] = (friction.coulomb_extend_N + friction.coulomb_retract_N) / 2;
-    values["phi_f" + std::to_string(first + 1)] = friction.viscous_Ns_per_m * truth.viscosity_factor;
+    std::tie(values["phi_f" + std::to_string(first)], values["phi_f" + std::to_string(first + 1)]) =
+        cylinder_friction(truth, joint);
   }
   return values;
 }
@@ -215,7 +224,8 @@ report::PageFigure torque_figure(const std::string& title, const std::string& ca
   report::PanelPlot plot;
   for (const int joint : joints) {
     plot.panel(std::string(kJointNames[static_cast<std::size_t>(joint)]) + ", N m");
-    plot.line(t, torque_series(torque, torque.measured_Nm, joint), "measured", report::kBlue, "lw 1.2");
+    plot.line(t, torque_series(torque, torque.measured_Nm, joint), "measured",
+              by_default == nullptr ? report::kBlue : report::kSky, by_default == nullptr ? "lw 1.2" : "lw 2.5");
     plot.line(t, torque_series(torque, torque.modelled_Nm, joint), by_default == nullptr ? "estimated" : "their method",
               report::kVermilion, "dt 2 lw 1.6");
     if (by_default == nullptr) continue;

@@ -24,7 +24,8 @@ figure{margin:0}.strip{display:grid;grid-template-columns:repeat(auto-fill,minma
 .strip figcaption{padding:6px 10px;border-top:1px solid var(--rule)}.strip b{color:var(--ink);font-variant-numeric:tabular-nums}
 .key{display:inline-block;width:22px;height:0;border-top:4px solid;vertical-align:middle;margin:0 4px 0 10px}.digest{overflow-wrap:anywhere;font-family:ui-monospace,monospace;font-size:.78rem}
 @media(max-width:600px){section>figure>figcaption::after{content:" Swipe sideways for the rest."}}
-@media print{body{background:#fff}section{break-inside:avoid;border:0;padding:8px 0}.strip{grid-template-columns:repeat(3,1fr)}.plot{min-width:0}}
+@media print{body{background:#fff;font-size:11pt}main{padding:0}section{break-inside:avoid;border:0;padding:6px 0;margin-top:8px}h1,h2,figcaption{break-after:avoid}
+table{font-size:.8em}td,th{padding:3px 8px 3px 0}.wide{overflow:visible}.strip{grid-template-columns:repeat(3,1fr)}.plot{min-width:0}.plot svg{max-height:215mm}}
 )";
 
 }  // namespace

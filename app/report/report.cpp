@@ -191,7 +191,8 @@ void write_happenings(std::ostream& out, const session::SessionResult& s) {
 }
 
 void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
-  out << "<section><h2>Key moments</h2><p class=\"soft\">Drawn to scale. Arrows: contact force on the bucket tip,"
+  out << "<section><h2>Key moments</h2><p class=\"soft\">Drawn to scale. Arrows: contact force, from the tip wherever "
+         "the bucket is touched,"
          "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true force"
          "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated. Blue line: path of the tip in the last 4 "
          "s.</p><div "

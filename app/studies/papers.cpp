@@ -1,5 +1,7 @@
 #include "app/studies/papers.h"
 
+#include <fmt/format.h>
+
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -9,7 +11,8 @@
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
 #include "app/report/plots.h"
-#include "core/error.h"
+#include "app/session/truth_file.h"
+#include "machine/load.h"
 
 namespace knuckle::studies {
 namespace {
@@ -18,10 +21,11 @@ using identify::Identified;
 using identify::Paper;
 
 /// A method that found no parameters has nothing to show.
-void require_result(const Identified& result, Paper experiment, const identify::IdentifyData& data) {
+void require_result(const Identified& result, Paper experiment) {
   if (result.summary.covariance.size() > 0) return;
-  throw std::runtime_error(data.source + ", experiment " + identify::name(experiment) + ", method " + result.method +
-                           ": " + result.summary.reasons.front());
+  throw std::runtime_error(fmt::format("experiment {}, {}: {}", identify::name(experiment),
+                                       result.method == "full" ? "default method" : "their method",
+                                       result.summary.reasons.front()));
 }
 
 Experiment repeated(Paper paper, identify::IdentifyOptions options, const std::function<void(double)>& progress) {
@@ -30,12 +34,24 @@ Experiment repeated(Paper paper, identify::IdentifyOptions options, const std::f
   Experiment experiment;
   experiment.data = identify::drive_for_data(options, [&](double done) { progress(kDriving * done); });
   experiment.theirs = identify::identify(experiment.data, paper);
-  require_result(experiment.theirs, paper, experiment.data);
+  require_result(experiment.theirs, paper);
   if (paper == Paper::kStatic) return experiment;
   experiment.ours = identify::identify(experiment.data, std::nullopt, {},
                                        [&](double done) { progress(kDriving + (1 - kDriving) * done); });
-  require_result(experiment.ours, paper, experiment.data);
+  require_result(experiment.ours, paper);
   return experiment;
+}
+
+/// Not repeated: the machine did not engage or dropped out, its recordings were refused, or nothing was found in them.
+template <typename Experiments, typename Repeat>
+Repeated<Experiments> attempted(const Repeat& repeat) {
+  Repeated<Experiments> attempt;
+  try {
+    attempt.done = repeat();
+  } catch (const std::runtime_error& stopped) {
+    attempt.why_not = stopped.what();
+  }
+  return attempt;
 }
 
 struct Options {
@@ -61,29 +77,34 @@ int run(const Options& o, const std::string& command_line) {
   const cli::InterruptGuard interrupt;
   report::check_gnuplot();
   cli::OutputFile page("--report", o.report);
-  RepeatedPapers papers;
-  try {
-    papers = cli::watched(interrupt, "papers", [&](const auto& progress) { return repeat_papers(options, progress); });
-  } catch (const InputError&) {
-    throw;
-  } catch (const std::runtime_error& stopped) {  // the machine did not engage or dropped out, or nothing was found
-    std::cerr << "knuckle-studies papers: not repeated: " << stopped.what() << '\n';
-    return 1;
-  }
+  const RepeatedPapers papers =
+      cli::watched(interrupt, "papers", [&](const auto& progress) { return repeat_papers(options, progress); });
   write_papers_page(papers, {command_line, cli::now_utc()}, page.stream());
   page.commit();
   if (!cli::is_standard_output(o.report)) std::cout << "written: " << o.report << '\n';
-  return 0;
+  for (const std::string& why : {papers.malaguti.why_not, papers.kim.why_not}) {
+    if (!why.empty()) std::cerr << "knuckle-studies papers: not repeated: " << why << '\n';
+  }
+  return papers.complete() ? 0 : 1;
 }
 
 }  // namespace
 
 RepeatedPapers repeat_papers(const identify::IdentifyOptions& options, const std::function<void(double)>& progress) {
   const auto part = [&](double from, double share) { return [=](double done) { progress(from + share * done); }; };
-  RepeatedPapers papers{repeated(Paper::kStatic, options, part(0, 0.4)),
-                        repeated(Paper::kMalaguti, options, part(0.4, 0.3)),
-                        repeated(Paper::kKim, options, part(0.7, 0.3))};
-  papers.poses.ours = papers.digging.ours;
+  // Before anything is driven: what is refused from here on is the machine's recordings.
+  const std::string name = load_machine(find_config("machine", options.machine)).name;
+  (void)session::family_named(options.family);
+  RepeatedPapers papers;
+  papers.machine =
+      fmt::format("{}, {}, seed {}", name, options.family.empty() ? "smooth" : options.family, options.seed);
+  papers.malaguti = attempted<MalagutiRepeated>([&] {
+    MalagutiRepeated both{repeated(Paper::kStatic, options, part(0, 0.4)),
+                          repeated(Paper::kMalaguti, options, part(0.4, 0.3))};
+    both.poses.ours = both.digging.ours;
+    return both;
+  });
+  papers.kim = attempted<Experiment>([&] { return repeated(Paper::kKim, options, part(0.7, 0.3)); });
   return papers;
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <ostream>
+#include <string>
 
 #include "app/cli/command.h"
 #include "app/identify/identify.h"
@@ -19,17 +21,29 @@ struct Experiment {
   identify::Identified theirs, ours;
 };
 
-struct RepeatedPapers {
+struct MalagutiRepeated {
   /// M 3.1. Poses at rest do not excite the default method: `ours` is that of `digging`, the same machine.
   Experiment poses;
   Experiment digging;  ///< M 3.2.
-  Experiment slow;     ///< K.
+};
+
+/// A paper's experiments, or why this machine could not repeat them.
+template <typename Experiments>
+struct Repeated {
+  std::optional<Experiments> done;
+  std::string why_not;
+};
+
+struct RepeatedPapers {
+  std::string machine;  ///< Such as "solar015, worn, seed 3".
+  Repeated<MalagutiRepeated> malaguti;
+  Repeated<Experiment> kim;
+  [[nodiscard]] bool complete() const noexcept { return malaguti.done && kim.done; }
 };
 
 /// Drives and identifies as `knuckle identify --simulate` does.
 /// @param options machine, family and seed are used. @param progress done share in [0, 1]; may throw to end it.
-/// @throws InputError for a machine that cannot be used; std::runtime_error where it does not follow its commands, or a
-/// method finds nothing.
+/// @throws InputError for a machine or family that is none.
 [[nodiscard]] RepeatedPapers repeat_papers(const identify::IdentifyOptions& options,
                                            const std::function<void(double)>& progress);
 

@@ -1,6 +1,7 @@
 // How well modelled torque explains measured torque.
 #include "estimation/identification/identification.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,6 +14,12 @@ Eigen::MatrixXd as_matrix(const std::vector<JointVector>& samples) {
   Eigen::MatrixXd matrix(kJoints, static_cast<Eigen::Index>(samples.size()));
   for (std::size_t i = 0; i < samples.size(); ++i) matrix.col(static_cast<Eigen::Index>(i)) = samples[i];
   return matrix;
+}
+
+std::vector<JointVector> as_samples(const Eigen::MatrixXd& matrix) {
+  std::vector<JointVector> samples;
+  for (Eigen::Index i = 0; i < matrix.cols(); ++i) samples.emplace_back(matrix.col(i));
+  return samples;
 }
 
 /// Sums over the samples that have both.
@@ -31,22 +38,28 @@ struct Moments {
 
 }  // namespace
 
-TorqueFit torque_fit(const TorqueComparison& comparison, double cutoff_Hz) {
+TorqueComparison low_passed(const TorqueComparison& comparison, double cutoff_Hz) {
+  const Eigen::VectorXd kernel = low_pass_kernel(cutoff_Hz, comparison.step_s);
   const std::vector<Stretch> stretches = usable_stretches(comparison.usable);
-  Eigen::MatrixXd measured = as_matrix(comparison.measured_Nm), modelled = as_matrix(comparison.modelled_Nm);
-  std::vector<Stretch> known = stretches;
-  if (cutoff_Hz > 0) {
-    const Eigen::VectorXd kernel = low_pass_kernel(cutoff_Hz, comparison.step_s);
-    measured = filtered(measured, kernel, stretches);
-    modelled = filtered(modelled, kernel, stretches);
-    known = shortened(stretches, kernel.size() / 2);
-  }
+  const auto smooth = [&](const std::vector<JointVector>& samples) {
+    return as_samples(filtered(as_matrix(samples), kernel, stretches));
+  };
+  TorqueComparison passed{comparison.step_s, smooth(comparison.measured_Nm), smooth(comparison.modelled_Nm),
+                          std::vector<std::uint8_t>(comparison.usable.size(), 0)};
+  for (const Stretch& stretch : shortened(stretches, kernel.size() / 2))
+    std::fill(passed.usable.begin() + stretch.first, passed.usable.begin() + stretch.end, std::uint8_t{1});
+  return passed;
+}
+
+TorqueFit torque_fit(const TorqueComparison& comparison, double cutoff_Hz) {
+  if (cutoff_Hz > 0) return torque_fit(low_passed(comparison, cutoff_Hz), 0);
+  const Eigen::MatrixXd measured = as_matrix(comparison.measured_Nm), modelled = as_matrix(comparison.modelled_Nm);
   TorqueFit fit;
   fit.rms_Nm.setConstant(std::numeric_limits<double>::quiet_NaN());
   fit.nrmse = fit.vaf = fit.rms_Nm;
   for (int j = 0; j < kJoints; ++j) {
     Moments m;
-    for (const Stretch& stretch : known) {
+    for (const Stretch& stretch : usable_stretches(comparison.usable)) {
       for (Eigen::Index i = stretch.first; i < stretch.end; ++i) m.add(measured(j, i), modelled(j, i));
     }
     if (m.n < 2) continue;

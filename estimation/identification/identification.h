@@ -49,7 +49,10 @@ struct TorqueFit {
   JointVector vaf = JointVector::Zero();    ///< 1 - var(error) / var(measured)
 };
 
-/// @param cutoff_Hz zero-phase low-pass on both before comparing; 0 compares as is.
+/// Both torques behind a zero-phase low-pass. What its window does not fit is no longer usable.
+[[nodiscard]] TorqueComparison low_passed(const TorqueComparison& comparison, double cutoff_Hz);
+
+/// @param cutoff_Hz of low_passed() before comparing; 0 compares as is.
 [[nodiscard]] TorqueFit torque_fit(const TorqueComparison& comparison, double cutoff_Hz);
 
 }  // namespace knuckle::estimation

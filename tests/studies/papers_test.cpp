@@ -2,12 +2,12 @@
 // nothing is left behind by wrong usage or an interrupt.
 #include "app/studies/papers.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/report/result_text.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/full.h"
 #include "estimation/regressor.h"
@@ -62,25 +62,27 @@ TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out, "written: " + file + "\n");
   const std::string page = test::content(file);
-  for (const std::string part : {"Table 1: parameters from poses at rest",
-                                 "Torques of poses at rest",
-                                 "Table 2: parameters from motion",
-                                 "Table 3: errors of the torques",
-                                 "Force on the empty bucket, held out",
-                                 "Figure 3, of the fit",
-                                 "Figure 4, of the fit",
-                                 "Figure 3, held out",
-                                 "Figure 4, held out",
-                                 "Figure 4: pressures of the bucket cylinder",
-                                 "Figure 5: pressures of the arm cylinder",
-                                 "Figure 6: pressures of the boom cylinder",
-                                 "Table 1: gravity and friction",
-                                 "Errors of the torques in figure 7",
-                                 "Figure 7 (a): verification 1",
-                                 "Figure 7 (b): verification 2",
-                                 "Force and torque without payload, figure 8",
-                                 "Figure 8, in verification 1",
-                                 "Figure 8, in verification 2",
+  for (const std::string part : {"(solar015, smooth, seed 1)",
+                                 "In short",
+                                 "M, table 1: parameters from poses at rest",
+                                 "M: torques of poses at rest, held out",
+                                 "M, table 2: parameters from motion",
+                                 "M, table 3: errors of the torques",
+                                 "M: force on the empty bucket, held out",
+                                 "M, figure 3, of the fit",
+                                 "M, figure 4, of the fit",
+                                 "M, figure 3, held out",
+                                 "M, figure 4, held out",
+                                 "K, figure 4: pressures of the bucket cylinder",
+                                 "K, figure 5: pressures of the arm cylinder",
+                                 "K, figure 6: pressures of the boom cylinder",
+                                 "K, table 1: gravity and friction",
+                                 "K: errors of the torques in figure 7",
+                                 "K, figure 7 (a): verification 1",
+                                 "K, figure 7 (b): verification 2",
+                                 "K, figure 8: force and torque without payload",
+                                 "K, figure 8: no payload, verification 1",
+                                 "K, figure 8: no payload, verification 2",
                                  "6.17 ± 2.95",
                                  "100.32 ± 25.7",
                                  "31.82",
@@ -92,7 +94,8 @@ TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
     return n;
   };
   EXPECT_EQ(count("</svg>"), 11);
-  EXPECT_EQ(count("<code>knuckle-studies papers --report " + file + "</code>"), 12) << "every figure, and the head";
+  EXPECT_EQ(count("<code>knuckle-studies papers --report " + file + "</code>"), 1);
+  EXPECT_EQ(count("Not repeated"), 0);
   EXPECT_EQ(count(">nan"), 0);
 
   const identify::IdentifyData digging = driven(identify::Paper::kMalaguti);
@@ -103,8 +106,8 @@ TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
   const auto full = identify_full(machine, digging.training, quick);
   const auto& other = digging.hold_out.front();
   const auto bucket = [&](const estimation::Recording& recording) {
-    return report::number_text(rms_error_Nm(compare_torque(malaguti, machine, recording), kBucket)) + "|" +
-           report::number_text(torque_fit(compare_torque(full.dynamics, machine, recording), 20).rms_Nm[kBucket]);
+    return fmt::format("{:.1f}|{:.1f}", rms_error_Nm(compare_torque(malaguti, machine, recording), kBucket),
+                       torque_fit(compare_torque(full.dynamics, machine, recording), 20).rms_Nm[kBucket]);
   };
   EXPECT_EQ(row(page, "τ<sub>2</sub>, bucket: RMS error, of the fit"), "N m|43.12|" + bucket(digging.training.front()));
   EXPECT_EQ(row(page, "τ<sub>2</sub>, bucket: RMS error, held out"), "N m|not shown|" + bucket(other));
@@ -116,7 +119,23 @@ TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
     if (wrench.allFinite()) most = std::max(most, std::abs(wrench[0]));
   }
   const std::string largest = row(page, "verification 2: largest horizontal force");
-  EXPECT_TRUE(largest.starts_with("N|under 200|" + report::number_text(most) + "|")) << largest;
+  EXPECT_TRUE(largest.starts_with(fmt::format("N|under 200|{:.1f}|", most))) << largest;
+}
+
+TEST(PapersPage, SaysWhyAMachineCouldNotBeIdentified) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("page.html");
+  const ProgramRun run = papers({"--family", "worn", "--seed", "3", "--report", file});
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_NE(run.err.find("not repeated: experiment malaguti, default method: boom cylinder extends for 0.0 s only"),
+            std::string::npos)
+      << run.err;
+  const std::string page = test::content(file);
+  EXPECT_NE(page.find("(solar015, worn, seed 3)"), std::string::npos);
+  EXPECT_NE(
+      page.find("Not repeated: this machine could not be identified.</b> experiment malaguti, default method: boom"),
+      std::string::npos);
+  EXPECT_NE(page.find("</html>"), std::string::npos);
 }
 
 TEST(MalagutiEquation1, HoldsForOurModelAsCorrectedInTheTheoryAndNotAsPrinted) {

@@ -150,7 +150,7 @@ struct MachineView::Parts {
   void draw_arrow(const PlanarVector& tip_m, const PlanarVector& arrow_m, const Look& look);
   void draw_line(const PlanarVector& at, const PlanarVector& unit, double sigma_m, const Rgb& colour);
   void draw_ellipse(const PlanarVector& end_m, const std::array<double, 3>& covariance_N2, const Rgb& colour);
-  void draw_ring(const PlanarVector& tip_m, double contact_s, const PictureColours& colours);
+  void draw_ring(const PlanarVector& place_m, double contact_s, const PictureColours& colours);
   void lines(double width) { glLineWidth(static_cast<float>(std::max(1.0, width * line_scale))); }
 
   MachineDescription machine;
@@ -311,12 +311,12 @@ void MachineView::Parts::draw_arrow(const PlanarVector& tip, const PlanarVector&
   painter.triangles(head, scaled(in_space(neck), head_m, 1.7 * thick, 1.7 * thick), look);
 }
 
-/// Around the tip; wide at first touch.
-void MachineView::Parts::draw_ring(const PlanarVector& tip, double contact_s, const PictureColours& colours) {
+/// Around the place of contact; wide at first touch.
+void MachineView::Parts::draw_ring(const PlanarVector& place_m, double contact_s, const PictureColours& colours) {
   constexpr double kFlash_s = 0.4;
   const double flash = std::clamp(1 - contact_s / kFlash_s, 0.0, 1.0);
   const double radius = (0.03 + 0.07 * flash) * reach_m(machine);
-  const Frame2 at(Eigen::Translation2d{tip});
+  const Frame2 at(Eigen::Translation2d{place_m});
   const Blended soft;
   lines(2 + 2 * flash);
   painter.wires(disc, scaled(in_space(at), radius, radius, radius), {colours.force, 1, 1, false});
@@ -346,24 +346,25 @@ void MachineView::Parts::draw_line(const PlanarVector& at, const PlanarVector& u
   const double half_m = kLength * reach_m(machine);
   const Frame2 start = Eigen::Translation2d(at - half_m * unit) * Eigen::Rotation2Dd(std::atan2(unit.y(), unit.x()));
   const Blended mixed;
-  painter.triangles(shaft, scaled(in_space(start), 2 * half_m, 1e-3, kTwoSided95 * sigma_m), {colour, 1, 0.14F, false});
+  painter.triangles(shaft, scaled(in_space(start), 2 * half_m, 1e-3, kTwoSided95 * sigma_m), {colour, 1, 0.25F, false});
 }
 
 /// In front of everything: what is felt must not hide behind the bucket.
 void MachineView::Parts::draw_force(const MachinePicture& picture, const PictureColours& colours) {
   glClear(GL_DEPTH_BUFFER_BIT);
-  const PlanarVector tip = pose_of(machine, picture.measured_rad).tip_m;
-  if (picture.contact) draw_ring(tip, picture.contact_s, colours);
   const double force_N = picture.tip_force_N.norm();
-  if (!(force_N > force.least_N)) return;
+  const bool shown = force_N > force.least_N;
+  const PlanarVector unit = shown ? PlanarVector(picture.tip_force_N / force_N) : PlanarVector(PlanarVector::Zero());
+  const double offset2 = picture.line_offset_m * picture.line_offset_m;
+  const double sure = offset2 > 0 ? offset2 / (offset2 + picture.line_sigma_m * picture.line_sigma_m) : 0;
+  const PlanarVector at =
+      pose_of(machine, picture.measured_rad).tip_m + sure * picture.line_offset_m * PlanarVector(-unit.y(), unit.x());
+  if (picture.contact) draw_ring(at, picture.contact_s, colours);
+  if (!shown) return;
   const auto trust = static_cast<float>(std::clamp(picture.confidence, 0.0, 1.0));
   const Rgb colour = colours.uncertain + trust * (colours.force - colours.uncertain);
   const double length = std::min(force_N / force.full_N, kLongestArrow) * force.full_m;
-  const PlanarVector unit = picture.tip_force_N / force_N;
   const PlanarVector arrow = length * unit;
-  const double offset2 = picture.line_offset_m * picture.line_offset_m;
-  const double sure = offset2 > 0 ? offset2 / (offset2 + picture.line_sigma_m * picture.line_sigma_m) : 0;
-  const PlanarVector at = tip + sure * picture.line_offset_m * PlanarVector(-unit.y(), unit.x());
   if (picture.line_sigma_m > 0) draw_line(at, unit, picture.line_sigma_m, colour);
   draw_ellipse(at + arrow, picture.covariance_N2, colour);
   glEnable(GL_BLEND);

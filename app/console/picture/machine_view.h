@@ -29,7 +29,7 @@ struct MachinePicture {
   std::array<double, 3> covariance_N2{};       ///< xx, xz, zz: drawn as ellipse of 95 %.
   double line_offset_m = 0, line_sigma_m = 0;  ///< Of the force's line of action (SlaveState); 0: at the tip.
   double confidence = 1;                       ///< [0, 1]; the arrow fades with it.
-  bool contact = false;                        ///< Ring around the tip.
+  bool contact = false;                        ///< Ring on the line of action, as near to the tip as it comes.
   double contact_s = 1e9;                      ///< How long; the ring flashes at first.
   const session::Scene* scene = nullptr;       ///< None: the machine alone.
   double scene_s = 0;                          ///< Time of the scene's session.

@@ -273,6 +273,19 @@ TEST_F(MountedCameraPicture, HasTheRingOfContactAroundTheTip) {
   EXPECT_LT((box.center() - tip_px()).norm(), 4);
 }
 
+TEST_F(MountedCameraPicture, HasTheRingOfContactWhereTheForceActs) {
+  constexpr double kOffset_m = 0.2;
+  seen_.tip_force_N = {0, 1000};
+  seen_.line_offset_m = kOffset_m;
+  picture::MachinePicture touching = seen_;
+  touching.contact = true;
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& place : changed(drawn(seen_, camera_), drawn(touching, camera_))) box.extend(place);
+  const PlanarVector at = pose_of(machine(), seen_.measured_rad).tip_m - PlanarVector(kOffset_m, 0);
+  const auto expected = picture::pixel_of(camera_, kWhole, Eigen::Vector3d(at.x(), 0, at.y()));
+  EXPECT_LT((box.center() - *expected).norm(), 4);
+}
+
 TEST_F(MountedCameraPicture, HidesWhatIsBehindAWall) {
   session::SceneLine wall;
   wall.kind = session::SceneLine::Kind::kWall;
