@@ -367,6 +367,16 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   return nodes;
 }
 
+/// Whether nothing is wrong with what says which frames the nodes send.
+bool frames_are_known(const TomlTable& file, const std::vector<NodeDescription>& nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (const char* key : {"profile", "channels", "tpdo_map", "tpdo2_map", "tpdo3_map", "tpdo4_map"})
+      if (!file.sound({fmt::format("node[{}].{}", i, key)})) return false;
+    if (!file.sound({"nodes." + nodes[i].name + ".profile"})) return false;
+  }
+  return true;
+}
+
 /// All optional: what the default profiles say where it is absent.
 WireDescription read_wire(TomlTable file) {
   WireDescription wire;
@@ -442,14 +452,14 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
       "wire",
       "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
       {".sensors.pressure_range_bar"});
-  if (const double load = worst_bus_load(bus); load > kFullestBus) {
+  if (const double load = worst_bus_load(bus); load > kFullestBus && frames_are_known(file, bus.nodes)) {
     const std::string fits = what_fits(bus, sensors);
     file.require(false, "bit_rate_kbps",
                  "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
                      " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %" +
                      (fits.empty() ? "" : "; " + fits),
-                 {"node", "nodes", "wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync",
-                  "tilt_every_nth_sync", "controller_heartbeat_ms", "node_heartbeat_ms"});
+                 {"wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync", "tilt_every_nth_sync",
+                  "controller_heartbeat_ms", "node_heartbeat_ms"});
   }
   return bus;
 }

@@ -143,6 +143,21 @@ std::optional<double> as_number(const toml::node& node) {
   return std::nullopt;
 }
 
+/// "m.toml:2:5: 'y = = 2': ...", with the line's text, as toml++ does not name the key.
+std::string syntax_error(std::string_view text, const std::string& source, const toml::parse_error& error) {
+  const auto [line, column] = error.source().begin;
+  for (std::uint32_t at = 1; at < line && !text.empty(); ++at)
+    text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  text = text.substr(0, text.find('\n'));
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r"), text.size()));
+  text = text.substr(0, text.find_last_not_of(" \t\r") + 1);
+  const std::string quoted = text.empty() ? "" : '\'' + shortened(printable(text)) + "': ";
+  std::string why = printable(error.description());
+  if (why.starts_with("Error while parsing floating-point") && why.ends_with("could not be interpreted as a value"))
+    why += ": must be within [-1.8e308, 1.8e308]";
+  return source + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + quoted + why;
+}
+
 }  // namespace
 
 std::string with_point(std::string digits) {
@@ -272,7 +287,7 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
     const toml::table* root = &document->root;
     return TomlTable(std::make_shared<Node>(Node{std::move(document), "", root}));
   } catch (const toml::parse_error& error) {
-    throw InputError(source + ":" + std::to_string(error.source().begin.line) + ": " + printable(error.description()));
+    throw InputError(syntax_error(text, source, error));
   }
 }
 
@@ -367,7 +382,10 @@ std::vector<double> TomlTable::list(std::string_view key, std::size_t min_count,
 TomlTable TomlTable::table(std::string_view key) {
   const toml::node* node = node_->get(key);
   if (node != nullptr && !node->is_table())
-    node_->refuse(key, *node, "must be a table, [" + node_->path + std::string(key) + "]");
+    node_->refuse(key, *node,
+                  node_->path.find('[') == std::string::npos
+                      ? "must be a table, [" + node_->path + std::string(key) + "]"
+                      : "must be a table, { ... }");
   return node_->child(node != nullptr ? node->as_table() : nullptr, node_->path + std::string(key) + ".");
 }
 

@@ -61,6 +61,21 @@ Recording::Recording(const std::vector<std::string>& paths) : paths_(paths) {
   }
 }
 
+std::optional<StateTranslation> translation_of(const mcap::Topics& topics, const mcap::Channel& channel,
+                                               const std::string& where) {
+  const auto schema = topics.schemas.find(channel.schema_id);
+  const auto is = [&](Topic topic) { return channel.topic == kTopicNames[static_cast<std::size_t>(topic)]; };
+  if (schema == topics.schemas.end()) return std::nullopt;
+  if (is(Topic::kOperatorState)) return translation_to<master::MasterState>(schema->second.data, where);
+  if (is(Topic::kMachineState)) return translation_to<slave::SlaveState>(schema->second.data, where);
+  return std::nullopt;
+}
+
+std::string lacks_text(const StateTranslation& translation) {
+  if (translation.lacks().empty()) return "";
+  return fmt::format("recorded by another version of Knuckle, without {}", fmt::join(translation.lacks(), ", "));
+}
+
 std::optional<Entry> Recording::next() {
   for (; part_ < parts_.size(); ++part_) {
     while (const auto message = parts_[part_]->next()) {
@@ -76,15 +91,8 @@ Recording::Source Recording::source_of(std::uint16_t channel_id) const {
   if (channel == topics.channels.end()) return {};
   const auto name = std::find(kTopicNames.begin(), kTopicNames.end(), channel->second.topic);
   if (name == kTopicNames.end()) return {};
-  Source source{static_cast<Topic>(name - kTopicNames.begin()), std::nullopt};
-  const auto schema = topics.schemas.find(channel->second.schema_id);
-  if (schema == topics.schemas.end()) return source;
-  const std::string where = paths_[part_] + ": " + *name;
-  if (source.topic == Topic::kOperatorState)
-    source.translation = translation_to<master::MasterState>(schema->second.data, where);
-  if (source.topic == Topic::kMachineState)
-    source.translation = translation_to<slave::SlaveState>(schema->second.data, where);
-  return source;
+  return {static_cast<Topic>(name - kTopicNames.begin()),
+          translation_of(topics, channel->second, paths_[part_] + ": " + *name)};
 }
 
 std::optional<Entry> Recording::entry_of(const mcap::Message& message) {
@@ -128,10 +136,10 @@ std::vector<std::string> Recording::order_notes() const {
   for (const auto& part : parts_)
     for (std::string& note : part->order_notes()) all.push_back(std::move(note));
   for (const auto& [place, source] : sources_) {
-    if (!source.translation || source.translation->lacks().empty()) continue;
-    all.push_back(fmt::format("{}: {}: recorded by another version of Knuckle, without {}", paths_[place.first],
-                              kTopicNames[static_cast<std::size_t>(*source.topic)],
-                              fmt::join(source.translation->lacks(), ", ")));
+    const std::string lacks = source.translation ? lacks_text(*source.translation) : "";
+    if (!lacks.empty())
+      all.push_back(
+          fmt::format("{}: {}: {}", paths_[place.first], kTopicNames[static_cast<std::size_t>(*source.topic)], lacks));
   }
   return all;
 }

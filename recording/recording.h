@@ -28,6 +28,13 @@ struct Entry {
   std::span<const std::string> lacks;  ///< Of a state: schema names of fields that were not recorded.
 };
 
+/// From the states of a channel to today's. Nothing where they are as today's, or the channel has none.
+/// @param where file and topic. @throws InputError as StateTranslation does.
+[[nodiscard]] std::optional<StateTranslation> translation_of(const mcap::Topics& topics, const mcap::Channel& channel,
+                                                             const std::string& where);
+/// "recorded by another version of Knuckle, without payload_kg"; empty where nothing lacks.
+[[nodiscard]] std::string lacks_text(const StateTranslation& translation);
+
 class Recording {
  public:
   /// @param paths the parts, the first one first. @throws InputError where one cannot be opened, is no recording of

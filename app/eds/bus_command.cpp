@@ -317,7 +317,7 @@ int add(const BusOptions& o) {
     std::cerr << "knuckle: " << node << " cannot be this device: " << obstacle << '\n';
   if (!fit.obstacles.empty()) {
     std::cerr << "knuckle: " << o.machine << " is as it was\n";
-    return 1;
+    return 2;
   }
   const std::string kept = write_keeping_older(o.machine, text);
   std::cout << node << " is " << device.vendor_name << ' ' << device.product_name << ", node "

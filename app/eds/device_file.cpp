@@ -75,6 +75,11 @@ bool object_name(const std::string& name) {
          (name.size() == 4 || name.compare(4, 3, "sub") == 0);
 }
 
+/// Of a section, in small letters: what no other kind of text has.
+bool of_eds(const std::string& name) {
+  return object_name(name) || name == "deviceinfo" || name == "fileinfo";
+}
+
 struct Section {
   std::string name;  ///< As written.
   int line = 0;
@@ -127,12 +132,15 @@ class Reader {
     if (text.find('\0') != std::string_view::npos)
       throw InputError(source + ": is not an EDS file: it has bytes that no text has");
     Section* open = nullptr;
+    std::string first;                                  // line that says something
+    if (text.ends_with('\x1a')) text.remove_suffix(1);  // where a file of DOS ends
     cut_ = !text.empty() && text.back() != '\n';
     for (int number = 1; !text.empty(); ++number) {
       const auto end = text.find('\n');
       const std::string_view line = trimmed(text.substr(0, end));
       text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
       if (line.empty() || line[0] == ';' || line[0] == '#') continue;
+      if (first.empty()) first = fmt::format("line {}: '{}': ", number, shortened(printable(line)));
       if (line[0] == '[') {
         open = section(line, number);
       } else if (const auto equals = line.find('='); equals != std::string_view::npos && open != nullptr) {
@@ -146,7 +154,8 @@ class Reader {
         slip(number, "is neither a section nor a key: passed over");
       }
     }
-    if (sections_.empty()) throw InputError(source + ": is not an EDS file: it has no [section]");
+    if (std::none_of(sections_.begin(), sections_.end(), [](const auto& one) { return of_eds(one.first); }))
+      throw InputError(source + ": " + first + "is not an EDS file: it has no section of an object, such as [1000]");
   }
 
   Section* section(std::string_view line, int number) {
@@ -341,6 +350,9 @@ class Reader {
       const bool has = entry != nullptr && entry->value && (entry->value->number != 0 || !told);
       if (!has && key != nullptr && !told)
         refuse(key->line, std::string(info_key) + " of [DeviceInfo]", "must be a whole number from 0 to 0xFFFFFFFF");
+      if (!has && !told && entry != nullptr)
+        refuse(entry->line, "DefaultValue of " + text_of(key_of(object)),
+               "is missing: who this device is, is not known");
       if (!has && !told)
         throw InputError(file_.source + ": " + text_of(key_of(object)) +
                          " has no value: who this device is, is not known");

@@ -129,7 +129,7 @@ void check(const session::SimulateOptions& o) {
     cli::refuse_option("--contact-model", o.contact_model, kContactModelChoice);
   const std::vector<std::string> path = o.operator_paths();
   for (const std::string& file : path)
-    if (file.empty()) cli::refuse_option("--operator", o.operator_name, "must name a file after path:");
+    if (file.empty()) cli::refuse_option("--operator", "", "must name a file after 'path:' and after each comma");
   for (const std::string& file : path) cli::check_readable("--operator", file);
   if (!path.empty() && o.map.empty() && !recordings::is_recording(path.front()))
     cli::refuse_option("--operator", o.operator_name, "needs --map FILE.toml to say how to read it");

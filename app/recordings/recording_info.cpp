@@ -9,10 +9,12 @@
 
 #include "app/cli/interrupt.h"
 #include "app/recordings/info.h"
+#include "core/error.h"
 #include "core/text.h"
 #include "recording/events.h"
 #include "recording/head.h"
 #include "recording/mcap/reader.h"
+#include "recording/recording.h"
 #include "recording/topics.h"
 
 namespace knuckle::recordings {
@@ -133,6 +135,20 @@ void describe_files(const mcap::Reader& file, std::vector<std::string>& lines) {
   if (!names.empty()) lines.push_back("  files     " + names);
 }
 
+/// What this version of Knuckle would look for in the states, and not find.
+void describe_states(const mcap::Reader& file, FileInfo& info) {
+  for (const auto& [id, channel] : file.topics().channels) {
+    try {
+      const auto translation = recording::translation_of(file.topics(), channel, channel.topic);
+      const std::string lacks = translation ? recording::lacks_text(*translation) : "";
+      if (!lacks.empty()) info.lines.push_back("  " + channel.topic + ": " + lacks);
+    } catch (const InputError& refusal) {
+      info.whole = false;
+      info.lines.push_back("  cannot be used: " + std::string(refusal.what()));
+    }
+  }
+}
+
 void add_remarks(const std::vector<std::string>& remarks, std::vector<std::string>& lines) {
   for (std::size_t i = 0; i < remarks.size(); ++i) {
     if (i == kMostRemarks) return lines.push_back(fmt::format("  and {} more", remarks.size() - kMostRemarks));
@@ -178,6 +194,7 @@ FileInfo recording_info(const std::string& path) {
                                  : file.times() ? file.times()->first_ns
                                                 : 0;
   if (!topics.empty()) describe_topics(topics, begin_ns, info.lines);
+  if (head.there()) describe_states(file, info);
   if (warnings + errors > 0)
     info.lines.push_back(fmt::format(
         "  events    {} errors, {} warnings: `knuckle explain` tells what stopped the machine", errors, warnings));

@@ -115,6 +115,22 @@ TEST_F(Check, NineFaultsOfAMachineFileAreNineLinesAndExitCodeTwo) {
   EXPECT_EQ(err_.rfind("knuckle: " + file_ + ":", 0), 0U) << err_;
 }
 
+TEST_F(Check, AFullBusIsToldBesideAnIdThatTwoNodesHaveButNotWhereItsFramesAreNotKnown) {
+  const std::string full = with_line(shipped("machines/solar015.toml"), "bus", "bit_rate_kbps", "bit_rate_kbps = 250");
+  const auto errors = [&](const std::string& from, const std::string& to) {
+    std::string text = full;
+    return check_file(written(text.replace(text.find(from), from.size(), to)), "").errors;
+  };
+  const auto twice = errors("id = 0x11", "id = 0x10");
+  ASSERT_EQ(twice.size(), 2U);
+  EXPECT_NE(twice[0].find("bit_rate_kbps' = 250: too slow: these frames load the bus to 119.1 %"), std::string::npos)
+      << twice[0];
+  EXPECT_NE(twice[1].find("id' = 0x10: is taken by"), std::string::npos) << twice[1];
+  const auto unknown = errors("profile = \"cia410\"", "profile = \"cia409\"");
+  ASSERT_EQ(unknown.size(), 1U);
+  EXPECT_EQ(unknown[0].find("too slow"), std::string::npos);
+}
+
 TEST_F(Check, OtherKindsTellAllTheirFaultsToo) {
   std::string scenario = shipped("scenarios/wall_contact.toml");
   scenario = with_line(scenario, "operator", "limb", "limb = \"strong\"");

@@ -306,7 +306,7 @@ TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   std::ofstream(eds) << eds_of(tilt);
   const auto run = test::run_program(test::program("knuckle"),
                                      {"bus", "add", eds, "--id", "0x38", "--as", "tilt", "--machine", file});
-  EXPECT_EQ(run.exit_code, 1) << run.out << run.err;
+  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NE(run.err.find("0x1017:00, which the device does not have"), std::string::npos) << run.err;
   EXPECT_EQ(test::content(file), solar());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));

@@ -135,7 +135,8 @@ TEST(DeviceFile, IsReadWithTheLineEndsBytesAndCaseOfOtherComputers) {
   for (auto at = text.find("\n["); at != std::string::npos; at = text.find("\n[", at + 2)) text.replace(at, 1, "\r\n");
   text += "[6042]\r\nPARAMETERNAME=Ventil f";
   const std::string rest = "r\r\ndatatype=2\r\nACCESSTYPE=RW\r\n";
-  for (const std::string& whole : {text + "\xFC" + rest, "\xEF\xBB\xBF" + text + "\xC3\xBC" + rest}) {
+  for (const std::string& whole :
+       {text + "\xFC" + rest, text + "\xFC" + rest + '\x1A', "\xEF\xBB\xBF" + text + "\xC3\xBC" + rest}) {
     const DeviceFile file = parse(whole);
     EXPECT_EQ(file.vendor, 0x19U);
     EXPECT_EQ(file.find({0x6042, 0})->name, "Ventil f\xC3\xBCr");
@@ -229,9 +230,14 @@ TEST(DeviceFile, RefusesInOneLineWithLineAndKey) {
     std::string text, why;
   };
   for (const Case& c : std::initializer_list<Case>{
-           {"", "a.eds: is not an EDS file: it has no [section]"},
+           {"", "a.eds: is not an EDS file: it has no section of an object, such as [1000]"},
+           {"# Valve\n\nAn *EDS* is a\n[device](file.md)\n",
+            "a.eds: line 3: 'An *EDS* is a': is not an EDS file: it has"},
+           {"[links.boom]\nlength_m = 2\n", "a.eds: line 1: '[links.boom]': is not an EDS file: it has no section of"},
            {std::string("[DeviceInfo]\n\0\n", 15), "a.eds: is not an EDS file: it has bytes that no text has"},
            {"[1000]\nDataType=7\nAccessType=ro\nDefaultValue=1\n", "a.eds: 0x1018:01 has no value"},
+           {"\n[1000]\nDataType=7\nAccessType=ro\nDefaultValue=\n",
+            "a.eds: line 2: DefaultValue of 0x1000:00: is missing: who this device is, is not known"},
            {with("VendorNumber=0x19", "VendorNumber=0x100000019", "DefaultValue=0x19\n", "\n"),
             "a.eds: line 3: VendorNumber of [DeviceInfo]: must be a whole number from 0 to 0xFFFFFFFF"},
            {with("2=0x1018", "2=0x1017"), "a.eds: line 13: [MandatoryObjects] lists '0x1017': has no section"},

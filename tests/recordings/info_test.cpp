@@ -12,6 +12,7 @@
 #include "recording/mcap/file_writer.h"
 #include "recording/recording.h"
 #include "tests/identify/recorded_motion.h"
+#include "tests/recording/rewrite.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
@@ -113,6 +114,25 @@ TEST_F(Info, OfOtherVersionsAndProgramsSaysWhatItCanAndDoubtsClocks) {
   const FileInfo other = recording_info(put_mcap(folder_.file("other.mcap"), {}, 4'000'000'000 * kSecond_ns, true));
   EXPECT_TRUE(other.whole);
   expect_says(other, {"MCAP file of another program", "2096-10-02 07:06:40.000", "(the clock was ahead", "/x"});
+}
+
+TEST_F(Info, OfAnotherVersionSaysWhichFieldsItsStatesLackAndWhetherTheyCanBeUsed) {
+  const auto with = [&](const std::string& name, const std::string& from, const std::string& to) {
+    const auto keep = [](const std::string&, std::vector<std::uint8_t>&) { return true; };
+    test::rewrite(mcap_, folder_.file(name), recording::Recording({mcap_}).head(), mcap::Compression{1}, keep,
+                  [&](mcap::Topics& topics) {
+                    for (auto& [id, schema] : topics.schemas)
+                      if (const auto at = schema.data.find(from); at != std::string::npos)
+                        schema.data.replace(at, from.size(), to);
+                  });
+    return recording_info(folder_.file(name));
+  };
+  const FileInfo older = with("older.mcap", "float64 round_trip_s\n", "");
+  EXPECT_TRUE(older.whole);
+  expect_says(older, {"  /machine/state: recorded by another version of Knuckle, without round_trip_s\n"});
+  const FileInfo other = with("other.mcap", "float64 round_trip_s\n", "uint8 round_trip_s\n");
+  EXPECT_FALSE(other.whole);
+  expect_says(other, {"  cannot be used: /machine/state: round_trip_s is recorded as uint8, and is float64 in this"});
 }
 
 TEST_F(Info, OfATableNamesItsSignalsTheirRangeAndWhatIsWrong) {
