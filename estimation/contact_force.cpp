@@ -84,7 +84,7 @@ OrRefusal<ContactForce::Found> ContactForce::solve(const ContactPose& pose, cons
   if (model() == ContactModel::kBucketForce || model() == ContactModel::kTipWrench || !two_known)
     return all_torques_known(covariance_Nm2)
                ? found(bucket_.solve(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2))
-               : Found{bucket_.solve(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2),
+               : Found{bucket_.at_tip(pose.joints_rad, pose.jacobian, torque_Nm, covariance_Nm2),
                        at_tip(covariance_Nm2)};
   load.covariance_Nm2.row(kBoom).setZero();
   load.covariance_Nm2.col(kBoom).setZero();

@@ -31,7 +31,7 @@ FreeSpread spread_of(const MachineDescription& machine, std::size_t speed_class)
   JointVector prior_Nm = kUsualLever_m * kResidualPrior_N[speed_class];
   if (machine.dynamics_calibration) {
     const JointVector found_Nm = kCalibratedResidual[speed_class] * machine.dynamics_calibration->residual_rms_Nm;
-    if (found_Nm.minCoeff() > 0) prior_Nm = found_Nm;
+    prior_Nm = (found_Nm.array() > 0).select(found_Nm, prior_Nm);
   }
   return {prior_Nm.cwiseAbs2(), BiasFilter::kUpdateEvery_s};
 }
@@ -124,6 +124,10 @@ void ForceEstimator::answer(const JointState& state, const PlanarJacobian& jacob
   estimate_.contact_model = contact_force_.model();
   estimate_.tip_N = load.force_N;
   estimate_.loaded_tip_N = contact_force_.loaded_N();
+  if (!all_torques_known(covariance)) {  // two torques do not tell where it lies; a load that was weighed is plumb
+    const PlanarVector down(-std::sin(pitch_.value()), -std::cos(pitch_.value()));
+    estimate_.loaded_tip_N = estimate_.tip_N + kGravity_mps2 * carried_[0] * down;
+  }
   estimate_.covariance_N2 = load.covariance_N2;
   estimate_.residual_sigma = load.residual_sigma;
   estimate_.tip_torque_Nm = load.torque_Nm;

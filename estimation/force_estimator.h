@@ -206,7 +206,8 @@ struct ForceEstimate {
   JointVector turned_lever_m = JointVector::Zero();  ///< Lever times the direction in which friction acts, [-1, 1].
   JointVector measurement_variance_Nm2 =
       JointVector::Zero();  ///< Of one measurement update: free-motion residual and stuck friction.
-  JointVector bias_variance_Nm2 = JointVector::Zero();  ///< Of what the bias filter has not learned yet: lasts.
+  JointVector stuck_variance_Nm2 = JointVector::Zero();  ///< In the covariance, of friction where a rod stands.
+  JointVector bias_variance_Nm2 = JointVector::Zero();   ///< Of what the bias filter has not learned yet: lasts.
 };
 
 /// The reported force; the slave's contact law; contact events.

@@ -161,6 +161,7 @@ void ForceEstimator::update_covariance(const Pose& pose, const PlanarJacobian& j
   estimate_.lever_m = signals_.lever;
   estimate_.turned_lever_m = signals_.lever_dahl;
   estimate_.measurement_variance_Nm2 = spread.diagonal() + momentary;
+  estimate_.stuck_variance_Nm2 = stuck_variance_;
   forget_torques(estimate_.measurement_variance_Nm2, known);
   estimate_.bias_variance_Nm2 = from_bias_Nm2.diagonal();
   Eigen::Matrix3d generous = estimate_.joint_covariance_Nm2;

@@ -42,6 +42,7 @@ BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
     normal_rad[i] = std::atan2(-side.x(), side.y());
     outlined_ = outlined_ && side.norm() > kLeastSide_m;
   }
+  for (const PlanarVector& corner : outline) middle_.from_tip_m += (corner - outline[kTipCorner]) / kCorners;
   for (std::size_t i = 0; i < kCorners; ++i) {
     const double before_rad = normal_rad[(i + kCorners - 1) % kCorners];
     const double range_rad = std::max(0.0, wrapped(normal_rad[i] - before_rad));
@@ -123,12 +124,18 @@ void BucketForceModel::add_torque(const Torques& torques, BucketLoad& load) cons
 /// at the tip explains the torques the answer is that force; c costs no accuracy there.
 BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) const noexcept {
   const auto& [to_machine, jacobian, torque_Nm, covariance_Nm2, all_known] = torques;
+  AnyPlace any;
+  if (!all_known) {  // of two torques there is a force for any place, and none that fits best
+    any.answer = at(middle_, torques);
+    any.answer.log_weight = std::log(kAnywhereShare);
+    return any;
+  }
   const TipForce at_tip = solve_tip_force(jacobian, torque_Nm, covariance_Nm2);
   // The couple that fits best with the force free to follow: c = u'W r / (u'W u - u'W J' S J W u), r the residual.
   const JointVector u = JointVector::Ones();
   const JointVector wu = weighed(covariance_Nm2, u);
   const PlanarVector follows = at_tip.covariance_N2 * (jacobian * wu);  // force at the tip per couple
-  const double information = all_known ? std::max(0.0, wu.dot(u - jacobian.transpose() * follows)) : 0;
+  const double information = std::max(0.0, wu.dot(u - jacobian.transpose() * follows));
   const JointVector left = torque_Nm - jacobian.transpose() * at_tip.force_N;
   const double fit_Nm = information > 0 ? wu.dot(left) / information : 0;
 
@@ -140,20 +147,7 @@ BucketForceModel::AnyPlace BucketForceModel::anywhere(const Torques& torques) co
   const double floor_Nm = kTeeth_m * free_N.norm();
   const double residual_sigma = std::abs(fit_Nm - possible_Nm) * std::sqrt(information);
 
-  AnyPlace any;
   BucketLoad& load = any.answer.load;
-  if (!all_known) {
-    const double middle_Nm = 0.5 * (least + most);
-    const double even2 = floor_Nm * floor_Nm + (most - least) * (most - least) / 12;
-    load = {at_tip.force_N - middle_Nm * follows,
-            at_tip.covariance_N2 + even2 * follows * follows.transpose(),
-            middle_Nm,
-            even2,
-            -even2 * follows,
-            0};
-    any.answer.log_weight = std::log(kAnywhereShare);
-    return any;
-  }
   const double prior2 = floor_Nm * floor_Nm + shown2 * shown2 / (shown2 + chance2);
   const Eigen::Matrix3d with_couple = covariance_Nm2 + prior2 * u * u.transpose();
   const TipForce best = solve_tip_force(jacobian, torque_Nm, with_couple);

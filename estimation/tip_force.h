@@ -28,6 +28,8 @@ struct TipForce {
 
 /// Larger forces than this are not believed: keeps the answer finite where the arm is straight.
 inline constexpr double kForcePrior_N = 2e4;
+/// The same of two torques, which in poses through a whole dig tell one direction hardly: as much as a machine presses.
+inline constexpr double kForcePriorOfTwo_N = 5e3;
 
 /// Solves J^T f = torque in the least-squares sense with weights covariance^-1.
 /// @param jacobian d tip / d joints in M; @param covariance_Nm2 of the torques, positive definite where they are known.
@@ -35,8 +37,8 @@ inline constexpr double kForcePrior_N = 2e4;
                                               const Eigen::Matrix3d& covariance_Nm2) noexcept {
   const Eigen::Matrix3d weight = torque_weight(covariance_Nm2);
   const PlanarJacobian jw = jacobian * weight;
-  const Eigen::Matrix2d information =
-      jw * jacobian.transpose() + Eigen::Matrix2d::Identity() / (kForcePrior_N * kForcePrior_N);
+  const double prior_N = all_torques_known(covariance_Nm2) ? kForcePrior_N : kForcePriorOfTwo_N;
+  const Eigen::Matrix2d information = jw * jacobian.transpose() + Eigen::Matrix2d::Identity() / (prior_N * prior_N);
   TipForce result;
   result.covariance_N2 = information.inverse();
   result.force_N = result.covariance_N2 * (jw * torque_Nm);
@@ -120,6 +122,7 @@ class BucketForceModel {
   void add_torque(const Torques& torques, BucketLoad& load) const noexcept;
 
   std::array<Corner, kCorners> corners_{};
+  Corner middle_;  ///< Of the outline.
   bool outlined_ = false;
 };
 

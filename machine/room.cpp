@@ -79,7 +79,7 @@ std::vector<WallRoom> wall_rooms(const MachineDescription& machine) {
           room("reach_m", 0, 1, machine.limits.reach_m)};
 }
 
-std::vector<std::string> limit_notes(const MachineDescription& machine) {
+std::vector<std::string> machine_notes(const MachineDescription& machine) {
   constexpr double kWorthTelling = 0.01;
   std::vector<std::string> notes;
   for (const WallRoom& room : wall_rooms(machine)) {
@@ -89,6 +89,13 @@ std::vector<std::string> limit_notes(const MachineDescription& machine) {
                     "{:.2f} m. The machine stops there without a fault; is the limit another machine's?",
                     room.key, number_text(room.limit_m), machine.name, 100 * room.cut_share, room.reached_m));
   }
+  if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
+    notes.push_back(fmt::format(
+        "sensors.without_pressures = {}: forces rest on the two other cylinders. Where on the bucket one acts is not "
+        "seen, and in a direction that they do not tell it may not be noticed at all: in a contact the tip does not go "
+        "on that way. Relief valves alone bound this cylinder's pressure, and a frozen encoder of it is found after "
+        "some centimetres instead of millimetres",
+        kJointNames[static_cast<std::size_t>(without)]));
   return notes;
 }
 

@@ -37,7 +37,8 @@ struct WallRoom {
 };
 [[nodiscard]] std::vector<WallRoom> wall_rooms(const MachineDescription& machine);
 
-/// One line for each wall that cuts off a hundredth of the working range or more: it may be another machine's.
-[[nodiscard]] std::vector<std::string> limit_notes(const MachineDescription& machine);
+/// What to know before this machine moves, a line each: a wall that cuts off a hundredth of the working range or more,
+/// which may be another machine's; what it costs that a cylinder has no pressure transmitters.
+[[nodiscard]] std::vector<std::string> machine_notes(const MachineDescription& machine);
 
 }  // namespace knuckle

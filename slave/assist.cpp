@@ -77,9 +77,11 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobi
 }
 
 LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian& jacobian,
-                             const Eigen::Matrix3d& covariance_Nm2) noexcept {
-  constexpr double kSlowedFrom = 0.75, kTwoSided95 = 1.96;
+                             const Eigen::Matrix3d& covariance_Nm2, const PlanarVector& came_mps) noexcept {
+  constexpr double kSlowedFrom = 0.75, kTwoSided95 = 1.96, kCosine45 = 0.7071;
   LimitedApproach result{rate_radps, {}};
+  const PlanarVector moves_mps = jacobian * rate_radps;
+  if (-moves_mps.dot(came_mps) > kCosine45 * moves_mps.norm() * came_mps.norm()) return result;
   const auto none = estimation::solve_tip_force(jacobian, JointVector::Zero(), covariance_Nm2);
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread;
   spread.computeDirect(none.covariance_N2);

@@ -59,9 +59,11 @@ class RisingForce {
 /// Where a torque is missing: rates that do not move the tip in a direction in which a force could be there unseen, its
 /// 95 % interval wider than +-kUnseenForce_N. From three quarters of that on they are slowed down.
 inline constexpr double kUnseenForce_N = 300;
-/// @param covariance_Nm2 of the joint torques, as ForceEstimate has it. @return limiting: kForceUnknown
+/// @param covariance_Nm2 of the joint torques, as ForceEstimate has it. @param came_mps how the tip moved before it
+/// touched: back that way, within 45 degrees, it meets nothing, and is not held. @return limiting: kForceUnknown
 [[nodiscard]] LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian& jacobian,
-                                           const Eigen::Matrix3d& covariance_Nm2) noexcept;
+                                           const Eigen::Matrix3d& covariance_Nm2,
+                                           const PlanarVector& came_mps) noexcept;
 
 /// Joint rates or ways that move the point of this Jacobian by no more than `most` along `into`: those that press are
 /// scaled by one factor, those that lead away stay. No joint is turned round, nor grows, nor comes from nothing.

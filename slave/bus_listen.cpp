@@ -43,12 +43,13 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access) {
                    "; stop it, then start again");
 }
 
-void refuse_without_pressures(const MachineDescription& machine) {
+void refuse_unidentified(const MachineDescription& machine) {
   const int without = machine.sensors.without_pressures;
-  if (without == SensorDescription::kNone) return;
+  if (without == SensorDescription::kNone || machine.dynamics_calibration) return;
   throw InputError(
       machine.source + ": key 'sensors.without_pressures' = \"" + kJointNames[static_cast<std::size_t>(without)] +
-      "\": contacts are not told well enough yet without those pressures: such a machine is simulated only");
+      "\": by a drawing the two other cylinders do not tell contacts well enough: give the calibrated file that "
+      "knuckle identify writes of what knuckle commission records");
 }
 
 }  // namespace knuckle::slave

@@ -18,7 +18,8 @@ namespace knuckle::slave {
 /// again.
 void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 
-/// For a real machine. @throws InputError in one line where a cylinder has no pressure transmitters.
-void refuse_without_pressures(const MachineDescription& machine);
+/// For a real machine that an operator leads. @throws InputError in one line where a cylinder has no pressure
+/// transmitters and the machine is not identified: by a drawing two cylinders tell contacts too badly.
+void refuse_unidentified(const MachineDescription& machine);
 
 }  // namespace knuckle::slave

@@ -84,8 +84,9 @@ class JointControl {
   RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::ContactCompliance contact_compliance_;
   PlanarVector touched_m_ =
-      PlanarVector::Zero();         ///< Integrated speed of the touched point: no place, since that point changes.
-  double contact_probability_ = 0;  ///< Largest contact_probability(), falling over some seconds.
+      PlanarVector::Zero();  ///< Integrated speed of the touched point: no place, since that point changes.
+  PlanarVector came_mps_ = PlanarVector::Zero();  ///< The tip's motion before it touched; kept from hold to hold.
+  double contact_probability_ = 0;                ///< Largest contact_probability(), falling over some seconds.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

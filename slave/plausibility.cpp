@@ -12,10 +12,6 @@ namespace {
 
 constexpr PlausibilityLimits kLimits = kPlausibility;
 
-std::size_t return_chamber(int joint, double spool) noexcept {
-  return static_cast<std::size_t>(2 * joint + (spool > 0 ? 1 : 0));
-}
-
 Reason implausible(std::uint8_t subject, double value, double limit) noexcept {
   return {ReasonCode::kSensorImplausible, subject, static_cast<float>(value), static_cast<float>(limit)};
 }
@@ -54,6 +50,16 @@ double Plausibility::nominal_flow(int joint, double spool, double return_Pa) con
          std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
 
+/// Of the side that lets oil out. Of a cylinder without transmitters: as if nothing hung on it and the pump's margin
+/// drove its oil through both edges.
+double Plausibility::return_Pa(const estimation::Measurement& m, int joint, int direction) const noexcept {
+  const auto i = static_cast<std::size_t>(joint);
+  if (m.pressures_known[i]) return m.pressure_Pa[2 * i + (direction > 0 ? 1 : 0)];
+  const double head = cylinders_[i].head_area_m2(), rod = cylinders_[i].rod_side_area_m2();
+  const double out_over_in = direction > 0 ? rod / head : head / rod;
+  return hydraulics_.tank_Pa + kLimits.sure_drop_Pa + hydraulics_.load_sensing_margin_Pa * out_over_in * out_over_in;
+}
+
 /// Travel's worth of oil that leaves because the returning side's pressure falls, or, negative, that stays there
 /// because it rises: dV = V dp / beta.
 double Plausibility::expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept {
@@ -73,7 +79,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   axis.shut_s = open ? 0 : axis.shut_s + step_s_;
   const bool passing = !open && axis.shut_s < kLimits.passing_s;
   if (passing) direction = axis.direction;
-  const double pressure = m.pressure_Pa[return_chamber(joint, passing ? direction : spool)];
+  const double pressure = return_Pa(m, joint, passing ? direction : spool > 0 ? 1 : -1);
   const bool at_end =
       direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
   FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
@@ -92,11 +98,11 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   }
   if (passing) return {};
   const double opening = cylinder.valve.opening(spool), expected = share.at(opening);
-  // Where the returning side is empty its flow tells nothing, nor where nobody measures the pressures. But an axis that
-  // stalls behind an open valve is driven up to the relief: one that is not, and is not seen to move, moves unseen.
+  // Where the returning side is empty its flow tells nothing. But an axis that stalls behind an open valve is driven up
+  // to the relief: one that is not, and is not seen to move, moves unseen.
+  const bool measured = m.pressures_known[static_cast<std::size_t>(joint)];
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
-  const bool stalls =
-      !m.pressures_known[static_cast<std::size_t>(joint)] || driven > kLimits.stall * hydraulics_.main_relief_Pa;
+  const bool stalls = !measured || driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
     return implausible(subject_of(NodeRole::kEncoder, joint, bus_), axis.stalled_s, kLimits.unmoved_s);
@@ -107,8 +113,9 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
-  if (unseen <= kLimits.unseen_m) return {};
-  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, kLimits.unseen_m);
+  const double most = measured ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
+  if (unseen <= most) return {};
+  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, most);
 }
 
 Reason Plausibility::moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept {

@@ -29,7 +29,10 @@ struct PlausibilityLimits {
   double moved_m = 0.00035;   ///< An encoder that differs by this has moved ...
   double moved_steps = 3.5;   ///< ... or, a coarse one, by this.
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
-  double stall = 0.6;         ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
+  /// The same where nobody measures the cylinder's pressures: what is delivered is reckoned with the pump's margin
+  /// alone, and a cylinder that cannot move delivers as much. Stock scenarios stay below 2 mm.
+  double unseen_unmeasured_m = 0.03;
+  double stall = 0.6;  ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
   /// ... below it, one that does not move behind an open valve for so long, over its FlowShare, is a fault.
   double unmoved_s = 0.8;
   double end_m = 0.010;            ///< This close to its end a cylinder is cushioned or at its stop.
@@ -74,6 +77,7 @@ class Plausibility {
     double other_min_Pa = 0, other_max_Pa = 0, length_m = 0;  // since it repeats
   };
   [[nodiscard]] double nominal_flow(int joint, double spool, double return_Pa) const noexcept;
+  [[nodiscard]] double return_Pa(const estimation::Measurement& m, int joint, int direction) const noexcept;
   [[nodiscard]] double expanded_m(int joint, int direction, double length_m, double fall_Pa) const noexcept;
   [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;

@@ -289,7 +289,6 @@ int run_commission(CommissionCommandOptions options) {
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
   check_layout(text, machine);
-  if (!options.simulate) slave::refuse_without_pressures(machine);
   cli::OutputFile out("--out", options.out);
   BusAccess bus = access_of(options, read);
   slave::refuse_other_controller(machine.bus, bus);

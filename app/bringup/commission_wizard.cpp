@@ -243,8 +243,11 @@ class Wizard {
     const slave::RawSensors& s = bench_->sensors();
     for (std::size_t j = 0; j < kJoints; ++j) {
       const std::string length = s.no_length[j] ? "no length" : fmt::format("{:.4f} m", length_m(static_cast<int>(j)));
-      dialogue_.say(fmt::format("   {:6} {}, head side {:.1f} bar, rod side {:.1f} bar, spool {:+.1f} %",
-                                kJointNames[j], length, s.pressure_Pa[2 * j] / 1e5, s.pressure_Pa[2 * j + 1] / 1e5,
+      const std::string pressures = static_cast<int>(j) == machine_.sensors.without_pressures
+                                        ? "pressures not measured"
+                                        : fmt::format("head side {:.1f} bar, rod side {:.1f} bar",
+                                                      s.pressure_Pa[2 * j] / 1e5, s.pressure_Pa[2 * j + 1] / 1e5);
+      dialogue_.say(fmt::format("   {:6} {}, {}, spool {:+.1f} %", kJointNames[j], length, pressures,
                                 100 * bench_->client().spool()[static_cast<int>(j)]));
     }
     dialogue_.say(fmt::format("   tilt {:.2f} deg", s.tilt_rad / kDegree));
@@ -331,7 +334,10 @@ class Wizard {
     if (!end)
       keep({Level::kFault, about, "did not reach its stop within 80 s: check pump, engine speed and dead band"});
     dialogue_.say(fmt::format("   {} at its stop: {:.4f} m", about, end->reading_m));
-    keep(judge_sides(*end, joint, direction > 0));
+    if (joint == machine_.sensors.without_pressures)
+      keep({Level::kNote, about, "sides not checked: nobody measures its pressures"});
+    else
+      keep(judge_sides(*end, joint, direction > 0));
     return end;
   }
 

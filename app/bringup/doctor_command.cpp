@@ -206,7 +206,7 @@ int run_doctor(DoctorOptions options) {
     if (options.listen_s) survey.listen_s = *options.listen_s;
     BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
                                       machine ? &*machine : nullptr);
-    for (const std::string& note : machine ? limit_notes(*machine) : std::vector<std::string>())
+    for (const std::string& note : machine ? machine_notes(*machine) : std::vector<std::string>())
       diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
     for (const std::string& line : machine ? guard_notes(machine->bus, diagnosis.nodes) : std::vector<std::string>())
       diagnosis.findings.push_back({Finding::Level::kNote, "guards", line});

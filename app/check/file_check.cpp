@@ -37,7 +37,7 @@ struct Subject {
 void check_machine(const Subject& of, FileCheck& found) {
   found.machine = calibrated(load_machine(of.file));
   found.lines = machine_sheet(*found.machine);
-  found.notes = limit_notes(*found.machine);
+  found.notes = machine_notes(*found.machine);
 }
 
 void check_device(const Subject& of, FileCheck& found) {

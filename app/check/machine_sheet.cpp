@@ -54,13 +54,6 @@ std::vector<std::string> machine_sheet(const MachineDescription& machine) {
         fmt::format("limits.{} = {} m: the tip goes to {:.2f} m{}", room.key, number_text(room.limit_m), room.reached_m,
                     room.cut_share > 0 ? fmt::format(", {:.0f} % of all poses cut off", 100 * room.cut_share)
                                        : ", outside of all poses"));
-  if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
-    lines.push_back(fmt::format(
-        "sensors.without_pressures = {}: forces rest on the two other cylinders. Where on the bucket one acts is not "
-        "seen; along arm and bucket it may not be noticed at all; relief valves alone bound that "
-        "cylinder's pressure, and a frozen encoder there is not found. Simulated only: slave, commission and recover "
-        "refuse it on a real bus",
-        kJointNames[static_cast<std::size_t>(without)]));
   lines.push_back(fmt::format("bus: {:.1f} % of {} kbit/s with worst-case stuffing", 100 * worst_bus_load(machine.bus),
                               machine.bus.bit_rate / 1000));
   return lines;

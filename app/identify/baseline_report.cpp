@@ -193,9 +193,8 @@ void write_kim_results(std::ostream& out, const MachineDescription& machine, con
 }
 
 void write_static(const MachineDescription& machine, const BaselineData& data, std::ostream& out) {
-  estimation::StaticOptions all_links;
-  all_links.first_link = kBoom;
-  const estimation::StaticResult result = identify_static(machine, data.identification, all_links);
+  const estimation::StaticResult result =
+      identify_static(machine, data.identification, estimation::all_measured_links(machine));
   write_head(out, "Static estimation", "Malaguti and Zaghi, section 3.1: poses at rest, no friction.", data.verdict,
              machine);
   if (!result.summary.parameters.empty()) {

@@ -31,6 +31,10 @@ enum class Paper : std::uint8_t { kStatic, kMalaguti, kKim };
 /// Nothing where none is called so.
 [[nodiscard]] std::optional<Paper> paper_named(std::string_view name) noexcept;
 
+/// Pressures that the method needs and this machine does not measure, as "the pressures of arm and bucket"; empty: it
+/// has all. kStatic takes arm and bucket, as M does, where the boom's are missing.
+[[nodiscard]] std::string missing_for(Paper paper, const MachineDescription& machine);
+
 struct BaselineRuns {
   std::vector<motion::MachineRecording> identification, verification;
 };

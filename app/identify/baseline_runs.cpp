@@ -81,6 +81,13 @@ std::optional<Paper> paper_named(std::string_view name) noexcept {
   return static_cast<Paper>(found - kPapers.begin());
 }
 
+std::string missing_for(Paper paper, const MachineDescription& machine) {
+  const int without = machine.sensors.without_pressures;
+  if (without == SensorDescription::kNone) return "";
+  if (paper == Paper::kKim) return "the pressures of all three cylinders";
+  return without == kBoom ? "" : "the pressures of arm and bucket";
+}
+
 BaselineRuns run_baseline(Paper paper, const MachineDescription& machine, motion::MachineRun& run, std::uint64_t seed) {
   BaselineRuns runs;
   switch (paper) {

@@ -70,7 +70,8 @@ class LabelChecker {
   [[nodiscard]] bool touched() const {
     const auto free = apart_from_contact();
     const auto sure = [&](int joint) {
-      return free->decisive[static_cast<std::size_t>(joint)] && free->believable(joint);
+      const bool measured = joint != machine_.sensors.without_pressures;
+      return !measured || (free->decisive[static_cast<std::size_t>(joint)] && free->believable(joint));
     };
     return free && sure(kBoom) && sure(kArm) && free->believable(kBucket);
   }

@@ -100,7 +100,7 @@ struct TimeSkew {
 
 /// What the cylinders do at one moment, and what the drawing's weight asks of them.
 struct WeightRow {
-  JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;
+  JointVector gravity_Nm, torque_Nm, lever_m, speed_mps;  ///< Torque: NaN of a cylinder without transmitters.
 };
 /// Reads them from a recording.
 class WeightRows {
@@ -119,7 +119,8 @@ class WeightRows {
 
 /// Fit of joint torque = s * (drawing's gravity torque) + friction to means over a second.
 struct WeightFit {
-  JointVector ratio = JointVector::Zero();  ///< s: about 1, negative for swapped sides, 1e-5 for bar taken as Pa.
+  JointVector ratio = JointVector::Zero();  ///< s: about 1, negative for swapped sides, 1e-5 for bar taken as Pa;
+                                            ///< 1 where nobody measures.
   JointVector error = JointVector::Zero();  ///< RMS of what is left, over that of gravity torque.
   std::array<bool, kJoints> decisive{};     ///< Enough data, moved about or with much more weight than friction holds.
   std::size_t samples = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "app/identify/data_check.h"
@@ -112,9 +113,12 @@ struct Hypothesis {
   std::function<void(Recording&)> apply;
 };
 
-std::vector<Hypothesis> hypotheses() {
+/// Of the channels that the machine measures.
+std::vector<Hypothesis> hypotheses(const MachineDescription& machine) {
   std::vector<Hypothesis> all;
+  const auto measured = [&](std::size_t c) { return recordings::measures(machine, c); };
   const auto swapped = [&](std::vector<std::size_t> pairs) {
+    if (!std::all_of(pairs.begin(), pairs.end(), measured)) return;
     all.push_back({{pairs, "look swapped"}, [pairs](Recording& r) {
                      for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) swap_channels(r, pairs[i], pairs[i + 1]);
                    }});
@@ -132,6 +136,8 @@ std::vector<Hypothesis> hypotheses() {
     }
   }
   const auto scaled = [&](std::vector<std::size_t> channels, double factor, const char* what) {
+    std::erase_if(channels, [&](std::size_t c) { return !measured(c); });
+    if (channels.empty()) return;
     all.push_back({{channels, what}, [channels, factor](Recording& r) {
                      for (const std::size_t c : channels) scale_channel(r, c, factor);
                    }});
@@ -180,6 +186,8 @@ std::optional<WeightRow> WeightRows::at(std::size_t i) const {
     angle[j] = *theta;
     row.lever_m[j] = kinematics_.cylinder_at(j, *theta)->lever_m;
     const CylinderDescription& cylinder = machine_.cylinders[joint];
+    row.torque_Nm[j] = std::numeric_limits<double>::quiet_NaN();
+    if (j == machine_.sensors.without_pressures) continue;
     row.torque_Nm[j] = row.lever_m[j] * (now.pressure_Pa[2 * joint] * cylinder.head_area_m2() -
                                          now.pressure_Pa[2 * joint + 1] * cylinder.rod_side_area_m2());
   }
@@ -233,6 +241,7 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
     ++fit.samples;
     ++gathered;
     for (int j = 0; j < kJoints; ++j) {
+      if (j == machine.sensors.without_pressures) continue;
       const auto joint = static_cast<std::size_t>(j);
       const double sign = clear_sign(row->speed_mps[j]);
       const double lever_m = row->lever_m[j];
@@ -244,6 +253,10 @@ WeightFit weigh(const MachineDescription& machine, const Recording& recording) {
   }
   close();
   for (int j = 0; j < kJoints && fit.samples > 0; ++j) {
+    if (j == machine.sensors.without_pressures) {
+      fit.ratio[j] = 1;
+      continue;
+    }
     const auto joint = static_cast<std::size_t>(j);
     const CylinderDescription& cylinder = machine.cylinders[joint];
     const Sums& s = long_enough(moving[joint]) && moved_about(moving[joint], cylinder) ? moving[joint] : all[joint];
@@ -263,7 +276,7 @@ std::optional<Relabelling> better_reading(const MachineDescription& machine, con
   const WeightFit labelled = weigh(machine, coarse);
   constexpr double kClearlyBetter = 0.6;
   double least = labelled.samples > 0 ? kClearlyBetter * labelled.misfit() : 1e9;
-  for (const Hypothesis& hypothesis : hypotheses()) {
+  for (const Hypothesis& hypothesis : hypotheses(machine)) {
     Recording read = coarse;
     hypothesis.apply(read);
     const WeightFit fit = weigh(machine, read);

@@ -18,7 +18,7 @@
 #include "core/error.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/static_poses.h"
-#include "estimation/regressor.h"
+#include "machine/load.h"
 
 namespace knuckle::identify {
 namespace {
@@ -49,9 +49,7 @@ MethodRun baseline(const Result& result, const MachineDescription& machine) {
 MethodRun run_paper(Paper paper, const MachineDescription& machine, const std::vector<Recording>& recordings) {
   if (paper == Paper::kMalaguti) return baseline(estimation::identify_malaguti(machine, recordings), machine);
   if (paper == Paper::kKim) return baseline(estimation::identify_kim(machine, recordings), machine);
-  estimation::StaticOptions all_links;
-  all_links.first_link = kBoom;
-  return baseline(estimation::identify_static(machine, recordings, all_links), machine);
+  return baseline(estimation::identify_static(machine, recordings, estimation::all_measured_links(machine)), machine);
 }
 
 MethodRun run_full(const MachineDescription& machine, const std::vector<Recording>& recordings,
@@ -62,19 +60,6 @@ MethodRun run_full(const MachineDescription& machine, const std::vector<Recordin
     return estimation::compare_torque(dynamics, machine, recording, options);
   };
   return run;
-}
-
-/// In the order of Calibration. Load-dependent friction is on no drawing.
-std::vector<double> nominal_values(const MachineDescription& machine) {
-  CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
-  values.head<kBaseCount>() = estimation::lumped_parameters(machine);
-  for (int j = 0; j < kJoints; ++j) {
-    const FrictionDescription& friction = machine.cylinders[static_cast<std::size_t>(j)].friction;
-    values[friction_index(j, kCoulombExtend)] = values[friction_index(j, kCoulombRetract)] = friction.coulomb_N;
-    values[friction_index(j, kViscous)] = friction.viscous_Ns_per_m;
-    values[friction_index(j, kBreakaway)] = friction.coulomb_N * (friction.static_ratio - 1);
-  }
-  return {values.begin(), values.end()};
 }
 
 void validate(const IdentifyData& data, const MethodRun& run, const std::string& method, Identified& result) {
@@ -91,7 +76,11 @@ void judge(Identified& result) {
   if (!result.summary.usable) return;
   std::vector<HoldOut> own = result.hold_out;  // the papers' methods are there to compare with
   std::erase_if(own, [&](const HoldOut& held) { return held.method != result.method; });
-  std::vector<std::string> reasons = objections(own, result.method == "full");
+  PerJoint<bool> must_be_judged{};
+  for (int j = 0; j < kJoints; ++j)
+    must_be_judged[static_cast<std::size_t>(j)] =
+        result.method == "full" && j != result.machine.sensors.without_pressures;
+  std::vector<std::string> reasons = objections(own, must_be_judged);
   if (reasons.empty()) return;
   result.summary.usable = false;
   result.summary.reasons = std::move(reasons);
@@ -103,12 +92,16 @@ void tell(const TimeSkew& skew, estimation::Identification& summary) {
   summary.usable = summary.usable && !skew.refuses;
 }
 
+/// 0 where nobody measures the torque.
 JointVector pooled_rms(const Identified& result) {
   JointVector sum = JointVector::Zero();
   double count = 0;
   for (const HoldOut& held : result.hold_out) {
-    if (held.method != result.method || !held.to_2Hz.rms_Nm.allFinite()) continue;
-    sum += held.to_2Hz.rms_Nm.cwiseAbs2();
+    JointVector rms_Nm = held.to_2Hz.rms_Nm;
+    if (const int without = result.machine.sensors.without_pressures; without != SensorDescription::kNone)
+      rms_Nm[without] = 0;
+    if (held.method != result.method || !rms_Nm.allFinite()) continue;
+    sum += rms_Nm.cwiseAbs2();
     ++count;
   }
   return count > 0 ? JointVector((sum / count).cwiseSqrt()) : JointVector(JointVector::Zero());
@@ -138,6 +131,18 @@ void write_page(const IdentifyOptions& options, const IdentifyData& data, const 
   if (!paper) return write_identify_report(data, result, out);
   write_baseline_report(*paper, calibrated(data.machine),
                         {data.training, data.hold_out, data.truth, result.bias, result.summary}, out);
+}
+
+/// What the paper's method needs, before anything is driven or read.
+void require_signals(const IdentifyOptions& options) {
+  const auto paper = paper_named(options.method);
+  if (!paper) return;
+  const MachineDescription machine = load_machine(find_config("machine", options.machine));
+  const std::string missing = missing_for(*paper, machine);
+  if (missing.empty()) return;
+  throw InputError(machine.source + ": key 'sensors.without_pressures' = \"" +
+                   kJointNames[static_cast<std::size_t>(machine.sensors.without_pressures)] + "\": --method " +
+                   name(*paper) + " needs " + missing + "; full does without one of them");
 }
 
 /// For the page of kMalaguti; of other machines than the one surveyed, so all nominal.
@@ -171,10 +176,12 @@ Identified identify(const IdentifyData& given, std::optional<Paper> paper, const
   judge(result);
   if (!skew.what.empty()) tell(skew, result.summary);
   if (!paper) {
-    result.nominal = nominal_values(machine);
+    const CalibrationVector drawn = estimation::drawn_parameters(machine);
+    result.nominal = {drawn.begin(), drawn.end()};
     result.machine.dynamics_calibration = run.dynamics;
     result.machine.dynamics_calibration->residual_rms_Nm = pooled_rms(result);
     for (const Paper other_paper : {Paper::kMalaguti, Paper::kKim}) {
+      if (!missing_for(other_paper, machine).empty()) continue;
       const MethodRun other = run_paper(other_paper, machine, data.training);
       if (solved && other.summary.usable) validate(data, other, name(other_paper), result);
     }
@@ -198,6 +205,7 @@ int identify_command(const IdentifyOptions& options) {
     report::check_gnuplot();
     report.emplace("--report", options.report);
   }
+  require_signals(options);
   IdentifyData data;
   Identified result;
   try {

@@ -37,12 +37,14 @@ class SampleChecker {
   }
 
   bool run() {
-    for (std::size_t c = 0; c < recordings::kSignalChannels; ++c) check_range(c);
+    for (std::size_t c = 0; c < recordings::kSignalChannels; ++c)
+      if (recordings::measures(machine_, c)) check_range(c);
     if (std::any_of(findings_.begin(), findings_.end(), [](const DataFinding& f) { return f.refuses; })) return false;
     for (std::size_t c = 0; c < recordings::kPressureChannels; ++c) check_drop_outs(c);
     for (std::size_t c = 0; c + 1 < recordings::kSignalChannels; ++c) check_spikes(c);
     check_pitch_noise();
-    for (std::size_t c = 0; c < recordings::kPressureChannels; ++c) check_stuck_pressure(c);
+    for (std::size_t c = 0; c < recordings::kPressureChannels; ++c)
+      if (recordings::measures(machine_, c)) check_stuck_pressure(c);
     for (std::size_t j = 0; j < kJoints; ++j) check_stuck_length(j);
     mend();
     for (std::size_t j = 0; j < kJoints; ++j) check_jumps(j);

@@ -32,8 +32,10 @@ void collect(const MachineDescription& machine, double stribeck_mps, const motio
   for (std::size_t k = 0; k < run.truth.size(); ++k) {
     const motion::TruthSample& truth = run.truth[k];
     const auto& pressure = run.recording.samples[k].pressure_Pa;
+    const bool is_measured = run.recording.samples[k].pressures_known[static_cast<std::size_t>(joint)];
     const double measured_N =
-        pressure[side] * cylinder.head_area_m2() - pressure[side + 1] * cylinder.rod_side_area_m2();
+        is_measured ? pressure[side] * cylinder.head_area_m2() - pressure[side + 1] * cylinder.rod_side_area_m2()
+                    : truth.cylinder_N[joint];
     const double speed = truth.cylinder_mps[joint];
     const double bristle = dahl.step(speed, run.recording.step_s);
     if (std::abs(speed) < kMoving_mps) continue;
@@ -145,7 +147,7 @@ namespace {
 
 constexpr double kCutoff_Hz = 2;
 
-std::vector<std::string> objections_of(std::span<const HoldOut> held_out, bool models_all, int joint) {
+std::vector<std::string> objections_of(std::span<const HoldOut> held_out, bool must_be_judged, int joint) {
   const std::string name = kJointNames[static_cast<std::size_t>(joint)];
   std::vector<std::string> reasons;
   bool judged = false, constant = false;
@@ -159,7 +161,7 @@ std::vector<std::string> objections_of(std::span<const HoldOut> held_out, bool m
                       " % of the held-out torque of the " + name + " (RMS over standard deviation), limit " +
                       std::to_string(std::lround(100 * kWorstNrmse)) + " %");
   }
-  if (!judged && (models_all || constant))
+  if (!judged && (must_be_judged || constant))
     reasons.push_back("the " + name + " cannot be validated: " +
                       (constant ? "its held-out torque never changes" : "no held-out recording covers it"));
   return reasons;
@@ -171,13 +173,14 @@ HoldOut held_out(const std::string& source, const std::string& method, const est
   return {source, method, estimation::torque_fit(comparison, kCutoff_Hz), estimation::torque_fit(comparison, 0)};
 }
 
-std::vector<std::string> objections(std::span<const HoldOut> held, bool models_all) {
+std::vector<std::string> objections(std::span<const HoldOut> held, const PerJoint<bool>& must_be_judged) {
   const bool validated = std::any_of(held.begin(), held.end(),
                                      [](const HoldOut& one) { return one.judged().nrmse.array().isFinite().any(); });
   if (!validated) return {"there is no held-out recording that could validate it"};
   std::vector<std::string> reasons;
   for (int j = 0; j < kJoints; ++j) {
-    for (std::string& reason : objections_of(held, models_all, j)) reasons.push_back(std::move(reason));
+    for (std::string& reason : objections_of(held, must_be_judged[static_cast<std::size_t>(j)], j))
+      reasons.push_back(std::move(reason));
   }
   return reasons;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/identify/commission.h"
+#include "core/joints.h"
 #include "estimation/identification/identification.h"
 #include "machine/calibration.h"
 #include "machine/description.h"
@@ -70,7 +71,8 @@ inline constexpr double kWorstNrmse = 0.25;
 
 /// What held-out motion says against one method's result, one line each: a joint of which more than kWorstNrmse is left
 /// unexplained, or nothing to judge by. Empty: usable.
-/// @param models_all the method models every joint, so that each must have been judged (the papers' leave some out).
-[[nodiscard]] std::vector<std::string> objections(std::span<const HoldOut> held, bool models_all);
+/// @param must_be_judged joints that the method models, so that some recording must have judged them (the papers'
+/// leave some out, and a cylinder without transmitters has no torque to compare with).
+[[nodiscard]] std::vector<std::string> objections(std::span<const HoldOut> held, const PerJoint<bool>& must_be_judged);
 
 }  // namespace knuckle::identify

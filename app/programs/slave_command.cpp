@@ -123,8 +123,10 @@ Setup set_up(const Options& o) {
   MachineDescription read = load_machine(file);
   if (!o.contact_model.empty()) read = with_contact_model(read, o.contact_model);
   Setup setup{file, calibrated(read), {}};
-  if (!o.simulate) slave::refuse_without_pressures(read);
-  if (!o.simulate) return setup;
+  if (!o.simulate) {
+    slave::refuse_unidentified(read);
+    return setup;
+  }
   const std::uint64_t seed = o.seed.value_or(1);
   setup.simulation = {
       session::load_scenario(find_config("scenario", o.scenario.empty() ? "free_motion" : o.scenario), read), seed,
@@ -324,7 +326,7 @@ int run(const Options& o, const DrawCamera& draw) {
   recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   log.begin();
   for (const std::string& note : link.notes()) console.note(note);
-  for (const std::string& note : limit_notes(setup.machine)) console.note(note);
+  for (const std::string& note : machine_notes(setup.machine)) console.note(note);
   for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));

@@ -38,14 +38,16 @@ TimeUnit own_time_unit(CsvFile& file) {
 }
 
 /// The mapping of Knuckle's own files: every column by its name.
-Mapping own_mapping(const CsvFile& file) {
+Mapping own_mapping(const CsvFile& file, int without_pressures) {
   const std::vector<std::string>& header = file.rows.front();
   std::vector<std::string> missing;
   Mapping map;
   map.time.column = kOwnTimeColumn;
   map.gap_s = kOwnGap_s;
   if (!has(header, kOwnTimeColumn)) missing.emplace_back(kOwnTimeColumn);
-  for (const char* name : kSignalNames) {
+  for (std::size_t c = 0; c < kSignalChannels; ++c) {
+    if (static_cast<int>(c / 2) == without_pressures) continue;
+    const char* name = kSignalNames[c];
     if (!has(header, name)) missing.emplace_back(name);
     map.channels.push_back({.name = name, .column = name});
   }
@@ -77,8 +79,8 @@ bool has_own_columns(const CsvFile& file) {
   return std::all_of(own.begin(), own.end(), [&](const std::string& name) { return has(file.rows.front(), name); });
 }
 
-MappedTable read_own_table(CsvFile file) {
-  Mapping map = own_mapping(file);
+MappedTable read_own_table(CsvFile file, int without_pressures) {
+  Mapping map = own_mapping(file, without_pressures);
   const TimeUnit unit = own_time_unit(file);
   map.time.factor = unit.factor;
   MappedTable table = read_mapped_csv(std::move(file), map);

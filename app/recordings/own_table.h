@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/recordings/csv_reader.h"
+#include "machine/arm_description.h"
 
 namespace knuckle::recordings {
 
@@ -18,7 +19,7 @@ inline constexpr double kShortestStep_s = 2e-4, kLongestStep_s = 0.05;
 
 /// @param file read with own_columns() wanted. @throws InputError naming all columns that are missing, and as
 /// read_mapped_csv().
-[[nodiscard]] MappedTable read_own_table(CsvFile file);
+[[nodiscard]] MappedTable read_own_table(CsvFile file, int without_pressures = SensorDescription::kNone);
 
 /// The sensors' values of rows that say that they were not measured are none: zeros stand there.
 void forget_unmeasured(MappedTable& table);

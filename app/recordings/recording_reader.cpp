@@ -107,7 +107,12 @@ class Builder {
     file_.notes = table_.report();
     file_.rows_read = table_.rows_read;
     place_rows();
-    for (std::size_t c = 0; c < kPressureChannels; ++c) fill(c, channel(kSignalNames[c], c));
+    for (std::size_t c = 0; c < kPressureChannels; ++c) {
+      if (measures(machine_, c))
+        fill(c, channel(kSignalNames[c], c));
+      else
+        leave_out(c);
+    }
     for (std::size_t j = 0; j < kJoints; ++j) fill_length(j);
     fill_pitch();
     fill_valves();
@@ -144,6 +149,11 @@ class Builder {
     }
     bridged_ = std::max(bridged_, grid.bridged);
     missing_[c] = static_cast<std::size_t>(std::count(grid.usable.begin(), grid.usable.end(), std::uint8_t{0}));
+  }
+
+  void leave_out(std::size_t c) {
+    file_.columns[c] = kSignalNames[c];
+    for (Measurement& sample : file_.recording.samples) sample.pressures_known[c / 2] = false;
   }
 
   void fill_length(std::size_t joint) {
@@ -229,7 +239,9 @@ class Builder {
     if (bridged_ > 0)
       file_.notes.push_back(std::to_string(bridged_) + " samples lie between rows or in short holes: interpolated");
     if (unusable > 0) file_.notes.push_back(std::to_string(unusable) + " samples lie in longer holes: not used");
-    const std::size_t of_all = *std::min_element(missing_.begin(), missing_.end());  // whole rows
+    std::size_t of_all = file_.recording.samples.size();  // whole rows
+    for (std::size_t c = 0; c < kSignalChannels; ++c)
+      if (measures(machine_, c)) of_all = std::min(of_all, missing_[c]);
     for (std::size_t c = 0; c < kSignalChannels; ++c) {
       if (missing_[c] > of_all)
         file_.notes.push_back(std::to_string(missing_[c]) + " of them for want of " + file_.columns[c]);
@@ -269,6 +281,10 @@ double signal(const Measurement& measurement, std::size_t channel) {
   return signal(const_cast<Measurement&>(measurement), channel);
 }
 
+bool measures(const MachineDescription& machine, std::size_t channel) {
+  return channel >= kPressureChannels || static_cast<int>(channel / 2) != machine.sensors.without_pressures;
+}
+
 SignalRange possible_range(const MachineDescription& machine, std::size_t channel) {
   constexpr double kLeast_Pa = -2e5, kSteepest_rad = 0.35, kLengthRoom_m = 0.03;
   if (channel < kPressureChannels) return {kLeast_Pa, machine.sensors.pressure_range_Pa};
@@ -283,8 +299,9 @@ RecordedFile read_recording(const std::string& path, const std::string& map_path
   if (is_recording(path)) {
     return Builder(table_of_recording({path}, map_path), machine).build();
   }
-  MappedTable table =
-      map_path.empty() ? read_own_table(read_cells(path, own_columns())) : read_mapped_csv(path, map_path);
+  MappedTable table = map_path.empty()
+                          ? read_own_table(read_cells(path, own_columns()), machine.sensors.without_pressures)
+                          : read_mapped_csv(path, map_path);
   forget_unmeasured(table);
   refuse_halfway_changes(table);
   return Builder(table, machine).build();
@@ -306,7 +323,9 @@ void write_recording(const Recording& recording, std::ostream& out) {
   };
   for (std::size_t i = 0; i < recording.samples.size(); ++i) {
     rows.exact("", std::round(1e9 * recording.step_s * static_cast<double>(i)) / 1e9);
-    for (std::size_t c = 0; c < kSignalChannels; ++c) add(recording.usable[i] != 0, signal(recording.samples[i], c));
+    const Measurement& sample = recording.samples[i];
+    for (std::size_t c = 0; c < kSignalChannels; ++c)
+      add(recording.usable[i] != 0 && (c >= kPressureChannels || sample.pressures_known[c / 2]), signal(sample, c));
     for (int j = 0; j < kJoints && valves; ++j) add(std::isfinite(recording.valve[i][j]), recording.valve[i][j]);
     rows.end_row();
   }

@@ -21,6 +21,9 @@ inline constexpr std::array<const char*, kSignalChannels> kSignalNames{
 [[nodiscard]] double& signal(estimation::Measurement& measurement, std::size_t channel);
 [[nodiscard]] double signal(const estimation::Measurement& measurement, std::size_t channel);
 
+/// Whether the machine has a sensor for it: false for the pressures of a cylinder without transmitters.
+[[nodiscard]] bool measures(const MachineDescription& machine, std::size_t channel);
+
 struct SignalRange {
   double low, high;  ///< In the signal's unit.
 };
@@ -39,7 +42,7 @@ struct RecordedFile {
 };
 
 /// Samples lie on an even grid of the file's usual step. What is missing for at most four steps is interpolated,
-/// longer holes are not usable and hold the last value.
+/// longer holes are not usable and hold the last value. Pressures that the machine does not measure are not read.
 /// A mapping names the channels above; instead of a cylinder's length an angle BOOM_rad (boom, arm, bucket), instead of
 /// hull_pitch_rad a boom_tilt_rad (boom against the horizontal); BOOM_valve (commands) is optional;
 /// where it is missing for longer, it is NaN and the sample stays usable.
@@ -49,7 +52,8 @@ struct RecordedFile {
 [[nodiscard]] RecordedFile read_recording(const std::string& path, const std::string& map_path,
                                           const MachineDescription& machine);
 
-/// Numbers are read again as they were; the cells of unusable samples and unknown commands stay empty.
+/// Numbers are read again as they were; the cells of unusable samples, unknown commands and pressures that nobody
+/// measured stay empty.
 void write_recording(const estimation::Recording& recording, std::ostream& out);
 
 /// Samples first ... last - 1.

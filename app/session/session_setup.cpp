@@ -104,7 +104,7 @@ LoadedSession load_session(const SimulateOptions& options, bool follows_plan) {
     setup.path = std::move(path.points);
     loaded.notes = std::move(path.notes);
   }
-  for (const std::string& note : limit_notes(setup.machine)) loaded.notes.push_back(note);
+  for (const std::string& note : machine_notes(setup.machine)) loaded.notes.push_back(note);
   if (follows_plan) allow_for_path(setup.scenario, setup.path, options.scenario);
   if (options.assist_force_limit_N) setup.scenario.assist.force_limit_N = *options.assist_force_limit_N;
   setup.scenario.assist.stop_on_object |= options.assist_stop_on_object;

@@ -101,10 +101,11 @@ bool take(const estimation::Identification& summary, Row& method) {
 
 /// @return the fit up to kCompare_Hz.
 estimation::TorqueFit judge_torque(const estimation::TorqueComparison& slow,
-                                   const estimation::TorqueComparison& digging, bool models_all, Row& method) {
+                                   const estimation::TorqueComparison& digging, const PerJoint<bool>& modelled,
+                                   Row& method) {
   const std::string name = method["method"].get<std::string>();
   const std::vector<std::string> against = identify::objections(
-      std::array{identify::held_out("slow", name, slow), identify::held_out("digging", name, digging)}, models_all);
+      std::array{identify::held_out("slow", name, slow), identify::held_out("digging", name, digging)}, modelled);
   if (!against.empty()) object_to(method, against.front());
   const estimation::TorqueComparison both = joined(slow, digging);
   const estimation::TorqueFit smooth = estimation::torque_fit(both, kCompare_Hz);
@@ -124,7 +125,7 @@ Row judge_full(const std::string& name, const MachineDescription& machine, const
     return estimation::compare_torque(full.dynamics, seen, run.recording, options);
   };
   const estimation::TorqueFit smooth =
-      judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), true, method);
+      judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), {true, true, true}, method);
   seen.dynamics_calibration = full.dynamics;
   seen.dynamics_calibration->residual_rms_Nm = smooth.rms_Nm;
   const identify::ParameterScores parameters =
@@ -148,7 +149,7 @@ Row judge_baseline(const std::string& name, const MachineDescription& machine, c
   const auto compare = [&](const motion::MachineRecording& run) {
     return estimation::compare_torque(result, machine, run.recording);
   };
-  (void)judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), false, method);
+  (void)judge_torque(compare(runs.validation_slow), compare(runs.validation_digging), {}, method);
   const auto force = [&](const motion::MachineRecording& run) {
     return estimation::external_force(result, machine, run.recording);
   };

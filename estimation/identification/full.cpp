@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "estimation/bias_filter.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/filtered_regressor.h"
 #include "estimation/identification/least_squares.h"
@@ -22,10 +23,19 @@ namespace {
 constexpr double kRankTolerance = 1e-4;
 constexpr double kLeastVaf = 0.8;  ///< Below it the model is not of this machine.
 
-/// Rows of all recordings, joint by joint, thinned out to what the filters leave of independent information.
+std::vector<int> measured_joints(const MachineDescription& machine) {
+  std::vector<int> joints;
+  for (int j = 0; j < kJoints; ++j)
+    if (j != machine.sensors.without_pressures) joints.push_back(j);
+  return joints;
+}
+
+/// Rows of all recordings, in turn of the joints whose torque is measured, thinned out to what the filters leave of
+/// independent information.
 class Rows {
  public:
-  Rows(const RigidArm& arm, const FullOptions& options) : arm_(arm), options_(options) {}
+  Rows(const RigidArm& arm, std::vector<int> joints, const FullOptions& options)
+      : arm_(arm), joints_(std::move(joints)), options_(options) {}
 
   void add(const Motion& motion) {
     const FilteredRegressor regressor = filtered_regressor(arm_, motion, options_.regressor);
@@ -35,7 +45,7 @@ class Rows {
     for (const Stretch& stretch : regressor.stretches) {
       for (Eigen::Index n = stretch.first; n < stretch.end; n += stride) {
         const int cluster = first_cluster_ + static_cast<int>(n / block);
-        for (int j = 0; j < kJoints; ++j) add(regressor, motion, n, j, cluster);
+        for (std::size_t k = 0; k < joints_.size(); ++k) add(regressor, motion, n, k, cluster);
       }
     }
     levers_m_ += motion.lever_m.cwiseAbs().array().isNaN().select(0, motion.lever_m.cwiseAbs()).sum();
@@ -59,7 +69,8 @@ class Rows {
   }
 
  private:
-  void add(const FilteredRegressor& regressor, const Motion& motion, Eigen::Index n, int joint, int cluster) {
+  void add(const FilteredRegressor& regressor, const Motion& motion, Eigen::Index n, std::size_t which, int cluster) {
+    const int joint = joints_[which];
     const std::size_t at = columns_.size();
     columns_.resize(at + kCalibrationCount, 0);
     for (int k = 0; k < kBaseCount; ++k)
@@ -70,11 +81,12 @@ class Rows {
     right_.push_back(regressor.right(joint, n));
     weight_.push_back(options_.weighted ? lever_weight(motion.lever_m(joint, n)) : 1);
     trust_.push_back(options_.weighted ? regressor.trust(joint, n) : 1);
-    group_.push_back(options_.weighted ? joint : 0);
+    group_.push_back(options_.weighted ? static_cast<int>(which) : 0);
     cluster_.push_back(cluster);
   }
 
   const RigidArm& arm_;
+  std::vector<int> joints_;
   const FullOptions& options_;
   int first_cluster_ = 0;
   double levers_m_ = 0, lever_count_ = 0;
@@ -101,8 +113,9 @@ CalibrationVector column_noise(const MachineDescription& machine, const FullOpti
   return noise;
 }
 
-/// Columns that are there by the options.
-std::vector<int> active_columns(const FullOptions& options) {
+/// Columns that are there by the options and by what the machine measures.
+std::vector<int> active_columns(const MachineDescription& machine, const FullOptions& options) {
+  const std::vector<int> unseen = unseen_columns(machine);
   std::vector<int> active;
   for (int k = 0; k < kCalibrationCount; ++k) {
     const int friction = k < kBaseCount ? -1 : (k - kBaseCount) % kFrictionCount;
@@ -110,7 +123,7 @@ std::vector<int> active_columns(const FullOptions& options) {
                      (friction == kBreakaway && !options.regressor.friction.stribeck) ||
                      (friction == kLoadShare && !options.regressor.friction.load) ||
                      (friction == kSeal && !options.regressor.friction.seal);
-    if (!off) active.push_back(k);
+    if (!off && std::find(unseen.begin(), unseen.end(), k) == unseen.end()) active.push_back(k);
   }
   return active;
 }
@@ -122,12 +135,12 @@ std::vector<std::string> names_of(const std::vector<IdentifiedParameter>& parame
 }
 
 /// Reasons from the fit itself: a joint the model does not explain.
-void judge_fit(const LeastSquaresProblem& problem, const LeastSquaresSolution& solution, std::size_t joints,
+void judge_fit(const LeastSquaresProblem& problem, const LeastSquaresSolution& solution, const std::vector<int>& joints,
                std::vector<std::string>& reasons) {
-  for (std::size_t j = 0; j < joints; ++j) {
+  for (std::size_t j = 0; j < joints.size(); ++j) {
     double n = 0, sum = 0, squares = 0, errors = 0;
     for (Eigen::Index i = 0; i < problem.right.size(); ++i) {
-      if (i % kJoints != static_cast<Eigen::Index>(j)) continue;
+      if (i % std::ssize(joints) != static_cast<Eigen::Index>(j)) continue;
       n += 1;
       sum += problem.right[i];
       squares += problem.right[i] * problem.right[i];
@@ -139,8 +152,53 @@ void judge_fit(const LeastSquaresProblem& problem, const LeastSquaresSolution& s
         fmt::format("the model explains only {:.2g} % of the {}'s torque, at least {:.2g} % are needed: is a channel "
                     "wrong in sign, "
                     "side or unit?",
-                    std::max(0.0, 100 * vaf), kJointNames[j], 100 * kLeastVaf));
+                    std::max(0.0, 100 * vaf), kJointNames[static_cast<std::size_t>(joints[j])], 100 * kLeastVaf));
   }
+}
+
+/// unseen_columns() as drawn, 0 where a drawing says nothing; the others 0.
+CalibrationVector kept_from_drawing(const MachineDescription& machine) {
+  const CalibrationVector drawn = drawn_parameters(machine);
+  CalibrationVector kept = CalibrationVector::Zero();
+  for (const int k : unseen_columns(machine))
+    if (std::isfinite(drawn[k])) kept[k] = drawn[k];
+  return kept;
+}
+
+/// As far as the bias filter doubts a machine as drawn. An inertia holds the square of the lengths that a moment holds;
+/// breakaway is a share of Coulomb friction.
+void add_doubt_of_drawing(MachineDescription machine, CalibrationMatrix& covariance) {
+  const std::vector<int> unseen = unseen_columns(machine);
+  if (unseen.empty()) return;
+  machine.dynamics_calibration.reset();
+  const BiasMatrix doubt = BiasFilter(machine).covariance();
+  const CalibrationVector drawn = drawn_parameters(machine);
+  const int joint = machine.sensors.without_pressures;
+  const double offset = doubt(kBiasOffset + joint, kBiasOffset + joint),
+               coulomb = doubt(kBiasCoulomb + joint, kBiasCoulomb + joint);
+  const int extend = friction_index(joint, kCoulombExtend), retract = friction_index(joint, kCoulombRetract);
+  covariance(extend, extend) = covariance(retract, retract) = coulomb + offset;
+  covariance(extend, retract) = covariance(retract, extend) = coulomb - offset;
+  const auto set = [&](FrictionIndex which, double variance) {
+    covariance(friction_index(joint, which), friction_index(joint, which)) = variance;
+  };
+  set(kViscous, doubt(kBiasViscous + joint, kBiasViscous + joint));
+  set(kSeal, doubt(kBiasSeal + joint, kBiasSeal + joint));
+  const double breakaway_share = drawn[friction_index(joint, kBreakaway)] / drawn[extend];
+  set(kBreakaway, breakaway_share * breakaway_share * coulomb);
+  if (joint != kBoom) return;
+  const double x = doubt(kBiasMomentX, kBiasMomentX), z = doubt(kBiasMomentZ, kBiasMomentZ);
+  covariance(kMomentX, kMomentX) = x;
+  covariance(kMomentZ, kMomentZ) = z;
+  covariance(kInertia, kInertia) = 4 * drawn[kInertia] * drawn[kInertia] * (x + z) /
+                                   (drawn[kMomentX] * drawn[kMomentX] + drawn[kMomentZ] * drawn[kMomentZ]);
+}
+
+std::string unseen_text(const MachineDescription& machine) {
+  const std::string joint = kJointNames[static_cast<std::size_t>(machine.sensors.without_pressures)];
+  return "nobody measures the " + joint + " cylinder's pressures: its friction" +
+         (machine.sensors.without_pressures == kBoom ? ", J1, X1 and Z1 are" : " is") +
+         " the machine file's, and no standard deviation contains how far the " + joint + " bends behind its encoder";
 }
 
 template <typename Matrix>
@@ -155,19 +213,44 @@ void set_sigmas(Identification& summary) {
     summary.parameters[static_cast<std::size_t>(k)].sigma = std::sqrt(summary.covariance(k, k));
 }
 
-void fill(FullResult& result, const FullOptions& options) {
+void fill(FullResult& result, const MachineDescription& machine, const FullOptions& options) {
   Identification& summary = result.summary;
   result.dynamics.stribeck_mps.setConstant(options.regressor.friction.stribeck_mps);
   result.dynamics.covariance = result.sandwich_covariance;
-  if (options.model_error) result.dynamics.covariance += *options.model_error;
+  if (options.model_error)
+    result.dynamics.covariance += *options.model_error;
+  else
+    add_doubt_of_drawing(machine, result.dynamics.covariance);
   summary.sigmas = options.model_error ? Identification::Sigmas::kWithModelError : Identification::Sigmas::kOfResiduals;
   summary.covariance = result.dynamics.covariance;
   for (int k = 0; k < kCalibrationCount; ++k)
     summary.parameters[static_cast<std::size_t>(k)].value = result.dynamics.parameters[k];
+  for (const int k : unseen_columns(machine)) summary.parameters[static_cast<std::size_t>(k)].fixed = true;
   set_sigmas(summary);
 }
 
 }  // namespace
+
+std::vector<int> unseen_columns(const MachineDescription& machine) {
+  const int joint = machine.sensors.without_pressures;
+  if (joint == SensorDescription::kNone) return {};
+  std::vector<int> unseen;
+  if (joint == kBoom) unseen = {kInertia, kMomentX, kMomentZ};
+  for (int k = 0; k < kFrictionCount; ++k) unseen.push_back(friction_index(joint, kCoulombExtend) + k);
+  return unseen;
+}
+
+CalibrationVector drawn_parameters(const MachineDescription& machine) {
+  CalibrationVector values = CalibrationVector::Constant(std::numeric_limits<double>::quiet_NaN());
+  values.head<kBaseCount>() = lumped_parameters(machine);
+  for (int j = 0; j < kJoints; ++j) {
+    const FrictionDescription& friction = machine.cylinders[static_cast<std::size_t>(j)].friction;
+    values[friction_index(j, kCoulombExtend)] = values[friction_index(j, kCoulombRetract)] = friction.coulomb_N;
+    values[friction_index(j, kViscous)] = friction.viscous_Ns_per_m;
+    values[friction_index(j, kBreakaway)] = friction.coulomb_N * (friction.static_ratio - 1);
+  }
+  return values;
+}
 
 std::vector<IdentifiedParameter> calibration_names() {
   std::vector<IdentifiedParameter> names;
@@ -200,10 +283,10 @@ struct Solved {
 std::optional<Solved> solve(const MachineDescription& machine, std::span<const Motion> motions,
                             const FullOptions& options) {
   const RigidArm arm(machine);
-  Rows rows(arm, options);
+  Rows rows(arm, measured_joints(machine), options);
   for (const Motion& motion : motions) rows.add(motion);
   if (rows.empty()) return {};
-  Solved solved{rows.problem(), active_columns(options), {}};
+  Solved solved{rows.problem(), active_columns(machine, options), {}};
   LeastSquaresProblem& problem = solved.problem;
   problem.floor = column_noise(machine, options, motions.front().step_s, rows.mean_lever_m());
   problem.columns = Eigen::MatrixXd(problem.columns(Eigen::all, solved.active));
@@ -234,9 +317,10 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
   summary.indistinct = indistinct_combinations(solution, names_of(summary.parameters, active));
   if (!summary.reasons.empty()) return result;
   for (const std::string& line : summary.indistinct) summary.reasons.push_back(line);
-  judge_fit(solved->problem, solution, kJoints, summary.reasons);
+  judge_fit(solved->problem, solution, measured_joints(machine), summary.reasons);
 
   CalibrationVector& parameters = result.dynamics.parameters;
+  parameters = kept_from_drawing(machine);
   parameters(active) = solution.parameters;
   result.sandwich_covariance = spread(solution.sandwich, active);
   const JointVector greatest_kg = greatest_mass_kg(machine);
@@ -244,9 +328,10 @@ FullResult fit(const MachineDescription& machine, std::span<const Recording> rec
     parameters = nearest_consistent(parameters, spread(solution.information, active), greatest_kg);
     result.made_consistent = true;
   }
-  fill(result, options);
+  fill(result, machine, options);
   summary.usable = summary.reasons.empty();
   if (result.made_consistent) summary.reasons.push_back("moved to the nearest parameters that an arm can have");
+  if (machine.sensors.without_pressures != SensorDescription::kNone) summary.reasons.push_back(unseen_text(machine));
   return result;
 }
 

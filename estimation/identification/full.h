@@ -61,14 +61,22 @@ struct FullResult {
   bool made_consistent = false;  ///< The least-squares answer was no possible arm and has been moved.
 };
 
-/// @param machine as calibrated(): geometry and encoder offsets are taken as known.
+/// Columns of Calibration that no torque of this machine holds: where nobody measures a cylinder's pressures its
+/// friction, and of the boom also its inertia and moments, which reach no other joint. Full machines: none.
+[[nodiscard]] std::vector<int> unseen_columns(const MachineDescription& machine);
+
+/// What the drawing says of all parameters; NaN where it says nothing (load share and friction of seals).
+[[nodiscard]] CalibrationVector drawn_parameters(const MachineDescription& machine);
+
+/// @param machine as calibrated(): geometry and encoder offsets are taken as known. Its unseen_columns() keep the
+/// drawing's values and how far a drawing may be off.
 /// @return with summary.usable = false and the reasons where the recordings cannot tell (too short, constant, one
 /// direction, ...) or the model does not explain them; parameters are then zero unless they could be solved for.
 [[nodiscard]] FullResult identify_full(const MachineDescription& machine, std::span<const Recording> recordings,
                                        const FullOptions& options = {});
 
 /// Measured and modelled joint torque: rigid body by the time derivative of the smoothed momentum, friction from the
-/// calibration. Usable where the smoothing windows fit.
+/// calibration. Usable where the smoothing windows fit; NaN for a cylinder without transmitters.
 [[nodiscard]] TorqueComparison compare_torque(const DynamicsCalibration& dynamics, const MachineDescription& machine,
                                               const Recording& recording, const FullOptions& options = {});
 
@@ -92,9 +100,10 @@ struct UsualError {
   std::function<void(FullInput&)> apply;  ///< Puts one standard deviation of it on; of kModel, all of it.
 };
 
-/// Transmitter gains and lag, slope sensor, compliance behind the encoders; lengths, which a survey has made smaller;
-/// each term of the friction law the other way; rows weighted otherwise. Offsets of transmitters are not among them:
-/// they are constant forces, which friction parameters take up. @param machine as calibrated().
+/// Transmitter gains and lag, slope sensor, compliance behind the encoders where the cylinder's force is measured;
+/// lengths, which a survey has made smaller; each term of the friction law the other way; rows weighted otherwise.
+/// Offsets of transmitters are not among them: they are constant forces, which friction parameters take up. @param
+/// machine as calibrated().
 [[nodiscard]] std::vector<UsualError> usual_errors(const MachineDescription& machine);
 
 /// "J1" ... "Z3", "boom F_c extend" ... in the order of Calibration.

@@ -50,7 +50,7 @@ void check_pressures(std::span<const Recording> recordings, std::vector<std::str
   for (const Recording& recording : recordings) {
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
       for (std::size_t k = 0; k < 6 && recording.usable[i] != 0; ++k)
-        ranges[k].add(recording.samples[i].pressure_Pa[k]);
+        if (recording.samples[i].pressures_known[k / 2]) ranges[k].add(recording.samples[i].pressure_Pa[k]);
     }
   }
   const auto dead = [](const Range& r) { return r.high < kLeastConnected_Pa; };
@@ -60,7 +60,8 @@ void check_pressures(std::span<const Recording> recordings, std::vector<std::str
     return;
   }
   for (std::size_t k = 0; k < 6; ++k) {
-    if (ranges[k].width() == 0)
+    const bool measured = std::isfinite(ranges[k].high);
+    if (measured && ranges[k].width() == 0)
       faults.push_back(channel(k) + " never changes: " + number(ranges[k].high / 1e5, 1) + " bar");
   }
 }
@@ -127,8 +128,10 @@ void each_sample(FullInput& input, const Change& change) {
     for (Measurement& sample : recording.samples) change(sample);
 }
 
-void add_sensors(Errors& errors, const JointVector& compliance_radpNm) {
+/// @param without joint whose cylinder has no transmitters, or none.
+void add_sensors(Errors& errors, const JointVector& compliance_radpNm, int without) {
   for (int side = 0; side < 2 * kJoints; ++side) {
+    if (side / 2 == without) continue;
     const auto scale = [side](Measurement& m) { m.pressure_Pa[static_cast<std::size_t>(side)] *= 1 + kGainPart; };
     errors.push_back({Of::kInput, "gain of " + joint_name(side / 2) + " pressure " + (side % 2 == 0 ? "A" : "B"),
                       [scale](FullInput& input) { each_sample(input, scale); }});
@@ -139,6 +142,7 @@ void add_sensors(Errors& errors, const JointVector& compliance_radpNm) {
   errors.push_back({Of::kInput, "slope sensor", [tilt](FullInput& input) { each_sample(input, tilt); }});
   // With the ground: fast motion rocks the hull quicker than the mean that is taken of the slope sensor.
   for (int i = 0; i < kJoints; ++i) {
+    if (i == without) continue;
     errors.push_back(
         {Of::kInput, "compliance of the " + joint_name(i),
          [i, c = compliance_radpNm[i]](FullInput& input) { input.options.motion.compliance_radpNm[i] += c; }});
@@ -204,7 +208,7 @@ void add_model(Errors& errors) {
 
 std::vector<UsualError> usual_errors(const MachineDescription& machine) {
   Errors errors;
-  add_sensors(errors, usual_compliance_radpNm(machine));
+  add_sensors(errors, usual_compliance_radpNm(machine), machine.sensors.without_pressures);
   add_lengths(errors, machine.geometry_calibration.has_value());
   add_model(errors);
   return errors;

@@ -15,9 +15,12 @@ namespace {
 
 using Smooth = MotionOptions::Smooth;
 
-bool finite(const Measurement& m) noexcept {
-  return m.cylinder_m.allFinite() && std::isfinite(m.hull_pitch_rad) &&
-         std::all_of(m.pressure_Pa.begin(), m.pressure_Pa.end(), [](double p) { return std::isfinite(p); });
+/// @param without joint whose cylinder has no transmitters, or none.
+bool finite(const Measurement& m, int without) noexcept {
+  bool all = m.cylinder_m.allFinite() && std::isfinite(m.hull_pitch_rad);
+  for (int k = 0; k < 2 * kJoints; ++k)
+    all = all && (k / 2 == without || std::isfinite(m.pressure_Pa[static_cast<std::size_t>(k)]));
+  return all;
 }
 
 Eigen::Matrix3Xd unknown(Eigen::Index size) {
@@ -34,19 +37,22 @@ struct Raw {
         pressure_sum_Pa(cylinder_m),
         pitch_rad(cylinder_m.row(0)) {
     std::vector<std::uint8_t> known(recording.samples.size(), 0);
+    const int without = machine.sensors.without_pressures;
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
       const Measurement& m = recording.samples[i];
       const auto n = static_cast<Eigen::Index>(i);
-      if (recording.usable[i] == 0 || !finite(m)) continue;
+      if (recording.usable[i] == 0 || !finite(m, without)) continue;
       cylinder_m.col(n) = m.cylinder_m - machine.sensors.encoder_offset_m;
       pitch_rad[n] = m.hull_pitch_rad;
       known[i] = 1;
       for (int j = 0; j < kJoints; ++j) {
         const auto k = static_cast<std::size_t>(j);
-        cylinder_N(j, n) = m.pressure_Pa[2 * k] * machine.cylinders[k].head_area_m2() -
-                           m.pressure_Pa[2 * k + 1] * machine.cylinders[k].rod_side_area_m2();
-        pressure_sum_Pa(j, n) = m.pressure_Pa[2 * k] + m.pressure_Pa[2 * k + 1];
-        if (compliance_radpNm[j] != 0) bend(kinematics, j, n, compliance_radpNm[j]);
+        if (j != without) {
+          cylinder_N(j, n) = m.pressure_Pa[2 * k] * machine.cylinders[k].head_area_m2() -
+                             m.pressure_Pa[2 * k + 1] * machine.cylinders[k].rod_side_area_m2();
+          pressure_sum_Pa(j, n) = m.pressure_Pa[2 * k] + m.pressure_Pa[2 * k + 1];
+          if (compliance_radpNm[j] != 0) bend(kinematics, j, n, compliance_radpNm[j]);
+        }
         const auto angle = kinematics.joint_at(j, cylinder_m(j, n));
         if (!angle) known[i] = 0;
         joint_rad(j, n) = angle.value_or(std::numeric_limits<double>::quiet_NaN());

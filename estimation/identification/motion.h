@@ -25,7 +25,8 @@ struct MotionOptions {
   double pitch_window_s = 1;  ///< The hull hardly moves, tilt sensors are coarse: mean over so long.
 };
 
-/// One column a sample of the recording; NaN outside `stretches`.
+/// One column a sample of the recording; NaN outside `stretches`, and the force of a cylinder without transmitters
+/// (SensorDescription::without_pressures) everywhere.
 struct Motion {
   double step_s = 0;
   std::vector<Stretch> stretches;

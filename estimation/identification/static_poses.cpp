@@ -118,6 +118,12 @@ TorqueComparison compare(const StaticResult& result, const Motion& motion) {
 
 }  // namespace
 
+StaticOptions all_measured_links(const MachineDescription& machine) {
+  StaticOptions options;
+  options.first_link = machine.sensors.without_pressures == kBoom ? kArm : kBoom;
+  return options;
+}
+
 double still_m(const MachineDescription& machine) {
   return std::max(kLeastStill_m, 2 * length_steps_m(machine).maxCoeff());
 }

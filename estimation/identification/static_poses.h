@@ -25,6 +25,9 @@ struct StaticOptions {
   double stop_margin_m = 0.01;  ///< Poses with a rod closer to its end stop, which bears force unseen, are left out.
 };
 
+/// Options for all links, without the boom where nobody measures its pressures.
+[[nodiscard]] StaticOptions all_measured_links(const MachineDescription& machine);
+
 /// What rods may move by in a pose at rest: two steps of the encoders, 0.2 mm at least.
 [[nodiscard]] double still_m(const MachineDescription& machine);
 

@@ -18,6 +18,8 @@ constexpr double kSmallDrop_Pa = 3e5;  ///< Below it a sample counts less.
 /// What the model leaves out (spool frequency +- 15 %, hysteresis, the orifice's laminar part), as sampled machines
 /// show it.
 const std::array<double, 4> kModelError{8e-4, 8e-4, 4e-3, 0.01};  // dead bands, delay [s], gain (relative)
+/// The same where the load is the arm's weight alone.
+const std::array<double, 4> kWeighedError{5e-3, 5e-3, 8e-3, 0.1};
 /// Straight edges that are alike are the rule: RMS of their misfit over RMS of the speed above which a curve is fitted;
 /// and of a curve's, above which a notch is looked for.
 constexpr double kStraightFit = 0.02, kCurvedFit = 0.01;
@@ -245,7 +247,8 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     return relative_misfit(model, stretches, fit.parameters, found.speed_rms_mps);
   };
   Fit best = fitted(kStraight, start);
-  if (!best.converged || !(misfit_of(best) <= kStraightFit)) {
+  const bool weighed = !stretches.empty() && stretches.front().weighed;
+  if (!weighed && (!best.converged || !(misfit_of(best) <= kStraightFit))) {
     // From straight edges and from as curved ones as there are: the misfit has a valley at each end.
     ValveVector steep = start;
     steep[kExponent] = 2;
@@ -273,7 +276,8 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
   result.covariance = best.covariance;
   result.rank = result.columns = static_cast<int>(best.covariance.rows());
   for (const ValveParameter which : {kDeadExtend, kDeadRetract, kDelay, kGain}) {
-    const double model_error = kModelError[which] * (which == kGain ? best.parameters[kGain] : 1);
+    const double model_error =
+        (weighed ? kWeighedError : kModelError)[which] * (which == kGain ? best.parameters[kGain] : 1);
     result.covariance(which, which) += model_error * model_error;
   }
   const std::array<std::pair<const char*, const char*>, kAll> names{{{"dead_band_extend", ""},
@@ -291,6 +295,8 @@ Identification identify_axis(const MachineDescription& machine, int joint, std::
     result.parameters.push_back(
         {names[i].first, names[i].second, best.parameters[at], std::sqrt(result.covariance(at, at)), false});
   }
+  if (weighed)
+    result.reasons.push_back(name + ": its pressures are not measured: flow at the load of the arm's weight; no curve");
   result.reasons.push_back(name + ": commands to " + text(found.largest_command) +
                            " of the spool's stroke; nothing is known beyond");
   if (!best.converged || !(misfit <= kWorstFit)) {

@@ -41,10 +41,14 @@ using ValveVector = Eigen::Matrix<double, kAll, 1>;
 struct AxisStretch {
   double step_s;
   std::vector<double> command, length_m, head_Pa, rod_Pa;
+  /// Without transmitters: pressures with which the cylinder would let its oil out while it carries the arm's weight,
+  /// as the machine's law takes them (slave/joint_control.h). Nothing is known of how they change within a stroke.
+  bool weighed = false;
   std::vector<double> spool;         ///< Where the commands put it, but for the delay.
   std::vector<double> measured_mps;  ///< Filtered speed of the encoder.
 };
 
+/// @param machine as calibrated(): its parameters weigh the arm where a cylinder has no transmitters.
 /// @return all stretches of the recordings in which the axis' command is known, but those too short to tell anything.
 [[nodiscard]] std::vector<AxisStretch> axis_stretches(const MachineDescription& machine,
                                                       std::span<const Recording> recordings, int joint);
@@ -95,7 +99,8 @@ struct ValveResult {
 /// slower spool looks like a longer delay, which sigma allows for. Saturation does not show before commands reach it.
 /// @param recordings with valve commands; where an axis' command is NaN, that axis is not fitted. An axis is refused,
 /// with the reason, that did not move at 5 mm/s or more for 2 s each way, or whose fit does not hold or has hardly
-/// any dead band where the file has one.
+/// any dead band where the file has one. A cylinder without transmitters is fitted to the flow at the load that the
+/// arm's weight makes, with straight edges: a curve would take up what that load is off.
 [[nodiscard]] ValveResult identify_valves(const MachineDescription& machine, std::span<const Recording> recordings);
 
 }  // namespace knuckle::estimation

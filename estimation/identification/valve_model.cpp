@@ -5,6 +5,9 @@
 
 #include "estimation/identification/smoothing.h"
 #include "estimation/identification/valve_identification.h"
+#include "estimation/regressor.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -70,6 +73,57 @@ std::vector<double> measured_mps(const AxisStretch& axis) {
   return smoothed(speed, axis.step_s);
 }
 
+/// What stands for the pressures of a cylinder without transmitters. Steady flow through both metering edges, the pump
+/// at the highest load plus its margin:
+///   p_out - p_tank = A_out^2 d / (A_A^3 + A_B^3),  d = p_s A_in - p_tank A_out -+ F,  F the weight on the cylinder.
+class WeighedPressures {
+ public:
+  WeighedPressures(const MachineDescription& machine, int joint)
+      : machine_(machine), kinematics_(machine), base_(known_parameters(machine)), joint_(joint) {}
+
+  /// @return false where a length has no angle.
+  bool add(const Measurement& m, const JointVector& valve, AxisStretch& axis) const {
+    JointVector angle_rad;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto angle = kinematics_.joint_at(j, m.cylinder_m[j] - machine_.sensors.encoder_offset_m[j]);
+      if (!angle) return false;
+      angle_rad[j] = *angle;
+    }
+    const JointVector weight_Nm = joint_torque(RigidArm::gravity(Pose(angle_rad, m.hull_pitch_rad)) * base_);
+    const double weight_N = weight_Nm[joint_] / kinematics_.cylinder_at(joint_, angle_rad[joint_])->lever_m;
+    const double supply_Pa = supply_of_others_Pa(m, valve);
+    axis.rod_Pa.push_back(return_Pa(supply_Pa, weight_N, true));
+    axis.head_Pa.push_back(return_Pa(supply_Pa, weight_N, false));
+    return true;
+  }
+
+ private:
+  [[nodiscard]] double supply_of_others_Pa(const Measurement& m, const JointVector& valve) const {
+    double load_Pa = 0;
+    for (int j = 0; j < kJoints; ++j) {
+      const ValveDescription& edges = machine_.cylinders[static_cast<std::size_t>(j)].valve;
+      if (j == joint_ || !(edges.opening(valve[j]) > 0)) continue;
+      load_Pa = std::max(load_Pa, m.pressure_Pa[static_cast<std::size_t>(2 * j + (valve[j] > 0 ? 0 : 1))]);
+    }
+    return std::min(load_Pa + machine_.hydraulics.load_sensing_margin_Pa, machine_.hydraulics.main_relief_Pa);
+  }
+  [[nodiscard]] double return_Pa(double supply_of_others_Pa, double weight_N, bool extends) const {
+    const CylinderDescription& cylinder = machine_.cylinders[static_cast<std::size_t>(joint_)];
+    const double head = cylinder.head_area_m2(), rod = cylinder.rod_side_area_m2();
+    const double cubes = head * head * head + rod * rod * rod;
+    const double in = extends ? head : rod, out = extends ? rod : head, load_N = extends ? weight_N : -weight_N;
+    // Of its own load the pump's margin stands over the inlet edge.
+    const double own_N = machine_.hydraulics.load_sensing_margin_Pa * cubes / (in * in);
+    const double drive_N = std::max(own_N, supply_of_others_Pa * in - machine_.hydraulics.tank_Pa * out - load_N);
+    return machine_.hydraulics.tank_Pa + out * out * drive_N / cubes;
+  }
+
+  const MachineDescription& machine_;
+  Kinematics kinematics_;
+  BaseParameters base_;
+  int joint_;
+};
+
 }  // namespace
 
 ValveVector valve_vector(const ValveDescription& file) {
@@ -94,6 +148,8 @@ std::vector<AxisStretch> axis_stretches(const MachineDescription& machine, std::
                                         int joint) {
   std::vector<AxisStretch> result;
   const auto k = static_cast<std::size_t>(joint);
+  const bool weighed = joint == machine.sensors.without_pressures;
+  const WeighedPressures weights(machine, joint);
   for (const Recording& recording : recordings) {
     if (recording.valve.size() != recording.samples.size()) continue;
     std::vector<std::uint8_t> known = recording.usable;
@@ -102,13 +158,18 @@ std::vector<AxisStretch> axis_stretches(const MachineDescription& machine, std::
     }
     for (const Stretch& stretch : usable_stretches(known)) {
       if (static_cast<double>(stretch.size()) * recording.step_s < 4 * kValveSettle_s) continue;
-      AxisStretch axis{recording.step_s, {}, {}, {}, {}, {}, {}};
+      AxisStretch axis{};
+      axis.step_s = recording.step_s;
+      axis.weighed = weighed;
       for (auto i = static_cast<std::size_t>(stretch.first); i < static_cast<std::size_t>(stretch.end); ++i) {
+        if (weighed && !weights.add(recording.samples[i], recording.valve[i], axis)) break;
         axis.command.push_back(recording.valve[i][joint]);
         axis.length_m.push_back(recording.samples[i].cylinder_m[joint]);
+        if (weighed) continue;
         axis.head_Pa.push_back(recording.samples[i].pressure_Pa[2 * k]);
         axis.rod_Pa.push_back(recording.samples[i].pressure_Pa[2 * k + 1]);
       }
+      if (static_cast<double>(axis.command.size()) * recording.step_s < 4 * kValveSettle_s) continue;
       axis.spool = spool_without_delay(machine.cylinders[k].valve, axis);
       axis.measured_mps = measured_mps(axis);
       result.push_back(std::move(axis));
@@ -143,7 +204,7 @@ std::vector<double> AxisModel::speed_mps(const AxisStretch& axis, const ValveVec
 
 double AxisModel::compression(const AxisStretch& axis, std::size_t i, bool extends) const {
   constexpr std::size_t kAround = 10;
-  if (i < kAround || i + kAround >= axis.command.size()) return 0;
+  if (axis.weighed || i < kAround || i + kAround >= axis.command.size()) return 0;
   const std::vector<double>& out = extends ? axis.rod_Pa : axis.head_Pa;
   const double rate = (out[i + kAround] - out[i - kAround]) / (2 * kAround * axis.step_s);
   const double column = extends ? cylinder_.rod_side_area_m2() * (cylinder_.max_length_m - axis.length_m[i])

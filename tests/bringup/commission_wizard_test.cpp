@@ -9,10 +9,12 @@
 #include <sstream>
 
 #include "app/cli/interrupt.h"
+#include "machine/load.h"
 #include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/rotary_machine.h"
+#include "tests/support/two_cylinders.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -99,6 +101,18 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
     const double shown_m = steps * solar().sensors.encoder_step_m;
     EXPECT_NEAR(shown_m, bus->plant().cylinder_m[static_cast<int>(j)], 3e-3) << kJointNames[j];
   }
+}
+
+TEST(CommissionWizard, OfAMachineWithoutOneCylindersTransmittersComesToItsEndAndTellsWhatItCouldNotCheck) {
+  const MachineDescription machine = parse_machine(knuckle::test::without_transmitters("boom"), "m.toml");
+  const auto bus = simulated_bus(machine, 7);
+  const Outcome outcome = commission(bus, all(), machine);
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings));
+  EXPECT_NE(outcome.told.find("pressures not measured, spool"), std::string::npos) << outcome.told;
+  EXPECT_NE(outcome.told.find("sides not checked: nobody measures its pressures"), std::string::npos);
+  const ValveDescription& valve = bus->machine().plant().truth().machine.cylinders[kBoom].valve;
+  EXPECT_NEAR(outcome.result.axes[kBoom].dead_band_extend.value(), valve.dead_band_extend, 0.015);
 }
 
 TEST(CommissionWizard, ATapeThatPutsAStopBeyondTheCylinderIsRefused) {

@@ -55,6 +55,24 @@ TEST(MissingTorque, LeavesTheForceOfTheTwoOthersExactly) {
   }
 }
 
+// A place on the bucket shifts the force by what the pose makes of it, without end where arm and bucket are in line.
+TEST(MissingTorque, NearAPoseThatDoesNotTellNoForceIsMadeOfNoise) {
+  const MachineDescription machine = test_machine();
+  const BucketForceModel model(machine);
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (double bucket = -0.06; bucket <= 0.06; bucket += 0.001) {
+    const JointVector pose(0.7, -1.8, bucket), torque_Nm(0, 20 * normal(random), 5 * normal(random));
+    Eigen::Matrix3d c = JointVector(40, 12, 4).cwiseAbs2().asDiagonal();
+    c(kBoom, kBoom) = kUnknownVariance;
+    const BucketLoad load = model.solve(pose, Kinematics(machine).tip_jacobian(pose), torque_Nm, c);
+    const double sigma_N = largest_sigma(load.covariance_N2);
+    EXPECT_LT(load.force_N.norm(), 20e3) << bucket;
+    EXPECT_LT(load.force_N.norm(), 4 * sigma_N) << bucket;
+    EXPECT_LT(sigma_N, 40e3) << bucket;
+  }
+}
+
 TEST(MissingTorque, OfTheBoomLeavesTheForceOfTwoJoints) {
   const MachineDescription machine = test_machine();
   const PlanarJacobian jacobian = Kinematics(machine).tip_jacobian(kBent);

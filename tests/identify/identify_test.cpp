@@ -137,6 +137,7 @@ TEST_F(IdentifyProgram, GivesTheSameVerdictInItsWordsItsJsonAndThePapersPage) {
 }
 
 TEST(HeldOut, ObjectsToEachJointThatIsLeftUnexplainedAndToNothingElse) {
+  constexpr PerJoint<bool> kAll{true, true, true}, kNone{};
   const double nan = std::nan("");
   const auto held = [](double boom, double arm, double bucket) {
     HoldOut one{"run", "kim", {}, {}};
@@ -144,16 +145,16 @@ TEST(HeldOut, ObjectsToEachJointThatIsLeftUnexplainedAndToNothingElse) {
     one.to_2Hz.rms_Nm = one.to_2Hz.nrmse;
     return one;
   };
-  EXPECT_TRUE(objections(std::array{held(0.25, 0.1, 0.1)}, true).empty());
-  EXPECT_EQ(objections(std::array{held(0.1, 0.1, 0.1), held(0.1, 0.26, 0.3)}, true).size(), 2U);
-  EXPECT_TRUE(objections(std::array{held(nan, 0.1, 0.1)}, false).empty()) << "a joint that it does not model";
-  EXPECT_EQ(objections(std::array{held(nan, 0.1, 0.1)}, true),
+  EXPECT_TRUE(objections(std::array{held(0.25, 0.1, 0.1)}, kAll).empty());
+  EXPECT_EQ(objections(std::array{held(0.1, 0.1, 0.1), held(0.1, 0.26, 0.3)}, kAll).size(), 2U);
+  EXPECT_TRUE(objections(std::array{held(nan, 0.1, 0.1)}, kNone).empty()) << "a joint that it does not model";
+  EXPECT_EQ(objections(std::array{held(nan, 0.1, 0.1)}, kAll),
             std::vector<std::string>{"the boom cannot be validated: no held-out recording covers it"});
-  EXPECT_EQ(objections(std::array{held(nan, nan, nan)}, false).size(), 1U);
-  EXPECT_EQ(objections({}, false).size(), 1U);
+  EXPECT_EQ(objections(std::array{held(nan, nan, nan)}, kNone).size(), 1U);
+  EXPECT_EQ(objections({}, kNone).size(), 1U);
   HoldOut constant = held(0.1, 0.1, nan);
   constant.to_2Hz.rms_Nm[kBucket] = 5;
-  EXPECT_EQ(objections(std::array{constant}, false),
+  EXPECT_EQ(objections(std::array{constant}, kNone),
             std::vector<std::string>{"the bucket cannot be validated: its held-out torque never changes"});
 }
 

@@ -7,32 +7,21 @@
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/two_cylinders.h"
 
 namespace knuckle {
 namespace {
+using test::solar015_text;
+using test::without_transmitters;
 
-std::string solar() {
-  return test::content(test::source_dir() + "/config/machines/solar015.toml");
-}
 std::string refusal(const std::string& text) {
   return test::refusal([&] { (void)parse_machine(text, "m.toml"); });
 }
 std::string force(const std::string& keys) {
-  return solar() + "\n[force]\n" + keys + "\n";
+  return solar015_text() + "\n[force]\n" + keys + "\n";
 }
-/// The machine without the transmitters of a cylinder, and said to be so.
-std::string without(const std::string& joint) {
-  std::string text = solar();
-  for (const char* side : {"_head_pressure", "_rod_pressure"}) {
-    const std::size_t name = text.find("name = \"" + joint + side + "\"");
-    const std::size_t from = text.rfind("[[bus.node]]", name), to = text.find("[[bus.node]]", name);
-    text.erase(from, to - from);
-  }
-  return text.replace(text.find("[sensors]\n"), 10, "[sensors]\nwithout_pressures = \"" + joint + "\"\n");
-}
-
 TEST(ContactModelKey, NamesAModelAndNothingIsTheBucketForce) {
-  EXPECT_EQ(parse_machine(solar(), "m.toml").force.contact_model, ContactModel::kBucketForce);
+  EXPECT_EQ(parse_machine(solar015_text(), "m.toml").force.contact_model, ContactModel::kBucketForce);
   for (std::size_t i = 0; i < kContactModelNames.size(); ++i) {
     const MachineDescription machine =
         parse_machine(force(std::string("contact_model = \"") + kContactModelNames[i] + "\""), "m.toml");
@@ -54,8 +43,8 @@ TEST(ContactModelKey, WhatIsNoModelOrNoDirectionIsOneLine) {
 }
 
 TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
-  for (const std::string& text : {solar(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force(""),
-                                  solar() + "\n [ force ]  # mine\n"}) {
+  for (const std::string& text : {solar015_text(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force(""),
+                                  solar015_text() + "\n [ force ]  # mine\n"}) {
     const MachineDescription changed = with_contact_model(parse_machine(text, "m.toml"), "tip_force_of_two");
     EXPECT_EQ(changed.force.contact_model, ContactModel::kTipForceOfTwo);
     EXPECT_EQ(parse_machine(changed.text, "m.toml").force.contact_model, ContactModel::kTipForceOfTwo);
@@ -65,28 +54,29 @@ TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
 
 TEST(WithoutPressures, OneCylinderMayHaveNoneWhereTheFileSaysSo) {
   for (const int joint : {kBoom, kArm, kBucket}) {
-    const MachineDescription machine = parse_machine(without(kJointNames[static_cast<std::size_t>(joint)]), "m.toml");
+    const MachineDescription machine =
+        parse_machine(without_transmitters(kJointNames[static_cast<std::size_t>(joint)]), "m.toml");
     EXPECT_EQ(machine.sensors.without_pressures, joint);
-    EXPECT_EQ(machine.bus.nodes.size(), parse_machine(solar(), "m.toml").bus.nodes.size() - 2);
+    EXPECT_EQ(machine.bus.nodes.size(), parse_machine(solar015_text(), "m.toml").bus.nodes.size() - 2);
   }
 }
 
 TEST(WithoutPressures, MissingNodesAloneAreAFault) {
-  std::string text = without("boom");
+  std::string text = without_transmitters("boom");
   text.erase(text.find("without_pressures"), std::string("without_pressures = \"boom\"\n").size());
   EXPECT_NE(refusal(text).find("no node has boom_head_pressure, boom_rod_pressure"), std::string::npos)
       << refusal(text);
 }
 
 TEST(WithoutPressures, ATransmitterThatIsThereAllTheSameIsAFault) {
-  std::string text = solar();
+  std::string text = solar015_text();
   text.replace(text.find("[sensors]\n"), 10, "[sensors]\nwithout_pressures = \"boom\"\n");
   EXPECT_NE(refusal(text).find("there is boom_head_pressure, although"), std::string::npos) << refusal(text);
 }
 
 TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefused) {
   const auto with = [](const char* joint, const char* model) {
-    return refusal(without(joint) + "\n[force]\ncontact_model = \"" + model + "\"\n");
+    return refusal(without_transmitters(joint) + "\n[force]\ncontact_model = \"" + model + "\"\n");
   };
   for (const auto& [joint, model, ok] : {std::tuple{"boom", "tip_wrench", false},
                                          {"boom", "tip_force_of_two", true},
@@ -97,7 +87,7 @@ TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefu
     const std::string told = with(joint, model);
     EXPECT_EQ(told.find("needs the pressures of the") == std::string::npos, ok) << joint << ' ' << model << told;
   }
-  std::string low = without("boom");
+  std::string low = without_transmitters("boom");
   const std::size_t at = low.find("chamber_pressure_bar = 240");
   low.replace(at, std::string("chamber_pressure_bar = 240").size(), "chamber_pressure_bar = 200");
   EXPECT_NE(refusal(low).find("nothing lower is kept on a cylinder without transmitters"), std::string::npos)

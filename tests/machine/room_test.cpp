@@ -5,6 +5,7 @@
 
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/two_cylinders.h"
 
 namespace knuckle {
 namespace {
@@ -14,19 +15,25 @@ MachineDescription machine_named(const std::string& name) {
 }
 
 TEST(Room, ShippedMachinesHaveWallsOutsideTheirWorkingRange) {
-  for (const char* name : {"solar015", "compact080"}) EXPECT_TRUE(limit_notes(machine_named(name)).empty()) << name;
+  for (const char* name : {"solar015", "compact080"}) EXPECT_TRUE(machine_notes(machine_named(name)).empty()) << name;
 }
 
 TEST(Room, AnotherMachinesReachIsToldWithWhatItCutsOff) {
   MachineDescription machine = machine_named("compact080");
   machine.limits.reach_m = machine_named("solar015").limits.reach_m;
-  const auto notes = limit_notes(machine);
+  const auto notes = machine_notes(machine);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].rfind("limits.reach_m = 3.3 of machine 'compact080' cuts off ", 0), 0U) << notes[0];
   EXPECT_NE(notes[0].find("the tip goes to 6."), std::string::npos) << notes[0];
   machine.limits.floor_m = -1;
   machine.limits.ceiling_m = 1;
-  EXPECT_EQ(limit_notes(machine).size(), 3U);
+  EXPECT_EQ(machine_notes(machine).size(), 3U);
+}
+
+TEST(Room, WhatACylinderWithoutTransmittersCostsIsTold) {
+  const auto notes = machine_notes(parse_machine(test::without_transmitters("boom"), "m.toml"));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].rfind("sensors.without_pressures = boom: forces rest on the two other cylinders", 0), 0U);
 }
 
 TEST(Room, TheStretchedArmIsAmongThePosesLookedAt) {

@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <random>
 #include <utility>
 
+#include "core/units.h"
 #include "tests/slave/test_machine.h"
 
 namespace knuckle::slave {
@@ -301,7 +303,7 @@ TEST(UnseenForce, WhereTwoTorquesTellItNothingIsLimited) {
   Eigen::Matrix3d covariance = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
   covariance(kBoom, kBoom) = estimation::kUnknownVariance;
   const JointVector rate(0.3, -0.2, 0.4);
-  const LimitedApproach result = limit_unseen(rate, jacobian(), covariance);
+  const LimitedApproach result = limit_unseen(rate, jacobian(), covariance, {0, 0});
   EXPECT_EQ(result.rate_radps, rate);
   EXPECT_FALSE(result.limiting);
 }
@@ -319,7 +321,7 @@ TEST(UnseenForce, TheTipDoesNotAdvanceTheWayInWhichAForceWouldNotBeSeen) {
   int limited = 0;
   for (int k = 0; k < 500; ++k) {
     const JointVector rate(evenly(random), evenly(random), evenly(random));
-    const LimitedApproach result = limit_unseen(rate, here, covariance);
+    const LimitedApproach result = limit_unseen(rate, here, covariance, {0, 0});
     EXPECT_LT(std::abs(along.dot(here * result.rate_radps)), 0.01 + 0.05 * std::abs(along.dot(here * rate))) << k;
     for (int i = 0; i < kJoints; ++i) {
       EXPECT_GE(result.rate_radps[i] * rate[i], 0);
@@ -332,8 +334,24 @@ TEST(UnseenForce, TheTipDoesNotAdvanceTheWayInWhichAForceWouldNotBeSeen) {
   }
   EXPECT_GT(limited, 300);
   // The bucket alone turns out of it.
-  const LimitedApproach out = limit_unseen({0, 0, 0.4}, here, covariance);
+  const LimitedApproach out = limit_unseen({0, 0, 0.4}, here, covariance, {0, 0});
   EXPECT_NEAR(out.rate_radps[kBucket], 0.4, 0.02);
+}
+
+// Else an operator who pressed there could not leave: what holds him back is the very force that is not seen.
+TEST(UnseenForce, BackTheWayItCameTheTipIsNotHeld) {
+  Eigen::Matrix3d covariance = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
+  covariance(kBoom, kBoom) = estimation::kUnknownVariance;
+  const JointVector in_line(0.3, -1.5, 0.01), rate(0.1, 0.2, -0.1);
+  const PlanarJacobian here = Kinematics(test::test_machine()).tip_jacobian(in_line);
+  const PlanarVector moves_mps = here * rate;
+  const auto turned = [&](double degrees) { return PlanarVector(Eigen::Rotation2Dd(degrees * kDegree) * moves_mps); };
+  for (const double off : {0.0, 44.0, -44.0})
+    EXPECT_EQ(limit_unseen(rate, here, covariance, -0.3 * turned(off)).rate_radps, rate) << off;
+  const JointVector held = limit_unseen(rate, here, covariance, {0, 0}).rate_radps;
+  ASSERT_LT(held.norm(), 0.8 * rate.norm());
+  for (const double off : {46.0, -46.0, 90.0, 180.0})
+    EXPECT_EQ(limit_unseen(rate, here, covariance, -turned(off)).rate_radps, held) << off;
 }
 
 }  // namespace

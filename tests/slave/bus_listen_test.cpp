@@ -93,15 +93,17 @@ TEST(ListensFirst, SendsNothing) {
   EXPECT_TRUE(m.wire.empty());
 }
 
-TEST(RealMachine, WithoutTheTransmittersOfACylinderIsNotCommanded) {
+TEST(RealMachine, WithoutTheTransmittersOfACylinderIsLedOnlyOnceItIsIdentified) {
   MachineDescription machine = test::test_machine();
-  EXPECT_NO_THROW(refuse_without_pressures(machine));
+  EXPECT_NO_THROW(refuse_unidentified(machine));
   machine.source = "m.toml";
   machine.sensors.without_pressures = kArm;
   EXPECT_EQ(knuckle::test::refusal([&] {
-              refuse_without_pressures(machine);
+              refuse_unidentified(machine);
             }).find("m.toml: key 'sensors.without_pressures' = \"arm\": "),
             0U);
+  machine.dynamics_calibration.emplace();
+  EXPECT_NO_THROW(refuse_unidentified(machine));
 }
 
 }  // namespace

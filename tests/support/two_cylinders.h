@@ -1,0 +1,24 @@
+// A shipped machine as if nobody had put pressure transmitters on one of its cylinders.
+#pragma once
+
+#include <string>
+
+#include "tests/support/places.h"
+
+namespace knuckle::test {
+
+inline std::string solar015_text() {
+  return content(source_dir() + "/config/machines/solar015.toml");
+}
+
+/// Its machine file without the two transmitters' nodes, and the key that says so.
+inline std::string without_transmitters(const std::string& joint, std::string text = solar015_text()) {
+  for (const char* side : {"_head_pressure", "_rod_pressure"}) {
+    const std::size_t name = text.find("name = \"" + joint + side + "\"");
+    const std::size_t from = text.rfind("[[bus.node]]", name), to = text.find("[[bus.node]]", name);
+    text.erase(from, to - from);
+  }
+  return text.replace(text.find("[sensors]\n"), 10, "[sensors]\nwithout_pressures = \"" + joint + "\"\n");
+}
+
+}  // namespace knuckle::test
