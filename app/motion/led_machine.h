@@ -109,6 +109,7 @@ class LedMachine {
   void neutral() noexcept;
 
   [[nodiscard]] Duration period() const noexcept { return period_; }  ///< Of the slave loop.
+  [[nodiscard]] const slave::SlaveLoop& slave() const noexcept { return slave_; }
 
  private:
   /// A millisecond. @return whether the slave loop has stepped.

@@ -76,6 +76,7 @@ struct MachineRun::Impl {
   slave::SensorSet raw;
   bool synchronised = false;  // a SYNC is on its way to the nodes: they sample at their next step
   TruthSample at_sampling;
+  std::function<void(const slave::SlaveState&, const TruthSample&)> listener;
   const std::vector<PlanarVector>* pull = nullptr;  // of the test rig
   PlanarVector pull_at_m = PlanarVector::Zero();    // bucket axes
   double pull_step_s = 0;
@@ -176,6 +177,7 @@ void MachineRun::Impl::record(MachineRecording& into, std::size_t count) {
     if (!led.record(into.recording)) continue;
     samples.back().cylinder_m = reading_m();
     into.truth.push_back(at_sampling);
+    if (listener) listener(slave::state_of(now, led.slave()), at_sampling);
   }
 }
 
@@ -190,8 +192,12 @@ void MachineRun::watch(std::function<void(double elapsed_s)> watcher) {
   };
 }
 
+void MachineRun::listen(std::function<void(const slave::SlaveState&, const TruthSample&)> listener) {
+  impl_->listener = std::move(listener);
+}
+
 MachineRecording MachineRun::follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N,
-                                    double pull_from_tip_m) {
+                                    const PlanarVector& pull_from_tip_m) {
   Impl& i = *impl_;
   if (path.joint_rad.empty()) throw std::invalid_argument("a path must have a point");
   if (!pull_N.empty() && pull_N.size() != path.joint_rad.size()) {
@@ -202,7 +208,7 @@ MachineRecording MachineRun::follow(const estimation::JointPath& path, const std
   MachineRecording made = i.start_recording();
   i.led.lead(path);
   i.pull = pull_N.empty() ? nullptr : &pull_N;
-  i.pull_at_m = {i.simulated.machine().plant().truth().machine.links[kBucket].length_m - pull_from_tip_m, 0};
+  i.pull_at_m = PlanarVector(i.simulated.machine().plant().truth().machine.links[kBucket].length_m, 0) + pull_from_tip_m;
   i.pull_step_s = path.step_s;
   i.pull_from = i.now + kTick;
   i.record(made, i.samples_in(path.duration_s()));

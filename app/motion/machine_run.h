@@ -13,6 +13,7 @@
 #include "machine/description.h"
 #include "sim/truth.h"
 #include "sim/world.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::motion {
 
@@ -44,12 +45,14 @@ class MachineRun {
 
   /// Is told the time driven so far every second of it; may throw to end the run, which is then of no more use.
   void watch(std::function<void(double elapsed_s)> watcher);
+  /// Is told with each recorded sample what the slave loop reports after the step that heard it.
+  void listen(std::function<void(const slave::SlaveState&, const TruthSample&)> listener);
   /// Goes gently to the path's first point, then follows it and records (the way there is not recorded).
   /// @param pull_N of a test rig (load cell on a chain) on the bucket, frame M, one a sample of the path; empty: none.
-  /// @param pull_from_tip_m where its chain hangs, from the tip towards the bucket pin.
+  /// @param pull_from_tip_m where its chain hangs, from the tip, bucket axes.
   /// @throws NotLed with the reason where the machine does not engage or is no longer engaged.
   [[nodiscard]] MachineRecording follow(const estimation::JointPath& path, const std::vector<PlanarVector>& pull_N = {},
-                                        double pull_from_tip_m = 0);
+                                        const PlanarVector& pull_from_tip_m = PlanarVector::Zero());
   /// Stands still for so long and records.
   [[nodiscard]] MachineRecording rest(double duration_s);
   /// Hangs a weight on the bucket where the machine file says that loads lie; 0 takes it off. The machine waits for it.

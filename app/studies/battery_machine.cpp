@@ -207,6 +207,14 @@ Row judge_fine_encoders(const BatterySetup& setup, const MachineDescription& kno
   return method;
 }
 
+void judge_running(const PullPlan& plan, const MachineDescription& seen, const sim::MachineTruth& today,
+                   std::uint64_t seed, Row& methods) {
+  for (std::size_t i = 0; i < kContactModelNames.size(); ++i) {
+    methods.push_back(method_row(kContactModelNames[i]));
+    methods.back()["metrics"] = score_running(seen, today, static_cast<ContactModel>(i), plan, seed);
+  }
+}
+
 /// Adds to what is there of its row.
 void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed, Row& row) {
   const identify::CommissionRuns runs =
@@ -216,6 +224,10 @@ void judge(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint6
   row["commissioning"] = score_commissioning(setup.nominal, found, truth);
   const sim::MachineTruth today = setup.oil_changes ? sim::another_day(truth, setup.family, seed) : truth;
   const MachineDescription seen = calibrated(found.machine);
+  if (setup.running) {
+    judge_running(*setup.running, seen, today, seed, row["methods"]);
+    return;
+  }
   motion::MachineRun run(seen, today, {}, middle_of_range(setup.nominal), stream_seed(seed, Stream::kUse));
   run.watch(watch_for_interrupt);
   TrialPlan plan = setup.trials;

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/battery/rows.h"
 #include "app/identify/commission.h"
+#include "app/studies/running_pulls.h"
 #include "app/studies/trials.h"
 #include "estimation/identification/identification.h"
 #include "machine/description.h"
@@ -37,13 +39,14 @@ struct BatterySetup {
   std::vector<FullVariant> variants;          ///< Identified from the same recordings, judged on the same trials.
   sim::Family family = sim::Family::kSmooth;  ///< That the machines are of.
   bool oil_changes = true;                    ///< Other oil on the day of use.
+  std::optional<PullPlan> running;            ///< Judged while it runs, with each contact model, instead of all else.
   bool baselines = true;                      ///< The papers' methods, no calibration, nominal pins, fine encoders.
 };
 
 /// Its part of a battery's row: {"seed", "failure": why nothing could be judged}, or {"seed", "commissioning": metrics
 /// (commission_scores.h), "methods": [...]}. Of a method: {"method", "identified": the data were enough for a result,
 /// which the trials then judge, "usable": by the rule of held_out.h, as `knuckle identify` would say, "reason": why
-/// not, "metrics"}: those of force_scores.h; where there is a model, of held-out motion of the same day
+/// not, "metrics"}: those of force_scores.h, or of running_pulls.h under a contact model's name; where there is a model, of held-out motion of the same day
 /// torque_2Hz.JOINT and torque_raw.JOINT (NRMSE); where there are parameters, gravity.JOINT, inertia.JOINT,
 /// friction.JOINT (parameter_scores.h) and parameters_covered (intervals that hold the truth, of how many).
 /// @throws Interrupted once a signal has come.

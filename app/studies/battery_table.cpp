@@ -9,6 +9,8 @@
 
 #include "app/battery/quantity.h"
 #include "app/studies/battery_machine.h"
+#include "estimation/line_of_action.h"
+#include "machine/contact_model.h"
 
 namespace knuckle::studies {
 namespace {
@@ -160,7 +162,50 @@ Quantities commissioning() {
   return all;
 }
 
+Quantities covered(const std::string& what, const std::string& metric_name, By by = By::kShare) {
+  return {within(0.9, 0.99, {what, metric_name, by, "1"})};
+}
+
+/// Of what a line of action is told by: torque about the tip and offset from it.
+Quantities line_of_action(const std::string& key, const std::string& at) {
+  Quantities all = covered("95 % interval of the torque about the tip contains it" + at, key + "_torque_covered");
+  const std::string offset = "offset of the line of action, error" + at;
+  all.push_back(at_most(3, {offset + ", median", key + "_offset_m", By::kMedian, "cm", 100}));
+  all.push_back(at_most(8, {offset + ", p95", key + "_offset_m", By::kP95, "cm", 100}));
+  all.push_back(covered("95 % interval of the offset contains it" + at, key + "_offset_covered").front());
+  return all;
+}
+
+/// Of a contact model in the running machine's side.
+Quantities running() {
+  Quantities all{{"known force 1-5 kN, answered", "answered", By::kShare, "1"}};
+  const auto add = [&all](const Quantities& more) { all.insert(all.end(), more.begin(), more.end()); };
+  add(presses(0));
+  add(covered("95 % ellipse of the tip force contains the true force, free motion", "free_covered", By::kRatio));
+  add(covered("95 % ellipse of the tip force contains the true force, known forces", "press_covered"));
+  add({{"false contact alarms in 10 min of free motion", "false_alarms", By::kRatio, "1", kTenMinutes_s},
+       at_most(40, {"false torque about the tip, free motion, p95", "free_torque_Nm", By::kP95, "N m"})});
+  add(covered("95 % interval of the torque about the tip contains it, free motion", "free_torque_covered", By::kRatio));
+  const std::string tip = ", forces at the tip", sides = ", pushes on the sides";
+  add({at_most(40, {"false torque about the tip" + tip + ", p95", "tip_torque_Nm", By::kP95, "N m"})});
+  add(line_of_action("tip", tip));
+  add({{"error of the force" + sides + ", median", "beside_error_N", By::kMedian, "N"},
+       {"error of the force" + sides + ", p95", "beside_error_N", By::kP95, "N"}});
+  add(covered("95 % ellipse of the tip force contains the true force" + sides, "beside_covered"));
+  add({{"error of the torque about the tip" + sides + ", median", "beside_torque_error_Nm", By::kMedian, "N m"},
+       {"error of the torque about the tip" + sides + ", p95", "beside_torque_error_Nm", By::kP95, "N m"},
+       within(0.95, kNever,
+              {"torque about the tip within 40 N m or 15 %" + sides, "beside_torque_good", By::kShare, "1"})});
+  add(line_of_action("beside", sides));
+  const std::string right = "side pushed on has more than half of the probability";
+  add({within(0.9, kNever, {right, "side_right", By::kShare, "1"})});
+  for (const std::string side : estimation::kBucketSideNames)
+    add({{right + ", " + side, "side_right." + side, By::kShare, "1"}});
+  return all;
+}
+
 Quantities quantities_of(const std::string& method, double full_scale_kg) {
+  if (contact_model_named(method)) return running();
   if (method == kFullFineEncoders) return contact(30, 50);
   Quantities all = no_load();
   for (const Quantities& part : {presses(method == kFullNominalPins ? 0.88 : 0.97), torque(), parameters(), honesty(),
@@ -214,7 +259,7 @@ std::vector<BatteryRow> battery_rows(const std::vector<Row>& machines, double fu
   }
   add_rows("commissioning", false, commissioning(), commissioned, rows);
   for (const Method& method : methods_of(machines)) {
-    const bool judged = method.name == kFull || method.name == kFullNominalPins || method.name == kFullFineEncoders;
+    const bool judged = contact_model_named(method.name).has_value() || method.name == kFull || method.name == kFullNominalPins || method.name == kFullFineEncoders;
     const double share = method.usable / static_cast<double>(machines.size());
     rows.push_back({"machines with a usable result", method.name, share, "1", "", std::nullopt});
     if (judged) {

@@ -165,6 +165,7 @@ class EstimationBattery {
                          {"ensemble", options_.ensemble},
                          {"ablation", options_.ablation},
                          {"budget", options_.budget},
+                         {"running", options_.running},
                          {"family", sim::name(family_)},
                          {"seed", seed()},
                          {"contact_from_tip_m", options_.from_tip_m}},
@@ -230,6 +231,10 @@ class EstimationBattery {
     const auto sampled = [this](std::uint64_t seed) { return sim::sample_truth(nominal_, family_, seed); };
     parts_.push_back({"", options_.machines, setup, sampled});
     setup.baselines = false;
+    if (options_.running > 0) {
+      parts_.push_back({"running: ", options_.running, setup, sampled});
+      parts_.back().setup.running.emplace();
+    }
     if (options_.ablation > 0) {
       parts_.push_back({kAblation, options_.ablation, setup, sampled});
       parts_.back().setup.variants = ablation(setup.full);
@@ -307,6 +312,7 @@ nlohmann::ordered_json json_of(const SweepOptions& options, const EstimationBatt
           {"ensemble", options.ensemble},
           {"ablation", options.ablation},
           {"budget", options.budget},
+          {"running", options.running},
           {"family", sim::name(sweep.family())},
           {"seed", sweep.seed()},
           {"contact_from_tip_m", options.from_tip_m},

@@ -73,7 +73,6 @@ Row score_contact_models(const MachineDescription& machine, const Trials& trials
 
 constexpr double kSettle_s = 1.0;  // filters start at each recording's beginning
 constexpr double kLookEvery_s = 0.5;
-constexpr double kChi2_95 = 5.991;   // two degrees of freedom
 constexpr double kLeastTaken = 0.1;  // of a pull, for a load
 
 void add_norms(const std::string& motion, const std::vector<PlanarVector>& forces, double step_s, Row& metrics) {
@@ -94,10 +93,6 @@ std::vector<PlanarVector> tips(const std::vector<EstimateSample>& samples) {
     result.push_back(sample.valid ? sample.tip_N : PlanarVector::Constant(kUnknown));
   }
   return result;
-}
-
-bool inside(const PlanarVector& error_N, const Eigen::Matrix2d& covariance_N2) {
-  return error_N.dot(covariance_N2.inverse() * error_N) < kChi2_95;
 }
 
 PressScore judge_press(const Trials& trials, const Press& press, const std::vector<PlanarVector>& forces) {
@@ -123,7 +118,7 @@ struct FreeMotion {
       if (estimates[k].contact && !estimates[k - 1].contact) ++alarms;
       if (k % every != 0 || !estimates[k].valid) continue;
       ++looks;
-      covered += inside(estimates[k].tip_N, estimates[k].covariance_N2) ? 1 : 0;
+      covered += inside_95(estimates[k].tip_N, estimates[k].covariance_N2) ? 1 : 0;
     }
     time_s += static_cast<double>(estimates.size() - settle) * step_s;
   }
@@ -156,6 +151,11 @@ void judge_lifts(OfflineEstimator& estimator, const Trials& trials, Row& metrics
 }
 
 }  // namespace
+
+bool inside_95(const PlanarVector& error_N, const Eigen::Matrix2d& covariance_N2) {
+  constexpr double kChi2_95 = 5.991;  // two degrees of freedom
+  return error_N.dot(covariance_N2.inverse() * error_N) < kChi2_95;
+}
 
 PressScore score_pull(const PlanarVector& truth, const PlanarVector& estimate, bool creeping) {
   const double turn = std::atan2(truth.x() * estimate.y() - truth.y() * estimate.x(), truth.dot(estimate));
@@ -208,7 +208,7 @@ Row score_estimator(const MachineDescription& machine, const Trials& trials) {
     PressScore score = judge_press(trials, press, pulled);
     const std::size_t last = press.judge_to - 1;
     const PlanarVector error_N = pulls[last].tip_N - trials.pulls.truth[last].contact_N;
-    covered.push_back(inside(error_N, pulls[last].covariance_N2) ? 1 : 0);
+    covered.push_back(inside_95(error_N, pulls[last].covariance_N2) ? 1 : 0);
     score.taken_for_load_N = (pulls[last].tip_N - pulls[last].contact_N).norm();
     presses.push_back(score);
   }

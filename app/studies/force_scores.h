@@ -23,6 +23,9 @@ struct PressScore {
 /// Estimate of one pull against its truth; NaN where there is none.
 [[nodiscard]] PressScore score_pull(const PlanarVector& truth, const PlanarVector& estimate, bool creeping);
 
+/// Within the ellipse that holds 95 %.
+[[nodiscard]] bool inside_95(const PlanarVector& error_N, const Eigen::Matrix2d& covariance_N2);
+
 /// Metrics of pulls, for standing ones and, likewise, .creeping: press_good.standing and press_as_load.standing (a
 /// tenth or more was reported as a load), 0 or 1 each; press_error_N.standing. A pull without an answer is one missed.
 void add_presses(const std::vector<PressScore>& presses, Row& metrics);

@@ -15,7 +15,7 @@ constexpr const char* kEstimation = "estimation";
 
 /// What only one kind of battery knows.
 using Names = std::vector<const char*>;
-const Names kOfEstimation{"--machines", "--ensemble", "--ablation", "--budget", "--contact-from-tip-m"};
+const Names kOfEstimation{"--machines", "--ensemble", "--ablation", "--budget", "--running", "--contact-from-tip-m"};
 const Names kOfSessions{"--grid", "--sessions", "--person", "--control", "--csv", "--report"};
 
 void add_options(const cli::OptionList& c, SweepOptions& o) {
@@ -54,6 +54,10 @@ void add_options(const cli::OptionList& c, SweepOptions& o) {
       .show_default()
       .check(cli::count_within(0, 100'000));
   c.add_option("--budget", o.budget, "estimation: number of machines for each single source of error; 0: none")
+      .show_default()
+      .check(cli::count_within(0, 100'000));
+  c.add_option("--running", o.running,
+               "estimation: number of machines to pull at while they run, with each contact model in turn; 0: none")
       .show_default()
       .check(cli::count_within(0, 100'000));
   c.add_option("--contact-from-tip-m", o.from_tip_m,

@@ -20,7 +20,7 @@ struct SweepOptions {
   std::string rows;                ///< File.
   std::vector<std::string> merge;  ///< Rows of other runs.
   // estimation
-  int machines = 20, ensemble = 40, ablation = 0, budget = 0;
+  int machines = 20, ensemble = 40, ablation = 0, budget = 0, running = 0;
   double from_tip_m = 0;
   // sessions: feel, work
   std::string grid;  ///< Empty: of the battery's name.

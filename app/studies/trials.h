@@ -7,17 +7,11 @@
 #include <vector>
 
 #include "app/motion/machine_run.h"
+#include "app/studies/test_rig.h"
 #include "machine/description.h"
 #include "sim/truth.h"
 
 namespace knuckle::studies {
-
-/// One known pull: grows, is held, goes. Judged by the mean over the end of the hold.
-struct Press {
-  PlanarVector force_N = PlanarVector::Zero();  ///< Frame M, on the machine.
-  bool creeping = false;                        ///< The tip creeps at 1-2 cm/s meanwhile; else the path stands still.
-  std::size_t judge_from = 0, judge_to = 0;     ///< Samples of the recording.
-};
 
 /// One weight, lifted and lowered slowly.
 struct Lift {
