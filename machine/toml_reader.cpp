@@ -151,7 +151,7 @@ std::string syntax_error(std::string_view text, const std::string& source, const
   text = text.substr(0, text.find('\n'));
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r"), text.size()));
   text = text.substr(0, text.find_last_not_of(" \t\r") + 1);
-  const std::string quoted = text.empty() ? "" : '\'' + shortened(printable(text)) + "': ";
+  const std::string quoted = text.empty() ? "" : '\'' + shortened(text) + "': ";
   std::string why = printable(error.description());
   if (why.starts_with("Error while parsing floating-point") && why.ends_with("could not be interpreted as a value"))
     why += ": must be within [-1.8e308, 1.8e308]";

@@ -140,7 +140,7 @@ class Reader {
       const std::string_view line = trimmed(text.substr(0, end));
       text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
       if (line.empty() || line[0] == ';' || line[0] == '#') continue;
-      if (first.empty()) first = fmt::format("line {}: '{}': ", number, shortened(printable(line)));
+      if (first.empty()) first = fmt::format("line {}: '{}': ", number, shortened(line));
       if (line[0] == '[') {
         open = section(line, number);
       } else if (const auto equals = line.find('='); equals != std::string_view::npos && open != nullptr) {
