@@ -134,7 +134,8 @@ TableRows force_rows(const std::vector<TipError>& errors) {
     constexpr const char* kUnder = "under 200";
     add("largest horizontal force", "N", kUnder, largest(e.theirs, 0), largest(e.ours, 0));
     add("largest vertical force", "N", kUnder, largest(e.theirs, 1), largest(e.ours, 1));
-    add("time with both under 200 N", "%", "100", 100 * share_as_published(e.theirs), 100 * share_as_published(e.ours));
+    add("time with both forces under 200 N", "%", "100", 100 * share_as_published(e.theirs),
+        100 * share_as_published(e.ours));
     add("largest torque about the tip", "N m", kNotShown, largest(e.theirs, 2), largest(e.ours, 2));
     add("force, RMS", "N", kNotShown, identify::force_rms_N(e.theirs), identify::force_rms_N(e.ours));
     add("force, RMS, both behind 3 Hz", "N", kNotShown, identify::force_rms_N(slowed(e.theirs, e.their_step_s)),
