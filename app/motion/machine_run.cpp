@@ -208,7 +208,8 @@ MachineRecording MachineRun::follow(const estimation::JointPath& path, const std
   MachineRecording made = i.start_recording();
   i.led.lead(path);
   i.pull = pull_N.empty() ? nullptr : &pull_N;
-  i.pull_at_m = PlanarVector(i.simulated.machine().plant().truth().machine.links[kBucket].length_m, 0) + pull_from_tip_m;
+  i.pull_at_m =
+      PlanarVector(i.simulated.machine().plant().truth().machine.links[kBucket].length_m, 0) + pull_from_tip_m;
   i.pull_step_s = path.step_s;
   i.pull_from = i.now + kTick;
   i.record(made, i.samples_in(path.duration_s()));

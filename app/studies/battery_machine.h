@@ -46,9 +46,10 @@ struct BatterySetup {
 /// Its part of a battery's row: {"seed", "failure": why nothing could be judged}, or {"seed", "commissioning": metrics
 /// (commission_scores.h), "methods": [...]}. Of a method: {"method", "identified": the data were enough for a result,
 /// which the trials then judge, "usable": by the rule of held_out.h, as `knuckle identify` would say, "reason": why
-/// not, "metrics"}: those of force_scores.h, or of running_pulls.h under a contact model's name; where there is a model, of held-out motion of the same day
-/// torque_2Hz.JOINT and torque_raw.JOINT (NRMSE); where there are parameters, gravity.JOINT, inertia.JOINT,
-/// friction.JOINT (parameter_scores.h) and parameters_covered (intervals that hold the truth, of how many).
+/// not, "metrics"}: those of force_scores.h, or of running_pulls.h under a contact model's name; where there is a
+/// model, of held-out motion of the same day torque_2Hz.JOINT and torque_raw.JOINT (NRMSE); where there are parameters,
+/// gravity.JOINT, inertia.JOINT, friction.JOINT (parameter_scores.h) and parameters_covered (intervals that hold the
+/// truth, of how many).
 /// @throws Interrupted once a signal has come.
 [[nodiscard]] Row judge_machine(const BatterySetup& setup, const sim::MachineTruth& truth, std::uint64_t seed);
 /// Whether this is such a part of a row.

@@ -259,7 +259,8 @@ std::vector<BatteryRow> battery_rows(const std::vector<Row>& machines, double fu
   }
   add_rows("commissioning", false, commissioning(), commissioned, rows);
   for (const Method& method : methods_of(machines)) {
-    const bool judged = contact_model_named(method.name).has_value() || method.name == kFull || method.name == kFullNominalPins || method.name == kFullFineEncoders;
+    const bool judged = contact_model_named(method.name).has_value() || method.name == kFull ||
+                        method.name == kFullNominalPins || method.name == kFullFineEncoders;
     const double share = method.usable / static_cast<double>(machines.size());
     rows.push_back({"machines with a usable result", method.name, share, "1", "", std::nullopt});
     if (judged) {

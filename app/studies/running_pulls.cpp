@@ -25,11 +25,11 @@ namespace knuckle::studies {
 namespace {
 
 constexpr double kWarmUp_s = 20;
-constexpr double kBetween_mps = 0.03;       // of the fastest cylinder, between poses
-constexpr double kInterval = 1.96;          // standard deviations of 95 %
+constexpr double kBetween_mps = 0.03;           // of the fastest cylinder, between poses
+constexpr double kInterval = 1.96;              // standard deviations of 95 %
 constexpr double kSteepest_rad = 60 * kDegree;  // off the side's normal
 constexpr double kGoodTorque_Nm = 40, kGoodTorqueShare = 0.15;
-constexpr std::size_t kLinkageSide = 3;     // rods and pins lie before it: nothing is pushed there
+constexpr std::size_t kLinkageSide = 3;  // rods and pins lie before it: nothing is pushed there
 constexpr std::uint16_t kRefusals = estimation::kStraightArm | estimation::kBucketInLine | estimation::kNearToggle |
                                     estimation::kDirectionAlongLink | estimation::kOffTheBucket |
                                     estimation::kNoDirection;
@@ -161,8 +161,8 @@ class RunningPulls {
       answered = answered && told_[k].answered();
     }
     const double n = static_cast<double>(press.judge_to - press.judge_from);
-    PressScore score = score_pull(truth / n, answered ? PlanarVector(told / n) : PlanarVector::Constant(kUnknown),
-                                  press.creeping);
+    PressScore score =
+        score_pull(truth / n, answered ? PlanarVector(told / n) : PlanarVector::Constant(kUnknown), press.creeping);
     score.taken_for_load_N = told_[press.judge_to - 1].state.load_N.norm();
     return score;
   }
@@ -181,8 +181,7 @@ class RunningPulls {
   /// What is told of more than the force, against the true torque about the tip.
   void judge_line(const std::string& where, const Told& told, double torque_Nm) {
     const slave::SlaveState& state = told.state;
-    list(where + "_torque_covered",
-         std::abs(state.tip_torque_Nm - torque_Nm) <= kInterval * state.tip_torque_sigma_Nm);
+    list(where + "_torque_covered", std::abs(state.tip_torque_Nm - torque_Nm) <= kInterval * state.tip_torque_sigma_Nm);
     const double off_m = std::abs(state.line_offset_m + torque_Nm / told.truth.contact_N.norm());
     list(where + "_offset_m", off_m);
     list(where + "_offset_covered", off_m <= kInterval * state.line_sigma_m);

@@ -12,9 +12,9 @@
 namespace knuckle::studies {
 
 struct PullPlan {
-  double free_s = 30;                    ///< Of free motion, slow and at digging speed each.
-  int poses = 5, directions = 12;        ///< Of pulls at the tip; each standing and creeping.
-  int push_poses = 5;                    ///< Of pushes on the sides of the bucket's outline, likewise.
+  double free_s = 30;              ///< Of free motion, slow and at digging speed each.
+  int poses = 5, directions = 12;  ///< Of pulls at the tip; each standing and creeping.
+  int push_poses = 5;              ///< Of pushes on the sides of the bucket's outline, likewise.
 };
 
 /// Drives the machine with this contact model and judges what the slave loop reports, the load included. With

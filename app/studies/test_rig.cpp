@@ -54,8 +54,8 @@ JointVector Rig::pose() {
 double Rig::duration_s(const JointVector& from, const JointVector& to, double cylinder_mps) const {
   double furthest = 0;
   for (int i = 0; i < kJoints; ++i) {
-    furthest = std::max(
-        furthest, std::abs(kinematics_.cylinder_at(i, to[i])->length_m - kinematics_.cylinder_at(i, from[i])->length_m));
+    furthest = std::max(furthest, std::abs(kinematics_.cylinder_at(i, to[i])->length_m -
+                                           kinematics_.cylinder_at(i, from[i])->length_m));
   }
   return std::max(0.5, motion::PathBuilder::kPeak * furthest / cylinder_mps);
 }
@@ -101,8 +101,7 @@ bool Rig::stands(double boom_Nm, const PlanarVector& force) const {
   for (const CylinderDescription& c : machine_.cylinders) arm_kg += c.body_mass_kg + c.rod_mass_kg;
   const PlanarVector pin_m = -hull_.centre_m;
   const PlanarVector on_pin_N = force - PlanarVector(0, arm_kg * estimation::kGravity_mps2);
-  const double lift_Nm =
-      cross(pin_m, on_pin_N) - boom_Nm - hull_.com_m.x() * hull_.mass_kg * estimation::kGravity_mps2;
+  const double lift_Nm = cross(pin_m, on_pin_N) - boom_Nm - hull_.com_m.x() * hull_.mass_kg * estimation::kGravity_mps2;
   const double weight_N = (hull_.mass_kg + arm_kg) * estimation::kGravity_mps2;
   const auto [rear_N, front_N] = sim::pushes_at_rest_N(hull_, weight_N - force.y(), -lift_Nm);
   return std::min(rear_N, front_N) > kLeastPush * weight_N;

@@ -47,7 +47,8 @@ class Rig {
   [[nodiscard]] JointVector crept(const JointVector& from, const JointVector& towards) const;
   /// A pull of 1-5 kN anywhere that this pose can hold at the tip.
   PlanarVector pull(const JointVector& pose_rad);
-  /// Likewise in this direction (frame M), beside the tip by from_tip_m (bucket axes); nullopt where it holds hardly any.
+  /// Likewise in this direction (frame M), beside the tip by from_tip_m (bucket axes); nullopt where it holds hardly
+  /// any.
   std::optional<PlanarVector> pull(const JointVector& pose_rad, double angle_rad,
                                    const PlanarVector& from_tip_m = PlanarVector::Zero());
   [[nodiscard]] Sampler& sampler() noexcept { return sampler_; }
