@@ -129,7 +129,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "enable",
      nullptr},
     {"home_pressed", SubjectKind::kJoint,
-     "no way home without its pressures while something may be pressed: repair the transmitter", "N"},
+     "something may be pressed, so the machine does not go on without its pressures: repair the transmitter", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

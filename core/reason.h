@@ -93,7 +93,7 @@ enum class ReasonCode : std::uint16_t {
   kForceUnknown,  ///< two torques do not tell the force in this pose: no advance that way; 95 % interval in N
   // A cylinder whose transmitters failed (slave/home_on_two.h).
   kHomeOffered,  ///< subject: joint; the operator acknowledged it and may choose to go on without its pressures
-  kHomePressed,  ///< subject: joint; not chosen: something may be pressed; N
+  kHomePressed,  ///< subject: joint; not chosen: something may be pressed
   kCount,
 };
 

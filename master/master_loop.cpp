@@ -219,11 +219,12 @@ void MasterLoop::send(const DeviceReading& device, Time now) noexcept {
 void MasterLoop::ask_for_home(const DeviceReading& device, Time now) noexcept {
   const bool offered = machine_mode() != Mode::kOff && slave_->home_offered && leads();
   const bool asked = settings_.home || (device.ok && device.presence && device.clutch);
-  home_steps_ = offered && asked && !device.enable ? std::min(home_steps_ + 1, kHomeSteps) : 0;
+  may_ask_home_ = offered && (may_ask_home_ || !asked);
+  home_steps_ = may_ask_home_ && asked && !device.enable ? std::min(home_steps_ + 1, kHomeSteps) : 0;
   if (home_steps_ < kHomeSteps || sequence_ % kHomeEveryMessages != 0 || !send_now_) return;
   HomeMessage message;
   message.stamp = session_.stamp(++home_sequence_, now);
-  message.fault = slave_->fault;
+  message.cylinder = slave_->unknown_torques;
   link_.send(encode(message).view());
 }
 

@@ -64,7 +64,7 @@ class MasterLoop {
   void set_assist(const AssistSettings& assist) noexcept { settings_.assist = assist; }
   /// Likewise: a stop besides the device's own button, which needs no device to act.
   void set_stop(bool pressed) noexcept { settings_.stop = pressed; }
-  /// While on, the operator asks to go home on two, as by the device's clutch (HomeAsk); needs no device.
+  /// While on, the operator asks to go home on two, as by the device's clutch held; needs no device.
   void set_home(bool asked) noexcept { settings_.home = asked; }
   /// While on, messages report the device as not held, whatever it reports itself.
   void set_nobody(bool on) noexcept { settings_.nobody = on; }
@@ -144,8 +144,9 @@ class MasterLoop {
   Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the first datagram of that machine
   Reason other_machine_;
   double round_trip_s_ = 0, silence_s_ = 1e9, lost_share_ = 0;
-  bool heard_ = false;     // a round trip was measured
-  DevicePosture posture_;  // at the set-point
+  bool heard_ = false;         // a round trip was measured
+  bool may_ask_home_ = false;  // nothing asked for it when it was offered: a clutch held since before is no answer
+  DevicePosture posture_;      // at the set-point
   PlanarVector law_force_N_ = PlanarVector::Zero(), rendered_N_ = PlanarVector::Zero();
   JointVector torque_Nm_ = JointVector::Zero();
   std::uint32_t sequence_ = 0, home_sequence_ = 0, stops_ = 0, releases_ = 0;

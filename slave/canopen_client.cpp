@@ -342,8 +342,8 @@ void CanopenClient::begin_step(Time now) noexcept {
   if (const Reason why = bus_fault(bus_.state())) fail(why);
   if (const Reason why = watch_.foreign(now)) {
     // First what has become of a node that was told to rest, then that somebody told it so.
-    const auto rests =
-        std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.lost && n.lost.value > 0; });
+    const auto rests = std::find_if(nodes_.begin(), nodes_.end(),
+                                    [](const Node& n) { return n.needed && n.lost && n.lost.value > 0; });
     fail(phase_ == Phase::kOperational && rests != nodes_.end() ? rests->lost : why);
   } else if (const Reason id_twice = watch_.twice()) {
     fail(id_twice);

@@ -52,17 +52,26 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
   return std::nullopt;
 }
 
-void HomeOnTwo::note_contradiction(const Reason& fault) noexcept {
-  if (fault.code != ReasonCode::kSensorImplausible || !cylinder_of(fault)) return;
-  if (same_cause(fault, contradicted_)) stays_ = fault;
-  contradicted_ = fault;
+void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
+  if (stage_ != Stage::kNothing || contradicted(now)) return;
+  pressed_ = pressed;
+  if (now - noted_at_ < 1s) return;
+  noted_at_ = now;
+  pressed_before_ = {pressed, pressed_before_[0], pressed_before_[1]};
 }
 
-void HomeOnTwo::offer(int joint, Time now) noexcept {
+void HomeOnTwo::note_contradiction(const Reason& fault, Time now) noexcept {
+  if (fault.code != ReasonCode::kSensorImplausible || !cylinder_of(fault)) return;
+  if (!contradicted(now)) pressed_ = pressed_before_[2];
+  if (contradicted(now) && same_cause(fault, contradicted_)) stays_ = fault;
+  contradicted_ = fault;
+  contradicted_at_ = now;
+}
+
+void HomeOnTwo::offer(int joint) noexcept {
   stage_ = Stage::kOffered;
   joint_ = joint;
-  offered_at_ = now;
-  refused_at_ = kNever;
+  calm_since_ = refused_at_ = kNever;
 }
 
 void HomeOnTwo::withdraw() noexcept {
@@ -70,31 +79,35 @@ void HomeOnTwo::withdraw() noexcept {
   contradicted_ = stays_ = {};
 }
 
-void HomeOnTwo::note_pressed(bool pressed, double force_N) noexcept {
-  pressed_before_ = pressed;
-  force_before_N_ = force_N;
+void HomeOnTwo::look(const Machine& machine, Time now) noexcept {
+  machine_ = machine;
+  const bool stands = (machine.rate_radps.array().abs() <= kModeLimits.machine_radps).all();  // a NaN does not
+  const bool calm = offered() && machine.known && stands && !machine.pressed;
+  if (!calm)
+    calm_since_ = kNever;
+  else if (calm_since_ == kNever)
+    calm_since_ = now;
 }
 
 /// What was pressed when the transmitters failed counts as pressed still: the machine has stood since, and two torques
 /// may be blind to it.
-Reason HomeOnTwo::refusal(const Machine& machine) const noexcept {
-  if (machine.enable) return {ReasonCode::kEnableHeld, 0, 0, 0};
+Reason HomeOnTwo::refusal() const noexcept {
+  if (machine_.enable) return {ReasonCode::kEnableHeld, 0, 0, 0};
   for (int i = 0; i < kJoints; ++i) {
-    const double rate_radps = std::abs(machine.rate_radps[i]), limit_radps = kModeLimits.machine_radps;
-    if (rate_radps <= limit_radps) continue;  // a NaN is not
+    const double rate_radps = std::abs(machine_.rate_radps[i]), limit_radps = kModeLimits.machine_radps;
+    if (rate_radps <= limit_radps) continue;
     return {ReasonCode::kMachineMoving, static_cast<std::uint8_t>(i), static_cast<float>(rate_radps),
             static_cast<float>(limit_radps)};
   }
-  if (!machine.pressed && !pressed_before_) return {};
-  const double force_N = machine.pressed ? machine.force_N : force_before_N_;
-  return {ReasonCode::kHomePressed, static_cast<std::uint8_t>(joint_), static_cast<float>(force_N), 0};
+  if (!machine_.pressed && !pressed_) return {};
+  return {ReasonCode::kHomePressed, static_cast<std::uint8_t>(joint_), 0, 0};
 }
 
-void HomeOnTwo::choose(const Machine& machine, Time now) noexcept {
-  if (!offered() || now - offered_at_ < kLeastOffered) return;
-  refused_ = refusal(machine);
+void HomeOnTwo::choose(unsigned cylinder, Time now) noexcept {
+  if (!offered() || !machine_.known || cylinder != 1U << joint_) return;
+  refused_ = refusal();
   refused_at_ = now;
-  if (!refused_) stage_ = Stage::kChosen;
+  if (!refused_ && calm_since_ != kNever && now - calm_since_ >= kLookedAt) stage_ = Stage::kChosen;
 }
 
 Reason HomeOnTwo::blocking(Time now) const noexcept {

@@ -4,6 +4,8 @@
 // something may be pressed. What was chosen holds until the program starts anew.
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -20,8 +22,9 @@ namespace knuckle::slave {
 
 class HomeOnTwo {
  public:
-  static constexpr Duration kLeastOffered = 1s;  ///< Before a choice: the two other cylinders must have been looked at.
-  static constexpr Duration kRefusalShown = 2s;
+  static constexpr Duration kLookedAt = 1s;      ///< So long it must have stood and touched nothing before a choice.
+  static constexpr Duration kRefusalShown = 2s;  ///< After the last message that was refused.
+  static constexpr Duration kInARow = std::chrono::minutes(5);  ///< Contradictions with less between them.
 
   explicit HomeOnTwo(const MachineDescription& machine);
 
@@ -30,24 +33,27 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
-  /// A sensor contradicts the others while the machine is led. Where a transmitter does so for the second time, that is
-  /// a reason to stay until it was acknowledged: a machine that stands does not show it, and would stop again and
-  /// again.
-  void note_contradiction(const Reason& fault) noexcept;
-  void offer(int joint, Time now) noexcept;
+  /// While all pressures are known and the machine has not stopped: whether something is pressed. Before the first time
+  /// something may be.
+  void note_pressed(bool pressed, Time now) noexcept;
+  /// A sensor contradicts the others while the machine is led. Where a transmitter does so twice in a row, that is a
+  /// reason to stay until it was acknowledged: a machine that stands does not show it, and would stop again and again.
+  void note_contradiction(const Reason& fault, Time now) noexcept;
+  void offer(int joint) noexcept;
   void withdraw() noexcept;
-  /// While all pressures are known: whether something is pressed, as far as the force tells.
-  void note_pressed(bool pressed, double force_N) noexcept;
 
-  /// What the machine's side knows of itself when it is asked.
+  /// What the machine's side knows of itself.
   struct Machine {
+    bool known = false;   ///< Its nodes work, and its sensors but for those of the cylinder.
     bool enable = false;  ///< The operator holds it.
     JointVector rate_radps = JointVector::Zero();
     bool pressed = false;  ///< As far as two torques tell.
-    double force_N = 0;
   };
-  /// The operator chooses: taken or refused with a reason that blocking() shows.
-  void choose(const Machine& machine, Time now) noexcept;
+  /// Each step.
+  void look(const Machine& machine, Time now) noexcept;
+  /// The operator chooses for this cylinder (HomeMessage::cylinder): taken, or refused with a reason that blocking()
+  /// shows; nothing where another one or none is offered. After look().
+  void choose(unsigned cylinder, Time now) noexcept;
 
   [[nodiscard]] bool offered() const noexcept { return stage_ == Stage::kOffered; }
   [[nodiscard]] bool chosen() const noexcept { return stage_ == Stage::kChosen; }
@@ -58,16 +64,22 @@ class HomeOnTwo {
 
  private:
   enum class Stage : std::uint8_t { kNothing, kOffered, kChosen };
-  [[nodiscard]] Reason refusal(const Machine& machine) const noexcept;
+  [[nodiscard]] Reason refusal() const noexcept;
+  [[nodiscard]] bool contradicted(Time now) const noexcept { return contradicted_ && now - contradicted_at_ < kInARow; }
 
   BusDescription bus_;
   bool possible_;
   Stage stage_ = Stage::kNothing;
   int joint_ = 0;
-  Time offered_at_ = kNever, refused_at_ = kNever;
+  Machine machine_;
+  Time calm_since_ = kNever;
+  Time refused_at_ = kNever, contradicted_at_ = kNever;
   Reason refused_, contradicted_, stays_;
-  bool pressed_before_ = false;  // in the last step with all pressures
-  double force_before_N_ = 0;
+  /// Of the newest step that counts, and of one two to three seconds before: what a transmitter tells that lies already
+  /// is not known from what is pressed.
+  bool pressed_ = true;
+  std::array<bool, 3> pressed_before_{true, true, true};
+  Time noted_at_ = kNever;
 };
 
 }  // namespace knuckle::slave

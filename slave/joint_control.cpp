@@ -29,6 +29,7 @@ constexpr double kIdle_mps = 1e-6;       // in contact 0.1 mm/s already presses:
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
 constexpr double kDither_s = 0.01;       // before it changes sides
+constexpr double kBack_m = 0.1;          // from where it touched: further off the way back may meet something else
 constexpr double kMoves_mps = 5e-3, kCame_s = 0.3;  // of the tip, until its way counts; memory of that way
 constexpr double kSoftLimitGain_1ps = 2.5;          // speed allowed towards a joint limit per radian before it
 
@@ -279,15 +280,18 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   const Touch touch = law_.touch(state, force);
   output.rate_radps = wanted_rates(state, touch, force, command, output);
   limit_force(touch, force, command.force_limit_N, output);
+  const PlanarVector tip_mps = touch.tip_jacobian * state.rate_radps;
+  from_touch_m_ += step_s_ * tip_mps;
   if (!force.contact) {
-    const PlanarVector tip_mps = touch.tip_jacobian * state.rate_radps;
+    from_touch_m_.setZero();
     if (tip_mps.norm() > kMoves_mps) came_mps_ += step_s_ / kCame_s * (tip_mps - came_mps_);
   } else if (!estimation::all_torques_known(force.joint_covariance_Nm2)) {
     // In free air too, a machine that is not calibrated would stand still nearly everywhere (docs/theory.md).
     // As it is in motion: friction of rods at rest would keep the machine where this limit has stopped it.
     Eigen::Matrix3d moving_Nm2 = force.joint_covariance_Nm2;
     moving_Nm2.diagonal() -= force.stuck_variance_Nm2;
-    const LimitedApproach seen = limit_unseen(output.rate_radps, touch.tip_jacobian, moving_Nm2, came_mps_);
+    const PlanarVector back_mps = from_touch_m_.norm() < kBack_m ? came_mps_ : PlanarVector(PlanarVector::Zero());
+    const LimitedApproach seen = limit_unseen(output.rate_radps, touch.tip_jacobian, moving_Nm2, back_mps);
     output.rate_radps = seen.rate_radps;
     if (!output.assist) output.assist = seen.limiting;
   }
@@ -297,7 +301,8 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   update_supply(cylinder_mps);
   for (int i = 0; i < kJoints; ++i) {
     const bool passed = std::abs(sent_valve_last[i] - last_valve_[i]) < kGateTolerance;
-    output.valve[i] = spool_command(i, cylinder_mps[i], state, running_ && passed);
+    const bool known = state.pressures_known[static_cast<std::size_t>(i)];  // else its oil's compression is not
+    output.valve[i] = spool_command(i, cylinder_mps[i], state, running_ && passed && known);
   }
   last_valve_ = output.valve;
   running_ = true;

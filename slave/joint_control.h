@@ -85,8 +85,9 @@ class JointControl {
   estimation::ContactCompliance contact_compliance_;
   PlanarVector touched_m_ =
       PlanarVector::Zero();  ///< Integrated speed of the touched point: no place, since that point changes.
-  PlanarVector came_mps_ = PlanarVector::Zero();  ///< The tip's motion before it touched; kept from hold to hold.
-  double contact_probability_ = 0;                ///< Largest contact_probability(), falling over some seconds.
+  PlanarVector came_mps_ = PlanarVector::Zero();      ///< The tip's motion before it touched; kept from hold to hold.
+  PlanarVector from_touch_m_ = PlanarVector::Zero();  ///< Its way since then.
+  double contact_probability_ = 0;                    ///< Largest contact_probability(), falling over some seconds.
   std::uint32_t steps_ = 0;
   PerJoint<std::array<double, 2>> learned_{};
   struct Learning {

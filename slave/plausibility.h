@@ -31,7 +31,7 @@ struct PlausibilityLimits {
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
   /// The same where nobody measures the cylinder's pressures: what is delivered is reckoned with the pump's margin
   /// alone, and a cylinder that cannot move delivers as much. Stock scenarios stay below 2 mm.
-  double unseen_unmeasured_m = 0.03;
+  double unseen_unmeasured_m = 0.01;
   double stall = 0.6;  ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
   /// ... below it, one that does not move behind an open valve for so long, over its FlowShare, is a fault.
   double unmoved_s = 0.8;

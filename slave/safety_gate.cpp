@@ -90,7 +90,9 @@ class GateLimiter {
       : commands_(wanted), state_(state), limits_(limits) {
     double load = 0;
     for (int i = 0; i < kJoints; ++i) {
-      if (flow_share(i) > 0) load = std::max(load, known(i) ? state_.pressure_Pa[driven_chamber(i)] : worst_load_Pa());
+      if (flow_share(i) <= 0) continue;
+      load = std::max(load, known(i) ? state_.pressure_Pa[driven_chamber(i)] : worst_load_Pa());
+      if (known(i)) known_load_Pa_ = std::max(known_load_Pa_, state_.pressure_Pa[driven_chamber(i)]);
     }
     supply_Pa_ = load + limits_.load_sensing_margin_Pa;
   }
@@ -104,7 +106,8 @@ class GateLimiter {
     if (!state_without_measured()) return;
     for (int i = 0; i < kJoints; ++i) {
       cap(i, limits_.table.home, kLimitHome);
-      if (commands_[i] != 0) cap_speed(i, limits_.table.home * limits_.max_rate_radps[i], kLimitHome);
+      if (commands_[i] == 0) continue;
+      cap_flow(i, limits_.table.home * limits_.max_rate_radps[i] / fastest_at_full_opening(i), kLimitHome);
     }
   }
 
@@ -203,6 +206,22 @@ class GateLimiter {
     return std::min(full_flow(i), limits_.pump_flow_m3ps) / area / std::abs(state_.lever_m[i]);
   }
 
+  /// Joint speed at full opening, whichever edge lets more oil through: the one that the pump feeds, its own flow not
+  /// counted, or the other under a load that runs ahead [rad/s]. Nothing that hangs on a cylinder without pressures
+  /// weighs more than the pump could lift.
+  double fastest_at_full_opening(int i) const noexcept {
+    const std::size_t in = driven_chamber(i), out = in ^ 1U;
+    const double in_Pa =
+        known(i) ? supply_Pa_ - state_.pressure_Pa[in] : known_load_Pa_ + limits_.load_sensing_margin_Pa;
+    const double out_Pa = known(i) ? state_.pressure_Pa[out] : limits_.main_relief_Pa;
+    const double head_m2 = limits_.head_area_m2[i], rod_m2 = limits_.rod_side_area_m2[i];
+    const bool extends = commands_[i] > 0;
+    const double fed = std::sqrt(std::max(limits_.load_sensing_margin_Pa, in_Pa)) / (extends ? head_m2 : rod_m2);
+    const double let_out = std::sqrt(std::max(0.0, out_Pa)) / (extends ? rod_m2 : head_m2);
+    return valve(i).nominal_flow_m3ps / std::sqrt(valve(i).nominal_drop_Pa) * std::max(fed, let_out) /
+           std::abs(state_.lever_m[i]);
+  }
+
   /// @param free up to here at once.
   void open_from(int i, double free, double away_1ps, const GateMemory& memory, Time now) noexcept {
     const Duration since = std::clamp(now - memory.at, Duration::zero(), limits_.table.longest_step);
@@ -246,7 +265,8 @@ class GateLimiter {
   JointVector commands_;
   const GateState& state_;
   const GateLimits& limits_;
-  double supply_Pa_ = 0;  // highest driven chamber plus load-sensing margin
+  double supply_Pa_ = 0;      // highest driven chamber plus load-sensing margin
+  double known_load_Pa_ = 0;  // highest driven chamber that is measured
   std::uint16_t flags_ = 0;
   Reason limiting_;
 };

@@ -40,8 +40,8 @@ void SlaveLoop::step(Time now) noexcept {
   ++sequence_;
   link_.send(encode(message(now)).view());
   restart_nodes_once_released(now);
-  go_home_if_chosen(now);
   go_on_if_asked(now);
+  go_home_if_chosen(now);
 }
 
 void SlaveLoop::receive_frames(Time now) noexcept {
@@ -72,8 +72,7 @@ void SlaveLoop::estimate(Time now) noexcept {
   payload_.step(*state_, force_.estimate());
   force_.hold_bias(payload_.maybe_loaded());
   force_.carry(payload_.carried());
-  if (!home_.offered() && !home_.chosen())
-    home_.note_pressed(force_.estimate().contact, force_.estimate().tip_N.norm());
+  if (!stopped()) home_.note_pressed(force_.estimate().contact, now);
   // Noise of estimate and speed would add up to energy that nothing put in.
   if (force_.estimate().significant && led(decision_.state.mode))
     energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;
@@ -112,7 +111,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
     return;
   }
   sensor_fault_ = plausibility_.step(*measurement, client_.spool());
-  if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_);
+  if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
   // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
   valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
   if (!client_.pilot_on() || led(decision_.state.mode))
@@ -208,13 +207,9 @@ void SlaveLoop::restart_nodes_once_released(Time now) noexcept {
 /// The operator acknowledges a fault by pressing and releasing enable while that fault is shown and the machine stands.
 /// An enable that merely is not pressed says nothing, nor does a press from before the fault was shown.
 bool SlaveLoop::acknowledged() noexcept {
-  const Mode mode = decision_.state.mode;
-  const bool stopped = mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
-  // While nodes are started anew, again and again, the fault stands beside that.
-  const bool beside = decision_.blocking.code == ReasonCode::kStartingUp && home_.cylinder_of(decision_.state.fault);
-  const Reason& shown = beside ? decision_.state.fault : decision_.blocking;
+  const Reason& shown = decision_.blocking;
   const bool there = operator_.message().presence && operator_.message().device_ok;
-  if (!stopped || !there || operator_.set_point().link || operator_.set_point().hold) {
+  if (!stopped() || !there || operator_.set_point().link || operator_.set_point().hold) {
     asking_ = Asking::kNothing;
   } else if (!operator_.enable()) {
     return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && still_asked(shown);
@@ -227,9 +222,18 @@ bool SlaveLoop::acknowledged() noexcept {
   return false;
 }
 
-/// A transmitter that is silent may be told of by its node's heartbeat or set-up as well.
+bool SlaveLoop::stopped() const noexcept {
+  const Mode mode = decision_.state.mode;
+  return mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
+}
+
+/// A transmitter that is silent may be told of by its node's heartbeat or set-up as well, and stands beside a start-up
+/// that is tried again and again.
 bool SlaveLoop::still_asked(const Reason& shown) const noexcept {
-  if (const auto joint = home_.cylinder_of(asked_)) return home_.cylinder_of(shown) == joint;
+  if (const auto joint = home_.cylinder_of(asked_)) {
+    const bool beside = shown.code == ReasonCode::kStartingUp;
+    return home_.cylinder_of(beside ? decision_.state.fault : shown) == joint;
+  }
   const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
   return same_cause(shown, asked_) && (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
 }
@@ -246,7 +250,7 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
     home_.withdraw();
     need_pressures(home_.joint(), true);
   } else if (const auto joint = home_.cylinder_of(asked_)) {
-    home_.offer(*joint, now);
+    home_.offer(*joint);
     need_pressures(*joint, false);
   }
 }
@@ -261,15 +265,11 @@ void SlaveLoop::need_pressures(int joint, bool on) noexcept {
 }
 
 void SlaveLoop::go_home_if_chosen(Time now) noexcept {
-  const HomeMessage* const home = operator_.home();
-  const bool looked = client_.operational() && state_ && !sensor_fault_;
-  if (home == nullptr || operator_.set_point().link || !looked || !same_cause(home->fault, decision_.state.fault))
-    return;
-  home_.choose({.enable = operator_.enable(),
-                .rate_radps = rest_rate_.value(),
-                .pressed = force_.estimate().contact,
-                .force_N = force_.estimate().tip_N.norm()},
-               now);
+  const bool known = client_.operational() && state_ && !sensor_fault_;
+  home_.look({known, operator_.enable(), rest_rate_.value(), force_.estimate().contact}, now);
+  const LossDecision& link = operator_.set_point();
+  if (operator_.home() == nullptr || link.link || link.hold || operator_.stop() || client_.e_stop_open()) return;
+  home_.choose(operator_.home()->cylinder, now);
 }
 
 const Reason& SlaveLoop::blocking() const noexcept {

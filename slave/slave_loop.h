@@ -88,6 +88,7 @@ class SlaveLoop {
   [[nodiscard]] ModeInputs observe(Time now) const noexcept;
   void command(Time now) noexcept;
   void restart_nodes_once_released(Time now) noexcept;
+  [[nodiscard]] bool stopped() const noexcept;
   [[nodiscard]] bool acknowledged() noexcept;
   [[nodiscard]] bool still_asked(const Reason& shown) const noexcept;
   void go_on_if_asked(Time now) noexcept;

@@ -170,17 +170,17 @@ struct SlaveMessage {
 };
 
 /// Operator to machine, 100 Hz while the operator asks for it by an act of its own: go on without the pressures of the
-/// cylinder whose transmitters failed. Taken only where all of it is so as this message says.
+/// cylinder whose transmitters failed. Taken only of the one that is offered.
 struct HomeMessage {
   LinkStamp stamp;
-  Reason fault;  ///< That the operator was shown: of another one it is no answer.
+  std::uint8_t cylinder = 0;  ///< As SlaveMessage::unknown_torques tells it: 1 boom, 2 arm, 4 bucket.
 
   /// In the order of its bytes.
   template <typename Self, typename Visit>
   static void fields(Self& m, Visit&& visit) {
-    [[maybe_unused]] const auto& [stamp, fault] = m;
+    [[maybe_unused]] const auto& [stamp, cylinder] = m;
     visit("stamp", m.stamp);
-    visit("fault", m.fault);
+    visit("cylinder", m.cylinder, wire::Bits{7});
   }
 };
 

@@ -130,7 +130,7 @@ JointLoads joint_loads(const SlaveMessage& m, const MachineDescription& machine,
     if (!at) continue;
     const Rod rod = rod_of(m, machine.cylinders[i], *at, joint);
     load.at_rest = std::abs(rod.out_mps) < kRest_mps;
-    add_push(rod, machine, joint, weight, load);
+    if ((m.unknown_torques >> joint & 1) == 0) add_push(rod, machine, joint, weight, load);
     if (estimation::to_steel_m(link, machine.cylinders[i], *at, angle_rad) >=
         estimation::steel_spread_m(machine.geometry_calibration.has_value()))
       continue;

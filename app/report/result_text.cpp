@@ -66,7 +66,7 @@ constexpr std::array kMetrics{
     MetricName{"unfelt_showable_s", "unfelt time in which the device could have shown the force"},
     MetricName{"free_felt_peak_N", "largest force felt in free motion"},
     MetricName{"home_opening", "widest valve opening on the way home on two"},
-    MetricName{"home_speed_radps", "fastest joint on the way home on two"},
+    MetricName{"home_speed", "fastest joint on the way home on two, of its limit"},
     MetricName{"contact_swing_N", "swing of the true force within a quarter of a second of contact, largest"},
     MetricName{"contact_bounces", "bounces on contact"},
     MetricName{"fault_rise_N", "rise of the true force after a fault, largest"},

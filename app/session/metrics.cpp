@@ -71,7 +71,7 @@ constexpr MetricEntry kTable[] = {
     {"resumed_by_itself", "session", "resumed_by_itself", "1", &Metrics::resumed_by_itself},
     {"records_lost", "session", "records_lost", "1", &Metrics::records_lost},
     {"home_opening", "session", "home_opening", "1", &Metrics::home_opening},
-    {"home_speed_radps", "session", "home_speed_radps", "rad/s", &Metrics::home_speed_radps},
+    {"home_speed", "session", "home_speed", "1", &Metrics::home_speed},
     {"pump_short_share", "session", "pump_short_share", "1", &Metrics::pump_short_share},
 };
 
@@ -270,7 +270,7 @@ void measure_session(const SessionRecord& record, Metrics& metrics) {
     if (s.machine.mode != Mode::kEngaged) continue;
     if (s.machine.home_on_two) {
       keep_worst(metrics.home_opening, s.machine.valve_command.cwiseAbs().maxCoeff(), s.t_s);
-      keep_worst(metrics.home_speed_radps, s.truth.joint_radps.cwiseAbs().maxCoeff(), s.t_s);
+      keep_worst(metrics.home_speed, s.truth.joint_radps.cwiseQuotient(record.most_radps).cwiseAbs().maxCoeff(), s.t_s);
     }
     const double step_s = s.t_s - record.samples[i - 1].t_s;
     engaged_s += step_s;

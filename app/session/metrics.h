@@ -92,8 +92,8 @@ struct Metrics {
   Metric phases_timed_out;                      ///< 1 where the operator's plan did not come to its end.
   Metric resumed_by_itself;  ///< Faults after which a valve was commanded before enable was pressed anew.
   Metric records_lost;       ///< Rows, frames, events and faults the recorder had no room for: fails every session.
-  Metric home_opening, home_speed_radps;  ///< Largest valve command and true joint speed while going home on two.
-  Metric pump_short_share;                ///< Of engaged time, pump delivering under 99 % of what was asked.
+  Metric home_opening, home_speed;  ///< Going home on two: widest valve command, fastest true joint by its limit.
+  Metric pump_short_share;          ///< Of engaged time, pump delivering under 99 % of what was asked.
 };
 
 /// How a metric is called in scenario criteria and in the JSON result: group.key.

@@ -142,9 +142,10 @@ struct SessionRecord {
   /// Where the walls begin that the hand feels at the ends of the machine's joints.
   JointVector joint_end_low_rad = JointVector::Constant(-std::numeric_limits<double>::infinity());
   JointVector joint_end_high_rad = JointVector::Constant(std::numeric_limits<double>::infinity());
-  bool plan_finished = true;  ///< The operator came to the end of the plan.
-  bool cut_short = false;     ///< It did not, because the session was asked to end before.
-  int phases_timed_out = 0;   ///< 1 where the operator's plan did not come to its end in time
+  JointVector most_radps = JointVector::Ones();  ///< The joints' speed limits.
+  bool plan_finished = true;                     ///< The operator came to the end of the plan.
+  bool cut_short = false;                        ///< It did not, because the session was asked to end before.
+  int phases_timed_out = 0;                      ///< 1 where the operator's plan did not come to its end in time
   int resumed_by_itself = 0;  ///< Faults after which a valve was commanded before enable was released and pressed again
   /// Samples, frames, events and faults there was no room for. If any: the session does not pass.
   std::uint64_t records_lost = 0;

@@ -161,6 +161,8 @@ SessionRecord start_record(const SessionSetup& setup) {
   SessionRecord record;
   record.samples.reserve(static_cast<std::size_t>((setup.scenario.duration_s + 1) * setup.machine.bus.sync_Hz));
   record.phases = setup.scenario.phase_names;
+  for (std::size_t i = 0; i < kJoints; ++i)
+    record.most_radps[static_cast<Eigen::Index>(i)] = setup.machine.links[i].max_rate_radps;
   record.phases.emplace_back("hold");
   record.force_scale = setup.device.feel.force_scale;
   record.device_limit_N = setup.device.feel.force_limit_N;

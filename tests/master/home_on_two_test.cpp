@@ -14,6 +14,7 @@ struct Offered : MasterRig {
     machine.mode = Mode::kFault;
     machine.fault = {ReasonCode::kSensorStale, 0x23, 60, 50};
     machine.home_offered = true;
+    machine.unknown_torques = 1;
     run(0.5);
   }
 };
@@ -28,7 +29,7 @@ TEST(HomeOnTwo, IsAskedForByTheClutchOrFromOutsideHeldForThreeSeconds) {
     EXPECT_GT(rig.loop.home_asked(), 0.9);
     rig.run(0.3);
     EXPECT_GT(rig.homes_heard, 3);
-    EXPECT_TRUE(same_cause(rig.home_heard.fault, rig.machine.fault));
+    EXPECT_EQ(rig.home_heard.cylinder, rig.machine.unknown_torques);
     rig.loop.set_home(false);
     rig.intent.clutch = false;
     rig.run(0.1);
@@ -65,6 +66,19 @@ TEST(HomeOnTwo, IsNotAskedForWithoutAnOfferNorWithEnableHeldNorByShortPresses) {
   nobody.intent.clutch = true;
   nobody.run(5);
   EXPECT_EQ(nobody.homes_heard, 0);
+
+  Offered held;  // the clutch was held before anything was offered
+  held.machine.home_offered = false;
+  held.intent.clutch = true;
+  held.run(1);
+  held.machine.home_offered = true;
+  held.run(5);
+  EXPECT_EQ(held.homes_heard, 0);
+  held.intent.clutch = false;
+  held.run(0.1);
+  held.intent.clutch = true;
+  held.run(3.2);
+  EXPECT_GT(held.homes_heard, 0);
 
   Offered silent;
   silent.intent.clutch = true;

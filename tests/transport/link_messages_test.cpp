@@ -88,12 +88,12 @@ const std::string kSlave =
     kTwo + kFour + kMinusTwo + kHalf + kZero + kZero + kZero + kZero + kHalf + "01";
 
 HomeMessage some_home() {
-  return {{0x0807060504030201, 9, 0x01020304, Time(1ms), Time(2ns)}, {ReasonCode::kSensorStale, 0x23, 1, 2}};
+  return {{0x0807060504030201, 9, 0x01020304, Time(1ms), Time(2ns)}, 4};
 }
 
 const std::string kHome =
     "4B4E 0A 04  0102030405060708 0900000000000000 04030201  40420F0000000000 0200000000000000  "
-    "0D00 23 0000803F 00000040";
+    "04";
 
 MachineStatus some_status() {
   MachineStatus s;
@@ -232,7 +232,7 @@ TEST(LinkMessages, UnknownModesReasonsAndFlagsAreRefused) {
   EXPECT_FALSE(decode_slave(with(kSlave, 50, Byte{0x10}))) << "unknown reason";
   EXPECT_FALSE(decode_slave(with(kSlave, 215, Byte{8}))) << "contact is neither yes nor no";
   EXPECT_FALSE(decode_slave(with(kSlave, 217, Byte{8}))) << "unknown limit";
-  EXPECT_FALSE(decode_home(with(kHome, 41, Byte{0x10}))) << "unknown reason";
+  EXPECT_FALSE(decode_home(with(kHome, 40, Byte{8}))) << "unknown cylinder";
   EXPECT_FALSE(decode_status(with(kStatus, 88, Byte{8}))) << "unknown flag";
 }
 
