@@ -426,5 +426,60 @@ TEST(JointControl, LearnsNoMoreThanItsLimit) {
   EXPECT_GT(most, 0.8 * limit) << "it would have learned more";
 }
 
+/// A machine without the boom's transmitters in a contact, for which the controller alone decides.
+class TwoTorques {
+ public:
+  explicit TwoTorques(const JointVector& pose)
+      : machine_(load_machine(find_config("machine", "solar015"))), control_(machine_, kStep_s) {
+    const Kinematics kinematics(machine_);
+    jacobian = kinematics.tip_jacobian(pose);
+    state.angle_rad = pose;
+    state.pressures_known[kBoom] = false;
+    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, pose[i])->lever_m;
+    force.joint_covariance_Nm2 = JointVector(40, 12, 5).cwiseAbs2().asDiagonal();
+    force.joint_covariance_Nm2(kBoom, kBoom) = std::numeric_limits<double>::infinity();
+  }
+  /// @return after half a second with the set-point so far ahead.
+  JointControl::Output towards(const JointVector& ahead_rad) {
+    JointControl::Output output;
+    for (int n = 0; n < 100; ++n)
+      output = control_.step(state, force, {state.angle_rad + ahead_rad, JointVector::Zero(), true}, output.valve);
+    return output;
+  }
+  PlanarJacobian jacobian;
+  estimation::JointState state;
+  estimation::ForceEstimate force;
+
+ private:
+  MachineDescription machine_;
+  JointControl control_;
+};
+
+TEST(JointControlOfTwoTorques, GoesBackTheWayItCameAndNotOnWhereTheyDoNotTellTheForce) {
+  TwoTorques machine({0.3, -1.5, 0.01});
+  const JointVector way(0.02, 0.05, 0.05);
+  machine.state.rate_radps = 4 * way;
+  (void)machine.towards(way);
+  machine.force.contact = true;
+  machine.state.rate_radps.setZero();
+  const JointControl::Output on = machine.towards(way), back = machine.towards(-way);
+  EXPECT_EQ(on.assist.code, ReasonCode::kForceUnknown);
+  EXPECT_FALSE(back.assist);
+  EXPECT_LT((machine.jacobian * on.rate_radps).norm(), 0.8 * (machine.jacobian * back.rate_radps).norm());
+  EXPECT_GT((machine.jacobian * back.rate_radps).norm(), 0.02);
+}
+
+// It stands because it was held: then the friction of standing rods must not hold it.
+TEST(JointControlOfTwoTorques, IsNotHeldByFrictionOfItsOwnStanding) {
+  TwoTorques machine({0.3, -1.5, -0.6});
+  machine.force.contact = true;
+  ASSERT_FALSE(machine.towards({0, 0.05, 0}).assist);
+  const JointVector stuck_Nm2(0, 60 * 60, 30 * 30);
+  machine.force.joint_covariance_Nm2.diagonal() += stuck_Nm2;
+  EXPECT_EQ(machine.towards({0, 0.05, 0}).assist.code, ReasonCode::kForceUnknown);
+  machine.force.stuck_variance_Nm2 = stuck_Nm2;
+  EXPECT_FALSE(machine.towards({0, 0.05, 0}).assist);
+}
+
 }  // namespace
 }  // namespace knuckle::slave

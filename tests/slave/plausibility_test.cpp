@@ -209,7 +209,7 @@ TEST(PlausibilityWithoutPressures, AFrozenEncoderIsFoundByItsOpenValve) {
       EXPECT_GT(axis.found_after(spool, 20, why), 0) << spool;
       EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
       EXPECT_EQ(why.subject, axis.machine.bus.encoder(0).id);
-      EXPECT_LT(std::abs(axis.length_ - 0.95), 0.1) << spool << (identified ? "" : " not identified");
+      EXPECT_LT(std::abs(axis.length_ - 0.95), 0.04) << spool << (identified ? "" : " not identified");
     }
   }
 }
