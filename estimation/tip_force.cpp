@@ -1,5 +1,6 @@
 #include "estimation/tip_force.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numbers>
 
@@ -31,6 +32,22 @@ double log_size(const Eigen::Matrix2d& covariance_N2) noexcept {
   return 0.5 * std::log(covariance_N2.determinant());
 }
 
+/// Two torques tell a force at a corner that is in line with the arm only across it. Along it what they make of their
+/// own noise is no force: there it is drawn to zero until it exceeds what it is told worse by than across. The interval
+/// stays as wide, and wider by what was taken off.
+TipForce shown(TipForce found) noexcept {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+  axes.computeDirect(found.covariance_N2);
+  const PlanarVector worst = axes.eigenvectors().col(1);
+  const double along_N = worst.dot(found.force_N), along2 = along_N * along_N;
+  const double worse2 = axes.eigenvalues()[1] - axes.eigenvalues()[0];
+  if (along2 == 0) return found;
+  const double off_N = along_N * (1 - along2 / (along2 + kBeyondChance2 * worse2));
+  found.force_N -= off_N * worst;
+  found.covariance_N2 += off_N * off_N * worst * worst.transpose();
+  return found;
+}
+
 }  // namespace
 
 BucketForceModel::BucketForceModel(const MachineDescription& machine) noexcept {
@@ -60,7 +77,8 @@ BucketForceModel::Torques BucketForceModel::torques(const JointVector& joints_ra
 BucketForceModel::Answer BucketForceModel::at(const Corner& corner, const Torques& torques) const noexcept {
   const PlanarVector from_tip_m = torques.to_machine * corner.from_tip_m;
   const PlanarJacobian jacobian = beside_tip(torques.jacobian, from_tip_m);
-  const TipForce found = solve_tip_force(jacobian, torques.torque_Nm, torques.covariance_Nm2);
+  const TipForce solved = solve_tip_force(jacobian, torques.torque_Nm, torques.covariance_Nm2);
+  const TipForce found = torques.all_known ? solved : shown(solved);
   Answer answer;
   const PlanarVector arm(-from_tip_m.y(), from_tip_m.x());  // torque about the tip = arm . force
   answer.load = {found.force_N,

@@ -130,6 +130,29 @@ TEST(MissingTorque, MakesTheIntervalIncludeThePlaceOnTheBucket) {
   EXPECT_GT(at_tip_within, 0.9 * kDraws) << at_tip_within;
 }
 
+// A corner in line with the arm: along it no force is told there, but what acts at the tip is told well.
+TEST(MissingTorque, NoiseIsNoForceWhereACornerOfTheBucketIsInLineWithTheArm) {
+  const MachineDescription machine = machine_with_outline();
+  const BucketForceModel model(machine);
+  const Kinematics kinematics(machine);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  Eigen::Matrix3d c = kSigma_Nm.cwiseAbs2().asDiagonal();
+  c(kBoom, kBoom) = kUnknownVariance;
+  for (const PlanarVector& corner :
+       {machine.bucket_profile.edge_m, machine.bucket_profile.heel_m, machine.bucket_profile.back_m}) {
+    const JointVector joints(0.3, -1.5, -std::atan2(corner.y(), corner.x()));
+    const PlanarJacobian jacobian = kinematics.tip_jacobian(joints);
+    double most_N = 0, most_at_tip_N = 0;
+    for (int k = 0; k < 300; ++k) {
+      const JointVector torque(0, 25 * normal(random), 10 * normal(random));
+      most_N = std::max(most_N, model.solve(joints, jacobian, torque, c).force_N.norm());
+      most_at_tip_N = std::max(most_at_tip_N, model.at_tip(joints, jacobian, torque, c).force_N.norm());
+    }
+    EXPECT_LT(most_N, 1.5 * most_at_tip_N) << corner.transpose();
+  }
+}
+
 TEST(MissingTorque, IsNotFeltWhateverStandsInItsPlace) {
   for (int missing = 0; missing < kJoints; ++missing) {
     Twin zeros(real_sensors()), wild(real_sensors());

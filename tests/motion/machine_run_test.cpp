@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "estimation/identification/paper_motions.h"
 #include "estimation/identification/static_poses.h"
@@ -162,6 +164,28 @@ TEST(MachineRun, TestRigPullsAndLetsGo) {
   EXPECT_GT(boom_head(made, 399), boom_head(made, 0) + 5e5);
   EXPECT_EQ(run.rest(0.1).truth.front().contact_N.norm(), 0);
   EXPECT_THROW((void)run.follow(hold, {PlanarVector::Zero()}), std::invalid_argument);
+}
+
+TEST(MachineRun, TellsWhatTheSlaveLoopReportsOfEachSample) {
+  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 9);
+  std::vector<slave::SlaveState> told;
+  std::vector<PlanarVector> truth_N;
+  run.listen([&](const slave::SlaveState& state, const TruthSample& truth) {
+    told.push_back(state);
+    truth_N.push_back(truth.contact_N);
+  });
+  // Half a metre beside the tip, at the bucket's pin, which turns no bucket joint.
+  estimation::JointPath hold{0.01, std::vector<JointVector>(300, kStarts_rad)};
+  const MachineRecording made =
+      run.follow(hold, std::vector<PlanarVector>(300, PlanarVector(0, -2000)), {-machine().links[kBucket].length_m, 0});
+  ASSERT_EQ(told.size(), made.recording.samples.size());
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].pressure_Pa, made.recording.samples[i].pressure_Pa) << i;
+    EXPECT_EQ(truth_N[i], made.truth[i].contact_N) << i;
+  }
+  EXPECT_EQ(told.back().mode, Mode::kEngaged);
+  EXPECT_NEAR(told.back().torque_Nm[kBucket], 0, 60);
+  EXPECT_LT(told.back().torque_Nm[kArm], -300);
 }
 
 TEST(MachineRun, WeightHangsUntilItIsTakenOff) {
