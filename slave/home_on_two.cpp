@@ -10,6 +10,8 @@
 namespace knuckle::slave {
 namespace {
 
+constexpr Duration kDoubted = 10s;  // what is seen to be pressed, after a transmitter contradicted the others
+
 /// A sensor or its node has failed, as opposed to being another one than the file says, or there twice.
 bool is_failure(ReasonCode code) noexcept {
   switch (code) {
@@ -53,7 +55,7 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
 }
 
 void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
-  if (stage_ != Stage::kNothing || contradicted(now)) return;
+  if (stage_ != Stage::kNothing || now - contradicted_at_ < kDoubted) return;
   pressed_ = pressed;
   if (now - noted_at_ < 1s) return;
   noted_at_ = now;
@@ -62,7 +64,7 @@ void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
 
 void HomeOnTwo::note_contradiction(const Reason& fault, Time now) noexcept {
   if (fault.code != ReasonCode::kSensorImplausible || !cylinder_of(fault)) return;
-  if (!contradicted(now)) pressed_ = pressed_before_[2];
+  if (now - contradicted_at_ >= kDoubted) pressed_ = pressed_before_[2];
   if (contradicted(now) && same_cause(fault, contradicted_)) stays_ = fault;
   contradicted_ = fault;
   contradicted_at_ = now;
@@ -76,7 +78,7 @@ void HomeOnTwo::offer(int joint) noexcept {
 
 void HomeOnTwo::withdraw() noexcept {
   stage_ = Stage::kNothing;
-  contradicted_ = stays_ = {};
+  stays_ = {};
 }
 
 void HomeOnTwo::look(const Machine& machine, Time now) noexcept {
