@@ -68,7 +68,8 @@ TEST(TwoCylinders, FindTheParametersThatTheyShowAsAllThreeDo) {
       if (std::find(unseen.begin(), unseen.end(), k) != unseen.end()) continue;
       const double sigma = std::sqrt(two.dynamics.covariance(k, k) + all.dynamics.covariance(k, k));
       EXPECT_NEAR(two.dynamics.parameters[k], all.dynamics.parameters[k], 4 * sigma)
-          << kJointNames[static_cast<std::size_t>(without)] << " missing: " << two.summary.parameters[k].name;
+          << kJointNames[static_cast<std::size_t>(without)]
+          << " missing: " << two.summary.parameters[static_cast<std::size_t>(k)].name;
     }
   }
 }
@@ -80,7 +81,9 @@ TEST(TwoCylinders, KeepTheDrawingAndItsDoubtWhereOnlyTheThirdWouldShow) {
     const estimation::IdentifiedParameter& p = found.summary.parameters[static_cast<std::size_t>(k)];
     EXPECT_TRUE(p.fixed) << p.name;
     EXPECT_EQ(p.value, std::isfinite(drawn[k]) ? drawn[k] : 0) << p.name;
-    if (p.name != "boom k") EXPECT_GT(p.sigma, 0.004 * std::abs(p.value)) << p.name;
+    if (p.name != "boom k") {
+      EXPECT_GT(p.sigma, 0.004 * std::abs(p.value)) << p.name;
+    }
   }
   EXPECT_FALSE(found.summary.parameters[1].fixed);
   EXPECT_NE(found.summary.reasons.back().find("nobody measures the boom cylinder's pressures"), std::string::npos);
@@ -156,7 +159,9 @@ TEST_F(TwoCylindersProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromItsF
   for (const auto& held : a["hold_out"]) {
     EXPECT_NE(held["method"], "kim");
     EXPECT_TRUE(held["to_2Hz"]["nrmse"]["boom"].is_null()) << held;
-    if (held["method"] == "full") EXPECT_LT(held["to_2Hz"]["nrmse"]["arm"], 0.1) << held;
+    if (held["method"] == "full") {
+      EXPECT_LT(held["to_2Hz"]["nrmse"]["arm"], 0.1) << held;
+    }
   }
   const MachineDescription machine = load_machine(path("cal.toml"));
   ASSERT_TRUE(machine.dynamics_calibration && machine.geometry_calibration);

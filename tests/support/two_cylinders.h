@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 
