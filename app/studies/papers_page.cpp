@@ -33,18 +33,19 @@ void write_title(std::ostream& out, const std::string& title) {
   out << "<h1 class=\"part\" id=\"" << report::anchor(title) << "\">" << title << "</h1>\n";
 }
 
+constexpr const char* kUsualCause =
+    "The usual cause is a machine that does not go where it is led. Its controller knows the valves from the machine "
+    "file, as these experiments identify none. The flow of a worn spool grows slowly at first (a curved edge, a "
+    "metering "
+    "notch), so the joints stay 10 to 35° behind their paths and a cylinder hardly moves, or one way only. Its "
+    "friction "
+    "can then not be told from the weight that it carries. The authors' operators led their machines by eye, and so "
+    "moved further. Another seed is another machine.";
+
 /// In place of a paper's tables and figures.
 void write_why_not(std::ostream& out, const std::string& why) {
   write_experiment(
-      out,
-      {"<b>Not repeated: this machine could not be identified.</b> " + report::escaped(why) + ".",
-       "The usual cause is a machine that does not go where it is led. Its controller knows the valves from the "
-       "machine "
-       "file, as these experiments identify none. The flow of a worn spool grows slowly at first (a curved edge, a "
-       "metering notch), so the joints stay 10 to 35° behind their paths and a cylinder hardly moves, or one way only. "
-       "Its friction can then not be told from the weight that it carries. The authors' operators led their machines "
-       "by "
-       "eye, and so moved further. Another <code>--seed</code> is another machine."});
+      out, {"<b>Not repeated: this machine could not be identified.</b> " + report::escaped(why) + ".", kUsualCause});
 }
 
 template <typename Experiments, typename Write>
@@ -162,7 +163,8 @@ void write_experiment(std::ostream& out, const std::vector<std::string>& paragra
 
 std::string verdicts(const Experiment& experiment) {
   return "As <code>knuckle identify</code> judges by held-out torques, their method is " + judged(experiment.theirs) +
-         ", the default method " + judged(experiment.ours) + ".";
+         ", the default method " + judged(experiment.ours) + "." +
+         (experiment.ours.summary.usable ? "" : std::string(" ") + kUsualCause);
 }
 
 void write_papers_page(const RepeatedPapers& papers, const report::Origin& origin, std::ostream& out) {

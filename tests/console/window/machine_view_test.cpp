@@ -275,7 +275,7 @@ TEST_F(MountedCameraPicture, HasTheRingOfContactAroundTheTip) {
 
 TEST_F(MountedCameraPicture, HasTheRingOfContactWhereTheForceActs) {
   constexpr double kOffset_m = 0.2;
-  seen_.tip_force_N = {0, 1000};
+  seen_.tip_force_N = {0, 4000};  // the head is beyond the ring
   seen_.line_offset_m = kOffset_m;
   picture::MachinePicture touching = seen_;
   touching.contact = true;
