@@ -85,6 +85,7 @@ TEST_F(SafetyGate, PressuresThatNobodyMeasuresAreNotLookedAt) {
     state.pressure_Pa = {60e5, 20e5, 50e5, 25e5, 40e5, 20e5};
     state.pressures_known = {true, true, true};
     state.pressures_known[static_cast<std::size_t>(joint)] = false;
+    limits.pressures_measured = state.pressures_known;  // as the file says
     for (const double opening : {-1.0, -0.5, 0.3, 0.7, 1.0}) {
       GateResult zeros, high;
       for (const double other_Pa : {0.0, 300e5}) {
@@ -105,7 +106,7 @@ TEST_F(SafetyGate, PressuresThatNobodyMeasuresAreNotLookedAt) {
 // The pump is taken to be at its relief: no more power than the file's, whatever really pushes there.
 TEST_F(SafetyGate, WithoutPressuresThePowerOfTheFileIsKeptAtThePumpsRelief) {
   limits.file.power_W = 3000;
-  state.pressures_known[kBoom] = false;
+  state.pressures_known[kBoom] = limits.pressures_measured[kBoom] = false;
   GateMemory before;
   before.sent = only(kBoom, 1);
   before.at = now - 5ms;
