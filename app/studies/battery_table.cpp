@@ -187,7 +187,7 @@ Quantities running() {
        at_most(40, {"false torque about the tip, free motion, p95", "free_torque_Nm", By::kP95, "N m"})});
   add(covered("95 % interval of the torque about the tip contains it, free motion", "free_torque_covered", By::kRatio));
   const std::string tip = ", forces at the tip", sides = ", pushes on the sides";
-  add({at_most(40, {"false torque about the tip" + tip + ", p95", "tip_torque_Nm", By::kP95, "N m"})});
+  add({at_most(40, {"false torque about the tip" + tip + ", p95", "tip_torque_error_Nm", By::kP95, "N m"})});
   add(line_of_action("tip", tip));
   add({{"error of the force" + sides + ", median", "beside_error_N", By::kMedian, "N"},
        {"error of the force" + sides + ", p95", "beside_error_N", By::kP95, "N"}});

@@ -65,6 +65,7 @@ class RunningPulls {
   RunningPulls(const MachineDescription& machine, const sim::MachineTruth& truth, std::uint64_t seed)
       : machine_(machine),
         seed_(seed),
+        tells_place_(machine.force.contact_model != ContactModel::kTipForceOfTwo),
         rig_(machine, truth.hull, 1 / machine.bus.sync_Hz, stream_seed(seed, Stream::kLoads)),
         run_(machine, truth, {}, middle_of_range(machine), stream_seed(seed, Stream::kUse)) {
     run_.watch([](double) { cli::check_interrupt(); });
@@ -146,7 +147,7 @@ class RunningPulls {
       ++free_.looks;
       free_.covered += inside_95(told.force_N(), told.covariance_N2()) ? 1 : 0;
       free_.torque_covered += std::abs(told.state.tip_torque_Nm) <= kInterval * told.state.tip_torque_sigma_Nm ? 1 : 0;
-      list("free_torque_Nm", std::abs(told.state.tip_torque_Nm));
+      if (tells_place_) list("free_torque_Nm", std::abs(told.state.tip_torque_Nm));
     }
     free_.time_s += static_cast<double>(told_.size() - settle) * rig_.step_s();
   }
@@ -174,14 +175,15 @@ class RunningPulls {
     if (!answered) return;
     const Told& last = told_[press.judge_to - 1];
     list("press_covered", inside_95(last.force_N() - last.truth.contact_N, last.covariance_N2()));
-    list("tip_torque_Nm", std::abs(last.state.tip_torque_Nm));
-    judge_line("tip", last, 0);
+    if (tells_place_) judge_line("tip", last, 0);
   }
 
-  /// What is told of more than the force, against the true torque about the tip.
+  /// What is told of more than the force, against the true torque about the tip. A force that is too small has no line.
   void judge_line(const std::string& where, const Told& told, double torque_Nm) {
     const slave::SlaveState& state = told.state;
+    list(where + "_torque_error_Nm", std::abs(state.tip_torque_Nm - torque_Nm));
     list(where + "_torque_covered", std::abs(state.tip_torque_Nm - torque_Nm) <= kInterval * state.tip_torque_sigma_Nm);
+    if (state.line_sigma_m == 0) return;
     const double off_m = std::abs(state.line_offset_m + torque_Nm / told.truth.contact_N.norm());
     list(where + "_offset_m", off_m);
     list(where + "_offset_covered", off_m <= kInterval * state.line_sigma_m);
@@ -214,7 +216,7 @@ class RunningPulls {
     const double error_Nm = std::abs(last.state.tip_torque_Nm - torque_Nm);
     list("beside_error_N", pushed.error_N);
     list("beside_covered", inside_95(last.force_N() - truth_N, last.covariance_N2()));
-    list("beside_torque_error_Nm", error_Nm);
+    if (!tells_place_) return;
     list("beside_torque_good", error_Nm <= std::max(kGoodTorque_Nm, kGoodTorqueShare * std::abs(torque_Nm)));
     judge_line("beside", last, torque_Nm);
     // The bucket turns while it creeps.
@@ -226,6 +228,7 @@ class RunningPulls {
 
   MachineDescription machine_;
   std::uint64_t seed_;
+  bool tells_place_;  // else the force is taken to be at the tip
   Rig rig_;
   motion::MachineRun run_;
   std::array<Side, estimation::kBucketSides> sides_;
