@@ -259,6 +259,8 @@ report::PageFigure torque_figure(const std::string& source, const estimation::To
     const std::string name = kJointNames[static_cast<std::size_t>(j)];
     const std::vector<double> measured = torque_series(c, c.measured_Nm, j, kKilo),
                               modelled = torque_series(c, c.modelled_Nm, j, kKilo);
+    const bool known = std::any_of(measured.begin(), measured.end(), [](double m) { return std::isfinite(m); });
+    if (!known) continue;  // nobody measures that cylinder's pressures
     std::vector<double> residual;
     for (std::size_t i = 0; i < t.size(); ++i) residual.push_back(kKilo * (measured[i] - modelled[i]));
     plot.panel(name + " torque, kN m");

@@ -63,7 +63,8 @@ TEST(TwoCylinders, FindTheParametersThatTheyShowAsAllThreeDo) {
   for (int without = 0; without < kJoints; ++without) {
     const estimation::FullResult two = identified(without, motion_without(without));
     const std::vector<int> unseen = estimation::unseen_columns(machine_without(without));
-    EXPECT_EQ(two.summary.rank + static_cast<int>(unseen.size()), all.summary.rank);
+    EXPECT_LT(two.summary.rank, all.summary.rank);
+    EXPECT_GE(two.summary.rank + static_cast<int>(unseen.size()), all.summary.rank) << "more is lost than is not seen";
     for (int k = 0; k < kBaseCount; ++k) {
       if (std::find(unseen.begin(), unseen.end(), k) != unseen.end()) continue;
       const double sigma = std::sqrt(two.dynamics.covariance(k, k) + all.dynamics.covariance(k, k));
