@@ -101,7 +101,7 @@ TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
   EXPECT_NO_THROW(check_layout(knuckle::test::content(solar().source), solar()));
   std::string text = knuckle::test::content(solar().source);
   const std::string table = "[cylinders.arm.valve]";
-  text.replace(text.find(table), table.size(), "[ cylinders.arm.valve ]");
+  text.replace(text.find(table), table.size(), "[cylinders.\"arm\".valve]");
   const MachineDescription machine = parse_machine(text, "odd.toml");
   const std::string said = knuckle::test::refusal([&] { check_layout(text, machine); });
   EXPECT_EQ(said,

@@ -162,7 +162,7 @@ TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
   device.zero_counts[0] += 1;
   std::string text = test::content(kFile);
   const std::string header = "[joints.forearm]";
-  text.replace(text.find(header), header.size(), "[ joints . forearm ]");
+  text.replace(text.find(header), header.size(), "[joints.\"forearm\"]");
   EXPECT_THROW((void)calibrated_device_text(text, device), InputError);
 }
 
