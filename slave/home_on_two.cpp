@@ -57,6 +57,7 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
 void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
   if (stage_ != Stage::kNothing || now - contradicted_at_ < kDoubted) return;
   pressed_ = pressed;
+  pressed_before_[0] = pressed_before_[0] || pressed;
   if (now - noted_at_ < 1s) return;
   noted_at_ = now;
   pressed_before_ = {pressed, pressed_before_[0], pressed_before_[1]};
@@ -65,8 +66,6 @@ void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
 void HomeOnTwo::note_contradiction(const Reason& fault, Time now) noexcept {
   if (fault.code != ReasonCode::kSensorImplausible || !cylinder_of(fault)) return;
   if (now - contradicted_at_ >= kDoubted) pressed_ = pressed_before_[2];
-  if (contradicted(now) && same_cause(fault, contradicted_)) stays_ = fault;
-  contradicted_ = fault;
   contradicted_at_ = now;
 }
 
@@ -78,7 +77,6 @@ void HomeOnTwo::offer(int joint) noexcept {
 
 void HomeOnTwo::withdraw() noexcept {
   stage_ = Stage::kNothing;
-  stays_ = {};
 }
 
 void HomeOnTwo::look(const Machine& machine, Time now) noexcept {
@@ -113,7 +111,7 @@ void HomeOnTwo::choose(unsigned cylinder, Time now) noexcept {
 }
 
 Reason HomeOnTwo::blocking(Time now) const noexcept {
-  if (!offered()) return chosen() ? Reason{} : stays_;
+  if (!offered()) return {};
   if (refused_ && now - refused_at_ < kRefusalShown) return refused_;
   return {ReasonCode::kHomeOffered, static_cast<std::uint8_t>(joint_), 0, 0};
 }

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -24,7 +23,6 @@ class HomeOnTwo {
  public:
   static constexpr Duration kLookedAt = 1s;      ///< So long it must have stood and touched nothing before a choice.
   static constexpr Duration kRefusalShown = 2s;  ///< After the last message that was refused.
-  static constexpr Duration kInARow = std::chrono::minutes(5);  ///< Contradictions with less between them.
 
   explicit HomeOnTwo(const MachineDescription& machine);
 
@@ -33,11 +31,10 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
-  /// While all pressures are known and the machine has not stopped: whether something is pressed. Before the first time
-  /// something may be.
+  /// While all pressures are known and believed: whether something is pressed. Before the first time something may be.
   void note_pressed(bool pressed, Time now) noexcept;
-  /// A sensor contradicts the others while the machine is led. Where a transmitter does so twice in a row, that is a
-  /// reason to stay until it was acknowledged: a machine that stands does not show it, and would stop again and again.
+  /// A sensor contradicts the others while the machine is led. A transmitter of a cylinder that can be gone without has
+  /// lied for a while then: what was pressed before counts.
   void note_contradiction(const Reason& fault, Time now) noexcept;
   void offer(int joint) noexcept;
   void withdraw() noexcept;
@@ -59,13 +56,12 @@ class HomeOnTwo {
   [[nodiscard]] bool chosen() const noexcept { return stage_ == Stage::kChosen; }
   /// Of the offer or the choice.
   [[nodiscard]] int joint() const noexcept { return joint_; }
-  /// What keeps the machine from going on: the offer, a refusal, or a contradiction that stays; else kNone.
+  /// What keeps the machine from going on: the offer or a refusal; else kNone.
   [[nodiscard]] Reason blocking(Time now) const noexcept;
 
  private:
   enum class Stage : std::uint8_t { kNothing, kOffered, kChosen };
   [[nodiscard]] Reason refusal() const noexcept;
-  [[nodiscard]] bool contradicted(Time now) const noexcept { return contradicted_ && now - contradicted_at_ < kInARow; }
 
   BusDescription bus_;
   bool possible_;
@@ -74,11 +70,9 @@ class HomeOnTwo {
   Machine machine_;
   Time calm_since_ = kNever;
   Time refused_at_ = kNever, contradicted_at_ = kNever;
-  Reason refused_, contradicted_, stays_;
-  /// Of the newest step that counts, and of one two to three seconds before: what a transmitter tells that lies already
-  /// is not known from what is pressed.
-  bool pressed_ = true;
-  std::array<bool, 3> pressed_before_{true, true, true};
+  Reason refused_;
+  bool pressed_ = true;                                   ///< In the newest step that counts, ...
+  std::array<bool, 3> pressed_before_{true, true, true};  ///< ... at any time of this second and of two before it.
   Time noted_at_ = kNever;
 };
 

@@ -72,7 +72,8 @@ void SlaveLoop::estimate(Time now) noexcept {
   payload_.step(*state_, force_.estimate());
   force_.hold_bias(payload_.maybe_loaded());
   force_.carry(payload_.carried());
-  if (!stopped()) home_.note_pressed(force_.estimate().contact, now);
+  // What contradicted the others still does while that is the fault.
+  if (!home_.cylinder_of(decision_.state.fault)) home_.note_pressed(force_.estimate().contact, now);
   // Noise of estimate and speed would add up to energy that nothing put in.
   if (force_.estimate().significant && led(decision_.state.mode))
     energy_in_J_ += std::max(0.0, force_.estimate().joint_torque_Nm.dot(state_->rate_radps)) * step_s_;

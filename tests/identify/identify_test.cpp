@@ -18,6 +18,7 @@
 #include "estimation/identification/motion.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
+#include "tests/identify/identify_program.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
@@ -29,16 +30,8 @@ namespace fs = std::filesystem;
 using estimation::Recording;
 using test::ProgramRun;
 
-class IdentifyProgram : public testing::Test {
+class IdentifyProgram : public test::IdentifyFolder {
  protected:
-  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
-  static ProgramRun identify(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "identify");
-    return test::run_program(test::program("knuckle"), std::move(arguments));
-  }
-  [[nodiscard]] nlohmann::json json(const std::string& name) const {
-    return nlohmann::json::parse(std::ifstream(path(name)));
-  }
   void write(const std::string& name, const Recording& recording, const std::string& more = "") const {
     std::ofstream file(path(name));
     recordings::write_recording(recording, file);
@@ -52,7 +45,6 @@ class IdentifyProgram : public testing::Test {
     EXPECT_FALSE(fs::exists(path("out.toml")));
     return run.out + run.err;
   }
-  test::TemporaryFolder folder_;
 };
 
 bool names(const std::string& text, const std::string& word) {

@@ -12,6 +12,7 @@
 #include "estimation/identification/full.h"
 #include "estimation/identification/valve_identification.h"
 #include "machine/load.h"
+#include "tests/identify/identify_program.h"
 #include "tests/identify/recorded_motion.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
@@ -124,21 +125,12 @@ TEST(TwoCylinders, TheValveOfTheThirdIsFittedToTheFlowAtTheArmsWeight) {
   EXPECT_TRUE(found.straight());
 }
 
-class TwoCylindersProgram : public testing::Test {
+class TwoCylindersProgram : public test::IdentifyFolder {
  protected:
   TwoCylindersProgram() {
     for (const char* joint : {"boom", "arm"})
       std::ofstream(path(std::string("no_") + joint + ".toml")) << test::without_transmitters(joint);
   }
-  [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
-  static ProgramRun identify(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "identify");
-    return test::run_program(test::program("knuckle"), std::move(arguments));
-  }
-  [[nodiscard]] nlohmann::json json(const std::string& name) const {
-    return nlohmann::json::parse(std::ifstream(path(name)));
-  }
-  test::TemporaryFolder folder_;
 };
 
 TEST_F(TwoCylindersProgram, CommissionsTheSimulatedMachineAndSaysTheSameFromItsFilesWithoutThoseColumns) {

@@ -2,6 +2,9 @@
 // machine offers it.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <utility>
+
 #include "tests/master/master_rig.h"
 
 namespace knuckle::master {
@@ -39,52 +42,42 @@ TEST(HomeOnTwo, IsAskedForByTheClutchOrFromOutsideHeldForThreeSeconds) {
   }
 }
 
-TEST(HomeOnTwo, IsNotAskedForWithoutAnOfferNorWithEnableHeldNorByShortPresses) {
-  Offered none;
-  none.machine.home_offered = false;
-  none.intent.clutch = true;
-  none.run(5);
-  EXPECT_EQ(none.homes_heard, 0);
-
-  Offered enabled;
-  enabled.intent.enable = enabled.intent.clutch = true;
-  enabled.loop.set_home(true);
-  enabled.run(5);
-  EXPECT_EQ(enabled.homes_heard, 0);
-
-  Offered shortly;
-  for (int i = 0; i < 4; ++i) {
-    shortly.intent.clutch = true;
-    shortly.run(2.5);
-    shortly.intent.clutch = false;
-    shortly.run(0.1);
+TEST(HomeOnTwo, IsNotAskedForWithoutAnOfferNorWithEnableHeldNorByNobodyNorOverADeadLink) {
+  const std::array<std::pair<const char*, void (*)(Offered&)>, 4> cases{{
+      {"not offered", [](Offered& rig) { rig.machine.home_offered = false; }},
+      {"enable held", [](Offered& rig) { rig.intent.enable = true; }},
+      {"nobody there", [](Offered& rig) { rig.intent.presence = false; }},
+      {"what the machine says was said long ago", [](Offered& rig) { rig.machine_silent = true; }},
+  }};
+  for (const auto& [why, happens] : cases) {
+    Offered rig;
+    happens(rig);
+    rig.intent.clutch = true;
+    rig.run(5);
+    EXPECT_EQ(rig.homes_heard, 0) << why;
   }
-  EXPECT_EQ(shortly.homes_heard, 0);
+}
 
-  Offered nobody;
-  nobody.intent.presence = false;
-  nobody.intent.clutch = true;
-  nobody.run(5);
-  EXPECT_EQ(nobody.homes_heard, 0);
+TEST(HomeOnTwo, IsNotAskedForByShortPressesNorByAClutchThatWasHeldBefore) {
+  Offered rig;
+  const auto hold = [&](bool clutch, double seconds) {
+    rig.intent.clutch = clutch;
+    rig.run(seconds);
+  };
+  for (int i = 0; i < 4; ++i) {
+    hold(true, 2.5);
+    hold(false, 0.1);
+  }
+  EXPECT_EQ(rig.homes_heard, 0);
 
-  Offered held;  // the clutch was held before anything was offered
-  held.machine.home_offered = false;
-  held.intent.clutch = true;
-  held.run(1);
-  held.machine.home_offered = true;
-  held.run(5);
-  EXPECT_EQ(held.homes_heard, 0);
-  held.intent.clutch = false;
-  held.run(0.1);
-  held.intent.clutch = true;
-  held.run(3.2);
-  EXPECT_GT(held.homes_heard, 0);
-
-  Offered silent;
-  silent.intent.clutch = true;
-  silent.machine_silent = true;
-  silent.run(5);
-  EXPECT_EQ(silent.homes_heard, 0) << "what the machine says was said long ago";
+  rig.machine.home_offered = false;
+  hold(true, 1);
+  rig.machine.home_offered = true;
+  hold(true, 5);
+  EXPECT_EQ(rig.homes_heard, 0);
+  hold(false, 0.1);
+  hold(true, 3.2);
+  EXPECT_GT(rig.homes_heard, 0);
 }
 
 }  // namespace

@@ -244,34 +244,16 @@ TEST(HomeOnTwo, WhatNobodyHasSeenWithAllPressuresMayBePressed) {
   EXPECT_FALSE(m.loop.home().chosen());
 }
 
-TEST(HomeOnTwo, ATransmitterThatContradictsTheOthersTwiceStaysAReasonUntilThatIsAcknowledged) {
-  const BenchMachine m;
-  HomeOnTwo home(m.description);
-  const Reason stuck{ReasonCode::kSensorImplausible, node_of_pressure(m, 0), 20, 20};
-  const Reason other{ReasonCode::kSensorImplausible, node_of_pressure(m, 2), 20, 20};
-  const Reason encoder{ReasonCode::kSensorImplausible, m.description.bus.node_of(NodeRole::kEncoder, kBoom).id, 1, 1};
-  for (const Reason& once : {stuck, other, encoder, encoder, stuck, Reason{}}) {
-    home.note_contradiction(once, m.now);
-    EXPECT_FALSE(home.blocking(m.now)) << text(once);
-  }
-  home.note_contradiction(stuck, m.now + 6min);
-  EXPECT_FALSE(home.blocking(m.now)) << "not in a row";
-  home.note_contradiction(stuck, m.now + 7min);
-  EXPECT_TRUE(same_cause(home.blocking(m.now), stuck));
-  home.offer(kBoom);
-  EXPECT_EQ(home.blocking(m.now).code, ReasonCode::kHomeOffered);
-  home.withdraw();
-  EXPECT_FALSE(home.blocking(m.now)) << "it is tried again";
-}
-
 TEST(HomeOnTwo, WhatATransmitterTellsThatLiesIsNoPress) {
   const BenchMachine m;
   const Reason stuck{ReasonCode::kSensorImplausible, node_of_pressure(m, 0), 20, 20};
+  const Reason encoder{ReasonCode::kSensorImplausible, m.description.bus.node_of(NodeRole::kEncoder, kBoom).id, 1, 1};
   for (const bool pressed_before : {false, true}) {
     HomeOnTwo home(m.description);
     Time now = m.now;
     for (int i = 0; i < 2000; ++i) home.note_pressed(pressed_before, now += 5ms);
     for (int i = 0; i < 200; ++i) home.note_pressed(true, now += 5ms);  // it has begun to lie
+    home.note_contradiction(encoder, now);                              // says nothing of pressures
     home.note_contradiction(stuck, now);
     for (int i = 0; i < 200; ++i) home.note_pressed(true, now += 5ms);
     home.offer(kBoom);
