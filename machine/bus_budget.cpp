@@ -14,6 +14,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/toml_reader.h"
+#include "transport/can_load.h"
 
 namespace knuckle {
 namespace {
@@ -110,14 +111,12 @@ class Budget {
 }  // namespace
 
 double worst_bus_load(const BusDescription& bus) {
-  // 11-bit data frame with n bytes: 47 bits and interframe space, 8 n of data, a stuff bit per 4 of 34 + 8 n - 1.
-  const auto bits = [](int bytes) -> double {
-    const int stuffed = (34 + 8 * bytes - 1) / 4;
-    return 47 + 8 * bytes + stuffed;
-  };
+  const auto bits = [](std::uint8_t bytes) -> double { return worst_case_bits(bytes); };
   double bits_per_s = bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
   for (const BusFrame& frame : bus_frames(bus)) bits_per_s += frame.rate_Hz(bus.sync_Hz) * bits(frame.bytes());
   bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
   return bits_per_s / bus.bit_rate;
 }
 

@@ -14,7 +14,8 @@ inline constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000}
 inline constexpr double kLongestBlind_ms = 200;
 inline constexpr double kOverRange = 1.1;  ///< A pressure is told to be too high, not the highest there is.
 
-/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats.
+/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats,
+/// and what the machine sends by itself.
 [[nodiscard]] double worst_bus_load(const BusDescription& bus);
 
 /// Each by itself brings the bus within kFullestBus: "sync_Hz = 100 with sensor_age_limit_ms = 40 (48 %)". By

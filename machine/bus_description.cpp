@@ -32,6 +32,19 @@ const NodeDescription& BusDescription::node_of(NodeRole role, int index) const n
   return found == nullptr ? none : *found;
 }
 
+BusDescription::Broadcast BusDescription::broadcast(NodeRole role, int index) const noexcept {
+  for (const BroadcastFrame& frame : broadcasts) {
+    for (const BroadcastField& field : frame.fields)
+      if (field.info().role == role && field.info().index == index) return {&frame, &field};
+  }
+  return {};
+}
+
+bool BusDescription::measures_angle(int joint) const noexcept {
+  const Broadcast sent = broadcast(NodeRole::kEncoder, joint);
+  return sent.field != nullptr ? sent.field->info().is_angle : encoder(joint).measures_angle();
+}
+
 NodeChannel BusDescription::valve_channel(int joint) const noexcept {
   for (const NodeChannel& channel : valve(joint).channels)
     if (channel.info().index == joint) return channel;

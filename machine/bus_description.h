@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/joints.h"
 #include "core/units.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle {
 
@@ -129,6 +131,26 @@ struct NodeDescription {
 /// "1 = boom_spool, 2 = arm_spool"
 [[nodiscard]] std::string channels_text(const NodeDescription& node);
 
+/// A value in a frame that the machine sends by itself.
+struct BroadcastField {
+  std::uint8_t signal = 0;  ///< Place in kSignals.
+  BitField bits;            ///< To SI; of an angle or slope with sign and zero of its installation.
+  /// Raw values from here on say that there is none: 0xFB of 8 bits, 0xFB00 of 16 in J1939.
+  std::optional<std::uint64_t> invalid_from;
+  [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+  bool operator==(const BroadcastField&) const = default;
+};
+
+/// A frame that the machine's own controller sends: nobody starts or asks its sender, but it must keep coming.
+struct BroadcastFrame {
+  std::string name;
+  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint8_t bytes = 8;
+  double period_s = 0;
+  std::vector<BroadcastField> fields;
+  bool operator==(const BroadcastFrame&) const = default;
+};
+
 /// How values are written on the wire where devices differ.
 struct WireDescription {
   double valve_full_stroke = 16384;  ///< Set-point and actual value (CiA 408) at 100 % of spool stroke.
@@ -142,7 +164,7 @@ struct WireDescription {
   bool operator==(const WireDescription&) const = default;
 };
 
-/// CANopen side of the machine.
+/// The machine's bus: its CANopen nodes, and frames of a controller that the machine has by itself.
 struct BusDescription {
   static constexpr int kEnableEveryNthSync = 10;  ///< The enable output is repeated: 20 Hz.
   std::uint32_t bit_rate = 500000;
@@ -162,8 +184,9 @@ struct BusDescription {
   std::uint8_t controller_id = 1;
   WireDescription wire;
   std::vector<NodeDescription> nodes;  ///< In the order of kSignals.
+  std::vector<BroadcastFrame> broadcasts;
 
-  // The one that has this signal. Loaded descriptions have all.
+  // The one that has this signal. Loaded descriptions have all, some of them as broadcasts.
   [[nodiscard]] const NodeDescription& node_of(NodeRole role, int index) const noexcept;
   [[nodiscard]] const NodeDescription& valve(std::integral auto joint) const noexcept {
     return node_of(NodeRole::kValve, static_cast<int>(joint));
@@ -186,6 +209,15 @@ struct BusDescription {
   }
   /// Which axis of valve(joint) it is.
   [[nodiscard]] NodeChannel valve_channel(int joint) const noexcept;
+
+  /// The frame that the machine sends this signal in by itself, and where; nulls where it is a node's.
+  struct Broadcast {
+    const BroadcastFrame* frame = nullptr;
+    const BroadcastField* field = nullptr;
+  };
+  [[nodiscard]] Broadcast broadcast(NodeRole role, int index) const noexcept;
+  /// Whether a joint's encoder measures its angle, and not its cylinder's length.
+  [[nodiscard]] bool measures_angle(int joint) const noexcept;
 
   /// The node of this name, else the one that has the signal of this name or SignalInfo::node, or of this id; null
   /// where there is none.

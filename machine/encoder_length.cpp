@@ -16,11 +16,14 @@ constexpr double kTurn_rad = 2 * std::numbers::pi;
 EncoderLengths::EncoderLengths(const MachineDescription& machine) {
   const JointVector middle_rad = middle_of_range(machine);
   for (int joint = 0; joint < kJoints; ++joint) {
-    const NodeDescription& encoder = machine.bus.encoder(joint);
-    if (!encoder.measures_angle()) continue;
-    const RotaryDescription& rotary = encoder.rotary;
-    shafts_[static_cast<std::size_t>(joint)] = {true, static_cast<double>(rotary.sign), rotary.zero_rad,
-                                                kTurn_rad * rotary.turns, middle_rad[joint]};
+    if (!machine.bus.measures_angle(joint)) continue;
+    Shaft& shaft = shafts_[static_cast<std::size_t>(joint)] = {.is_there = true, .middle_rad = middle_rad[joint]};
+    if (machine.bus.broadcast(NodeRole::kEncoder, joint).field == nullptr) {
+      const RotaryDescription& rotary = machine.bus.encoder(joint).rotary;
+      shaft.sign = rotary.sign;
+      shaft.zero_rad = rotary.zero_rad;
+      shaft.range_rad = kTurn_rad * rotary.turns;
+    }
     if (!drawing_) drawing_.emplace(as_drawn(machine));
   }
 }
@@ -52,10 +55,12 @@ JointVector length_steps_m(const MachineDescription& machine) {
   JointVector steps_m = JointVector::Constant(machine.sensors.encoder_step_m);
   std::optional<Kinematics> kinematics;
   for (int joint = 0; joint < kJoints; ++joint) {
-    const NodeDescription& encoder = machine.bus.encoder(joint);
-    if (!encoder.measures_angle()) continue;
+    const BroadcastField* const sent = machine.bus.broadcast(NodeRole::kEncoder, joint).field;
+    if (sent != nullptr) steps_m[joint] = std::abs(sent->bits.scale);
+    if (!machine.bus.measures_angle(joint)) continue;
     if (!kinematics) kinematics.emplace(machine);
-    steps_m[joint] = encoder.rotary.step_rad() * lever_range(machine, *kinematics, joint).longest_m;
+    const double step_rad = sent != nullptr ? std::abs(sent->bits.scale) : machine.bus.encoder(joint).rotary.step_rad();
+    steps_m[joint] = step_rad * lever_range(machine, *kinematics, joint).longest_m;
   }
   return steps_m;
 }

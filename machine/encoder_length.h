@@ -2,6 +2,7 @@
 // are.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "core/joints.h"
@@ -25,7 +26,8 @@ class EncoderLengths {
  private:
   struct Shaft {
     bool is_there = false;  ///< A rotary encoder.
-    double sign = 1, zero_rad = 0, range_rad = 0, middle_rad = 0;
+    double sign = 1, zero_rad = 0, middle_rad = 0;
+    double range_rad = std::numeric_limits<double>::infinity();
   };
   PerJoint<Shaft> shafts_{};
   std::optional<Kinematics> drawing_;  ///< Where a joint has a rotary encoder.

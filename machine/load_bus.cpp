@@ -19,6 +19,7 @@
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
 #include "machine/device_profile.h"
+#include "machine/load_broadcasts.h"
 
 namespace knuckle {
 namespace {
@@ -42,7 +43,12 @@ bool is_word_of_dbc(const std::string& name) {
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
  public:
-  explicit NodeReader(const BusDescription& bus) : wire_(bus.wire), ids_{{bus.controller_id, "controller_id"}} {}
+  explicit NodeReader(const BusDescription& bus) : wire_(bus.wire), ids_{{bus.controller_id, "controller_id"}} {
+    for (const BroadcastFrame& frame : bus.broadcasts) {
+      frames_.emplace(frame.id, frame.name);
+      for (const BroadcastField& field : frame.fields) signals_.emplace(field.signal, frame.name);
+    }
+  }
 
   /// [bus.nodes]: a key for each signal.
   std::vector<NodeDescription> read_keyed(TomlTable nodes) {
@@ -360,7 +366,7 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   }
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
   const std::string missing = read.missing(without_pressures);
-  file.require(missing.empty(), "node", "no node has " + missing);
+  file.require(missing.empty(), "node", "no node has " + missing, {"broadcast"});
   const std::string beside = read.pressure_of(without_pressures);
   file.require(beside.empty(), "node",
                "there is " + beside + ", although sensors.without_pressures says that nobody measures it");
@@ -440,7 +446,9 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  if (file.has("broadcast")) bus.broadcasts = read_broadcasts(file.tables("broadcast"), bus, sensors);
   bus.nodes = read_nodes(file, bus, sensors.without_pressures);
+  check_broadcasts_beside_nodes(file, bus);
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",

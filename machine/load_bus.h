@@ -7,8 +7,8 @@
 
 namespace knuckle {
 
-/// The table [bus], with the nodes in the words of today or in older ones. Notes what is wrong with it; also a bus that
-/// is too full.
+/// The table [bus]: frames that the machine sends by itself, and the nodes in the words of today or in older ones.
+/// Notes what is wrong with it; also a bus that is too full.
 [[nodiscard]] BusDescription read_bus(TomlTable file, const SensorDescription& sensors);
 
 /// What `knuckle commission` has found of guards, from the table [commissioning]: the rest of that is for people and

@@ -161,10 +161,10 @@ SensorDescription read_sensors(TomlTable file, const HydraulicsDescription& hydr
 
 /// Needed where there is a wire encoder.
 void read_encoder_step(TomlTable file, MachineDescription& machine) {
-  const bool rotary = std::all_of(machine.bus.nodes.begin(), machine.bus.nodes.end(), [](const NodeDescription& node) {
-    return node.role != NodeRole::kEncoder || node.measures_angle();
+  const bool wire = std::any_of(machine.bus.nodes.begin(), machine.bus.nodes.end(), [](const NodeDescription& node) {
+    return node.role == NodeRole::kEncoder && !node.measures_angle();
   });
-  if (!rotary || file.has("encoder_step_mm"))
+  if (wire || file.has("encoder_step_mm"))
     machine.sensors.encoder_step_m = file.number("encoder_step_mm", 0.0001, 5, kMilli);
 }
 

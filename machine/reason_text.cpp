@@ -17,9 +17,11 @@ const SignalInfo* signal_info(const Reason& reason) noexcept {
 
 std::uint8_t subject_of(NodeRole role, int index, const BusDescription& bus) noexcept {
   const NodeDescription& node = bus.node_of(role, index);
-  if (node.channels.size() < 2) return node.id;
+  if (node.channels.size() == 1) return node.id;
+  if (const BroadcastField* const sent = bus.broadcast(role, index).field) return signal_subject(sent->signal);
   const auto is_it = [index](const NodeChannel& channel) { return channel.info().index == index; };
-  return signal_subject(std::find_if(node.channels.begin(), node.channels.end(), is_it)->signal);
+  const auto channel = std::find_if(node.channels.begin(), node.channels.end(), is_it);
+  return channel == node.channels.end() ? node.id : signal_subject(channel->signal);
 }
 
 const NodeDescription* node_of(const Reason& reason, const BusDescription& bus) noexcept {
@@ -38,10 +40,18 @@ std::string node_text(std::uint8_t id, const BusDescription& bus) {
   return node == nullptr ? fmt::format("node 0x{:02X}", id) : node_text(*node);
 }
 
+std::string id_text(std::uint32_t id) {
+  return (id & kExtendedId) != 0 ? fmt::format("0x{:08X}", id & ~kExtendedId) : fmt::format("0x{:03X}", id);
+}
+
 std::string subject_text(const Reason& reason, const BusDescription& bus) {
   const NodeDescription* const node = node_of(reason, bus);
   const SignalInfo* const signal = signal_info(reason);
-  if (node == nullptr) return signal == nullptr ? subject_text(reason) : signal->name;
+  if (node == nullptr && signal != nullptr) {
+    const BroadcastFrame* const frame = bus.broadcast(signal->role, signal->index).frame;
+    return frame == nullptr ? signal->name : fmt::format("{} ({}), {}", frame->name, id_text(frame->id), signal->name);
+  }
+  if (node == nullptr) return subject_text(reason);
   return node_text(*node) + (signal == nullptr ? "" : std::string(", ") + signal->name);
 }
 

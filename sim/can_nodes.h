@@ -1,6 +1,6 @@
 // The machine's CANopen nodes: valves of one or several axes (CiA 408), pressure transmitters of one or several
-// channels (404), three wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401). They know
-// plain signals and frames, and nothing of the plant.
+// channels (404), wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401); and the frames that
+// the machine sends by itself. They know plain signals and frames, and nothing of the plant.
 #pragma once
 
 #include <array>
@@ -364,7 +364,10 @@ class CanNodes {
  private:
   [[nodiscard]] double noise(double sigma) noexcept { return sigma > 0 ? sigma * normal_(random_) : 0.0; }
   void hear(Time now) noexcept;
+  [[nodiscard]] double sensed(const SignalInfo& signal, const MachineSignals& signals) const noexcept;
+  [[nodiscard]] double noise_of(const SignalInfo& signal) noexcept;
   void step_sensors(const MachineSignals& signals) noexcept;
+  void step_broadcasts(const MachineSignals& signals) noexcept;
   template <typename Node, typename... Arguments>
   void step_node(std::size_t index, Node& node, const Arguments&... arguments) noexcept;
   [[nodiscard]] ValveNode::Spools spools_of(std::size_t valve) const noexcept;
@@ -378,12 +381,15 @@ class CanNodes {
   std::vector<ValveNode> valves_;
   std::vector<SensorNode> pressures_;
   std::vector<std::vector<NodeChannel>> valve_channels_, pressure_channels_;  // of each
-  PerJoint<SensorNode> encoders_;
-  SensorNode tilt_;
+  std::vector<SensorNode> encoders_, tilts_;  // of what the machine does not send by itself
+  std::vector<NodeChannel> encoder_signals_;
+  NodeChannel tilt_signal_;
   EnableNode enable_;
+  std::vector<BroadcastFrame> broadcasts_;
+  std::vector<Time> broadcast_due_;
   std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
   std::vector<char> silent_;
-  std::size_t first_pressure_ = 0, first_encoder_ = 0, tilt_at_ = 0, enable_at_ = 0;
+  std::size_t first_pressure_ = 0, first_encoder_ = 0, first_tilt_ = 0, enable_at_ = 0;
   Outbox out_;
   Time now_{};
   JointVector spool_ = JointVector::Zero();

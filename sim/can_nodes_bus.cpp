@@ -1,4 +1,7 @@
 // All nodes behind one port: who hears what, in which order they step, and what was injected.
+#include <algorithm>
+#include <numbers>
+
 #include "machine/description.h"
 #include "sim/can_nodes.h"
 
@@ -16,14 +19,7 @@ SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
 }  // namespace
 
 CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors, CanBus& port, std::uint64_t seed)
-    : port_(port),
-      errors_(errors),
-      random_(seed),
-      encoders_([&]<std::size_t... I>(std::index_sequence<I...>) {
-        return std::array{encoder_node(machine, I)...};
-      }(std::make_index_sequence<kJoints>())),
-      tilt_(SensorNode::Kind::kTilt, machine.bus.tilt(), machine.sensors.tilt_step_rad, std::numbers::pi),
-      enable_(machine.bus) {
+    : port_(port), errors_(errors), random_(seed), enable_(machine.bus), broadcasts_(machine.bus.broadcasts) {
   for (const NodeDescription& node : machine.bus.nodes) {
     if (node.role == NodeRole::kValve) {
       valves_.emplace_back(node, machine.bus.wire.valve_full_stroke);
@@ -34,16 +30,26 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
                             machine.sensors.pressure_range_Pa, machine.bus.wire, node.channels.back().number);
     pressure_channels_.push_back(node.channels);
   }
+  for (std::size_t joint = 0; joint < kJoints; ++joint) {
+    if (machine.bus.encoder(joint).channels.empty()) continue;
+    encoders_.push_back(encoder_node(machine, joint));
+    encoder_signals_.push_back(machine.bus.encoder(joint).channels.front());
+  }
+  if (const NodeDescription& tilt = machine.bus.tilt(); !tilt.channels.empty()) {
+    tilts_.emplace_back(SensorNode::Kind::kTilt, tilt, machine.sensors.tilt_step_rad, std::numbers::pi);
+    tilt_signal_ = tilt.channels.front();
+  }
   for (ValveNode& node : valves_) all_.push_back(&node.protocol());
   first_pressure_ = all_.size();
   for (SensorNode& node : pressures_) all_.push_back(&node.protocol());
   first_encoder_ = all_.size();
   for (SensorNode& node : encoders_) all_.push_back(&node.protocol());
-  tilt_at_ = all_.size();
-  all_.push_back(&tilt_.protocol());
+  first_tilt_ = all_.size();
+  for (SensorNode& node : tilts_) all_.push_back(&node.protocol());
   enable_at_ = all_.size();
   all_.push_back(&enable_.protocol());
   silent_.assign(all_.size(), 0);
+  broadcast_due_.assign(broadcasts_.size(), Time{});
 }
 
 void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
@@ -54,6 +60,7 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < valves_.size(); ++i) step_node(i, valves_[i], spools_of(i));
   step_sensors(signals);
   step_node(enable_at_, enable_);
+  step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
     // The enable node hears its neighbours over the bus, which carries nothing while it is down.
     const bool carried = port_.send(out_.frames[i]) && port_.state() == CanState::kActive;
@@ -78,35 +85,69 @@ void CanNodes::hear(Time now) noexcept {
   }
 }
 
+/// With the sensor's errors but its noise; of a length or an angle likewise.
+double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals) const noexcept {
+  const auto chamber = static_cast<std::size_t>(signal.index);
+  switch (signal.role) {
+    case NodeRole::kPressure:
+      return errors_.pressure_gain[chamber] * signals.pressure_Pa[chamber] + errors_.pressure_offset_Pa[chamber];
+    case NodeRole::kEncoder:
+      if (signal.is_angle)
+        return signals.shaft_rad[signal.index] + errors_.encoder_offset_m[signal.index] / errors_.rotary_lever_m;
+      return signals.cylinder_m[signal.index] + errors_.encoder_offset_m[signal.index];
+    case NodeRole::kTilt:
+      return signals.slope_rad + errors_.tilt_offset_rad;
+    case NodeRole::kValve:
+    case NodeRole::kEnable:
+      break;
+  }
+  return 0;
+}
+
+double CanNodes::noise_of(const SignalInfo& signal) noexcept {
+  if (signal.role == NodeRole::kPressure)
+    return noise(errors_.pressure_noise_Pa[static_cast<std::size_t>(signal.index)]);
+  if (signal.role == NodeRole::kTilt) return noise(errors_.tilt_noise_rad);
+  return noise(errors_.encoder_noise_m) / (signal.is_angle ? errors_.rotary_lever_m : 1);
+}
+
 void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < pressures_.size(); ++i) {
     const std::vector<NodeChannel>& channels = pressure_channels_[i];
     std::array<SensorNode::Sample, SensorNode::kMostChannels> samples;
     const bool samples_now = pressures_[i].protocol().samples_now();
-    for (std::size_t c = 0; samples_now && c < channels.size(); ++c) {
-      const auto chamber = static_cast<std::size_t>(channels[c].info().index);
-      samples[channels[c].number - 1U].value = errors_.pressure_gain[chamber] * signals.pressure_Pa[chamber] +
-                                               errors_.pressure_offset_Pa[chamber] +
-                                               noise(errors_.pressure_noise_Pa[chamber]);
-    }
+    for (std::size_t c = 0; samples_now && c < channels.size(); ++c)
+      samples[channels[c].number - 1U].value = sensed(channels[c].info(), signals) + noise_of(channels[c].info());
     step_node(first_pressure_ + i, pressures_[i],
               std::span<const SensorNode::Sample>(samples.data(), channels.back().number));
   }
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const auto axis = static_cast<int>(j);
-    const bool rotary = encoders_[j].is_rotary();
-    const double lever_m = rotary ? errors_.rotary_lever_m : 1;
-    SensorNode::Sample sample{
-        (rotary ? signals.shaft_rad : signals.cylinder_m)[axis] + errors_.encoder_offset_m[axis] / lever_m,
-        signals.cylinder_mps[axis]};
-    if (encoders_[j].protocol().samples_now()) sample.value += noise(errors_.encoder_noise_m) / lever_m;
-    step_node(first_encoder_ + j, encoders_[j], sample);
+  for (std::size_t i = 0; i < encoders_.size(); ++i) {
+    const SignalInfo& signal = encoder_signals_[i].info();
+    SensorNode::Sample sample{sensed(signal, signals), signals.cylinder_mps[signal.index]};
+    if (encoders_[i].protocol().samples_now()) sample.value += noise_of(signal);
+    step_node(first_encoder_ + i, encoders_[i], sample);
   }
-  SensorNode::Sample slope;
-  if (tilt_.protocol().samples_now()) {
-    slope.value = signals.slope_rad + errors_.tilt_offset_rad + noise(errors_.tilt_noise_rad);
+  for (std::size_t i = 0; i < tilts_.size(); ++i) {
+    SensorNode::Sample slope;
+    if (tilts_[i].protocol().samples_now())
+      slope.value = sensed(tilt_signal_.info(), signals) + noise_of(tilt_signal_.info());
+    step_node(first_tilt_ + i, tilts_[i], slope);
   }
-  step_node(tilt_at_, tilt_, slope);
+}
+
+/// The machine's own controller sends by its own clock, whatever state the nodes are in.
+void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
+  for (std::size_t i = 0; i < broadcasts_.size(); ++i) {
+    const BroadcastFrame& sent = broadcasts_[i];
+    if (now_ < broadcast_due_[i]) continue;
+    broadcast_due_[i] = now_ + from_seconds(sent.period_s);
+    CanFrame frame{.id = sent.id, .size = sent.bytes, .data = {}};
+    for (const BroadcastField& field : sent.fields) {
+      const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
+      write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
+    }
+    out_.push(frame);
+  }
 }
 
 ValveNode::Spools CanNodes::spools_of(std::size_t valve) const noexcept {
@@ -134,7 +175,7 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   const std::size_t i = index_of(id);
   if (i == all_.size()) return false;
   const bool valve = i < first_pressure_;
-  const bool encoder = i >= first_encoder_ && i < tilt_at_;
+  const bool encoder = i >= first_encoder_ && i < first_tilt_;
   if ((fault == NodeFault::kStuck && !valve) || (fault == NodeFault::kBrokenWire && !encoder)) return false;
   if (fault == NodeFault::kSpike && (valve || i == enable_at_)) return false;
   const bool guard = fault == NodeFault::kDeadGuard;
@@ -148,8 +189,8 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
     pressures_[i - first_pressure_].inject(fault, now_);
   } else if (encoder) {
     encoders_[i - first_encoder_].inject(fault, now_);
-  } else if (i == tilt_at_) {
-    tilt_.inject(fault, now_);
+  } else if (i < enable_at_) {
+    tilts_[i - first_tilt_].inject(fault, now_);
   } else {
     enable_.inject(fault);
   }

@@ -105,6 +105,12 @@ double encoder_step_m(const MachineDescription& nominal) {
   double step_m = nominal.sensors.encoder_step_m;
   for (const NodeDescription& node : nominal.bus.nodes)
     if (node.measures_angle()) step_m = std::max(step_m, node.rotary.step_rad() * MachineTruth::kRotaryLever_m);
+  for (const BroadcastFrame& frame : nominal.bus.broadcasts) {
+    for (const BroadcastField& field : frame.fields) {
+      const double lever_m = field.info().is_angle ? MachineTruth::kRotaryLever_m : 1;
+      if (field.info().role == NodeRole::kEncoder) step_m = std::max(step_m, std::abs(field.bits.scale) * lever_m);
+    }
+  }
   return step_m;
 }
 

@@ -52,4 +52,11 @@ void refuse_unidentified(const MachineDescription& machine) {
       "knuckle identify writes of what knuckle commission records");
 }
 
+void refuse_broadcasts(const MachineDescription& machine) {
+  if (machine.bus.broadcasts.empty()) return;
+  throw InputError(machine.source + ": key 'bus.broadcast': " + machine.bus.broadcasts.front().name +
+                   ": only machines whose sensors are all CANopen nodes can be commissioned and recovered so far: set "
+                   "zero_rad and sign of its signals by hand, then use knuckle slave");
+}
+
 }  // namespace knuckle::slave

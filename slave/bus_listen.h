@@ -22,4 +22,8 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 /// transmitters and the machine is not identified: by a drawing two cylinders tell contacts too badly.
 void refuse_unidentified(const MachineDescription& machine);
 
+/// For who commissions a machine or takes it out of where it is stuck, jogging each valve. @throws InputError in one
+/// line where the machine sends some of its sensors by itself: zero and direction of those are not found.
+void refuse_broadcasts(const MachineDescription& machine);
+
 }  // namespace knuckle::slave

@@ -11,6 +11,7 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
   for (const NodeDescription& node : bus.nodes)
     map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
+  for (const BroadcastFrame& frame : bus.broadcasts) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
   return map;
 }
 
@@ -33,6 +34,7 @@ std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
   for (const BusFrame& frame : bus_frames(bus)) {
     if (!frame.to_node) ids.push_back(frame.id);
   }
+  for (const BroadcastFrame& frame : bus.broadcasts) ids.push_back(frame.id);
   for (const NodeDescription& node : bus.nodes) {
     for (const std::uint32_t id : {canopen::heartbeat_id(node.id), canopen::emcy_id(node.id),
                                    canopen::sdo_response_id(node.id), canopen::sdo_request_id(node.id)})

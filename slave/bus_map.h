@@ -18,8 +18,8 @@ namespace knuckle::slave {
 /// Set-points of the valves and the output of the enable node: what only a controller sends, too.
 [[nodiscard]] std::vector<std::uint32_t> set_point_ids(const BusDescription& bus);
 
-/// Exact identifiers that the controller listens to: PDOs, heartbeats, EMCY and SDO answers of its nodes, and all that
-/// only it sends, because it does not hear itself and so they are somebody else's.
+/// Exact identifiers that the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO
+/// answers of its nodes, and all that only it sends, because it does not hear itself and so they are somebody else's.
 [[nodiscard]] std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus);
 
 }  // namespace knuckle::slave

@@ -58,6 +58,7 @@ void BusWatch::add_stream(std::uint32_t id, const Stream& stream) {
 }
 
 void BusWatch::receive(const CanFrame& frame, Time now) noexcept {
+  if (frame.id > kMostId) return;  // none of a node's
   const Identifier identifier = identifiers_[frame.id & 0x7FFU];
   switch (identifier.kind) {
     case Kind::kNone:

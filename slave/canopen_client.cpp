@@ -93,6 +93,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
   for (const SignalInfo& signal : kSignals) {
     const bool pressure = signal.role == NodeRole::kPressure;
     if (pressure && signal.index / 2 == machine.sensors.without_pressures) continue;
+    if (description_.broadcast(signal.role, signal.index).field != nullptr) continue;
     if (description_.node_of(signal.role, signal.index).id == 0)
       throw InputError(machine.source + ": bus: no node has " + signal.name);
   }

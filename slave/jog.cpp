@@ -36,7 +36,7 @@ bool expects_pilot(Jog::Phase phase) noexcept {
 std::uint8_t subject_at(std::size_t place, const BusDescription& bus) noexcept {
   if (place < kPressures) return subject_of(NodeRole::kPressure, static_cast<int>(place), bus);
   if (place < kTilt) return subject_of(NodeRole::kEncoder, static_cast<int>(place - kPressures), bus);
-  return bus.tilt().id;
+  return subject_of(NodeRole::kTilt, 0, bus);
 }
 
 }  // namespace

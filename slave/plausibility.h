@@ -42,8 +42,10 @@ struct PlausibilityLimits {
   double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
   int repeats = 20;                ///< Same pressure this often (100 ms): with noise above half a step, 1e-15.
   int repeats_quiet = 100;         ///< Likewise for transmitters without noise.
-  double other_side_Pa = 5e5;      ///< What the other chamber must have changed meanwhile: ten times its noise ...
-  double repeat_travel_m = 0.005;  ///< ... or the cylinder have moved.
+  double other_side_Pa = 5e5;      ///< What the other chamber must have changed meanwhile: ten times its noise,
+  double other_side_steps = 5;     ///< ... and so many steps of its own. Or the cylinder has moved by ...
+  double repeat_travel_m = 0.005;  ///< ... this, where a step is not ...
+  double coarse_Pa = 1e5;          ///< ... coarser than this: within it a living one stays while a cylinder moves.
   double cavitating_Pa = 3e5;      ///< Below it a chamber may really stand at one value.
 };
 inline constexpr PlausibilityLimits kPlausibility{};
@@ -87,7 +89,8 @@ class Plausibility {
   HydraulicsDescription hydraulics_;
   BusDescription bus_;
   double step_s_;
-  int repeats_;
+  std::array<int, 6> repeats_{};  // of each chamber's pressure
+  double step_Pa_;
   JointVector moved_m_;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};

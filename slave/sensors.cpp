@@ -69,6 +69,19 @@ SensorSet::SensorSet(const MachineDescription& machine)
       if (field.part == FrameField::Part::kStatus) channel.status = field.bits;
     }
   }
+  add_broadcasts(machine.bus);
+}
+
+void SensorSet::add_broadcasts(const BusDescription& bus) {
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    for (const BroadcastField& field : frame.fields) {
+      channels_[sensor_place({.signal = field.signal})] = {.subject = signal_subject(field.signal),
+                                                           .frame_id = frame.id,
+                                                           .mapped = frame.bytes,
+                                                           .field = field.bits,
+                                                           .invalid_from = field.invalid_from};
+    }
+  }
 }
 
 void SensorSet::restart() noexcept {
@@ -79,7 +92,8 @@ void SensorSet::restart() noexcept {
                            .frame_id = before.frame_id,
                            .mapped = before.mapped,
                            .field = before.field,
-                           .status = before.status};
+                           .status = before.status,
+                           .invalid_from = before.invalid_from};
     if (i < kPressures || i == kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
     channels_[i].value = before.value;
@@ -95,13 +109,17 @@ void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
 }
 
 void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {
-  if (frame.size < channels_[which].mapped) return refuse_short(channels_[which], frame);
-  if (which < kPressures) return on_pressure(channels_[which], frame, now);
+  Channel& channel = channels_[which];
+  if (frame.size < channel.mapped) return refuse_short(channel, frame);
+  if (const auto raw = channel.invalid_from ? read_raw(channel.field, frame) : std::nullopt;
+      raw && *raw >= *channel.invalid_from)
+    return accept(channel, 0, false, static_cast<double>(*raw), now);
+  if (which < kPressures) return on_pressure(channel, frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
   if (tilt_on_boom_)
-    on_boom_tilt(channels_[which], frame, now);
+    on_boom_tilt(channel, frame, now);
   else
-    on_hull_tilt(channels_[which], frame, now);
+    on_hull_tilt(channel, frame, now);
 }
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
@@ -208,9 +226,9 @@ Reason SensorSet::impossible(std::size_t which) const noexcept {
             static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
             static_cast<float>(1e3 * jump_m_[static_cast<Eigen::Index>(which - kPressures)])};
   }
-  const bool all = std::none_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
-    return other.node == channel.node && other.bad < kValidity.bad_in_a_row;
-  });
+  const bool all = channel.node != 0 && std::none_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
+                     return other.node == channel.node && other.bad < kValidity.bad_in_a_row;
+                   });
   const std::uint8_t subject = all ? channel.node : channel.subject;
   if (channel.short_bytes) {
     return {ReasonCode::kFrameShort, subject, static_cast<float>(*channel.short_bytes),
@@ -221,9 +239,9 @@ Reason SensorSet::impossible(std::size_t which) const noexcept {
 
 /// Of what has stopped coming: the node where nothing has come from it since.
 std::uint8_t SensorSet::silent_subject(const Channel& channel) const noexcept {
-  const bool lives = std::any_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
-    return other.node == channel.node && other.at > channel.at + age_limit_ / 2;
-  });
+  const bool lives = channel.node == 0 || std::any_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
+                       return other.node == channel.node && other.at > channel.at + age_limit_ / 2;
+                     });
   return lives ? channel.subject : channel.node;
 }
 

@@ -79,23 +79,25 @@ class SensorSet {
  private:
   static constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints, kChannels = kSensorPlaces;
   struct Channel {
-    std::uint8_t node = 0;
+    std::uint8_t node = 0;     ///< 0: the machine sends it by itself.
     std::uint8_t subject = 0;  ///< Of a reason about it alone: subject_of().
     std::uint32_t frame_id = 0;
-    std::uint8_t mapped = 0;                    ///< Bytes of its frame.
-    BitField field{};                           ///< In its frame.
-    std::optional<BitField> status{};           ///< Of a pressure, where it is sent.
-    double value = 0;                           ///< Last good one, SI.
-    Time at = kNever;                           ///< Its arrival.
-    int bad = 0;                                ///< Impossible values since.
-    double worst = 0;                           ///< The last impossible one: raw status or SI value.
-    std::optional<std::uint8_t> short_bytes{};  ///< Of the last frame, where that was too short to have a value.
-    double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
-    int settled = 0;                            ///< ... for so many values.
+    std::uint8_t mapped = 0;                      ///< Bytes of its frame.
+    BitField field{};                             ///< In its frame.
+    std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
+    std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
+    double value = 0;                             ///< Last good one, SI.
+    Time at = kNever;                             ///< Its arrival.
+    int bad = 0;                                  ///< Impossible values since.
+    double worst = 0;                             ///< The last impossible one: raw status or SI value.
+    std::optional<std::uint8_t> short_bytes{};    ///< Of the last frame, where that was too short to have a value.
+    double elsewhere = 0;                         ///< Where a length that jumped stands now, ...
+    int settled = 0;                              ///< ... for so many values.
   };
   [[nodiscard]] bool counts(std::size_t which) const noexcept {
     return which >= kPressures || pressures_count_[which / 2];
   }
+  void add_broadcasts(const BusDescription& bus);
   [[nodiscard]] const Channel& oldest() const noexcept;
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;

@@ -6,8 +6,12 @@
 
 namespace knuckle {
 
+/// Set in an identifier of 29 bits (ISO 11898-1: extended), as SocketCAN and DBC files have it.
+inline constexpr std::uint32_t kExtendedId = 0x8000'0000;
+inline constexpr std::uint32_t kMostId = 0x7FF, kMostExtendedId = 0x1FFF'FFFF;
+
 struct CanFrame {
-  std::uint32_t id = 0;   ///< 11-bit identifier.
+  std::uint32_t id = 0;   ///< 11 bits; with kExtendedId 29.
   std::uint8_t size = 0;  ///< 0..8
   std::array<std::uint8_t, 8> data{};
   bool operator==(const CanFrame&) const = default;

@@ -38,7 +38,7 @@ constexpr std::array<std::array<AfterBits, 256>, kRuns> kAfterByte = [] {
 /// Counts the stuff bits of what is put.
 class Stuffing {
  public:
-  void put(std::uint32_t value, unsigned bits) noexcept {
+  void put(std::uint64_t value, unsigned bits) noexcept {
     for (; bits >= 8; bits -= 8) take(kAfterByte[run_][value >> (bits - 8) & 0xFFU]);
     while (bits-- > 0) take(after_bit(run_, (value >> bits & 1U) != 0));
   }
@@ -57,25 +57,31 @@ class Stuffing {
 
 unsigned frame_bits(const CanFrame& frame) noexcept {
   const auto size = std::min<std::uint8_t>(frame.size, 8);
-  // Start of frame, identifier, RTR, IDE, r0, length: 19 bits. Zeros before them leave the CRC as it is.
-  const std::uint32_t head = (frame.id & 0x7FFU) << 7 | size;
-  const std::array<std::uint8_t, 3> head_bytes{static_cast<std::uint8_t>(head >> 16),
-                                               static_cast<std::uint8_t>(head >> 8), static_cast<std::uint8_t>(head)};
+  // Start of frame, identifier, RTR, IDE, r0, length: 19 bits; extended: start of frame, 11 bits of identifier, SRR,
+  // IDE, the other 18, RTR, r1, r0, length: 39 bits. Zeros before them leave the CRC as it is.
+  const bool extended = (frame.id & kExtendedId) != 0;
+  const std::uint64_t id = frame.id & kMostExtendedId;
+  const std::uint64_t head =
+      (extended ? (id >> 18 & 0x7FFU) << 27 | std::uint64_t{3} << 25 | (id & 0x3FFFFU) << 7 : (id & 0x7FFU) << 7) |
+      size;
+  std::array<std::uint8_t, 5> head_bytes{};
+  for (unsigned i = 0; i < head_bytes.size(); ++i)
+    head_bytes[i] = static_cast<std::uint8_t>(head >> 8 * (head_bytes.size() - 1 - i));
   boost::crc_optimal<15, 0x4599, 0, 0, false, false> crc;  // CRC-15 of ISO 11898-1
   crc.process_bytes(head_bytes.data(), head_bytes.size());
   crc.process_bytes(frame.data.data(), size);
   Stuffing stuffing;
-  stuffing.put(head, 19);
+  stuffing.put(head, extended ? 39 : 19);
   for (std::uint8_t i = 0; i < size; ++i) stuffing.put(frame.data[i], 8);
   stuffing.put(crc.checksum(), 15);
-  return least_bits(size) + stuffing.stuff_bits();
+  return least_bits(size, frame.id) + stuffing.stuff_bits();
 }
 
 CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) noexcept {
   CanLoad load;
   for (const PeriodicFrame& f : frames) {
-    load.least += f.rate_Hz * least_bits(f.size) / bit_rate;
-    load.worst_case += f.rate_Hz * worst_case_bits(f.size) / bit_rate;
+    load.least += f.rate_Hz * least_bits(f.size, f.id) / bit_rate;
+    load.worst_case += f.rate_Hz * worst_case_bits(f.size, f.id) / bit_rate;
   }
   return load;
 }

@@ -1,4 +1,4 @@
-// How full a CAN bus is: bits of classic data frames with 11-bit identifier (ISO 11898-1), and the share of the bus'
+// How full a CAN bus is: bits of classic data frames (ISO 11898-1), and the share of the bus'
 // time that a set of periodic frames takes.
 #pragma once
 
@@ -10,14 +10,19 @@
 
 namespace knuckle {
 
+/// The part of a frame that is stuffed: start of frame, identifier, RTR, IDE, r0, length, data, CRC; with 29 bits of
+/// identifier also these, SRR and r1.
+[[nodiscard]] constexpr unsigned stuffed_bits(std::uint8_t size, std::uint32_t id) noexcept {
+  return ((id & kExtendedId) != 0 ? 54U : 34U) + 8U * size;
+}
 /// Without any stuff bit, from start of frame to the end of the interframe space.
-[[nodiscard]] constexpr unsigned least_bits(std::uint8_t size) noexcept {
-  return 34U + 8U * size  // start of frame, identifier, RTR, IDE, r0, length, data, CRC: the part that is stuffed
-         + 13U;           // CRC delimiter, acknowledge slot and delimiter, end of frame, interframe space
+[[nodiscard]] constexpr unsigned least_bits(std::uint8_t size, std::uint32_t id = 0) noexcept {
+  // CRC delimiter, acknowledge slot and delimiter, end of frame, interframe space
+  return stuffed_bits(size, id) + 13U;
 }
 /// With every stuff bit that is possible: one after the first five bits, then one after every four.
-[[nodiscard]] constexpr unsigned worst_case_bits(std::uint8_t size) noexcept {
-  return least_bits(size) + (33U + 8U * size) / 4;
+[[nodiscard]] constexpr unsigned worst_case_bits(std::uint8_t size, std::uint32_t id = 0) noexcept {
+  return least_bits(size, id) + (stuffed_bits(size, id) - 1) / 4;
 }
 /// As sent: with the stuff bits that identifier, data and CRC of this very frame ask for.
 [[nodiscard]] unsigned frame_bits(const CanFrame& frame) noexcept;

@@ -42,9 +42,10 @@ inline constexpr std::uint32_t kSyncId = 0x080;
 [[nodiscard]] constexpr std::uint32_t heartbeat_id(std::uint8_t node) noexcept {
   return 0x700U + node;
 }
-/// The function part of an identifier, such as 0x180, and the node part.
+/// The function part of an identifier, such as 0x180, and the node part. An identifier of 29 bits has another function
+/// than any of CANopen's.
 [[nodiscard]] constexpr std::uint32_t function_of(std::uint32_t id) noexcept {
-  return id & 0x780U;
+  return id & ~0x7FU;
 }
 [[nodiscard]] constexpr std::uint8_t node_of(std::uint32_t id) noexcept {
   return static_cast<std::uint8_t>(id & 0x7FU);

@@ -22,6 +22,7 @@ struct BitField {
   std::uint8_t bits = 8;  ///< 1 to 64; of a float 32 or 64.
   double scale = 1;       ///< Not 0.
   double offset = 0;
+  bool operator==(const BitField&) const = default;
 };
 
 /// Bits of a frame before the field, in the order in which its bytes are sent.

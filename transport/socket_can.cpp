@@ -19,8 +19,9 @@
 namespace knuckle {
 namespace {
 
-constexpr canid_t kExactMask = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
 constexpr canid_t kFunctionMask = 0x780 | CAN_EFF_FLAG | CAN_RTR_FLAG;
+constexpr canid_t kExtendedMask = CAN_EFF_FLAG | CAN_RTR_FLAG;
+static_assert(kExtendedId == CAN_EFF_FLAG);
 constexpr int kInteractive = 6;  // first band of pfifo_fast, the queue of CAN interfaces; above it needs privileges
 // The kernel doubles this. A queued frame weighs about 768 bytes: some 20 frames, three steps of the loop. So the band
 // stays short even where somebody has set txqueuelen to hundreds.
@@ -29,7 +30,7 @@ constexpr int kErrorBatches = 8;  // a flood of error frames may not keep the lo
 
 /// SDOs wait for nobody and nobody waits for them; everything else is part of the process.
 constexpr bool is_service(canid_t id) noexcept {
-  const canid_t function = id & 0x780U;
+  const canid_t function = id & ~0x7FU;
   return function == 0x580 || function == 0x600;
 }
 
@@ -99,17 +100,22 @@ int open_socket(const std::string& interface, int index, std::span<const can_fil
 std::vector<can_filter> filters_of(bool service, std::span<const std::uint32_t> hear) {
   std::vector<can_filter> filters;
   for (const std::uint32_t id : hear) {
-    if (is_service(id) == service) filters.push_back({id, kExactMask});
+    const canid_t bits = (id & CAN_EFF_FLAG) != 0 ? CAN_EFF_MASK : CAN_SFF_MASK;
+    if (is_service(id) == service) filters.push_back({id, bits | CAN_EFF_FLAG | CAN_RTR_FLAG});
   }
   for (canid_t function = 0; hear.empty() && function <= 0x780; function += 0x80) {
     if (is_service(function) == service) filters.push_back({function, kFunctionMask});
   }
+  if (hear.empty() && !service) filters.push_back({CAN_EFF_FLAG, kExtendedMask});
   return filters;
 }
 
 SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const std::uint32_t> hear) {
   for (const std::uint32_t id : hear) {
-    if (id > CAN_SFF_MASK) refuse(interface, "identifier " + std::to_string(id) + " to hear; limit 2047");
+    const bool extended = (id & kExtendedId) != 0;
+    const std::uint32_t number = id & ~kExtendedId, most = extended ? kMostExtendedId : kMostId;
+    if (number > most)
+      refuse(interface, "identifier " + std::to_string(number) + " to hear; limit " + std::to_string(most));
   }
   if (hear.size() > CAN_RAW_FILTER_MAX)
     refuse(interface,
@@ -151,7 +157,7 @@ bool SocketCanBus::send(const CanFrame& frame) noexcept {
     return false;
   }
   can_frame out{};
-  out.can_id = frame.id & CAN_SFF_MASK;
+  out.can_id = frame.id & ((frame.id & kExtendedId) != 0 ? CAN_EFF_FLAG | CAN_EFF_MASK : CAN_SFF_MASK);
   out.len = frame.size;
   std::copy_n(frame.data.begin(), frame.size, out.data);
   const Inbox& way = is_service(out.can_id) ? service_ : process_;
@@ -210,8 +216,8 @@ bool SocketCanBus::take(Inbox& inbox, CanFrame& frame) noexcept {
   while (!inbox.empty()) {
     const can_frame& in = inbox.take();
     // The filters let nothing else pass; a frame that is cut short or no data frame is nobody's.
-    if ((in.can_id & (CAN_EFF_FLAG | CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0 || in.len > CAN_MAX_DLEN) continue;
-    frame.id = in.can_id & CAN_SFF_MASK;
+    if ((in.can_id & (CAN_RTR_FLAG | CAN_ERR_FLAG)) != 0 || in.len > CAN_MAX_DLEN) continue;
+    frame.id = in.can_id;
     frame.size = in.len;
     frame.data = {};
     std::copy_n(in.data, in.len, frame.data.begin());
@@ -253,7 +259,7 @@ void SocketCanBus::Inbox::fill(CanHealth& health) noexcept {
   count_ = static_cast<std::size_t>(got);
   for (std::size_t i = 0; i < count_; ++i) {
     count_overflows(health, messages_[i].msg_hdr);
-    if (messages_[i].msg_len != sizeof(can_frame)) frames_[i].can_id = CAN_EFF_FLAG;  // no classic frame: nobody's
+    if (messages_[i].msg_len != sizeof(can_frame)) frames_[i].can_id = CAN_RTR_FLAG;  // no classic frame: nobody's
   }
 }
 

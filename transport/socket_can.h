@@ -1,5 +1,5 @@
-// A CAN interface of the Linux kernel: classic data frames with 11-bit identifiers over three raw sockets, so that
-// PDOs, services (SDO) and error frames have queues of their own and cannot displace each other.
+// A CAN interface of the Linux kernel: classic data frames over three raw sockets, so that PDOs, services (SDO) and
+// error frames have queues of their own and cannot displace each other.
 #pragma once
 
 #include <linux/can.h>
@@ -34,7 +34,7 @@ class SocketCanBus final : public CanBus {
  public:
   /// @param interface such as "can0" or "vcan0".
   /// @param hear exact identifiers of what is to be received, 512 at most; everything else is left to the kernel to
-  ///   throw away. Empty: every standard data frame but one's own.
+  ///   throw away. Empty: every data frame but one's own.
   /// @throws InputError where there is no such interface, it is no CAN interface, it is down, or access is denied.
   explicit SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear = {});
 

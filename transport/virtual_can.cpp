@@ -76,7 +76,7 @@ bool VirtualCanBus::start_next() noexcept {
   on_wire_ = winner->frame;
   *winner = ports_[sender_].sending_[--ports_[sender_].waiting_];
   --waiting_;
-  const Duration length = worst_case_bits(on_wire_.size) * bit_;
+  const Duration length = worst_case_bits(on_wire_.size, on_wire_.id) * bit_;
   busy_ += length;
   free_at_ += length;
   sending_ = true;

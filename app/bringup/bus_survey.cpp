@@ -161,7 +161,7 @@ class Surveyor {
       HeardFrames& frames = found_.heard[frame.id];
       frames.newest_at = access_.now();
       if (++frames.count == 1) frames.first_at = frames.newest_at;
-      frames.bits += worst_case_bits(frame.size);
+      frames.bits += worst_case_bits(frame.size, frame.id);
       if (frame == frames.newest) ++frames.repeated;
       frames.newest = frame;
     }

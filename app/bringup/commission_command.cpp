@@ -288,6 +288,7 @@ int run_commission(CommissionCommandOptions options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
+  slave::refuse_broadcasts(machine);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
   BusAccess bus = access_of(options, read);

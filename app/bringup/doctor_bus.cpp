@@ -13,6 +13,8 @@
 #include "machine/bus_frames.h"
 #include "machine/channel_status.h"
 #include "machine/device_profile.h"
+#include "machine/reason_text.h"
+#include "machine/toml_reader.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 
@@ -109,7 +111,9 @@ class Doctor {
     for (const auto& [id, node] : survey_.nodes) {
       if (!expects(id)) judge_stranger(node);
     }
-    if (machine_ != nullptr) judge_frames();
+    if (machine_ == nullptr) return std::move(result_);
+    for (const BroadcastFrame& frame : machine_->bus.broadcasts) judge_broadcast(frame);
+    judge_frames();
     return std::move(result_);
   }
 
@@ -167,6 +171,9 @@ class Doctor {
   }
 
   [[nodiscard]] bool of_machine(std::uint32_t id) const {
+    const auto& own = machine_->bus.broadcasts;
+    if (std::any_of(own.begin(), own.end(), [id](const BroadcastFrame& frame) { return frame.id == id; })) return true;
+    if (id > kMostId) return false;
     const std::uint8_t node = canopen::node_of(id);
     const std::uint32_t function = canopen::function_of(id);
     if (id == canopen::kNmtId || id == canopen::kSyncId) return true;
@@ -426,16 +433,37 @@ class Doctor {
     return ": possibly " + names + fmt::format("; knuckle bus assign-id --from 0x{:02X} gives it that id", node.id);
   }
 
+  /// What the machine should send by itself.
+  void judge_broadcast(const BroadcastFrame& frame) {
+    const std::string about = fmt::format("{} ({})", frame.name, id_text(frame.id));
+    const auto heard = survey_.heard.find(frame.id);
+    if (heard == survey_.heard.end()) {
+      say(Level::kFault, about,
+          "not received: check that the machine's controller is on and that the identifier is right");
+      return;
+    }
+    const double seen_ms = 1e3 * survey_.listened_s / static_cast<double>(heard->second.count);
+    const bool is_short =
+        heard->second.newest.size<frame.bytes, late = seen_ms> 1e3 * machine_->bus.sensor_age_limit_s / 2;
+    const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes", seen_ms, heard->second.newest.size);
+    say(is_short || late ? Level::kFault : Level::kOk, about,
+        is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)
+        : late   ? every + fmt::format("; must be at most {} ms, half of bus.sensor_age_limit_ms",
+                                       number_text(1e3 * machine_->bus.sensor_age_limit_s / 2))
+                 : every);
+  }
+
   /// Identifiers that no node of the file sends.
   void judge_frames() {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
     for (const BusFrame& frame : frames_) known.insert(frame.id);
+    for (const BroadcastFrame& frame : machine_->bus.broadcasts) known.insert(frame.id);
     for (const auto& [id, frames] : survey_.heard) {
       const std::uint32_t function = canopen::function_of(id);
-      const bool service = function == 0x080 || function >= 0x580;
+      const bool service = id <= kMostId && (function == 0x080 || function >= 0x580);
       if (known.contains(id) || service) continue;
-      const unsigned node = canopen::node_of(id);
-      say(Level::kNote, fmt::format("frames 0x{:03X}", id),
+      const unsigned node = id <= kMostId ? canopen::node_of(id) : 0;
+      say(Level::kNote, "frames " + id_text(id),
           fmt::format("{:.0f} frames/s that no node of the machine file sends",
                       static_cast<double>(frames.count) / survey_.listened_s) +
               (expects(static_cast<std::uint8_t>(node))

@@ -11,6 +11,7 @@
 #include "app/explain/timeline.h"
 #include "core/units.h"
 #include "estimation/force_estimator.h"
+#include "machine/reason_text.h"
 
 namespace knuckle::explain {
 namespace {
@@ -154,10 +155,10 @@ std::vector<std::string> unusual(const Evidence& evidence, const Window& window)
       last = can.at;
     }
     const double rate = count / std::max(1e-3, to_seconds(last - first));
-    lines.push_back(
-        fmt::format("{} frames with identifier 0x{:03X}, which no node of the machine file sends, from {} to "
-                    "{}: {:.0f} a second{}",
-                    count, id, at_text(first), at_text(last), rate, rate > 500 ? ": a node floods the bus" : ""));
+    lines.push_back(fmt::format(
+        "{} frames with identifier {}, which nothing in the machine file sends, from {} to "
+        "{}: {:.0f} a second{}",
+        count, id_text(id), at_text(first), at_text(last), rate, rate > 500 ? ": a node floods the bus" : ""));
   }
   return lines;
 }

@@ -215,7 +215,11 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
         return seen.node.id == node || std::any_of(seen.pdos.begin(), seen.pdos.end(),
                                                    [&](const PdoSeen& pdo) { return pdo.id == can.frame.id; });
       });
-      if (!known || canopen::function_of(can.frame.id) == 0) ++evidence.foreign[can.frame.id];
+      const auto& own = machine.bus.broadcasts;
+      const bool broadcast =
+          std::any_of(own.begin(), own.end(), [&](const BroadcastFrame& frame) { return frame.id == can.frame.id; });
+      if (!broadcast && (!known || can.frame.id > kMostId || canopen::function_of(can.frame.id) == 0))
+        ++evidence.foreign[can.frame.id];
     }
     if (can.at <= since || can.at > since + kAfterStop) continue;
     if (can.kind == WireEventKind::kCanReceived) ++evidence.can_received_after;

@@ -10,7 +10,7 @@ namespace {
 
 /// "(0000000012.345678) can0 185#0011223344556677"; nullopt for anything else.
 std::optional<WireFrame> parse_candump_line(const std::string& line) {
-  static const std::regex format(R"(\((\d+\.\d{6})\) \w+ ([0-9A-F]{3})#((?:[0-9A-F]{2}){0,8}))");
+  static const std::regex format(R"(\((\d+\.\d{6})\) \w+ ([0-9A-F]{3}|[0-9A-F]{8})#((?:[0-9A-F]{2}){0,8}))");
   std::smatch parts;
   if (!std::regex_match(line, parts, format)) return std::nullopt;
   WireFrame frame{std::stod(parts[1]), static_cast<unsigned>(std::stoul(parts[2], nullptr, 16)), {}};

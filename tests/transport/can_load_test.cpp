@@ -36,7 +36,12 @@ std::string stuffed(const std::string& text) {
 }
 
 std::size_t bits_by_hand(const CanFrame& frame) {
-  std::string text = "0" + binary(frame.id, 11) + "000" + binary(frame.size, 4);
+  std::string text = "0" + binary(frame.id, 11) + "000";
+  if ((frame.id & kExtendedId) != 0) {  // SRR and IDE between the 11 higher bits and the 18 lower; then RTR, r1, r0
+    const std::string id = binary(frame.id & 0x1FFFFFFF, 29);
+    text = "0" + id.substr(0, 11) + "11" + id.substr(11) + "000";
+  }
+  text += binary(frame.size, 4);
   for (std::size_t i = 0; i < frame.size; ++i) text += binary(frame.data[i], 8);
   const std::string tail = "1" + std::string("01") + "1111111" + "111";  // CRC delimiter, ACK, end of frame, interframe
   return (stuffed(text + crc(text)) + tail).size();
@@ -47,17 +52,20 @@ TEST(CanLoad, BitsOfAFrameWithoutAndWithEveryStuffBit) {
   EXPECT_EQ(least_bits(8), 111U);
   EXPECT_EQ(worst_case_bits(0), 55U);
   EXPECT_EQ(worst_case_bits(8), 135U);
+  EXPECT_EQ(least_bits(8, kExtendedId), 131U);
+  EXPECT_EQ(worst_case_bits(8, kExtendedId), 160U);
 }
 
 TEST(CanLoad, BitsOfAFrameAreThoseThatLeave) {
   std::mt19937 random(7);
   for (int i = 0; i < 2000; ++i) {
-    CanFrame frame{static_cast<std::uint32_t>(random() % 0x800), static_cast<std::uint8_t>(random() % 9), {}};
+    const std::uint32_t id = i % 2 == 0 ? random() % 0x800 : random() % 0x20000000 | kExtendedId;
+    CanFrame frame{id, static_cast<std::uint8_t>(random() % 9), {}};
     const auto kind = static_cast<unsigned>(random() % 3);  // long runs of equal bits, or any
     for (auto& byte : frame.data) byte = kind == 0 ? 0x00 : static_cast<std::uint8_t>(kind == 1 ? 0xFF : random());
     ASSERT_EQ(frame_bits(frame), bits_by_hand(frame)) << "frame " << i;
-    ASSERT_GE(frame_bits(frame), least_bits(frame.size));
-    ASSERT_LE(frame_bits(frame), worst_case_bits(frame.size));
+    ASSERT_GE(frame_bits(frame), least_bits(frame.size, frame.id));
+    ASSERT_LE(frame_bits(frame), worst_case_bits(frame.size, frame.id));
   }
 }
 

@@ -14,6 +14,9 @@ TEST(Candump, LineIsThatOfTheTool) {
   EXPECT_EQ(candump_line(Time{}, {.id = 0x080}, "vcan7"), "(0000000000.000000) vcan7 080#");
   EXPECT_EQ(candump_line(Time(1us), {.id = 0x001, .size = 8, .data = {0xFE}}),
             "(0000000000.000001) can0 001#FE00000000000000");
+  EXPECT_EQ(candump_line(Time{}, {.id = 0x18FF1021 | kExtendedId, .size = 1, .data = {0xAB}}),
+            "(0000000000.000000) can0 18FF1021#AB");
+  EXPECT_EQ(candump_line(Time{}, {.id = 0x21 | kExtendedId}), "(0000000000.000000) can0 00000021#");
 }
 
 TEST(CanBus, FramesLostAreErrorsOnEitherSideOfAThreadBorder) {

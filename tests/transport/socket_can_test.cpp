@@ -112,6 +112,8 @@ TEST(SocketCanOpening, RefusesWhatIsNoCanInterfaceInOneLineThatNamesIt) {
   EXPECT_NE(refusal("lo").find("\"lo\": is not a CAN interface"), std::string::npos);
   const std::vector<std::uint32_t> extended{0x181, 0x800}, many(513, 0x181);
   EXPECT_NE(refusal("can0", extended).find("identifier 2048 to hear; limit 2047"), std::string::npos);
+  const std::vector<std::uint32_t> beyond{kExtendedId | 0x1FFFFFFF, kExtendedId | 0x20000000};
+  EXPECT_NE(refusal("can0", beyond).find("identifier 536870912 to hear; limit 536870911"), std::string::npos);
   EXPECT_NE(refusal("can0", many).find("513 identifiers to hear; limit 512"), std::string::npos);
 }
 
@@ -145,8 +147,22 @@ TEST_F(SocketCan, ReceivesEverythingOldestFirstAndProcessDataBeforeServices) {
   EXPECT_EQ(bus.counters().received, 2U * kMany);
 }
 
-TEST_F(SocketCan, WhatIsNoStandardDataFrameIsNotReceived) {
-  put(process.second, wire(CAN_EFF_FLAG | 0x190, 1));
+TEST_F(SocketCan, IdentifiersOf29BitsKeepTheirFlagBothWays) {
+  put(process.second, wire(CAN_EFF_FLAG | 0x18FF0190, 1));
+  put(process.second, wire(CAN_EFF_FLAG | 0x190, 2));
+  const auto got = receive_all();
+  ASSERT_EQ(got.size(), 2U);
+  EXPECT_EQ(got[0], frame(kExtendedId | 0x18FF0190, 1));
+  EXPECT_EQ(got[1], frame(kExtendedId | 0x190, 2)) << "another than 0x190 of 11 bits";
+  for (const std::uint32_t id : {0x18FF0580U, 0x00000601U}) EXPECT_TRUE(bus.send(frame(kExtendedId | id, 9)));
+  const auto sent = drain(process.second);
+  ASSERT_EQ(sent.size(), 2U) << "services are CANopen's alone";
+  EXPECT_EQ(sent[0].can_id, CAN_EFF_FLAG | 0x18FF0580U);
+  EXPECT_EQ(sent[1].can_id, CAN_EFF_FLAG | 0x601U);
+  EXPECT_TRUE(drain(service.second).empty());
+}
+
+TEST_F(SocketCan, WhatIsNoDataFrameIsNotReceived) {
   put(process.second, wire(CAN_RTR_FLAG | 0x190, 2));
   put(process.second, wire(CAN_ERR_FLAG | CAN_ERR_BUSOFF, 3));
   put(process.second, wire(0x190, 4, 9));

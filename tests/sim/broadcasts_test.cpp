@@ -1,0 +1,61 @@
+// Frames that the machine sends by itself, from its end: by its own clock, in the bits of the file.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "machine/load.h"
+#include "tests/sim/can_rig.h"
+#include "tests/support/broadcast_machine.h"
+
+namespace knuckle::sim::test {
+namespace {
+
+/// All that was sent under an identifier in 100 ms, whoever controls the nodes or not.
+std::vector<Heard> sent(std::uint32_t id, const SensorErrors& errors = {}) {
+  const MachineDescription machine = parse_machine(knuckle::test::broadcast_text(), "m.toml");
+  MachineSignals signals;
+  signals.shaft_rad = JointVector(0.32, -1.5, -0.8);
+  signals.pressure_Pa.fill(5.2e6);
+  signals.pressure_Pa[1] = 5.31e6;
+  signals.pressure_Pa[2] = 60e6;
+  signals.slope_rad = -3 * std::numbers::pi / 180;
+  CanNodes* nodes = nullptr;
+  BusRig rig([&](Time now) { nodes->step(now, signals); });
+  CanNodes there(machine, errors, rig.bus.port(1), 1);
+  nodes = &there;
+  rig.run(100ms);
+  std::vector<Heard> of;
+  for (const Heard& heard : rig.heard)
+    if (heard.frame.id == id) of.push_back(heard);
+  return of;
+}
+
+TEST(Broadcasts, AreSentByTheirPeriodsInTheFilesBits) {
+  const std::vector<Heard> front = sent(0x18FF1021 | kExtendedId), body = sent(0x1A5);
+  ASSERT_EQ(front.size(), 10U);
+  ASSERT_EQ(body.size(), 5U);
+  EXPECT_NEAR(to_seconds(front[3].at - front[2].at), 0.01, 5e-4) << "it may wait for another frame";
+  EXPECT_EQ(front[0].frame.size, 8);
+  EXPECT_EQ(front[0].frame.data, (std::array<std::uint8_t, 8>{0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}));
+  EXPECT_EQ(body[0].frame.data, (std::array<std::uint8_t, 8>{0xD4, 0xFE, 0, 0, 0, 0, 0, 0})) << "-300";
+}
+
+TEST(Broadcasts, AValueThatDoesNotFitIsTheHighestThatIsOne) {
+  const std::vector<Heard> pressures = sent(0x18FF2021 | kExtendedId);
+  ASSERT_FALSE(pressures.empty());
+  EXPECT_EQ(pressures[0].frame.size, 6);
+  EXPECT_EQ(pressures[0].frame.data, (std::array<std::uint8_t, 8>{76, 77, 0xFA, 76, 76, 76, 0, 0}));
+}
+
+TEST(Broadcasts, HaveTheSensorsErrors) {
+  SensorErrors errors;
+  errors.pressure_offset_Pa[0] = 4e5;
+  errors.pressure_noise_Pa[5] = 5e5;
+  const std::vector<Heard> pressures = sent(0x18FF2021 | kExtendedId, errors);
+  EXPECT_EQ(pressures[0].frame.data[0], 78);
+  EXPECT_TRUE(std::any_of(pressures.begin(), pressures.end(), [](const Heard& h) { return h.frame.data[5] != 76; }));
+}
+
+}  // namespace
+}  // namespace knuckle::sim::test

@@ -1,0 +1,169 @@
+// Sensors in frames that the machine sends by itself: read by literal bytes, judged, missed, and led with.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "machine/load.h"
+#include "machine/reason_text.h"
+#include "slave/bus_listen.h"
+#include "slave/bus_map.h"
+#include "slave/plausibility.h"
+#include "slave/sensors.h"
+#include "tests/slave/bench_machine.h"
+#include "tests/support/broadcast_machine.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr std::uint32_t kFront = 0x18FF1021U | kExtendedId, kPressures = 0x18FF2021U | kExtendedId, kBody = 0x1A5;
+
+MachineDescription machine_with_broadcasts() {
+  return calibrated(parse_machine(test::broadcast_text(), "m.toml"));
+}
+
+/// Boom 0.32, arm -1.5 and bucket -0.8 rad; 5.2 MPa in each chamber; slope 3 deg.
+struct FedSensors {
+  void feed(int times = 1) {
+    for (int n = 0; n < times; ++n) {
+      now += 10ms;
+      if (front) sensors.receive(*front, now);
+      if (pressures) sensors.receive(*pressures, now);
+      if (body) sensors.receive(*body, now);
+    }
+  }
+  [[nodiscard]] std::string fault() const {
+    const Reason why = sensors.fault(now);
+    return why ? text_with_code(why, machine.bus) : "";
+  }
+  MachineDescription machine = machine_with_broadcasts();
+  SensorSet sensors{machine};
+  Time now{1s};
+  // raw: (0.12 - 0.32 + 10) / 0.0004 = 24500 = 0x5FB4; (-1.5 + 10) / 0.0004 = 21250 = 0x5302; -0.8 rad = -4584 = 0xEE18
+  std::optional<CanFrame> front = CanFrame{kFront, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}};
+  std::optional<CanFrame> pressures = CanFrame{kPressures, 6, {76, 76, 76, 76, 76, 76}};
+  std::optional<CanFrame> body = CanFrame{kBody, 2, {0x2C, 0x01}};  // 300
+};
+
+TEST(Broadcasts, AreReadByTheirBits) {
+  FedSensors fed;
+  fed.feed();
+  EXPECT_EQ(fed.fault(), "");
+  const auto measured = fed.sensors.measurement();
+  ASSERT_TRUE(measured);
+  const Kinematics kinematics(fed.machine);
+  EXPECT_NEAR(measured->cylinder_m[kBoom], kinematics.cylinder_at(kBoom, 0.32)->length_m, 1e-9);
+  EXPECT_NEAR(measured->cylinder_m[kArm], kinematics.cylinder_at(kArm, -1.5)->length_m, 1e-9);
+  EXPECT_NEAR(measured->cylinder_m[kBucket],
+              kinematics.cylinder_at(kBucket, -4584 * std::numbers::pi / 18000)->length_m, 1e-9);
+  for (const double pressure_Pa : measured->pressure_Pa) EXPECT_NEAR(pressure_Pa, 5.2e6, 1);
+  EXPECT_NEAR(measured->hull_pitch_rad, 3 * std::numbers::pi / 180, 1e-9);
+}
+
+TEST(Broadcasts, IdentifiersOf11BitsAreOthers) {
+  FedSensors fed;
+  fed.front->id = 0x021;  // the same lower bits
+  fed.pressures->id = 0x18FF2021;
+  fed.feed();
+  EXPECT_FALSE(fed.sensors.measurement());
+}
+
+TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
+  FedSensors fed;
+  fed.feed();
+  fed.pressures->data[3] = 0xFB;
+  fed.feed(2);
+  EXPECT_EQ(fed.fault(), "") << "single ones are left out";
+  EXPECT_NEAR(fed.sensors.measurement()->pressure_Pa[3], 5.2e6, 1);
+  fed.feed();
+  EXPECT_EQ(fed.fault().rfind("sensor_invalid: pressure_1 (0x18FF2021), arm_rod_pressure: ", 0), 0U) << fed.fault();
+  fed.pressures->data[3] = 0xFA;  // 40 MPa is a value, but none that the transmitter has
+  fed.feed();
+  EXPECT_NE(fed.fault(), "");
+  fed.pressures->data[3] = 76;
+  fed.feed();
+  EXPECT_EQ(fed.fault(), "");
+}
+
+TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
+  FedSensors silent;
+  silent.feed();
+  silent.body.reset();
+  silent.feed(5);
+  EXPECT_EQ(silent.fault(), "") << "50 ms are allowed";
+  silent.feed();
+  EXPECT_EQ(silent.fault().rfind("sensor_stale: body (0x1A5), slope: ", 0), 0U) << silent.fault();
+  FedSensors cut;
+  cut.feed();
+  cut.pressures->size = 5;
+  cut.feed(3);
+  EXPECT_EQ(cut.fault().rfind("frame_short: pressure_1 (0x18FF2021), boom_head_pressure: ", 0), 0U) << cut.fault();
+}
+
+TEST(Broadcasts, AreHeardAndCountedForTheBus) {
+  const MachineDescription machine = machine_with_broadcasts();
+  const std::vector<std::uint32_t> heard = heard_by_controller(machine.bus);
+  for (const std::uint32_t id : {kFront, kPressures, kBody}) EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
+  const std::vector<PeriodicFrame> map = bus_map(machine.bus);
+  const auto body = std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBody; });
+  ASSERT_NE(body, map.end());
+  EXPECT_EQ(body->rate_Hz, 50);
+}
+
+TEST(Broadcasts, AMachineOfThemIsLedAndStopsWhenTheyStop) {
+  test::BenchMachine m(machine_with_broadcasts());
+  m.signals.shaft_rad = JointVector(0.3, -1.5, -0.8);
+  ASSERT_TRUE(m.engage()) << text(m.loop.fault(), m.loop.client().bus());
+  m.run(1s);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault(), m.loop.client().bus());
+  const auto& frames = m.frames(kFront);
+  EXPECT_NEAR(static_cast<double>(frames.size()), to_seconds(m.now - Time(10s)) / 0.01, 2) << "whatever the nodes do";
+  const auto measured = m.loop.sensors().measurement().value();
+  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
+  m.can.lost = {kFront};
+  m.run(70ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(text_with_code(m.loop.fault(), m.loop.client().bus()).rfind("sensor_stale: front_angle (0x18FF1021), ", 0),
+            0U)
+      << text_with_code(m.loop.fault(), m.loop.client().bus());
+  for (int i = 0; i < kJoints; ++i) EXPECT_NE(m.command_neutral_since(m.now - 30ms, i), kNever) << i;
+}
+
+/// Of pressures in steps of 2 bar. @param travel_mps of the arm's cylinder. @return the first fault.
+Reason judged(double other_swing_Pa, double travel_mps, Duration time) {
+  const MachineDescription machine = machine_with_broadcasts();
+  Plausibility plausibility(machine, 5e-3);
+  const Kinematics kinematics(machine);
+  estimation::Measurement m;
+  m.pressure_Pa.fill(5.2e6);
+  for (int i = 0; i < kJoints; ++i)
+    m.cylinder_m[i] = kinematics.cylinder_at(i, JointVector(0.32, -1.5, -0.8)[i])->length_m;
+  JointVector spool = JointVector::Zero();
+  spool[kArm] = travel_mps == 0 ? 0 : 0.5;
+  for (int step = 0; step * 5ms < time; ++step) {
+    m.pressure_Pa[3] = 5.2e6 + other_swing_Pa * std::sin(0.05 * step);
+    m.cylinder_m[kArm] += travel_mps * 5e-3;
+    if (const Reason why = plausibility.step(m, spool)) return why;
+  }
+  return {};
+}
+
+TEST(Broadcasts, ACoarseTransmitterThatStaysWithinAStepIsNotCalledStuck) {
+  EXPECT_FALSE(judged(0, 0.05, 3s)) << "15 cm of travel at the same pressure";
+  EXPECT_FALSE(judged(4e5, 0, 20s)) << "two steps of the other side are less than one of this, with the areas";
+  const Reason why = judged(30e5, 0, 20s);
+  EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
+  EXPECT_EQ(subject_text(why, machine_with_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");
+}
+
+TEST(Broadcasts, AreNotCommissionedYet) {
+  const std::string line = test::refusal([] { refuse_broadcasts(machine_with_broadcasts()); });
+  EXPECT_EQ(line.rfind("m.toml: key 'bus.broadcast': front_angle: ", 0), 0U) << line;
+  EXPECT_NO_THROW(refuse_broadcasts(test::test_machine()));
+}
+
+}  // namespace
+}  // namespace knuckle::slave
