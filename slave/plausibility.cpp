@@ -25,11 +25,12 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       step_Pa_(machine.sensors.pressure_step_Pa),
       moved_m_((kLimits.moved_steps * length_steps_m(machine)).cwiseMax(kLimits.moved_m)) {
-  const bool noisy = machine.sensors.pressure_noise_Pa >= 0.5 * step_Pa_;
+  const bool noisy = machine.sensors.pressure_noise_Pa >= 0.5 * step_Pa_, coarse = step_Pa_ > kLimits.coarse_Pa;
+  const int samples = noisy ? kLimits.repeats : coarse ? kLimits.repeats_coarse : kLimits.repeats_quiet;
   for (std::size_t chamber = 0; chamber < repeats_.size(); ++chamber) {
     const BroadcastFrame* const frame = bus_.broadcast(NodeRole::kPressure, static_cast<int>(chamber)).frame;
     const double steps_held = frame == nullptr ? 1 : std::max(1.0, std::ceil(frame->period_s / step_s_));
-    repeats_[chamber] = static_cast<int>(steps_held) * (noisy ? kLimits.repeats : kLimits.repeats_quiet);
+    repeats_[chamber] = static_cast<int>(steps_held) * samples;
   }
   for (std::size_t i = 0; i < kJoints; ++i) {
     const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
@@ -146,17 +147,17 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
   Chamber& seen = chambers_[chamber];
   const double value = m.pressure_Pa[chamber], other = m.pressure_Pa[chamber ^ 1U];
   const double length = m.cylinder_m[static_cast<int>(chamber / 2)];
-  if (value != seen.value_Pa || value < kLimits.cavitating_Pa) {
+  const bool coarse = step_Pa_ > kLimits.coarse_Pa;
+  const double coarse_Pa = coarse ? kLimits.coarse_steps * step_Pa_ : 0;
+  if (value != seen.value_Pa || value < std::max(kLimits.cavitating_Pa, coarse_Pa / 2)) {
     seen = {value, 0, other, other, length};
     return {};
   }
   ++seen.repeats;
   seen.other_min_Pa = std::min(seen.other_min_Pa, other);
   seen.other_max_Pa = std::max(seen.other_max_Pa, other);
-  const bool coarse = step_Pa_ > kLimits.coarse_Pa;
-  const bool others_live =
-      seen.other_max_Pa - seen.other_min_Pa > std::max(kLimits.other_side_Pa, kLimits.other_side_steps * step_Pa_) ||
-      (!coarse && std::abs(length - seen.length_m) > kLimits.repeat_travel_m);
+  const bool others_live = seen.other_max_Pa - seen.other_min_Pa > std::max(kLimits.other_side_Pa, coarse_Pa) ||
+                           (!coarse && std::abs(length - seen.length_m) > kLimits.repeat_travel_m);
   const int most = repeats_[chamber];
   if (seen.repeats < most || !others_live) return {};
   return implausible(subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_), seen.repeats, most);

@@ -42,11 +42,13 @@ struct PlausibilityLimits {
   double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
   int repeats = 20;                ///< Same pressure this often (100 ms): with noise above half a step, 1e-15.
   int repeats_quiet = 100;         ///< Likewise for transmitters without noise.
-  double other_side_Pa = 5e5;      ///< What the other chamber must have changed meanwhile: ten times its noise,
-  double other_side_steps = 5;     ///< ... and so many steps of its own. Or the cylinder has moved by ...
-  double repeat_travel_m = 0.005;  ///< ... this, where a step is not ...
-  double coarse_Pa = 1e5;          ///< ... coarser than this: within it a living one stays while a cylinder moves.
+  double other_side_Pa = 5e5;      ///< What the other chamber must have changed meanwhile: ten times its noise ...
+  double repeat_travel_m = 0.005;  ///< ... or the cylinder have moved.
   double cavitating_Pa = 3e5;      ///< Below it a chamber may really stand at one value.
+  // Within a step that is coarser than this a chamber may stand for a second while all else moves, near tank always.
+  double coarse_Pa = 1e5;
+  int repeats_coarse = 1000;  ///< Same pressure this often, whatever the cylinder does ...
+  double coarse_steps = 10;   ///< ... while the other chamber changes by so many steps, half of them above vacuum.
 };
 inline constexpr PlausibilityLimits kPlausibility{};
 

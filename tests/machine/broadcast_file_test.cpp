@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "machine/bus_budget.h"
 #include "machine/encoder_length.h"
-#include "machine/load.h"
 #include "machine/reason_text.h"
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/refusal.h"
@@ -15,15 +14,10 @@
 namespace knuckle {
 namespace {
 
-MachineDescription with(const std::string& from, const std::string& to) {
-  std::string broadcasts = test::kBroadcasts;
-  const auto at = broadcasts.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return parse_machine(test::broadcast_text(broadcasts.replace(at, from.size(), to)), "m.toml");
-}
+using test::broadcast_machine;
 
 TEST(BroadcastFile, SaysWhereEachValueIsAndWhatItMeans) {
-  const BusDescription bus = parse_machine(test::broadcast_text(), "m.toml").bus;
+  const BusDescription bus = broadcast_machine().bus;
   ASSERT_EQ(bus.broadcasts.size(), 3U);
   const auto [front, boom] = bus.broadcast(NodeRole::kEncoder, kBoom);
   ASSERT_NE(boom, nullptr);
@@ -46,11 +40,11 @@ TEST(BroadcastFile, SaysWhereEachValueIsAndWhatItMeans) {
 }
 
 TEST(BroadcastFile, HasSmallIdentifiersOf29BitsWhereItSaysSo) {
-  EXPECT_EQ(with("id = 0x1A5", "id = 0x1A5\nextended = true").bus.broadcasts[2].id, 0x1A5U | kExtendedId);
+  EXPECT_EQ(broadcast_machine("id = 0x1A5", "id = 0x1A5\nextended = true").bus.broadcasts[2].id, 0x1A5U | kExtendedId);
 }
 
 TEST(BroadcastFile, StepsOfLengthsFollowFromTheFields) {
-  const MachineDescription machine = parse_machine(test::broadcast_text(), "m.toml");
+  const MachineDescription machine = broadcast_machine();
   const JointVector steps_m = length_steps_m(machine);
   for (int joint = 0; joint < kJoints; ++joint) {
     EXPECT_GT(steps_m[joint], 0.1 * 0.00017) << joint << ": by the longest lever";
@@ -60,7 +54,7 @@ TEST(BroadcastFile, StepsOfLengthsFollowFromTheFields) {
 }
 
 TEST(BroadcastFile, TheBusBudgetCountsItsFrames) {
-  MachineDescription machine = parse_machine(test::broadcast_text(), "m.toml");
+  MachineDescription machine = broadcast_machine();
   const double all = worst_bus_load(machine.bus);
   machine.bus.broadcasts.clear();
   // At worst 160 bits with 8 bytes, 140 with 6 (29 bits of identifier); 75 with 2 bytes.
@@ -68,7 +62,7 @@ TEST(BroadcastFile, TheBusBudgetCountsItsFrames) {
 }
 
 TEST(BroadcastFile, ReasonsNameTheSignalAndItsFrame) {
-  const BusDescription bus = parse_machine(test::broadcast_text(), "m.toml").bus;
+  const BusDescription bus = broadcast_machine().bus;
   const Reason stale{ReasonCode::kSensorStale, subject_of(NodeRole::kPressure, 2, bus), 60, 50};
   EXPECT_EQ(subject_text(stale, bus), "pressure_1 (0x18FF2021), arm_head_pressure");
   EXPECT_EQ(node_of(stale, bus), nullptr);
@@ -111,7 +105,7 @@ TEST(BroadcastFile, WhatCannotBeIsRefusedInOneLine) {
             "must have at least one signal"},
            {"scale = 0.01, unit = \"deg\" }\n\n", "scale = 0.01, unit = \"deg\", hidden = 1 }\n\n", "hidden"},
        }) {
-    const std::string line = test::refusal([&] { (void)with(c.from, c.to); });
+    const std::string line = test::refusal([&] { (void)broadcast_machine(c.from, c.to); });
     EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
     EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "machine/load.h"
 #include "tests/sim/can_rig.h"
 #include "tests/support/broadcast_machine.h"
 
@@ -13,7 +12,7 @@ namespace {
 
 /// All that was sent under an identifier in 100 ms, whoever controls the nodes or not.
 std::vector<Heard> sent(std::uint32_t id, const SensorErrors& errors = {}) {
-  const MachineDescription machine = parse_machine(knuckle::test::broadcast_text(), "m.toml");
+  const MachineDescription machine = knuckle::test::broadcast_machine();
   MachineSignals signals;
   signals.shaft_rad = JointVector(0.32, -1.5, -0.8);
   signals.pressure_Pa.fill(5.2e6);

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "machine/load.h"
 #include "machine/reason_text.h"
 #include "slave/bus_listen.h"
 #include "slave/bus_map.h"
@@ -22,7 +21,7 @@ namespace {
 constexpr std::uint32_t kFront = 0x18FF1021U | kExtendedId, kPressures = 0x18FF2021U | kExtendedId, kBody = 0x1A5;
 
 MachineDescription machine_with_broadcasts() {
-  return calibrated(parse_machine(test::broadcast_text(), "m.toml"));
+  return calibrated(test::broadcast_machine());
 }
 
 /// Boom 0.32, arm -1.5 and bucket -0.8 rad; 5.2 MPa in each chamber; slope 3 deg.
@@ -153,7 +152,8 @@ Reason judged(double other_swing_Pa, double travel_mps, Duration time) {
 
 TEST(Broadcasts, ACoarseTransmitterThatStaysWithinAStepIsNotCalledStuck) {
   EXPECT_FALSE(judged(0, 0.05, 3s)) << "15 cm of travel at the same pressure";
-  EXPECT_FALSE(judged(4e5, 0, 20s)) << "two steps of the other side are less than one of this, with the areas";
+  EXPECT_FALSE(judged(9e5, 0, 30s)) << "the other side alone, by less than ten steps";
+  EXPECT_FALSE(judged(30e5, 0, 9s)) << "a chamber may stand within a step for seconds";
   const Reason why = judged(30e5, 0, 20s);
   EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
   EXPECT_EQ(subject_text(why, machine_with_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");

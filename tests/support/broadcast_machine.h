@@ -2,9 +2,11 @@
 // clock; valves and enable are CANopen nodes: the shipped one in other words.
 #pragma once
 
+#include <stdexcept>
 #include <string>
 
 #include "machine/file_text.h"
+#include "machine/load.h"
 #include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
 
@@ -63,6 +65,14 @@ inline std::string broadcast_text(const std::string& broadcasts = kBroadcasts) {
       "[[bus.node]]\nname = \"enable\"\nprofile = \"cia401\"\nid = 0x40\ndevice_type = 0x0191\n"
       "vendor = 0x4B4E\nproduct = 0x0401\nchannels = { 1 = \"machine_enable\" }\n";
   return with_nodes(text, nodes + broadcasts);
+}
+
+/// With `to` in place of the first `from` of its broadcasts.
+inline MachineDescription broadcast_machine(const std::string& from = "", const std::string& to = "") {
+  std::string broadcasts = kBroadcasts;
+  const auto at = broadcasts.find(from);
+  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
+  return parse_machine(broadcast_text(broadcasts.replace(at, from.size(), to)), "m.toml");
 }
 
 }  // namespace knuckle::test
