@@ -193,7 +193,7 @@ TEST_F(Check, TheDrawingHasEveryPinAndTheLimits) {
   for (const char* shown :
        {"reach_m = 3.3", "floor_m = -2.6", "class=\"range\"", "class=\"sweep\"", "arm -148 to -29 deg"})
     EXPECT_NE(svg.find(shown), std::string::npos) << shown;
-  for (const char* machine : {"solar015", "compact080"}) {
+  for (const char* machine : {"solar015", "compact080", "standard200"}) {
     ASSERT_EQ(run({kConfig + "/machines/" + machine + ".toml", "--drawing", drawing}), 0) << err_;
     for (const DrawnWords& letter : drawn_words(test::content(drawing), "letter"))
       for (const DrawnWords& range : drawn_words(test::content(drawing), "angle"))

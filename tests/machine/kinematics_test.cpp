@@ -35,7 +35,7 @@ class KinematicsOf : public ::testing::TestWithParam<const char*> {
   const MachineDescription machine_ = shipped(GetParam());
   const Kinematics kinematics_{machine_};
 };
-INSTANTIATE_TEST_SUITE_P(ShippedMachines, KinematicsOf, ::testing::Values("solar015", "compact080"),
+INSTANTIATE_TEST_SUITE_P(ShippedMachines, KinematicsOf, ::testing::Values("solar015", "compact080", "standard200"),
                          [](const auto& chosen) { return std::string(chosen.param); });
 
 TEST_P(KinematicsOf, RoundTripsAngleAndLengthOverTheWorkingRange) {

@@ -387,8 +387,8 @@ TEST(LoadDevice, OnlyALawThatLeadsAMachineIsTakenButAnyIsReadInARecordingsFile) 
 }
 
 TEST(LoadDevice, ShippedDevicesCanRenderTheirForceAndAreFineEnough) {
-  const std::array<std::pair<const char*, const char*>, 2> pairs{
-      {{"knuckle1", "solar015"}, {"knuckle1_compact080", "compact080"}}};
+  const std::array<std::pair<const char*, const char*>, 3> pairs{
+      {{"knuckle1", "solar015"}, {"knuckle1_compact080", "compact080"}, {"knuckle1_standard200", "standard200"}}};
   for (const auto& [name, machine_name] : pairs) {
     const DeviceDescription device = load_device(kConfig + "/devices/" + name + ".toml");
     const MachineDescription machine = load_machine(kConfig + "/machines/" + machine_name + ".toml");

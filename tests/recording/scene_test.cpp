@@ -109,7 +109,7 @@ class SceneWriterOf : public ::testing::TestWithParam<const char*> {
   std::mt19937 random_{20261125};
 };
 
-INSTANTIATE_TEST_SUITE_P(Machines, SceneWriterOf, ::testing::Values("solar015", "compact080"));
+INSTANTIATE_TEST_SUITE_P(Machines, SceneWriterOf, ::testing::Values("solar015", "compact080", "standard200"));
 
 TEST_P(SceneWriterOf, EveryMessageEndsWithTheLastFieldOfItsSchema) {
   for (int i = 0; i < kPostures; ++i) {

@@ -117,7 +117,7 @@ TEST_F(TruthFile, AMisspeltKeyIsRefusedWithTheOneThatWasMeant) {
 }
 
 TEST_F(TruthFile, TheShippedExampleFitsEveryShippedMachine) {
-  for (const char* name : {"solar015", "compact080"}) {
+  for (const char* name : {"solar015", "compact080", "standard200"}) {
     EXPECT_NO_THROW((void)load_truth(test::source_dir() + "/config/truth/example.toml",
                                      load_machine(find_config("machine", name))));
   }

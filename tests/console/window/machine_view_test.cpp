@@ -211,7 +211,7 @@ TEST_F(MachineViewPicture, LeavesTheRestOfTheWindowAlone) {
 }
 
 TEST(ForceScale, IsARoundNumberOfTheMachinesOwnSize) {
-  for (const char* name : {"solar015", "compact080"}) {
+  for (const char* name : {"solar015", "compact080", "standard200"}) {
     const MachineDescription m = load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
     const picture::ForceScale scale = picture::force_scale(m);
     const double digit = scale.full_N / std::pow(10, std::floor(std::log10(scale.full_N) + 1e-9));

@@ -23,7 +23,7 @@ namespace knuckle::console::window {
 namespace {
 
 constexpr unsigned kSeed = 20;
-const char* const kMachines[] = {"solar015", "compact080"};
+const char* const kMachines[] = {"solar015", "compact080", "standard200"};
 
 MachineDescription machine(const std::string& name) {
   return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
