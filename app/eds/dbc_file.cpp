@@ -15,7 +15,7 @@
 namespace knuckle::eds {
 namespace {
 
-constexpr std::size_t kLargest_MB = 16, kMostSlips = 10000;
+constexpr std::size_t kLargestDbc_MB = 16, kMostSlips = 10000;
 constexpr std::size_t kMostSignals = 1000;  // of a message: each is held against each
 constexpr std::size_t kMostRanges = 256;    // of a multiplexed signal
 constexpr int kDeepest = 8;                 // multiplexers inside one another
@@ -24,8 +24,8 @@ constexpr std::uint32_t kExtended = 0x8000'0000;
 constexpr std::uint32_t kNoMessage = 0x4000'0000;  // VECTOR__INDEPENDENT_SIG_MSG: signals that no message has
 constexpr std::size_t kNotSaid = static_cast<std::size_t>(-1);
 constexpr const char* kNobody = "Vector__XXX";
-constexpr const char* kPeriod = "GenMsgCycleTime";
-constexpr const char* kFormat = "VFrameFormat";
+constexpr const char* kPeriodAttribute = "GenMsgCycleTime";
+constexpr const char* kFormatAttribute = "VFrameFormat";
 
 /// What statements begin with: BO_, SIG_VALTYPE_, VERSION.
 bool is_keyword(std::string_view word) {
@@ -56,7 +56,7 @@ struct Fault {
   int line;
   std::string what;
 };
-[[noreturn]] void refuse(const DbcMessage& message, const DbcSignal& signal, const std::string& why) {
+[[noreturn]] void refuse_signal(const DbcMessage& message, const DbcSignal& signal, const std::string& why) {
   throw Fault{signal.line, fmt::format("SG_ {} of {}: {}", signal.name, message.name, why)};
 }
 
@@ -66,21 +66,22 @@ void check_condition(const DbcMessage& message, DbcSignal& signal) {
   if (condition.multiplexer == kNotSaid) {
     const auto is_root = [](const DbcSignal& one) { return one.is_multiplexer && !one.condition; };
     if (std::count_if(message.signals.begin(), message.signals.end(), is_root) != 1)
-      refuse(message, signal, "is multiplexed, and neither one multiplexer (M) nor SG_MUL_VAL_ says by which signal");
+      refuse_signal(message, signal,
+                    "is multiplexed, and neither one multiplexer (M) nor SG_MUL_VAL_ says by which signal");
     const auto root = std::find_if(message.signals.begin(), message.signals.end(), is_root);
     condition.multiplexer = static_cast<std::size_t>(root - message.signals.begin());
   }
   const DbcSignal& multiplexer = message.signals[condition.multiplexer];
   if (!multiplexer.is_multiplexer || multiplexer.field.type == BitField::Type::kFloat)
-    refuse(message, signal, multiplexer.name + " is no multiplexer (M) of whole numbers");
+    refuse_signal(message, signal, multiplexer.name + " is no multiplexer (M) of whole numbers");
   std::sort(condition.values.begin(), condition.values.end());
   if (const std::uint64_t most = most_of(multiplexer.field); condition.values.back().second > most)
-    refuse(message, signal, fmt::format("a value of multiplexer {} must be at most {}", multiplexer.name, most));
+    refuse_signal(message, signal, fmt::format("a value of multiplexer {} must be at most {}", multiplexer.name, most));
   const auto touches = [](const auto& one, const auto& next) { return next.first <= one.second; };
   const auto twice = std::adjacent_find(condition.values.begin(), condition.values.end(), touches);
   if (twice != condition.values.end())
-    refuse(message, signal,
-           fmt::format("value {} of multiplexer {} is in two ranges", twice[1].first, multiplexer.name));
+    refuse_signal(message, signal,
+                  fmt::format("value {} of multiplexer {} is in two ranges", twice[1].first, multiplexer.name));
 }
 
 /// Multiplexers that it depends on.
@@ -88,7 +89,7 @@ int depth_of(const DbcMessage& message, const DbcSignal& signal) {
   int depth = 0;
   for (const DbcSignal* at = &signal; at->condition; at = &message.signals[at->condition->multiplexer])
     if (++depth > kDeepest)
-      refuse(message, signal, fmt::format("depends on itself, or on more than {} multiplexers", kDeepest));
+      refuse_signal(message, signal, fmt::format("depends on itself, or on more than {} multiplexers", kDeepest));
   return depth;
 }
 
@@ -117,7 +118,7 @@ void check_bits(const DbcMessage& message) {
     for (std::size_t b = 0; b < a; ++b) {
       const DbcSignal &signal = message.signals[a], &other = message.signals[b];
       if (overlap(signal.field, other.field) && !exclude(message, depths, a, b))
-        refuse(
+        refuse_signal(
             message, signal,
             fmt::format("shares bits with {} of line {}, and no multiplexer tells them apart", other.name, other.line));
     }
@@ -166,10 +167,9 @@ class DbcReader {
     try {
       statement_of(keyword);
     } catch (const Fault& fault) {
-      const bool names = keyword.starts_with("VAL_");  // without them the numbers are the same
-      if (!names && message_ == nullptr)
+      if (message_ == nullptr || keyword == "CM_")  // also where a text without end may hide what follows
         throw InputError(fmt::format("{}: line {}: {}", file_.source, fault.line, fault.what));
-      names ? slip(fault) : damage(*message_, fault);
+      keyword == "VAL_" ? slip(fault) : damage(*message_, fault);  // without names the numbers are the same
       do (void)scan_.rest_of_line();
       while (!scan_.done() && !is_keyword(scan_.peek_word()));
     }
@@ -437,7 +437,7 @@ class DbcReader {
 
   void attribute_type() {
     const bool of_messages = scan_.word() == "BO_";
-    if (!scan_.at('"') || text("an attribute's name") != kFormat || !of_messages || scan_.word() != "ENUM")
+    if (!scan_.at('"') || text("an attribute's name") != kFormatAttribute || !of_messages || scan_.word() != "ENUM")
       return skip();
     do formats_.push_back(text("a value"));
     while (scan_.accept(','));
@@ -445,8 +445,8 @@ class DbcReader {
   }
   void attribute_default() {
     const std::string attribute = text("an attribute's name");
-    if (attribute == kPeriod) default_period_s_ = period();
-    if (attribute == kFormat) default_format_ = format();
+    if (attribute == kPeriodAttribute) default_period_s_ = period();
+    if (attribute == kFormatAttribute) default_format_ = format();
     skip();
   }
   void attribute() {
@@ -455,9 +455,16 @@ class DbcReader {
     if (of != "BO_" && of != "SG_") return skip();
     (void)scan_.word();
     if (!of_message()) return skip();
-    if (of == "BO_" && attribute == kPeriod) periods_s_[message_->id] = period();
-    if (of == "BO_" && attribute == kFormat) format_of_[message_->id] = format();
-    skip();
+    if (of == "SG_") (void)name("a signal's name");
+    if (of == "BO_" && attribute == kPeriodAttribute)
+      periods_s_[message_->id] = period();
+    else if (of == "BO_" && attribute == kFormatAttribute)
+      format_of_[message_->id] = format();
+    else if (scan_.at('"'))
+      (void)text("a value");
+    else
+      (void)name("a value");
+    end();
   }
   std::optional<double> period() {
     const double period_ms = number<double>("a time in ms", 0, kLongest_ms);
@@ -548,7 +555,7 @@ DbcFile parse_dbc(std::string_view text, const std::string& source) {
 }
 
 DbcFile read_dbc(const std::string& path) {
-  return parse_dbc(whole_file(path, kLargest_MB), path);
+  return parse_dbc(whole_file(path, kLargestDbc_MB), path);
 }
 
 bool is_in(const CanFrame& frame, const DbcMessage& message, const DbcSignal& signal) noexcept {

@@ -22,24 +22,24 @@ using Named = std::vector<std::pair<std::uint64_t, std::string>>;
 const std::string kExcavator = test::source_dir() + "/tests/eds/excavator.dbc";
 
 /// Two messages and their signals, in lines 1 to 4.
-const std::string kHead =
+const std::string kTwoMessages =
     "BO_ 256 A: 8 Maker\n SG_ a : 0|16@1+ (0.5,-8) [0|0] \"bar\" Other\n"
     " SG_ b : 23|8@0- (1,0) [-5|5] \"\" Other,Third\nBO_ 2147483904 B: 2 Vector__XXX\n";
 
-DbcFile parse(const std::string& text) {
+DbcFile parsed_dbc(const std::string& text) {
   return parse_dbc(text, "a.dbc");
 }
-std::string refused(const std::string& text) {
+std::string dbc_refused(const std::string& text) {
   try {
-    (void)parse(text);
+    (void)parsed_dbc(text);
   } catch (const InputError& error) {
     return error.what();
   }
   return "accepted";
 }
 /// What is said of a message that is wanted.
-std::string unusable(const std::string& text, const std::string& message) {
-  const DbcFile file = parse(text);
+std::string said_of(const std::string& text, const std::string& message) {
+  const DbcFile file = parsed_dbc(text);
   try {
     (void)file.usable(message);
   } catch (const InputError& error) {
@@ -47,7 +47,7 @@ std::string unusable(const std::string& text, const std::string& message) {
   }
   return "usable";
 }
-std::string all_slips(const DbcFile& file) {
+std::string slips_of(const DbcFile& file) {
   std::string all;
   for (const std::string& slip : file.slips) all += slip + '\n';
   return all;
@@ -55,7 +55,7 @@ std::string all_slips(const DbcFile& file) {
 
 TEST(DbcFile, SaysWhichMessagesThereAreWhoSendsThemAndHowOften) {
   const DbcFile file = read_dbc(kExcavator);
-  EXPECT_EQ(all_slips(file), "");
+  EXPECT_EQ(slips_of(file), "");
   EXPECT_EQ(file.messages.size(), 21U);
   const DbcMessage& command = file.usable("Joint_Rate_Cmd");
   EXPECT_EQ(command.id, 0x8DF02010);
@@ -153,7 +153,7 @@ TEST(DbcFile, OfAMachineThatIsSoldIsReadWithoutASlip) {
   const std::string path = test::source_dir() + "/../shared/data/devices/zx200.dbc";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no ../shared/data/devices";
   const DbcFile file = read_dbc(path);
-  EXPECT_EQ(all_slips(file), "");
+  EXPECT_EQ(slips_of(file), "");
   std::size_t signals = 0;
   for (const DbcMessage& message : file.messages) {
     signals += file.usable(message.name).signals.size();
@@ -165,9 +165,9 @@ TEST(DbcFile, OfAMachineThatIsSoldIsReadWithoutASlip) {
 }
 
 /// All that is said, for comparison.
-std::string told(const DbcFile& file) {
+std::string everything_in(const DbcFile& file) {
   std::ostringstream all;
-  all << file.comment << '|' << all_slips(file);
+  all << file.comment << '|' << slips_of(file);
   for (const DbcMessage& m : file.messages) {
     all << m.id << m.name << m.size << m.sender << m.period_s.value_or(0) << m.j1939 << m.comment << m.unusable;
     for (const DbcSignal& s : m.signals) {
@@ -180,7 +180,7 @@ std::string told(const DbcFile& file) {
   return all.str();
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
+std::string with_all(std::string text, const std::string& what, const std::string& by) {
   for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
     text.replace(at, what.size(), by);
   return text;
@@ -188,13 +188,13 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 TEST(DbcFile, IsReadWithTheLineEndsAndBytesOfOtherComputers) {
   std::ifstream in(kExcavator);
-  const std::string text(std::istreambuf_iterator<char>(in), {}), expected = told(parse(text));
-  EXPECT_EQ(told(parse(replaced(text, "\n", "\r\n"))), expected);
-  EXPECT_EQ(told(parse(replaced(text, "\n", "\r"))), expected);
-  EXPECT_EQ(told(parse("\xEF\xBB\xBF" + text + '\x1A')), expected);
-  EXPECT_EQ(told(parse(replaced(text, " : ", ":"))), expected);
+  const std::string text(std::istreambuf_iterator<char>(in), {}), expected = everything_in(parsed_dbc(text));
+  EXPECT_EQ(everything_in(parsed_dbc(with_all(text, "\n", "\r\n"))), expected);
+  EXPECT_EQ(everything_in(parsed_dbc(with_all(text, "\n", "\r"))), expected);
+  EXPECT_EQ(everything_in(parsed_dbc("\xEF\xBB\xBF" + text + '\x1A')), expected);
+  EXPECT_EQ(everything_in(parsed_dbc(with_all(text, " : ", ":"))), expected);
   const std::string rest = "CM_ SG_ 256 a \"Drehwinkel in \xB0; R\xFC";
-  EXPECT_EQ(parse(kHead + rest + "ck\";\n").messages[0].signals[0].comment,
+  EXPECT_EQ(parsed_dbc(kTwoMessages + rest + "ck\";\n").messages[0].signals[0].comment,
             "Drehwinkel in \xC2\xB0; R\xC3\xBC"
             "ck");
 }
@@ -207,8 +207,8 @@ TEST(DbcFile, WhatKnuckleDoesNotKnowIsPassedOverAndNothingElse) {
       "256 5;\n"
       "BA_DEF_ EV_ \"x\" HEX 0 1;\nBA_ \"x\" EV_ Switch 5;\nCM_ EV_ Switch \"y\";\nBO_TX_BU_ 256 : A,B;\n"
       "SIG_TYPE_REF_ 256 a : b;\nNO_SEMICOLON_ 1 2 3\nVAL_ 256 a 1 \"one\" ;\n";
-  const DbcFile file = parse(before + kHead + after);
-  EXPECT_EQ(all_slips(file), "");
+  const DbcFile file = parsed_dbc(before + kTwoMessages + after);
+  EXPECT_EQ(slips_of(file), "");
   EXPECT_EQ(file.messages.size(), 2U);
   EXPECT_EQ(file.usable("A").find("a")->values, (Named{{1, "one"}}));
   EXPECT_EQ(file.usable("A").find("b")->receivers, (std::vector<std::string>{"Other", "Third"}));
@@ -221,7 +221,8 @@ TEST(DbcFile, SignalsThatNoMessageHasAreNotRead) {
   const std::string said =
       "CM_ SG_ 3221225472 x \"no\";\nBA_ \"GenMsgCycleTime\" BO_ 3221225472 5;\nVAL_ 3221225472 x 1 \"one\" ;\n"
       "SIG_VALTYPE_ 3221225472 x : 1;\nSG_MUL_VAL_ 3221225472 x y 0-0;\n";
-  EXPECT_EQ(told(parse(none + kHead + said)), told(parse("\n\n\n\n" + kHead)));
+  EXPECT_EQ(everything_in(parsed_dbc(none + kTwoMessages + said)),
+            everything_in(parsed_dbc("\n\n\n\n" + kTwoMessages)));
 }
 
 TEST(DbcFile, MakesOnlyTheMessageUnusableThatIsNotUnderstood) {
@@ -261,15 +262,15 @@ TEST(DbcFile, MakesOnlyTheMessageUnusableThatIsNotUnderstood) {
            {"BA_ \"VFrameFormat\" BO_ 300 9;\n", "a value in quotes is expected at '9;'"},
            {"BO_ 300 D: 8 Y\n", "line 6: BO_ D: has the identifier of C of line 5"},
        }) {
-    const std::string text = kHead + c + one.text;
-    EXPECT_NE(unusable(text, "C").find(one.said), std::string::npos) << unusable(text, "C");
-    EXPECT_EQ(unusable(text, "C").find("a.dbc: line "), 0U);
-    EXPECT_EQ(unusable(text, "A"), "usable") << one.text;
-    EXPECT_NE(all_slips(parse(text)).find(one.said), std::string::npos);
-    for (const DbcMessage& message : parse(text).messages)
+    const std::string text = kTwoMessages + c + one.text;
+    EXPECT_NE(said_of(text, "C").find(one.said), std::string::npos) << said_of(text, "C");
+    EXPECT_EQ(said_of(text, "C").find("a.dbc: line "), 0U);
+    EXPECT_EQ(said_of(text, "A"), "usable") << one.text;
+    EXPECT_NE(slips_of(parsed_dbc(text)).find(one.said), std::string::npos);
+    for (const DbcMessage& message : parsed_dbc(text).messages)
       EXPECT_TRUE(message.unusable.empty() || message.signals.empty()) << one.text;
   }
-  EXPECT_NE(unusable(kHead + c + "BO_ 300 D: 8 Y\n", "D").find("has the identifier of C"), std::string::npos);
+  EXPECT_NE(said_of(kTwoMessages + c + "BO_ 300 D: 8 Y\n", "D").find("has the identifier of C"), std::string::npos);
 }
 
 TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
@@ -320,7 +321,7 @@ TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
             "line 8: SG_ c of C: n is no multiplexer (M) of whole numbers"},
            {" SG_ c m1M : 8|8@1+ (1,0) [0|0] \"\" X\nSG_MUL_VAL_ 300 c c 1-1;\n",
             "line 7: SG_ c of C: depends on itself, or on more than 8 multiplexers"}}) {
-    const std::string said = unusable(kHead + m + one.text, "C");
+    const std::string said = said_of(kTwoMessages + m + one.text, "C");
     EXPECT_NE(said.find(one.said), std::string::npos) << one.text << said;
   }
 }
@@ -329,14 +330,14 @@ TEST(DbcFile, MessagesThatClassicCanCannotHaveAreThereAndUnusable) {
   const std::string more = "BO_ 300 Long: 39 X\n SG_ c : 0|312@1+ (1,0) [0|0] \"\" X\nBO_ 301 Fast: 8 X\n";
   const std::string fast =
       "BA_DEF_ BO_  \"VFrameFormat\" ENUM  \"StandardCAN\",\"StandardCAN_FD\";\nBA_ \"VFrameFormat\" BO_ 301 1;\n";
-  const std::string text = kHead + more + "SIG_VALTYPE_ 300 c : 1;\n" + fast;
-  EXPECT_EQ(unusable(text, "Long"), "a.dbc: line 5: BO_ Long: has 39 bytes, and a frame of classic CAN at most 8");
-  EXPECT_EQ(unusable(text, "Fast"), "a.dbc: line 7: BO_ Fast: is of CAN FD (StandardCAN_FD)");
-  EXPECT_EQ(all_slips(parse(text)), "");  // neither is one
+  const std::string text = kTwoMessages + more + "SIG_VALTYPE_ 300 c : 1;\n" + fast;
+  EXPECT_EQ(said_of(text, "Long"), "a.dbc: line 5: BO_ Long: has 39 bytes, and a frame of classic CAN at most 8");
+  EXPECT_EQ(said_of(text, "Fast"), "a.dbc: line 7: BO_ Fast: is of CAN FD (StandardCAN_FD)");
+  EXPECT_EQ(slips_of(parsed_dbc(text)), "");  // neither is one
 }
 
 TEST(DbcFile, IdentifiersHaveElevenBitsOrTwentyNine) {
-  const auto with = [](const std::string& id) { return unusable(kHead + "BO_ " + id + " C: 8 X\n", "C"); };
+  const auto with = [](const std::string& id) { return said_of(kTwoMessages + "BO_ " + id + " C: 8 X\n", "C"); };
   EXPECT_EQ(with("2047"), "usable");
   EXPECT_EQ(with("2684354559"), "usable");  // 0x9FFFFFFF
   EXPECT_EQ(with("2048"),
@@ -365,9 +366,9 @@ TEST(DbcFile, TellsEverySlipWithItsLineAndReadsOn) {
            {"BO_ 300 C: 8 X\n SG_ c : 0|8@1+ (1,0) [5|-5] \"\" X\n",
             "line 6: SG_ c of C: its least value is above its most"},
            {"nonsense;\n", "line 5: nonsense: begins nothing that DBC files have: passed over"}}) {
-    const DbcFile file = parse(kHead + c.more + "CM_ BO_ 256 \"read on\";\n");
-    EXPECT_NE(all_slips(file).find(c.told), std::string::npos) << c.more << all_slips(file);
-    EXPECT_EQ(file.slips.size(), 1U) << c.more << all_slips(file);
+    const DbcFile file = parsed_dbc(kTwoMessages + c.more + "CM_ BO_ 256 \"read on\";\n");
+    EXPECT_NE(slips_of(file).find(c.told), std::string::npos) << c.more << slips_of(file);
+    EXPECT_EQ(file.slips.size(), 1U) << c.more << slips_of(file);
     EXPECT_EQ(file.usable("A").comment, "read on") << c.more;
   }
 }
@@ -380,21 +381,24 @@ TEST(DbcFile, RefusesWhatItCannotUnderstandAtAll) {
   for (const Case& c : std::initializer_list<Case>{
            {"", "a.dbc: is not a DBC file: it has no message (BO_)"},
            {"a = 5\n[table]\n", "a.dbc: is not a DBC file: it has no message (BO_)"},
-           {kHead + std::string(1, '\0'), "has bytes that no text has"},
-           {kHead + "BO_ x C: 8 X\n",
+           {kTwoMessages + std::string(1, '\0'), "has bytes that no text has"},
+           {kTwoMessages + "BO_ x C: 8 X\n",
             "a.dbc: line 5: BO_: an identifier within [0, 4294967295] is expected at 'x C: 8 X'"},
-           {kHead + "BO_ 4294967296 C: 8 X\n", "is expected at '4294967296"},
-           {kHead + "BO_ 5 : 8 X\n", "a.dbc: line 5: BO_: the message's name is expected at ': 8 X'"},
-           {kHead + "BO_ 5 C: x X\n", "line 5: BO_ C: a size in bytes within [0, 65535] is expected at 'x X'"},
-           {kHead + "BO_ 5 C", "a.dbc: line 5: BO_ C: the file ends where ':' is expected"},
-           {" SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n" + kHead, "a.dbc: line 1: SG_: stands behind no message (BO_)"},
-           {kHead + "BO 5 C: 8 X\n SG_ c : 0|8@1+ (1,0) [0|0] \"\" X\n", "line 6: SG_: stands behind no message (BO_)"},
-           {kHead + "CM_ \"without end;\n", "a.dbc: line 5: CM_: a comment begins with a quote and does not end"},
-           {kHead + "CM_ SG_ 256 a \"without end;\nCM_ SG_ 256 b \"x\";\n", "expected at 'x\";'"},
-           {kHead + replaced(std::string(10001, '.'), ".", "x;\n"),
+           {kTwoMessages + "BO_ 4294967296 C: 8 X\n", "is expected at '4294967296"},
+           {kTwoMessages + "BO_ 5 : 8 X\n", "a.dbc: line 5: BO_: the message's name is expected at ': 8 X'"},
+           {kTwoMessages + "BO_ 5 C: x X\n", "line 5: BO_ C: a size in bytes within [0, 65535] is expected at 'x X'"},
+           {kTwoMessages + "BO_ 5 C", "a.dbc: line 5: BO_ C: the file ends where ':' is expected"},
+           {" SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n" + kTwoMessages,
+            "a.dbc: line 1: SG_: stands behind no message (BO_)"},
+           {kTwoMessages + "BO 5 C: 8 X\n SG_ c : 0|8@1+ (1,0) [0|0] \"\" X\n",
+            "line 6: SG_: stands behind no message (BO_)"},
+           {kTwoMessages + "CM_ \"without end;\n",
+            "a.dbc: line 5: CM_: a comment begins with a quote and does not end"},
+           {kTwoMessages + "CM_ SG_ 256 a \"without end;\nCM_ SG_ 256 b \"x\";\n", "expected at 'x\";'"},
+           {kTwoMessages + with_all(std::string(10001, '.'), ".", "x;\n"),
             "a.dbc: is not a DBC file: more than 10000 slips"}}) {
-    EXPECT_NE(refused(c.text).find(c.said), std::string::npos) << c.text.substr(0, 300) << refused(c.text);
-    EXPECT_EQ(refused(c.text).find("a.dbc: "), 0U);
+    EXPECT_NE(dbc_refused(c.text).find(c.said), std::string::npos) << c.text.substr(0, 300) << dbc_refused(c.text);
+    EXPECT_EQ(dbc_refused(c.text).find("a.dbc: "), 0U);
   }
 }
 
@@ -403,23 +407,23 @@ TEST(DbcFile, BoundsWhatIsHeldAgainstEachOther) {
   for (int n = 1; n < 1000; ++n)
     many += " SG_ s" + std::to_string(n) + " m" + std::to_string(n) + " : 16|8@1+ (1,0) [0|0] \"\" X\n";
   for (int n = 1; n < 255; ++n) ranges += ", " + std::to_string(1000 + 2 * n) + "-" + std::to_string(1000 + 2 * n);
-  EXPECT_EQ(unusable(many + ranges + ";\n", "C"), "usable");
-  EXPECT_NE(unusable(many + ranges + ", 5000-5000;\n", "C").find("must be fewer than 256 ranges"), std::string::npos);
-  EXPECT_NE(unusable(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C").find("SG_ x of C: is one of more than 1000"),
+  EXPECT_EQ(said_of(many + ranges + ";\n", "C"), "usable");
+  EXPECT_NE(said_of(many + ranges + ", 5000-5000;\n", "C").find("must be fewer than 256 ranges"), std::string::npos);
+  EXPECT_NE(said_of(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C").find("SG_ x of C: is one of more than 1000"),
             std::string::npos);
 }
 
 TEST(DbcFile, IsAskedForAMessageByItsName) {
-  const DbcFile file = parse(kHead + "BO_ 300 A: 8 X\n");
-  EXPECT_EQ(unusable(kHead, "Z"), "a.dbc: has no message 'Z'");
-  EXPECT_EQ(unusable(kHead + "BO_ 300 A: 8 X\n", "A"), "a.dbc: line 5: BO_ A: there is one in line 1, too");
+  const DbcFile file = parsed_dbc(kTwoMessages + "BO_ 300 A: 8 X\n");
+  EXPECT_EQ(said_of(kTwoMessages, "Z"), "a.dbc: has no message 'Z'");
+  EXPECT_EQ(said_of(kTwoMessages + "BO_ 300 A: 8 X\n", "A"), "a.dbc: line 5: BO_ A: there is one in line 1, too");
 }
 
 TEST(DbcFile, CutOffAnywhereIsReadOrRefusedInOneLine) {
   std::ifstream in(kExcavator);
   const std::string text(std::istreambuf_iterator<char>(in), {});
   for (std::size_t size = 0; size < text.size(); size += 23) {
-    const std::string said = refused(text.substr(0, size));
+    const std::string said = dbc_refused(text.substr(0, size));
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
   }
 }
