@@ -15,7 +15,7 @@
 namespace knuckle::eds {
 namespace {
 
-constexpr std::size_t kLargestDbc_MB = 16, kMostSlips = 10000;
+constexpr std::size_t kLargestDbc_MB = 16, kMostSlips = 10000, kLongestName = 128;
 constexpr std::size_t kMostSignals = 1000;  // of a message: each is held against each
 constexpr std::size_t kMostRanges = 256;    // of a multiplexed signal
 constexpr int kDeepest = 8;                 // multiplexers inside one another
@@ -144,7 +144,9 @@ class DbcReader {
   }
 
  private:
-  using Names = std::vector<std::pair<std::uint64_t, std::string>>;
+  struct Format {
+    bool j1939 = false, fd = false;
+  };
 
   void slip(Fault fault) {
     slips_.push_back(std::move(fault));
@@ -181,7 +183,6 @@ class DbcReader {
     if (keyword == "NS_") return keywords();
     if (keyword == "CM_") return comment();
     if (keyword == "VAL_") return value_names();
-    if (keyword == "VAL_TABLE_") return value_table();
     if (keyword == "SIG_VALTYPE_") return float_type();
     if (keyword == "SG_MUL_VAL_") return multiplexer_values();
     if (keyword == "BA_DEF_") return attribute_type();
@@ -222,7 +223,8 @@ class DbcReader {
   }
   std::string name(const std::string& what) {
     const std::string_view word = scan_.peek_word();
-    if (word.empty() || printable(word) != word) expected(what);
+    if (word.empty() || word.size() > kLongestName || printable(word) != word)
+      expected(fmt::format("{} of 1 to {} characters", what, kLongestName));
     return std::string(scan_.word());
   }
   std::string text(const std::string& what, bool of_several_lines = false) {
@@ -372,32 +374,21 @@ class DbcReader {
     (of == "SG_" ? message_->signals[at->second].comment : message_->comment) = std::move(said);
   }
 
-  /// RAW "NAME" ... ; a negative one as its bits.
-  Names names() {
-    Names names;
+  /// VAL_ IDENTIFIER SIGNAL RAW "NAME" ... ; a negative one is kept by its bits. Tables (VAL_TABLE_) are for editors:
+  /// what a signal has of them stands here again.
+  void value_names() {
+    if (!number_in<std::uint32_t>(scan_.peek_word()) || !of_message()) return skip();  // also of environment variables
+    DbcSignal& signal = message_->signals[of_signal()];
+    signal.values.clear();
     while (!scan_.at(';') && !is_keyword(scan_.peek_word())) {
       auto raw = number_in<std::uint64_t>(scan_.peek_word());
       if (const auto negative = number_in<std::int64_t>(scan_.peek_word()); !raw && negative)
         raw = static_cast<std::uint64_t>(*negative);
       if (!raw) expected("a whole number of at most 64 bits");
       (void)scan_.word();
-      names.emplace_back(*raw, printable(text("a value's name")));
+      signal.values.emplace_back(*raw, printable(text("a value's name")));
     }
     end();
-    return names;
-  }
-  void value_table() {
-    const std::string table = name("the table's name");
-    tables_[table] = names();
-  }
-  /// VAL_ IDENTIFIER SIGNAL and RAW "NAME" ... or a table.
-  void value_names() {
-    if (!number_in<std::uint32_t>(scan_.peek_word()) || !of_message()) return skip();  // also of environment variables
-    DbcSignal& signal = message_->signals[of_signal()];
-    const auto table = tables_.find(std::string(scan_.peek_word()));
-    if (table != tables_.end()) (void)scan_.word();
-    const Names own = names();
-    signal.values = table != tables_.end() ? table->second : own;
   }
 
   /// SIG_VALTYPE_ IDENTIFIER SIGNAL : TYPE; 0 is an integer, 1 a float, 2 a double.
@@ -471,10 +462,11 @@ class DbcReader {
     return period_ms > 0 ? std::optional(period_ms * 1e-3) : std::nullopt;
   }
   /// By its name, or by its place in BA_DEF_.
-  std::string format() {
-    if (scan_.at('"')) return text("a value");
-    if (formats_.empty()) expected("a value in quotes");
-    return formats_[number<std::size_t>("the place of a value", 0, formats_.size() - 1)];
+  Format format() {
+    if (!scan_.at('"') && formats_.empty()) expected("a value in quotes");
+    const std::string name =
+        scan_.at('"') ? text("a value") : formats_[number<std::size_t>("the place of a value", 0, formats_.size() - 1)];
+    return {name == "J1939PG", name.ends_with("_FD")};
   }
 
   // ---- When all is read
@@ -483,11 +475,10 @@ class DbcReader {
     const auto period = periods_s_.find(message.id);
     message.period_s = period != periods_s_.end() ? period->second : default_period_s_;
     const auto own = format_of_.find(message.id);
-    const std::string& format = own != format_of_.end() ? own->second : default_format_;
-    message.j1939 = format == "J1939PG" && (message.id & kExtended) != 0;
-    if (format.ends_with("_FD") && message.unusable.empty())
-      message.unusable =
-          fmt::format("line {}: BO_ {}: is of CAN FD ({})", message.line, message.name, printable(format));
+    const Format format = own != format_of_.end() ? own->second : default_format_;
+    message.j1939 = format.j1939 && (message.id & kExtended) != 0;
+    if (format.fd && message.unusable.empty())
+      message.unusable = fmt::format("line {}: BO_ {}: is of CAN FD (VFrameFormat)", message.line, message.name);
     try {
       if (!message.unusable.empty()) message.signals.clear();
       for (DbcSignal& signal : message.signals) {
@@ -522,10 +513,9 @@ class DbcReader {
   DbcMessage* message_ = nullptr;                                         // of which it says that
   std::map<std::uint32_t, std::size_t> messages_;                         // by identifier
   std::map<std::pair<std::uint32_t, std::string>, std::size_t> signals_;  // by message and name
-  std::map<std::string, Names> tables_;
-  std::vector<std::string> formats_;  // that VFrameFormat may be
-  std::string default_format_;
-  std::map<std::uint32_t, std::string> format_of_;
+  std::vector<std::string> formats_;                                      // that VFrameFormat may be
+  Format default_format_;
+  std::map<std::uint32_t, Format> format_of_;
   std::optional<double> default_period_s_;
   std::map<std::uint32_t, std::optional<double>> periods_s_;
   std::vector<Fault> slips_;

@@ -21,8 +21,8 @@ namespace {
 // canmatrix is otherwise where it is wrong or has no answer:
 // - encode() refuses frames with SG_MUL_VAL_: the witness calls what it packs all others with.
 // - NaN has 2^23 spellings in a float; on the way through Python's numbers some become others. Left out of encoding.
-// - A default of GenMsgCycleTime (BA_DEF_DEF_) is no period to it, a VAL_ that names a table gives no names, and
-//   VECTOR__INDEPENDENT_SIG_MSG at 0xC0000000 is a message: these tests ask it for none of that.
+// - A default of GenMsgCycleTime (BA_DEF_DEF_) is no period to it, and VECTOR__INDEPENDENT_SIG_MSG at 0xC0000000 is a
+//   message: these tests ask it for neither.
 // - Frames shorter than their message are refused, where Knuckle reads the signals that they reach to: none are drawn.
 
 std::string hex(const CanFrame& frame) {

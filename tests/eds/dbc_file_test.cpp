@@ -332,7 +332,7 @@ TEST(DbcFile, MessagesThatClassicCanCannotHaveAreThereAndUnusable) {
       "BA_DEF_ BO_  \"VFrameFormat\" ENUM  \"StandardCAN\",\"StandardCAN_FD\";\nBA_ \"VFrameFormat\" BO_ 301 1;\n";
   const std::string text = kTwoMessages + more + "SIG_VALTYPE_ 300 c : 1;\n" + fast;
   EXPECT_EQ(said_of(text, "Long"), "a.dbc: line 5: BO_ Long: has 39 bytes, and a frame of classic CAN at most 8");
-  EXPECT_EQ(said_of(text, "Fast"), "a.dbc: line 7: BO_ Fast: is of CAN FD (StandardCAN_FD)");
+  EXPECT_EQ(said_of(text, "Fast"), "a.dbc: line 7: BO_ Fast: is of CAN FD (VFrameFormat)");
   EXPECT_EQ(slips_of(parsed_dbc(text)), "");  // neither is one
 }
 
@@ -385,7 +385,8 @@ TEST(DbcFile, RefusesWhatItCannotUnderstandAtAll) {
            {kTwoMessages + "BO_ x C: 8 X\n",
             "a.dbc: line 5: BO_: an identifier within [0, 4294967295] is expected at 'x C: 8 X'"},
            {kTwoMessages + "BO_ 4294967296 C: 8 X\n", "is expected at '4294967296"},
-           {kTwoMessages + "BO_ 5 : 8 X\n", "a.dbc: line 5: BO_: the message's name is expected at ': 8 X'"},
+           {kTwoMessages + "BO_ 5 : 8 X\n",
+            "a.dbc: line 5: BO_: the message's name of 1 to 128 characters is expected at ': 8 X'"},
            {kTwoMessages + "BO_ 5 C: x X\n", "line 5: BO_ C: a size in bytes within [0, 65535] is expected at 'x X'"},
            {kTwoMessages + "BO_ 5 C", "a.dbc: line 5: BO_ C: the file ends where ':' is expected"},
            {" SG_ a : 0|8@1+ (1,0) [0|0] \"\" X\n" + kTwoMessages,
