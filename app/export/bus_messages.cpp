@@ -24,7 +24,7 @@ namespace knuckle::exporting {
 
 namespace {
 
-using Type = Signal::Type;
+using Type = BitField::Type;
 constexpr double kAny = std::numeric_limits<double>::infinity();
 
 /// Digits that a decimal step was written with: 0.1 * pi / 180 / (pi / 180) is to be 0.1 again.
@@ -143,8 +143,7 @@ std::vector<Signal> pressure(const FrameField& value, const FrameField* status, 
   const auto about = [](const canopen::Object& object) {
     return fmt::format("0x{:04X}:{:02X}", object.index, object.subindex);
   };
-  std::vector<Signal> all{number(value.bits.type == BitField::Type::kFloat ? Type::kFloat : Type::kSigned,
-                                 prefix + "Pressure", value.bits.start_bit, value.bits.bits,
+  std::vector<Signal> all{number(value.bits.type, prefix + "Pressure", value.bits.start_bit, value.bits.bits,
                                  rounded(value.bits.scale / kBar), "bar", slave::kValidity.pressure_floor_Pa / kBar,
                                  rounded(most_Pa / kBar), about(value.object) + ", gauge")};
   if (status == nullptr) return all;
@@ -333,8 +332,8 @@ void write_message(std::ostream& out, const Message& message) {
   fmt::print(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.size, message.sender);
   for (const Signal& signal : message.signals) {
     fmt::print(out, " SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", signal.name, signal.start_bit, signal.bits,
-               signal.type == Signal::Type::kUnsigned ? '+' : '-', signal.factor, signal.min, signal.max,
-               quoted(signal.unit), listed(message.receivers));
+               signal.type == Type::kUnsigned ? '+' : '-', signal.factor, signal.min, signal.max, quoted(signal.unit),
+               listed(message.receivers));
   }
   out << '\n';
 }
@@ -392,7 +391,7 @@ void write_values(std::ostream& out, const std::vector<Message>& messages) {
   }
   for (const Message& message : messages) {
     for (const Signal& signal : message.signals) {
-      if (signal.type == Signal::Type::kFloat) fmt::print(out, "SIG_VALTYPE_ {} {} : 1;\n", message.id, signal.name);
+      if (signal.type == Type::kFloat) fmt::print(out, "SIG_VALTYPE_ {} {} : 1;\n", message.id, signal.name);
     }
   }
 }

@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "machine/description_fwd.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle::exporting {
 
 /// A number in a frame, little-endian: physical value = raw * factor, in the given unit.
 struct Signal {
-  enum class Type : std::uint8_t { kUnsigned, kSigned, kFloat } type = Type::kUnsigned;
+  BitField::Type type = BitField::Type::kUnsigned;
   std::string name{};
   unsigned start_bit = 0, bits = 0;
   double factor = 1;
