@@ -13,6 +13,7 @@
 
 #include "core/joints.h"
 #include "core/units.h"
+#include "transport/frame_checksum.h"
 #include "transport/signal_codec.h"
 
 namespace knuckle {
@@ -148,6 +149,7 @@ struct BroadcastFrame {
   std::uint8_t bytes = 8;
   double period_s = 0;
   std::vector<BroadcastField> fields;
+  FrameClosing closing;  ///< Where it has a counter or a checksum.
   bool operator==(const BroadcastFrame&) const = default;
 };
 

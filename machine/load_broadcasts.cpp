@@ -119,6 +119,45 @@ BroadcastField read_field(TomlTable file, std::size_t signal, std::uint8_t frame
   return field;
 }
 
+FrameCounter read_counter(TomlTable file, std::uint8_t frame_bytes) {
+  constexpr int kMostBits = 32;
+  FrameCounter counter{.field = read_bits(file, frame_bytes), .modulus = 0};
+  file.require(counter.field.type == BitField::Type::kUnsigned && counter.field.bits <= kMostBits, "bits",
+               "must be at most 32 of an unsigned", {"type"});
+  const std::int64_t most = std::int64_t{1} << std::min<int>(counter.field.bits, kMostBits);
+  if (file.has("modulus")) counter.modulus = static_cast<std::uint64_t>(file.integer("modulus", 2, most));
+  return counter;
+}
+
+/// Over all bytes of the frame but its own where the file does not say which.
+FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
+  constexpr unsigned kByte = 8;
+  FrameChecksum checksum;
+  checksum.kind = static_cast<FrameChecksum::Kind>(file.choice("kind", {"sum", "xor", "crc8-j1850", "crc8-h2f"}));
+  checksum.field = read_bits(file, frame_bytes);
+  file.require(checksum.field.bits <= kByte, "bits", "must be at most 8", {"type"});
+  const std::uint8_t own = checksum.field.start_bit / kByte;
+  std::vector<double> bytes;
+  if (file.has("bytes")) {
+    bytes = file.list("bytes", 1, 8, 0, frame_bytes - 1.0);
+  } else {
+    for (std::uint8_t byte = 0; byte < frame_bytes; ++byte)
+      if (byte != own) bytes.push_back(byte);
+  }
+  for (const double byte : bytes) {
+    file.require(byte == std::floor(byte), "bytes", "must be whole numbers");
+    file.require(byte != own || checksum.field.bits < kByte, "bytes",
+                 "have the checksum's own: it cannot cover itself");
+    checksum.bytes[checksum.byte_count++] = static_cast<std::uint8_t>(byte);
+  }
+  if (file.has("data_id")) {
+    for (const double byte : file.list("data_id", 1, 2, 0, 255))
+      checksum.data_id[checksum.data_id_count++] = static_cast<std::uint8_t>(byte);
+    if (file.has("data_id_first")) checksum.data_id_first = file.boolean("data_id_first");
+  }
+  return checksum;
+}
+
 /// Of 29 bits where it needs them or is said to have them.
 std::uint32_t read_id(TomlTable& file) {
   const auto id = static_cast<std::uint32_t>(file.integer("id", 0, kMostExtendedId));
@@ -161,11 +200,27 @@ class BroadcastReader {
                              number_text(bus_.sensor_age_limit_s / kMilli / 2)),
                  {".bus.sensor_age_limit_ms"});
     read_signals(file.table("signals"), frame);
+    read_closing(file, frame);
     all_.push_back(std::move(frame));
   }
   [[nodiscard]] std::vector<BroadcastFrame> take() { return std::move(all_); }
 
  private:
+  static void read_closing(TomlTable& file, BroadcastFrame& frame) {
+    FrameClosing& closing = frame.closing;
+    if (file.has("counter")) closing.counter = read_counter(file.table("counter"), frame.bytes);
+    if (file.has("checksum")) closing.checksum = read_checksum(file.table("checksum"), frame.bytes);
+    const auto apart = [&](const char* key, const BitField& bits, const BitField& other, const std::string& whose) {
+      file.require(!overlap(bits, other), key, "has bits of " + whose);
+    };
+    for (const BroadcastField& field : frame.fields) {
+      if (closing.counter) apart("counter", closing.counter->field, field.bits, field.info().name);
+      if (closing.checksum) apart("checksum", closing.checksum->field, field.bits, field.info().name);
+    }
+    if (closing.counter && closing.checksum)
+      apart("checksum", closing.checksum->field, closing.counter->field, "the counter");
+  }
+
   void read_signals(TomlTable signals, BroadcastFrame& frame) {
     const std::vector<std::string> keys = signals.keys();
     if (keys.empty()) signals.require(false, "", "must have at least one signal");

@@ -387,6 +387,7 @@ class CanNodes {
   EnableNode enable_;
   std::vector<BroadcastFrame> broadcasts_;
   std::vector<Time> broadcast_due_;
+  std::vector<std::uint64_t> broadcast_count_;
   std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
   std::vector<char> silent_;
   std::size_t first_pressure_ = 0, first_encoder_ = 0, first_tilt_ = 0, enable_at_ = 0;

@@ -50,6 +50,7 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   all_.push_back(&enable_.protocol());
   silent_.assign(all_.size(), 0);
   broadcast_due_.assign(broadcasts_.size(), Time{});
+  broadcast_count_.assign(broadcasts_.size(), 0);
 }
 
 void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
@@ -146,6 +147,8 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
       const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
       write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
     }
+    close_frame(sent.closing, broadcast_count_[i], frame);
+    if (sent.closing.counter) broadcast_count_[i] = next_count(*sent.closing.counter, broadcast_count_[i]);
     out_.push(frame);
   }
 }

@@ -74,6 +74,7 @@ SensorSet::SensorSet(const MachineDescription& machine)
 
 void SensorSet::add_broadcasts(const BusDescription& bus) {
   for (const BroadcastFrame& frame : bus.broadcasts) {
+    if (frame.closing.counter || frame.closing.checksum) closed_.push_back({frame.id, frame.closing});
     for (const BroadcastField& field : frame.fields) {
       channels_[sensor_place({.signal = field.signal})] = {.subject = signal_subject(field.signal),
                                                            .frame_id = frame.id,
@@ -99,13 +100,28 @@ void SensorSet::restart() noexcept {
     channels_[i].value = before.value;
     channels_[i].at = before.at;
   }
+  for (ClosedFrame& frame : closed_) frame.count.reset();
   shaken_ = 0;
 }
 
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
+  const bool is_none = is_void(frame);
   for (std::size_t which = 0; which < kChannels; ++which) {
-    if (counts(which) && channels_[which].frame_id == frame.id) take(which, frame, now);
+    if (!counts(which) || channels_[which].frame_id != frame.id) continue;
+    if (is_none)
+      accept(channels_[which], 0, false, 0, now);
+    else
+      take(which, frame, now);
   }
+}
+
+bool SensorSet::is_void(const CanFrame& frame) noexcept {
+  const auto closed =
+      std::find_if(closed_.begin(), closed_.end(), [&](const ClosedFrame& known) { return known.id == frame.id; });
+  if (closed == closed_.end()) return false;
+  const FrameCheck check = check_frame(closed->closing, closed->count, frame);
+  closed->count = check.count;
+  return check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated;
 }
 
 void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "core/joints.h"
 #include "core/reason.h"
@@ -97,7 +98,15 @@ class SensorSet {
   [[nodiscard]] bool counts(std::size_t which) const noexcept {
     return which >= kPressures || pressures_count_[which / 2];
   }
+  /// A frame that the machine sends with a counter or a checksum.
+  struct ClosedFrame {
+    std::uint32_t id = 0;
+    FrameClosing closing;
+    std::optional<std::uint64_t> count{};  ///< Of the frame before.
+  };
   void add_broadcasts(const BusDescription& bus);
+  /// Whether a counter that stands or a wrong checksum says that the frame's values are none.
+  [[nodiscard]] bool is_void(const CanFrame& frame) noexcept;
   [[nodiscard]] const Channel& oldest() const noexcept;
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
@@ -111,6 +120,7 @@ class SensorSet {
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
+  std::vector<ClosedFrame> closed_;  // sized once, at construction
   PerJoint<bool> pressures_count_{true, true, true};
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;

@@ -15,6 +15,7 @@ namespace knuckle {
 struct FrameCounter {
   BitField field;             ///< Its raw value is the count.
   std::uint64_t modulus = 0;  ///< Counts that there are; 0: all that the field has.
+  bool operator==(const FrameCounter&) const = default;
 };
 
 struct FrameChecksum {
@@ -30,11 +31,13 @@ struct FrameChecksum {
   std::array<std::uint8_t, 2> data_id{};  ///< Bytes that both ends know and nobody sends, in their order.
   std::uint8_t data_id_count = 0;         ///< How many of these.
   bool data_id_first = false;             ///< Before the frame's bytes, else behind them.
+  bool operator==(const FrameChecksum&) const = default;
 };
 
 struct FrameClosing {
   std::optional<FrameCounter> counter;
   std::optional<FrameChecksum> checksum;  ///< Over the counter as well, where that is in its bytes.
+  bool operator==(const FrameClosing&) const = default;
 };
 
 /// The count that follows.

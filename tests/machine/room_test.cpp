@@ -15,7 +15,8 @@ MachineDescription machine_named(const std::string& name) {
 }
 
 TEST(Room, ShippedMachinesHaveWallsOutsideTheirWorkingRange) {
-  for (const char* name : {"solar015", "compact080", "standard200"}) EXPECT_TRUE(machine_notes(machine_named(name)).empty()) << name;
+  for (const char* name : {"solar015", "compact080", "standard200"})
+    EXPECT_TRUE(machine_notes(machine_named(name)).empty()) << name;
 }
 
 TEST(Room, AnotherMachinesReachIsToldWithWhatItCutsOff) {

@@ -37,7 +37,11 @@ TEST(Broadcasts, AreSentByTheirPeriodsInTheFilesBits) {
   EXPECT_NEAR(to_seconds(front[3].at - front[2].at), 0.01, 5e-4) << "it may wait for another frame";
   EXPECT_EQ(front[0].frame.size, 8);
   EXPECT_EQ(front[0].frame.data, (std::array<std::uint8_t, 8>{0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}));
-  EXPECT_EQ(body[0].frame.data, (std::array<std::uint8_t, 8>{0xD4, 0xFE, 0, 0, 0, 0, 0, 0})) << "-300";
+  ASSERT_EQ(body[1].frame.size, 4);
+  EXPECT_EQ(body[1].frame.data[0], 0xD4) << "-300";
+  EXPECT_EQ(body[1].frame.data[1], 0xFE);
+  EXPECT_EQ(body[1].frame.data[2] - body[0].frame.data[2], 1) << "the counter";
+  EXPECT_NE(body[1].frame.data[3], body[0].frame.data[3]) << "the checksum";
 }
 
 TEST(Broadcasts, AValueThatDoesNotFitIsTheHighestThatIsOne) {

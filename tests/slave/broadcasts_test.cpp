@@ -24,6 +24,16 @@ MachineDescription machine_with_broadcasts() {
   return calibrated(test::broadcast_machine());
 }
 
+/// CRC-8 of SAE J1850, bit by bit.
+std::uint8_t j1850(std::initializer_list<std::uint8_t> bytes) {
+  unsigned crc = 0xFF;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x80) != 0 ? (crc << 1 ^ 0x1D) & 0xFF : crc << 1;
+  }
+  return static_cast<std::uint8_t>(crc ^ 0xFF);
+}
+
 /// Boom 0.32, arm -1.5 and bucket -0.8 rad; 5.2 MPa in each chamber; slope 3 deg.
 struct FedSensors {
   void feed(int times = 1) {
@@ -31,7 +41,10 @@ struct FedSensors {
       now += 10ms;
       if (front) sensors.receive(*front, now);
       if (pressures) sensors.receive(*pressures, now);
-      if (body) sensors.receive(*body, now);
+      if (!body) continue;
+      if (counts) body->data[2] = static_cast<std::uint8_t>((body->data[2] + 1) % 15);
+      if (sums) body->data[3] = j1850({body->data[0], body->data[1], body->data[2], 0x5A});
+      sensors.receive(*body, now);
     }
   }
   [[nodiscard]] std::string fault() const {
@@ -44,7 +57,8 @@ struct FedSensors {
   // raw: (0.12 - 0.32 + 10) / 0.0004 = 24500 = 0x5FB4; (-1.5 + 10) / 0.0004 = 21250 = 0x5302; -0.8 rad = -4584 = 0xEE18
   std::optional<CanFrame> front = CanFrame{kFront, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}};
   std::optional<CanFrame> pressures = CanFrame{kPressures, 6, {76, 76, 76, 76, 76, 76}};
-  std::optional<CanFrame> body = CanFrame{kBody, 2, {0x2C, 0x01}};  // 300
+  std::optional<CanFrame> body = CanFrame{kBody, 4, {0x2C, 0x01}};  // 300
+  bool counts = true, sums = true;
 };
 
 TEST(Broadcasts, AreReadByTheirBits) {
@@ -85,6 +99,34 @@ TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
   fed.pressures->data[3] = 76;
   fed.feed();
   EXPECT_EQ(fed.fault(), "");
+}
+
+TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
+  for (const bool counter : {true, false}) {
+    FedSensors fed;
+    fed.feed(20);  // the counter begins anew
+    EXPECT_EQ(fed.fault(), "");
+    (counter ? fed.counts : fed.sums) = false;
+    if (!counter) fed.body->data[3] ^= 1U;
+    fed.body->data[0] = 0;
+    fed.feed(2);
+    EXPECT_EQ(fed.fault(), "") << "single ones are left out";
+    EXPECT_NEAR(fed.sensors.measurement()->hull_pitch_rad, 3 * std::numbers::pi / 180, 1e-9);
+    fed.feed();
+    EXPECT_EQ(fed.fault().rfind("sensor_invalid: body (0x1A5), slope: ", 0), 0U) << fed.fault();
+    (counter ? fed.counts : fed.sums) = true;
+    fed.feed();
+    EXPECT_EQ(fed.fault(), "");
+  }
+}
+
+TEST(Broadcasts, AFrameThatWasLostIsNoFault) {
+  FedSensors fed;
+  fed.feed(3);
+  fed.body->data[2] = static_cast<std::uint8_t>((fed.body->data[2] + 3) % 15);
+  fed.feed();
+  EXPECT_EQ(fed.fault(), "");
+  EXPECT_EQ(fed.sensors.newest_at(), fed.now);
 }
 
 TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {

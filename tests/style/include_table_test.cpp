@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 using Table = std::map<std::string, std::set<std::string>>;
 const Table kOutsideApp{
     {"core", {}},
-    {"machine", {"core", "transport/canopen.h", "transport/can_load.h", "transport/signal_codec.h"}},
+    {"machine",
+     {"core", "transport/canopen.h", "transport/can_load.h", "transport/frame_checksum.h", "transport/signal_codec.h"}},
     {"transport", {"core"}},
     {"transport/secure", {"core", "transport"}},
     {"transport/ice", {"core", "transport", "transport/secure"}},

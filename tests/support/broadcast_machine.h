@@ -38,8 +38,10 @@ bucket_rod_pressure = { start = 40, bits = 8, scale = 0.2, offset = -10, unit = 
 [[bus.broadcast]]
 name = "body"
 id = 0x1A5
-bytes = 2
+bytes = 4
 period_ms = 20
+counter = { start = 16, bits = 4, modulus = 15 }
+checksum = { kind = "crc8-j1850", start = 24, bits = 8, data_id = [0x5A] }
 [bus.broadcast.signals]
 slope = { start = 0, bits = 16, type = "signed", scale = 0.01, unit = "deg" }
 )";
