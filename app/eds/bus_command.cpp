@@ -15,6 +15,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/eds/assign_id.h"
+#include "app/eds/dbc_import.h"
 #include "app/eds/migrate.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
@@ -257,7 +258,7 @@ namespace {
 struct BusOptions {
   std::string action, file, id, as, machine, can, from;
   std::optional<std::uint32_t> serial;
-  std::vector<std::string> by_objects;
+  std::vector<std::string> by_objects, signals;
 };
 
 /// "0x20F0" or "0x20F0:01", the sub-index in hexadecimal.
@@ -339,6 +340,28 @@ int migrate(const std::string& machine) {
   return 0;
 }
 
+int import_dbc(const BusOptions& o) {
+  std::vector<WantedSignal> wanted;
+  for (const std::string& one : o.signals) wanted.push_back(wanted_signal(one));
+  cli::check_readable("FILE", o.file);
+  cli::Places places;
+  places.input("FILE", o.file);
+  const std::string before = text_to_change(o.machine, places);
+  const DbcFile dbc = read_dbc(o.file);
+  const Import import = with_broadcasts(before, o.machine, dbc, wanted);
+  for (const std::string& slip : dbc.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
+  const std::string kept = write_keeping_older(o.machine, import.text);
+  const bool same = import.text == before;
+  for (const std::string& frame : import.frames) std::cout << frame << '\n';
+  if (!import.gone_nodes.empty())
+    std::cout << "no nodes any more: " << fmt::format("{}", fmt::join(import.gone_nodes, ", ")) << '\n';
+  std::cout << "in " << o.machine << (same ? " (it was so already: nothing changed)" : " (before: " + kept + ")")
+            << '\n';
+  for (const std::string& step : import.to_do) std::cout << "to do: " << step << '\n';
+  if (!same) check_said(o.machine + " has been changed (before: " + kept + ")");
+  return 0;
+}
+
 /// Which device has the id, and what the machine file calls it.
 std::string given_text(const IdRequest& request, const AssignedId& given) {
   const NodeDescription* const node = request.bus.find(request.id);
@@ -393,12 +416,14 @@ void check_options(const BusOptions& o) {
     bool given;
     std::string value, needed_by, known_by;
   };
-  const std::string add = " add ", assign = " assign-id ", migrate = " migrate ", action = ' ' + o.action + ' ';
+  const std::string add = " add ", import = " import ", assign = " assign-id ", migrate = " migrate ";
+  const std::string action = ' ' + o.action + ' ';
   for (const auto& [name, given, value, needed_by, known_by] :
-       {Option{"FILE", !o.file.empty(), o.file, add, add},
+       {Option{"FILE", !o.file.empty(), o.file, add + import, add + import},
         {"--id", !o.id.empty(), o.id, add + assign, add + assign},
         {"--as", !o.as.empty(), o.as, add, add},
-        {"--machine", !o.machine.empty(), o.machine, add + migrate, add + migrate + assign},
+        {"--machine", !o.machine.empty(), o.machine, add + import + migrate, add + import + migrate + assign},
+        {"--signal", !o.signals.empty(), "", import, import},
         {"--can", !o.can.empty(), o.can, assign, assign},
         {"--from", !o.from.empty(), o.from, "", assign},
         {"--serial", o.serial.has_value(), "", "", assign},
@@ -412,28 +437,40 @@ void check_options(const BusOptions& o) {
 
 int run_bus(const BusOptions& o) {
   check_options(o);
-  return o.action == "add" ? add(o) : o.action == "assign-id" ? assign(o) : migrate(o.machine);
+  if (o.action == "add") return add(o);
+  if (o.action == "import") return import_dbc(o);
+  return o.action == "assign-id" ? assign(o) : migrate(o.machine);
 }
 
 }  // namespace
 
 cli::Command bus_entry() {
   return {
-      "bus", "Gives a device that is sold its node id, and puts it into a machine file; writes older files' nodes anew",
+      "bus",
+      "Puts a device that is sold, or frames of the machine's own controller, into a machine file; gives node ids",
       [](const cli::OptionList& command) {
         const auto o = std::make_shared<BusOptions>();
         command
             .add_option("ACTION", o->action,
                         "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
-                        "migrate: writes [bus.nodes] as [[bus.node]] tables")
+                        "import: puts frames that the machine sends by itself into it. migrate: writes [bus.nodes] as "
+                        "[[bus.node]] tables")
             .required()
-            .one_of({"assign-id", "add", "migrate"});
-        command.add_option("FILE", o->file, "add: the device's file from its vendor (.eds)");
+            .one_of({"assign-id", "add", "import", "migrate"});
+        command.add_option(
+            "FILE", o->file,
+            "add: the device's file from its vendor (.eds). import: the machine's from its maker (.dbc)");
         command.add_option("--id", o->id, "add, assign-id: node id of the device, 1 to 127 or 0x01 to 0x7F");
         command.add_option("--as", o->as, "add: name of the node whose place it takes: boom_valve, tilt, ...");
-        command.add_option("--machine", o->machine,
-                           "add, migrate: machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml. "
-                           "assign-id: name or file of the machine whose node it is to be");
+        command
+            .add_option(
+                "--signal", o->signals,
+                "import: a signal and where it is: boom_angle=MESSAGE.SIGNAL, as the DBC calls them (repeatable)")
+            .one_value_each();
+        command.add_option(
+            "--machine", o->machine,
+            "add, import, migrate: machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml. "
+            "assign-id: name or file of the machine whose node it is to be");
         command.add_option("--can", o->can, "assign-id: CAN interface");
         command.add_option("--from", o->from,
                            "assign-id: node id that it has now (default: the one device that answers LSS)");

@@ -1,5 +1,5 @@
 // `knuckle bus add`: puts a device that is sold, described by its vendor's EDS, into a machine file. `knuckle bus
-// assign-id`, `migrate`: see assign_id.h, migrate.h.
+// import`, `assign-id`, `migrate`: see dbc_import.h, assign_id.h, migrate.h.
 #pragma once
 
 #include <cstdint>

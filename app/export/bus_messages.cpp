@@ -240,6 +240,38 @@ std::vector<Signal> sdo() {
           whole("Data", 32, 32, "Value, or abort code; unused bytes are 0")};
 }
 
+/// Angles with sign and zero of their installation.
+Signal broadcast(const BroadcastField& field) {
+  const SignalInfo& info = field.info();
+  const bool angle = info.is_angle || info.role == NodeRole::kTilt, pressure = info.role == NodeRole::kPressure;
+  const double unit = pressure ? kBar : 1;
+  Signal signal{.type = field.bits.type,
+                .order = field.bits.order,
+                .name = info.name,
+                .start_bit = field.bits.start_bit,
+                .bits = field.bits.bits,
+                .factor = rounded(field.bits.scale / unit),
+                .offset = rounded(field.bits.offset / unit),
+                .unit = pressure ? "bar"
+                        : angle  ? "rad"
+                                 : "m"};
+  if (field.invalid_from) signal.about = fmt::format("No value from 0x{:X} on", *field.invalid_from);
+  return signal;
+}
+
+std::vector<Signal> broadcast(const BroadcastFrame& frame) {
+  std::vector<Signal> all;
+  for (const BroadcastField& field : frame.fields) all.push_back(broadcast(field));
+  const auto closes = [&](const char* name, const BitField& bits) {
+    Signal signal = whole(name, bits.start_bit, bits.bits);
+    signal.order = bits.order;
+    all.push_back(std::move(signal));
+  };
+  if (frame.closing.counter) closes("counter", frame.closing.counter->field);
+  if (frame.closing.checksum) closes("checksum", frame.closing.checksum->field);
+  return all;
+}
+
 /// Messages in the order of bus_messages(), periods and PDO sizes from the map of the bus.
 class Messages {
  public:
@@ -249,6 +281,8 @@ class Messages {
   std::vector<Message> all() {
     add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
+    for (const BroadcastFrame& frame : machine_.bus.broadcasts)
+      add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame), "Sent by the machine itself");
     return std::move(messages_);
   }
 
@@ -331,9 +365,9 @@ std::string listed(const std::vector<std::string>& names) {
 void write_message(std::ostream& out, const Message& message) {
   fmt::print(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.size, message.sender);
   for (const Signal& signal : message.signals) {
-    fmt::print(out, " SG_ {} : {}|{}@1{} ({},0) [{}|{}] {} {}\n", signal.name, signal.start_bit, signal.bits,
-               signal.type == Type::kUnsigned ? '+' : '-', signal.factor, signal.min, signal.max, quoted(signal.unit),
-               listed(message.receivers));
+    fmt::print(out, " SG_ {} : {}|{}@{}{} ({},{}) [{}|{}] {} {}\n", signal.name, signal.start_bit, signal.bits,
+               signal.order == BitField::Order::kLittleEndian ? 1 : 0, signal.type == Type::kUnsigned ? '+' : '-',
+               signal.factor, signal.offset, signal.min, signal.max, quoted(signal.unit), listed(message.receivers));
   }
   out << '\n';
 }
@@ -391,7 +425,8 @@ void write_values(std::ostream& out, const std::vector<Message>& messages) {
   }
   for (const Message& message : messages) {
     for (const Signal& signal : message.signals) {
-      if (signal.type == Type::kFloat) fmt::print(out, "SIG_VALTYPE_ {} {} : 1;\n", message.id, signal.name);
+      if (signal.type == Type::kFloat)
+        fmt::print(out, "SIG_VALTYPE_ {} {} : {};\n", message.id, signal.name, signal.bits == 64 ? 2 : 1);
     }
   }
 }
@@ -403,6 +438,7 @@ void write_dbc(const MachineDescription& read, std::ostream& out) {
   const std::vector<Message> messages = bus_messages(machine);
   out << "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: " << kController;
   for (const NodeDescription& node : machine.bus.nodes) out << ' ' << node.name;
+  if (!machine.bus.broadcasts.empty()) out << ' ' << kMachine;
   out << "\n\n";
   for (const Message& message : messages) write_message(out, message);
   write_comments(out, machine, messages);

@@ -13,12 +13,13 @@
 
 namespace knuckle::exporting {
 
-/// A number in a frame, little-endian: physical value = raw * factor, in the given unit.
+/// A number in a frame: physical value = raw * factor + offset, in the given unit.
 struct Signal {
   BitField::Type type = BitField::Type::kUnsigned;
+  BitField::Order order = BitField::Order::kLittleEndian;
   std::string name{};
-  unsigned start_bit = 0, bits = 0;
-  double factor = 1;
+  unsigned start_bit = 0, bits = 0;  ///< As BitField and DBC count.
+  double factor = 1, offset = 0;
   double min = 0, max = 0;  ///< Of physical values that Knuckle sends or uses.
   std::string unit{};
   std::vector<std::pair<std::uint32_t, std::string>> values{};  ///< Names of raw values.
@@ -38,9 +39,12 @@ struct Message {
 
 /// The name of the node that Knuckle is.
 inline constexpr const char* kController = "controller";
+/// The one that sends what the machine sends by itself.
+inline constexpr const char* kMachine = "machine_controller";
 
 /// NMT, SYNC and the controller's heartbeat; then for each node of the machine file its PDOs, heartbeat, EMCY and SDO.
-/// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests).
+/// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests). Broadcasts
+/// at last, by their names, their signals by Knuckle's.
 /// @param machine as calibrated() gives it.
 [[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);
 

@@ -12,6 +12,7 @@
 #include "machine/bus_description.h"
 #include "slave/bus_map.h"
 #include "tests/export/machines.h"
+#include "tests/support/broadcast_machine.h"
 #include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"
 
@@ -124,6 +125,20 @@ TEST(Dbc, CyclesThatAreNoWholeMillisecondsAreInTheCommentsOnly) {
   EXPECT_EQ(text.str().find("BA_ \"GenMsgCycleTime\" BO_ 128 "), std::string::npos);
   EXPECT_NE(text.str().find("every 2.5 ms in operation"), std::string::npos);
   EXPECT_NE(text.str().find("BA_ \"GenMsgCycleTime\" BO_ 1793 50;"), std::string::npos);
+}
+
+TEST(Dbc, HasWhatTheMachineSendsByItselfWithItsOffsetsAndOrder) {
+  std::ostringstream text;
+  write_dbc(knuckle::test::broadcast_machine(), text);
+  // 0x18FF1021 and 0x18FF2021 with bit 31, 0x1A5.
+  for (const char* line :
+       {"BO_ 2566852641 front_angle: 8 machine_controller\n",
+        " SG_ boom_angle : 0|16@1+ (-0.0004,10.12) [0|0] \"rad\" controller\n",
+        " SG_ bucket_angle : 39|16@0- (0.000174532925,0) [0|0] \"rad\" controller\n",
+        " SG_ arm_rod_pressure : 24|8@1+ (2,-100) [0|0] \"bar\" controller\n", "BO_ 421 body: 4 machine_controller\n",
+        " SG_ counter : 16|4@1+ (1,0) [0|15] \"\" controller\n", "BA_ \"GenMsgCycleTime\" BO_ 421 20;\n",
+        " enable machine_controller\n"})
+    EXPECT_NE(text.str().find(line), std::string::npos) << line << text.str().substr(text.str().find("BO_ 2566852641"));
 }
 
 }  // namespace

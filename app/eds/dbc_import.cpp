@@ -1,0 +1,253 @@
+#include "app/eds/dbc_import.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+#include <utility>
+
+#include "app/cli/options.h"
+#include "core/error.h"
+#include "machine/bus_description.h"
+#include "machine/load.h"
+#include "machine/reason_text.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle::eds {
+namespace {
+
+constexpr const char* kNodeTable = "[[bus.node]]";
+constexpr const char* kBroadcastTable = "[[bus.broadcast]]";
+
+const SignalInfo& signal_info(const std::string& name) {
+  const auto found = std::find_if(kSignals.begin(), kSignals.end(), [&](const SignalInfo& signal) {
+    return signal.name == name && signal.role != NodeRole::kValve && signal.role != NodeRole::kEnable;
+  });
+  if (found != kSignals.end()) return *found;
+  std::vector<std::string> names;
+  for (const SignalInfo& signal : kSignals)
+    if (signal.role != NodeRole::kValve && signal.role != NodeRole::kEnable) names.emplace_back(signal.name);
+  cli::refuse_option("--signal", name, fmt::format("must be one of {}", fmt::join(names, ", ")));
+}
+
+/// As machine files write it; empty where they know none such.
+std::string unit_name(std::string unit) {
+  if (unit == "°" || unit == "\xB0" || unit == "degree" || unit == "degrees") unit = "deg";
+  constexpr std::array kKnown{"bar", "Pa", "kPa", "MPa", "mm", "m", "rad", "deg"};
+  return std::find(kKnown.begin(), kKnown.end(), unit) != kKnown.end() ? unit : "";
+}
+
+/// What J1939-71 keeps for errors and "not available" in parameters of whole bytes.
+std::string invalid_text(const DbcMessage& message, const BitField& field) {
+  if (!message.j1939 || field.type != BitField::Type::kUnsigned) return "";
+  if (field.bits == 8) return ", invalid_from = 0xFB";
+  if (field.bits == 16) return ", invalid_from = 0xFB00";
+  if (field.bits == 32) return ", invalid_from = 0xFB000000";
+  return "";
+}
+
+std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal) {
+  const std::string at = fmt::format("{}:{}: signal {} of {}", dbc.source, signal.line, signal.name, message.name);
+  if (signal.condition) throw InputError(at + " is multiplexed: must be in every frame of the message");
+  const std::string unit = unit_name(signal.unit);
+  if (unit.empty())
+    throw InputError(
+        fmt::format("{} has the unit \"{}\": must be bar, Pa, kPa, MPa, mm, m, rad or deg", at, signal.unit));
+  const BitField& field = signal.field;
+  std::string text = fmt::format("{{ start = {}, bits = {}", field.start_bit, field.bits);
+  if (field.order == BitField::Order::kBigEndian) text += ", order = \"big\"";
+  if (field.type == BitField::Type::kSigned) text += ", type = \"signed\"";
+  if (field.type == BitField::Type::kFloat) text += ", type = \"float\"";
+  text += fmt::format(", scale = {}", field.scale);
+  if (field.offset != 0) text += fmt::format(", offset = {}", field.offset);
+  return text + ", unit = \"" + unit + '"' + invalid_text(message, field) + " }";
+}
+
+/// One message with what is wanted of it.
+struct Frame {
+  const DbcMessage* message = nullptr;
+  std::vector<std::pair<std::string, const DbcSignal*>> signals;  ///< By Knuckle's names.
+};
+
+std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>& wanted) {
+  std::vector<Frame> frames;
+  for (const WantedSignal& one : wanted) {
+    (void)signal_info(one.signal);
+    const DbcMessage& message = dbc.usable(one.message);
+    const DbcSignal* const signal = message.find(one.source);
+    if (signal == nullptr) {
+      std::vector<std::string> names;
+      for (const DbcSignal& has : message.signals) names.push_back(has.name);
+      throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name,
+                                   one.source, fmt::join(names, ", ")));
+    }
+    auto frame = std::find_if(frames.begin(), frames.end(), [&](const Frame& f) { return f.message == &message; });
+    if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, {}});
+    for (const Frame& other : frames) {
+      for (const auto& [name, source] : other.signals)
+        if (name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
+    }
+    frame->signals.emplace_back(one.signal, signal);
+  }
+  return frames;
+}
+
+std::string table_of(const DbcFile& dbc, const Frame& frame) {
+  const DbcMessage& message = *frame.message;
+  if (!message.period_s)
+    throw InputError(
+        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
+                    dbc.source, message.line, message.name));
+  const bool extended = (message.id & kExtendedId) != 0;
+  const std::uint32_t id = message.id & ~kExtendedId;
+  std::string text = fmt::format("{}\nname = \"{}\"\nid = {}\n", kBroadcastTable, message.name, id_text(message.id));
+  if (extended && id <= kMostId) text += "extended = true\n";
+  text += fmt::format("bytes = {}\nperiod_ms = {}\n[bus.broadcast.signals]\n", message.size,
+                      number_text(1e3 * *message.period_s));
+  for (const auto& [name, signal] : frame.signals)
+    text += fmt::format("{} = {}\n", name, field_text(dbc, message, *signal));
+  return text;
+}
+
+/// Tables of these kinds begin with their first line and end before the next table that is not within them.
+struct Table {
+  std::string kind;  ///< Its header; empty before the first.
+  std::vector<std::string> lines;
+};
+
+std::vector<Table> tables_of(const std::string& text) {
+  std::vector<Table> tables(1);
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    const std::string header = line.substr(0, line.find_last_of(']') + 1);
+    const bool begins = line.starts_with('[') && !line.starts_with("[bus.broadcast.");
+    if (begins) tables.push_back({header, {}});
+    tables.back().lines.push_back(line);
+  }
+  return tables;
+}
+
+std::string text_of(const std::vector<Table>& tables) {
+  std::string text;
+  for (const Table& table : tables)
+    for (const std::string& line : table.lines) text += line + '\n';
+  return text;
+}
+
+/// Nodes all of whose signals the frames have. @throws InputError where a node would lose but some.
+std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::vector<WantedSignal>& wanted,
+                                        const std::string& source) {
+  std::vector<std::string> names;
+  for (const NodeDescription& node : bus.nodes) {
+    std::string kept;
+    std::size_t lost = 0;
+    for (const NodeChannel& channel : node.channels) {
+      const bool is_lost = std::any_of(wanted.begin(), wanted.end(), [&](const WantedSignal& one) {
+        const SignalInfo& signal = signal_info(one.signal);
+        return signal.role == channel.info().role && signal.index == channel.info().index;
+      });
+      if (is_lost)
+        ++lost;
+      else
+        kept = channel.info().name;
+    }
+    if (lost == 0) continue;
+    if (lost < node.channels.size())
+      throw InputError(source + ": node '" + node.name + "' also has " + kept + ": import that, too");
+    names.push_back(node.name);
+  }
+  return names;
+}
+
+/// Behind the last line that is more than a comment: what follows is said of the next table.
+std::vector<std::string>::iterator end_of_values(Table& table) {
+  const auto is_value = [](const std::string& line) {
+    const auto first = line.find_first_not_of(" \t\r");
+    return first != std::string::npos && line[first] != '#';
+  };
+  return std::find_if(table.lines.rbegin(), table.lines.rend(), is_value).base();
+}
+
+/// @param kind header of the tables, of which the n-th has the n-th name
+void erase_named(std::vector<Table>& tables, const char* kind, const std::vector<std::string>& all,
+                 const std::vector<std::string>& names) {
+  std::size_t place = 0;
+  for (Table& table : tables) {
+    if (table.kind != kind || place == all.size()) continue;
+    const std::string& name = all[place++];
+    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
+    table.lines.erase(table.lines.begin(), end_of_values(table));
+    table.kind.clear();
+  }
+}
+
+std::vector<std::string> names_in(const std::string& text, const std::string& source, const char* key) {
+  std::vector<std::string> names;
+  TomlTable bus = TomlTable::parse(text, source).table("bus");
+  if (!bus.has(key)) return names;
+  for (TomlTable& table : bus.tables(key)) names.push_back(table.text("name"));
+  return names;
+}
+
+}  // namespace
+
+WantedSignal wanted_signal(const std::string& text) {
+  const auto equals = text.find('='), point = text.find('.', equals == std::string::npos ? 0 : equals);
+  if (equals == std::string::npos || equals == 0 || point == std::string::npos || point == equals + 1 ||
+      point + 1 == text.size())
+    cli::refuse_option("--signal", text, "must be such as boom_angle=MESSAGE.SIGNAL, both as the DBC calls them");
+  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1), text.substr(point + 1)};
+}
+
+Import with_broadcasts(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
+                       const std::vector<WantedSignal>& wanted) {
+  const BusDescription before = parse_machine(machine_text, machine_source).bus;
+  const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
+  if (nodes.empty())
+    throw InputError(machine_source + ": needs [[bus.node]] tables: write them by knuckle bus migrate");
+  const std::vector<Frame> frames = frames_of(dbc, wanted);
+  Import import;
+  import.gone_nodes = nodes_in_place(before, wanted, machine_source);
+  std::vector<std::string> replaced, added;
+  for (const Frame& frame : frames) {
+    replaced.push_back(frame.message->name);
+    added.push_back(table_of(dbc, frame));
+    std::vector<std::string> names;
+    for (const auto& [name, signal] : frame.signals) names.push_back(name);
+    import.frames.push_back(
+        fmt::format("{} ({}): {}", frame.message->name, id_text(frame.message->id), fmt::join(names, ", ")));
+    for (const std::string& name : names) {
+      if (name.ends_with("_angle") || name == "slope")
+        import.to_do.push_back(
+            name + ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
+    }
+  }
+  std::vector<Table> tables = tables_of(machine_text);
+  erase_named(tables, kNodeTable, nodes, import.gone_nodes);
+  erase_named(tables, kBroadcastTable, names_in(machine_text, machine_source, "broadcast"), replaced);
+  const auto last = std::find_if(tables.rbegin(), tables.rend(), [](const Table& table) {
+    return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
+  });
+  std::vector<std::string> lines;
+  for (const std::string& table : added) {
+    lines.emplace_back();
+    std::istringstream in(table);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+  }
+  last->lines.insert(end_of_values(*last), lines.begin(), lines.end());
+  import.text = text_of(tables);
+  try {
+    (void)parse_machine(import.text, machine_source);
+  } catch (const FileErrors& errors) {
+    std::string all;
+    for (const std::string& line : errors.lines())
+      all += (all.empty() ? "" : "; ") + line.substr(line.find(": ", machine_source.size()) + 2);
+    throw InputError(machine_source + ": is as it was: with these frames of " + dbc.source +
+                     " it would be refused: " + all);
+  }
+  return import;
+}
+
+}  // namespace knuckle::eds

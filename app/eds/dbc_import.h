@@ -1,0 +1,33 @@
+// `knuckle bus import`: frames of the machine's own controller, described by its DBC, become [[bus.broadcast]] tables
+// of a machine file, which is whole by itself from then on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/eds/dbc_file.h"
+
+namespace knuckle::eds {
+
+/// What a machine file is to have of a DBC: --signal boom_angle=Front_Angle.boom.
+struct WantedSignal {
+  std::string signal;           ///< As machine files call it.
+  std::string message, source;  ///< As the DBC calls both.
+};
+/// @throws InputError where it is not of this form.
+[[nodiscard]] WantedSignal wanted_signal(const std::string& text);
+
+struct Import {
+  std::string text;                     ///< Of the machine file.
+  std::vector<std::string> frames;      ///< "Front_Angle (0x18FF1021): boom_angle, arm_angle"
+  std::vector<std::string> gone_nodes;  ///< Whose signals these frames have now.
+  std::vector<std::string> to_do;       ///< What a DBC does not say.
+};
+/// The machine file's text with these signals as broadcasts, in place of the nodes that had them and of broadcasts of
+/// the same names; all else as it was.
+/// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
+/// a node would lose but some of its channels, or where the result is no machine file.
+[[nodiscard]] Import with_broadcasts(const std::string& machine_text, const std::string& machine_source,
+                                     const DbcFile& dbc, const std::vector<WantedSignal>& wanted);
+
+}  // namespace knuckle::eds

@@ -1,0 +1,127 @@
+// `knuckle bus import`: from a DBC to a machine file that is whole by itself.
+#include "app/eds/dbc_import.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "machine/file_text.h"
+#include "machine/load.h"
+#include "tests/support/broadcast_machine.h"
+#include "tests/support/few_nodes.h"
+#include "tests/support/places.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle::eds {
+namespace {
+
+constexpr const char* kDbc = R"(VERSION ""
+BU_: Machine
+BO_ 2566852641 Front: 8 Machine
+ SG_ boom : 0|16@1+ (0.0004,-10) [-10|10] "rad" Vector__XXX
+ SG_ arm : 16|16@1+ (0.0004,-10) [-10|10] "rad" Vector__XXX
+ SG_ bucket : 39|16@0- (0.01,0) [-180|180] "deg" Vector__XXX
+BO_ 421 Body: 2 Machine
+ SG_ slope : 0|16@1- (0.01,0) [-90|90] "deg" Vector__XXX
+BO_ 2147483681 Small: 4 Machine
+ SG_ slope : 0|32@1- (1,0) [0|0] "rad" Vector__XXX
+BO_ 500 Mixed: 8 Machine
+ SG_ which M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ slope m1 : 8|16@1- (0.01,0) [0|0] "deg" Vector__XXX
+ SG_ speed : 24|16@1+ (1,0) [0|0] "rpm" Vector__XXX
+BO_ 501 Rare: 2 Machine
+ SG_ slope : 0|16@1- (0.01,0) [0|0] "deg" Vector__XXX
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
+BA_ "GenMsgCycleTime" BO_ 2566852641 10;
+BA_ "GenMsgCycleTime" BO_ 421 10;
+BA_ "GenMsgCycleTime" BO_ 2147483681 10;
+BA_ "GenMsgCycleTime" BO_ 500 10;
+BA_ "VFrameFormat" BO_ 2566852641 3;
+SIG_VALTYPE_ 2147483681 slope : 1;
+)";
+
+std::string solar_text() {
+  return whole_file(knuckle::test::source_dir() + "/config/machines/solar015.toml", 1);
+}
+
+Import imported(const std::vector<std::string>& wanted, const std::string& machine = solar_text()) {
+  std::vector<WantedSignal> all;
+  for (const std::string& one : wanted) all.push_back(wanted_signal(one));
+  return with_broadcasts(machine, "m.toml", parse_dbc(kDbc, "m.dbc"), all);
+}
+
+const std::vector<std::string> kAngles{"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket"};
+
+TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
+  std::vector<std::string> wanted = kAngles;
+  wanted.emplace_back("slope=Body.slope");
+  std::string text = solar_text();
+  const Import import = imported(wanted, text);
+  EXPECT_EQ(import.frames, (std::vector<std::string>{"Front (0x18FF1021): boom_angle, arm_angle, bucket_angle",
+                                                     "Body (0x1A5): slope"}));
+  EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_encoder", "arm_encoder", "bucket_encoder", "tilt"}));
+  EXPECT_EQ(import.to_do.size(), 4U);
+  const MachineDescription machine = parse_machine(import.text, "m.toml");
+  const auto [frame, bucket] = machine.bus.broadcast(NodeRole::kEncoder, kBucket);
+  EXPECT_EQ(frame->id, 0x18FF1021U | kExtendedId);
+  EXPECT_EQ(frame->period_s, 0.01);
+  EXPECT_EQ(bucket->bits.order, BitField::Order::kBigEndian);
+  EXPECT_EQ(bucket->bits.start_bit, 39);
+  EXPECT_FALSE(bucket->invalid_from) << "signed";
+  EXPECT_EQ(machine.bus.broadcast(NodeRole::kEncoder, kBoom).field->invalid_from, 0xFB00U) << "J1939";
+  EXPECT_EQ(machine.bus.nodes.size(), 10U);
+}
+
+TEST(DbcImport, AllElseStaysAsItWas) {
+  const std::string before = solar_text(), after = imported({"slope=Body.slope"}).text;
+  const auto node = before.find("[[bus.node]]\nname = \"tilt\""), next = before.find("[[bus.node]]\nname = \"enable\"");
+  EXPECT_EQ(after.substr(0, node), before.substr(0, node));
+  EXPECT_EQ(after.substr(after.find("\n[limits]")), before.substr(before.find("\n[limits]")));
+  const std::string enable = before.substr(next, before.find("\n[limits]") - next);
+  EXPECT_NE(after.find(enable), std::string::npos);
+}
+
+TEST(DbcImport, OnceMoreChangesNothing) {
+  const std::string once = imported(kAngles).text;
+  EXPECT_EQ(imported(kAngles, once).text, once);
+  const Import other = imported(
+      {"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket", "slope=Small.slope"}, once);
+  const auto [frame, slope] = parse_machine(other.text, "m.toml").bus.broadcast(NodeRole::kTilt, 0);
+  EXPECT_EQ(frame->id, 0x21U | kExtendedId) << "29 bits, however small";
+  EXPECT_EQ(slope->bits.type, BitField::Type::kFloat);
+}
+
+TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
+  struct Case {
+    std::vector<std::string> wanted;
+    const char* said;
+  };
+  for (const Case& c :
+       {Case{{"boom_angle"}, "--signal = boom_angle: must be such as boom_angle=MESSAGE.SIGNAL"},
+        {{"boom=Front.boom"}, "--signal = boom: must be one of boom_head_pressure, "},
+        {{"boom_spool=Front.boom"}, "--signal = boom_spool: must be one of"},
+        {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
+        {{"slope=Back.slope"}, "m.dbc"},
+        {{"slope=Mixed.slope"}, "m.dbc:13: signal slope of Mixed is multiplexed"},
+        {{"slope=Mixed.speed"}, "has the unit \"rpm\": must be bar"},
+        {{"slope=Rare.slope"}, "m.dbc:15: Rare has no cycle time (GenMsgCycleTime)"},
+        {{"slope=Body.slope", "slope=Small.slope"}, "--signal = slope: is wanted twice"},
+        {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
+        {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {
+    const std::string line = knuckle::test::refusal([&] { (void)imported(c.wanted); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+  const std::string part = knuckle::test::refusal(
+      [] { (void)imported({"boom_head_pressure=Front.boom"}, knuckle::test::few_nodes_text()); });
+  EXPECT_NE(part.find("node 'pressures' also has "), std::string::npos) << part;
+  const std::string older = knuckle::test::refusal(
+      [] { (void)imported({"slope=Body.slope"}, knuckle::test::with_keyed_nodes(solar_text())); });
+  EXPECT_NE(older.find("write them by knuckle bus migrate"), std::string::npos) << older;
+}
+
+}  // namespace
+}  // namespace knuckle::eds
