@@ -11,8 +11,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = SyntheticMachine::kStep_s;
-
 /// A machine with a load at a point of its bucket, weighed while it moves.
 class Scale {
  public:
