@@ -24,7 +24,7 @@ class MachineViewPicture : public ::testing::Test {
   static MachineDescription machine() { return load_machine(test::source_dir() + "/config/machines/solar015.toml"); }
 
   Drawn drawn(const picture::MachinePicture& picture, const picture::Camera& camera,
-               const picture::Viewport& viewport = kWhole) {
+              const picture::Viewport& viewport = kWhole) {
     view_.draw(picture, camera, viewport, colours_);
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     return screen_.pixels();
