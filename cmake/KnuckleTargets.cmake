@@ -1,8 +1,8 @@
 # Compiler settings shared by every target, and the calls that make one:
 #   knuckle_precompile(NAME headers... LINK deps...)   headers that several targets share, compiled once
 #   knuckle_library(NAME deps... [PRIVATE deps...])   one static library per folder
-#   knuckle_tests(FOLDER deps... [LABEL name] [ALONE])   one GoogleTest binary per test folder; its ctest label, unless
-#                                   FOLDER; ALONE: its files have helpers of the same name and are compiled one by one
+#   knuckle_tests(FOLDER deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless FOLDER.
+#                                   Its files are compiled six at a time: helpers of two files have two names
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
 #   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
 
@@ -72,7 +72,7 @@ function(knuckle_library name)
 endfunction()
 
 function(knuckle_tests folder)
-  cmake_parse_arguments(PARSE_ARGV 1 tests "ALONE" "LABEL" "")
+  cmake_parse_arguments(PARSE_ARGV 1 tests "" "LABEL" "")
   get_filename_component(name ${folder} NAME)
   if(NOT tests_LABEL)
     set(tests_LABEL ${name})
@@ -86,9 +86,6 @@ function(knuckle_tests folder)
   target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc knuckle_test_places
                         GTest::gtest_main)
   target_precompile_headers(test_${name} REUSE_FROM knuckle_precompiled_tests)
-  if(tests_ALONE)
-    set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF)
-  endif()
   # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
   # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.
   set(common TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)

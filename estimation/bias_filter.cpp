@@ -26,6 +26,40 @@ JointVector usual_compliance_radpNm(const MachineDescription& machine) {
   return compliance * (kReach_m / out_m);
 }
 
+void TorqueRate::reset(const JointVector& cylinder_Nm) noexcept {
+  torque_.reset(cylinder_Nm);
+  late_rate_Nmps_.setZero();
+  shaken_Nmps2_.setZero();
+}
+
+void TorqueRate::step(const JointVector& cylinder_Nm) noexcept {
+  const JointVector before_Nmps = late_rate_Nmps_;
+  late_rate_Nmps_ = gain_ * (cylinder_Nm - torque_.step(cylinder_Nm));
+  shaken_Nmps2_ = (late_rate_Nmps_ - before_Nmps) / step_s_;
+}
+
+UnseenColumns TorqueRate::columns(const Eigen::Matrix3d& inertia_kgm2) const noexcept {
+  UnseenColumns columns;
+  columns << -inertia_kgm2 * shaken_Nmps2_.asDiagonal(), -late_rate_Nmps_;
+  return columns;
+}
+
+BiasColumns BiasSignals::columns() const noexcept {
+  BiasColumns h = BiasColumns::Zero();
+  for (int i = 0; i < kJoints; ++i) {
+    h(i, kBiasOffset + i) = lever[i];
+    h(i, kBiasCoulomb + i) = lever_dahl[i];
+    h(i, kBiasViscous + i) = lever_speed[i];
+    h(i, kBiasSeal + i) = lever_dahl_pressure[i];
+    for (int k = i; k < kJoints; ++k) {
+      h(i, kBiasMomentX + k) = gravity_x[k];
+      h(i, kBiasMomentZ + k) = gravity_z[k];
+    }
+  }
+  h.rightCols<kBiasUnseen>() = unseen;
+  return h;
+}
+
 // Priors and the sequential update of the bias filter.
 
 namespace {

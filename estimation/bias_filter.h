@@ -6,7 +6,7 @@
 // e = -H x + noise, where x are small corrections with priors. The correction H x is then added to every answer.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <limits>
 #include <numbers>
@@ -49,23 +49,11 @@ class TorqueRate {
  public:
   TorqueRate(double observer_Hz, double step_s) noexcept
       : gain_(2.0 * std::numbers::pi * observer_Hz), step_s_(step_s), torque_(observer_Hz, step_s) {}
-  void reset(const JointVector& cylinder_Nm) noexcept {
-    torque_.reset(cylinder_Nm);
-    late_rate_Nmps_.setZero();
-    shaken_Nmps2_.setZero();
-  }
+  void reset(const JointVector& cylinder_Nm) noexcept;
   /// @param cylinder_Nm torques of the pressures, as late as the channel's speed.
-  void step(const JointVector& cylinder_Nm) noexcept {
-    const JointVector before_Nmps = late_rate_Nmps_;
-    late_rate_Nmps_ = gain_ * (cylinder_Nm - torque_.step(cylinder_Nm));
-    shaken_Nmps2_ = (late_rate_Nmps_ - before_Nmps) / step_s_;
-  }
+  void step(const JointVector& cylinder_Nm) noexcept;
   /// @param inertia_kgm2 M of the relative joints, in this pose.
-  [[nodiscard]] UnseenColumns columns(const Eigen::Matrix3d& inertia_kgm2) const noexcept {
-    UnseenColumns columns;
-    columns << -inertia_kgm2 * shaken_Nmps2_.asDiagonal(), -late_rate_Nmps_;
-    return columns;
-  }
+  [[nodiscard]] UnseenColumns columns(const Eigen::Matrix3d& inertia_kgm2) const noexcept;
 
  private:
   double gain_, step_s_;
@@ -100,21 +88,7 @@ using BiasColumns = Eigen::Matrix<double, kJoints, kBiasStates>;
 struct BiasSignals {
   JointVector lever, lever_dahl, lever_speed, lever_dahl_pressure, gravity_x, gravity_z;
   UnseenColumns unseen = UnseenColumns::Zero();  ///< Of what yields and of the lag.
-  [[nodiscard]] BiasColumns columns() const noexcept {
-    BiasColumns h = BiasColumns::Zero();
-    for (int i = 0; i < kJoints; ++i) {
-      h(i, kBiasOffset + i) = lever[i];
-      h(i, kBiasCoulomb + i) = lever_dahl[i];
-      h(i, kBiasViscous + i) = lever_speed[i];
-      h(i, kBiasSeal + i) = lever_dahl_pressure[i];
-      for (int k = i; k < kJoints; ++k) {
-        h(i, kBiasMomentX + k) = gravity_x[k];
-        h(i, kBiasMomentZ + k) = gravity_z[k];
-      }
-    }
-    h.rightCols<kBiasUnseen>() = unseen;
-    return h;
-  }
+  [[nodiscard]] BiasColumns columns() const noexcept;
 };
 
 /// One measurement in free motion.

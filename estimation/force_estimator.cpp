@@ -38,6 +38,16 @@ FreeSpread spread_of(const MachineDescription& machine, std::size_t speed_class)
 
 }  // namespace
 
+Eigen::Matrix3d load_columns(const JointVector& length_m, const Pose& pose) noexcept {
+  Eigen::Matrix3d columns;
+  Eigen::RowVector3d row(0, -kGravity_mps2 * pose.cos[kBucket], kGravity_mps2 * pose.sin[kBucket]);
+  for (int i = kBucket; i >= 0; --i) {
+    if (i < kBucket) row[0] -= kGravity_mps2 * length_m[i] * pose.cos[i];
+    columns.row(i) = row;
+  }
+  return columns;
+}
+
 ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
     : links_(machine.links),
       cylinders_(machine.cylinders),
@@ -66,6 +76,16 @@ ForceEstimator::ForceEstimator(const MachineDescription& machine, double step_s)
       free_ripple_{JointVector((kUsualLever_m * kRipplePrior_N[0]).cwiseAbs2()),
                    JointVector((kUsualLever_m * kRipplePrior_N[1]).cwiseAbs2())},
       cusum_(step_s) {}
+
+JointVector ForceEstimator::of_known(const JointVector& torque_Nm) const noexcept {
+  return estimate_.measurement_variance_Nm2.array().isFinite().select(torque_Nm, JointVector::Zero());
+}
+
+ForceEstimator::Pushes ForceEstimator::pushes_of(const JointState& state) noexcept {
+  Pushes pushes;
+  pushes << state.lever_m.cwiseProduct(state.cylinder_N).array(), state.pressure_sum_Pa().array();
+  return pushes;
+}
 
 const ForceEstimate& ForceEstimator::step(const JointState& state) noexcept {
   if (!finite(state)) {

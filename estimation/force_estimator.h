@@ -3,8 +3,7 @@
 // the slave loop. Mechanisms and figures: docs/theory.md, docs/evaluation.md.
 #pragma once
 
-#include <Eigen/Dense>
-#include <algorithm>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -33,15 +32,7 @@ using Load = Eigen::Vector3d;
 /// Torques of a load on the joints are columns * load:
 ///   tau_bucket = -g (m x cos phi_3 - m z sin phi_3),  tau_arm = tau_bucket - g m l_arm cos phi_2,
 ///   tau_boom = tau_arm - g m l_boom cos phi_1.
-[[nodiscard]] inline Eigen::Matrix3d load_columns(const JointVector& length_m, const Pose& pose) noexcept {
-  Eigen::Matrix3d columns;
-  Eigen::RowVector3d row(0, -kGravity_mps2 * pose.cos[kBucket], kGravity_mps2 * pose.sin[kBucket]);
-  for (int i = kBucket; i >= 0; --i) {
-    if (i < kBucket) row[0] -= kGravity_mps2 * length_m[i] * pose.cos[i];
-    columns.row(i) = row;
-  }
-  return columns;
-}
+[[nodiscard]] Eigen::Matrix3d load_columns(const JointVector& length_m, const Pose& pose) noexcept;
 
 // Contact as an event: two-sided CUSUM per joint on the high-passed contact torque, so that whatever changes slowly
 // (bias, gravity errors, a load being lifted) does not count and a step does at once.
@@ -67,21 +58,7 @@ class ContactCusum {
 
   /// @param sigma_Nm standard deviation of the high-passed signal in free motion, per joint.
   /// @return joint that crossed its threshold in this step, or -1. The sums start again after an alarm.
-  int step(const JointVector& torque_Nm, const JointVector& sigma_Nm) noexcept {
-    high_passed_ = torque_Nm - slow_.step(torque_Nm);
-    int alarm = -1;
-    for (int i = 0; i < kJoints; ++i) {
-      const double z = std::clamp(high_passed_[i] / sigma_Nm[i], -kClip, kClip);
-      up_[i] = std::max(0.0, up_[i] + weight_ * (z - kDrift));
-      down_[i] = std::max(0.0, down_[i] + weight_ * (-z - kDrift));
-      if (alarm < 0 && std::max(up_[i], down_[i]) > kThreshold) alarm = i;
-    }
-    if (alarm >= 0) {
-      up_.setZero();
-      down_.setZero();
-    }
-    return alarm;
-  }
+  int step(const JointVector& torque_Nm, const JointVector& sigma_Nm) noexcept;
   [[nodiscard]] const JointVector& high_passed_Nm() const noexcept { return high_passed_; }
 
  private:
@@ -103,43 +80,16 @@ class FreeSpread {
   static constexpr double kSmallestPart = 0.1;      ///< Of the prior's spread.
   static constexpr double kLeastUnexplained = 0.5;  ///< Of the variance seen, whatever the bias filter says.
 
-  FreeSpread(const JointVector& prior_variance_Nm2, double look_every_s) noexcept
-      : floor_Nm2_(kSmallestPart * kSmallestPart * prior_variance_Nm2),
-        moment_Nm2_(prior_variance_Nm2.asDiagonal()),
-        most_updates_(kMemory_s / look_every_s) {
-    solve();
-  }
+  FreeSpread(const JointVector& prior_variance_Nm2, double look_every_s) noexcept;
 
   /// @param explained_Nm2 variances that the bias filter's covariance gave this update. @param variance_Nm2 of the
   /// torques: of one that is not known (torque_weight.h) nothing is learned.
-  void update(const JointVector& torque_Nm, const JointVector& explained_Nm2,
-              const JointVector& variance_Nm2) noexcept {
-    updates_ = std::min(updates_ + 1, most_updates_);
-    const Eigen::Matrix3d before_Nm2 = moment_Nm2_;
-    moment_Nm2_ += (torque_Nm * torque_Nm.transpose() - moment_Nm2_) / updates_;
-    explained_Nm2_ += (explained_Nm2 - explained_Nm2_) / updates_;
-    for (int i = 0; i < kJoints; ++i) {
-      if (std::isfinite(variance_Nm2[i])) continue;
-      moment_Nm2_.row(i) = before_Nm2.row(i);
-      moment_Nm2_.col(i) = before_Nm2.col(i);
-      explained_Nm2_[i] = 0;
-    }
-    solve();
-  }
+  void update(const JointVector& torque_Nm, const JointVector& explained_Nm2, const JointVector& variance_Nm2) noexcept;
   [[nodiscard]] const Eigen::Matrix3d& covariance_Nm2() const noexcept { return covariance_Nm2_; }
 
  private:
   /// Variances are reduced, correlations stay: so the matrix stays positive definite.
-  void solve() noexcept {
-    JointVector part;
-    for (int i = 0; i < kJoints; ++i) {
-      const double seen = moment_Nm2_(i, i);
-      const double left = std::max(seen - explained_Nm2_[i], kLeastUnexplained * seen);
-      part[i] = std::sqrt(left / seen);
-    }
-    covariance_Nm2_ = part.asDiagonal() * moment_Nm2_ * part.asDiagonal();
-    covariance_Nm2_.diagonal() = covariance_Nm2_.diagonal().cwiseMax(floor_Nm2_);
-  }
+  void solve() noexcept;
 
   JointVector floor_Nm2_;
   Eigen::Matrix3d moment_Nm2_;
@@ -242,15 +192,9 @@ class ForceEstimator {
 
  private:
   /// Zero where the torque is not known.
-  [[nodiscard]] JointVector of_known(const JointVector& torque_Nm) const noexcept {
-    return estimate_.measurement_variance_Nm2.array().isFinite().select(torque_Nm, JointVector::Zero());
-  }
+  [[nodiscard]] JointVector of_known(const JointVector& torque_Nm) const noexcept;
   using Pushes = Eigen::Array<double, 6, 1>;  ///< cylinder torque, pressure sum
-  [[nodiscard]] static Pushes pushes_of(const JointState& state) noexcept {
-    Pushes pushes;
-    pushes << state.lever_m.cwiseProduct(state.cylinder_N).array(), state.pressure_sum_Pa().array();
-    return pushes;
-  }
+  [[nodiscard]] static Pushes pushes_of(const JointState& state) noexcept;
   /// A channel that is not reported: its bias goes in with the rest, its pushes pass twins of its velocity poles.
   struct QuickChannel {
     QuickChannel(const ChannelBand& band, double step_s, const JointVector& length_step_m) noexcept

@@ -81,6 +81,55 @@ std::size_t speed_class(const ObserverChannel& channel) noexcept {
 
 }  // namespace
 
+int ContactCusum::step(const JointVector& torque_Nm, const JointVector& sigma_Nm) noexcept {
+  high_passed_ = torque_Nm - slow_.step(torque_Nm);
+  int alarm = -1;
+  for (int i = 0; i < kJoints; ++i) {
+    const double z = std::clamp(high_passed_[i] / sigma_Nm[i], -kClip, kClip);
+    up_[i] = std::max(0.0, up_[i] + weight_ * (z - kDrift));
+    down_[i] = std::max(0.0, down_[i] + weight_ * (-z - kDrift));
+    if (alarm < 0 && std::max(up_[i], down_[i]) > kThreshold) alarm = i;
+  }
+  if (alarm >= 0) {
+    up_.setZero();
+    down_.setZero();
+  }
+  return alarm;
+}
+
+FreeSpread::FreeSpread(const JointVector& prior_variance_Nm2, double look_every_s) noexcept
+    : floor_Nm2_(kSmallestPart * kSmallestPart * prior_variance_Nm2),
+      moment_Nm2_(prior_variance_Nm2.asDiagonal()),
+      most_updates_(kMemory_s / look_every_s) {
+  solve();
+}
+
+void FreeSpread::update(const JointVector& torque_Nm, const JointVector& explained_Nm2,
+                        const JointVector& variance_Nm2) noexcept {
+  updates_ = std::min(updates_ + 1, most_updates_);
+  const Eigen::Matrix3d before_Nm2 = moment_Nm2_;
+  moment_Nm2_ += (torque_Nm * torque_Nm.transpose() - moment_Nm2_) / updates_;
+  explained_Nm2_ += (explained_Nm2 - explained_Nm2_) / updates_;
+  for (int i = 0; i < kJoints; ++i) {
+    if (std::isfinite(variance_Nm2[i])) continue;
+    moment_Nm2_.row(i) = before_Nm2.row(i);
+    moment_Nm2_.col(i) = before_Nm2.col(i);
+    explained_Nm2_[i] = 0;
+  }
+  solve();
+}
+
+void FreeSpread::solve() noexcept {
+  JointVector part;
+  for (int i = 0; i < kJoints; ++i) {
+    const double seen = moment_Nm2_(i, i);
+    const double left = std::max(seen - explained_Nm2_[i], kLeastUnexplained * seen);
+    part[i] = std::sqrt(left / seen);
+  }
+  covariance_Nm2_ = part.asDiagonal() * moment_Nm2_ * part.asDiagonal();
+  covariance_Nm2_.diagonal() = covariance_Nm2_.diagonal().cwiseMax(floor_Nm2_);
+}
+
 /// Variance of joint torque that friction may hide where a rod (almost) stands: with what the bias filter has found of
 /// it, since seals may hold more than all that the drawing knows of.
 JointVector ForceEstimator::stuck_variance(const ObserverChannel& channel) const noexcept {

@@ -1,7 +1,6 @@
 // The momentum observer and what feeds it: speed and friction's bristles behind one velocity filter.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -11,7 +10,6 @@
 #include "core/joints.h"
 #include "estimation/friction.h"
 #include "machine/description.h"
-#include "machine/oil_stiffness.h"
 
 namespace knuckle::estimation {
 
@@ -64,41 +62,12 @@ class FohFilter {
 /// So is what of a pump's ripple sampling folds into the band.
 class RodVibration {
  public:
-  RodVibration(const MachineDescription& machine, double step_s) noexcept
-      : step_s_(step_s),
-        first_(kHighest_Hz, step_s, JointVector::Zero()),
-        second_(kHighest_Hz, step_s, JointVector::Zero()),
-        slow_(kLowest_Hz, step_s, JointVector::Zero()) {
-    const SensorDescription& sensors = machine.sensors;
-    const double noise_Pa = std::hypot(sensors.pressure_noise_Pa, sensors.pressure_step_Pa / std::sqrt(12.0));
-    const double pole = std::exp(-2 * std::numbers::pi * kHighest_Hz * step_s);
-    // Deviation of white noise that is differentiated behind two poles, and the peak of a single step.
-    const double noise_1ps = (1 - pole) / step_s * std::sqrt(2 * (1 - pole) / std::pow(1 + pole, 3));
-    const double one_step_1ps = 2 * std::numbers::pi * kHighest_Hz / std::numbers::e;
-    const double quiet_Paps = std::max(kQuiet * noise_1ps * noise_Pa, one_step_1ps * sensors.pressure_step_Pa);
-    for (int i = 0; i < kJoints; ++i) {
-      const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(i)];
-      const double middle_m = (cylinder.min_length_m + cylinder.max_length_m) / 2;
-      m_per_N_[i] = 1 / oil_stiffness_N_per_m(cylinder, machine.hydraulics, middle_m);
-      quiet_mps_[i] = quiet_Paps * m_per_N_[i] * std::hypot(cylinder.head_area_m2(), cylinder.rod_side_area_m2());
-    }
-  }
+  RodVibration(const MachineDescription& machine, double step_s) noexcept;
 
   /// The machine is at rest.
-  void reset(const JointVector& cylinder_N) noexcept {
-    last_N_ = cylinder_N;
-    first_.reset(JointVector::Zero());
-    second_.reset(JointVector::Zero());
-    slow_.reset(JointVector::Zero());
-    speed_mps_.setZero();
-  }
+  void reset(const JointVector& cylinder_N) noexcept;
   /// @param cylinder_N p_A A_A - p_B A_B, as measured.
-  void step(const JointVector& cylinder_N) noexcept {
-    const JointVector rate = second_.step(first_.step((last_N_ - cylinder_N) / step_s_));
-    last_N_ = cylinder_N;
-    const JointVector moved = m_per_N_.cwiseProduct(rate);
-    speed_mps_ = ((moved - slow_.step(moved)).cwiseAbs() - quiet_mps_).cwiseMax(0.0);
-  }
+  void step(const JointVector& cylinder_N) noexcept;
   /// Either way, beyond what the transmitters' noise explains. The stiffness is that of the middle of the stroke: near
   /// its ends oil is up to 3.6 times as stiff, and a rod slower by as much than is said here.
   [[nodiscard]] const JointVector& speed_mps() const noexcept { return speed_mps_; }
@@ -121,17 +90,8 @@ class MomentumObserver {
  public:
   MomentumObserver(double cutoff_Hz, double step_s) noexcept
       : gain_(2.0 * std::numbers::pi * cutoff_Hz), momentum_(cutoff_Hz, step_s), imbalance_(cutoff_Hz, step_s) {}
-  void reset(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept {
-    momentum_.reset(momentum);
-    imbalance_.reset(imbalance_Nm);
-    inertial_Nm_.setZero();
-    external_Nm_ = imbalance_Nm;
-  }
-  const JointVector& step(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept {
-    inertial_Nm_ = gain_ * (momentum - momentum_.step(momentum));
-    external_Nm_ = inertial_Nm_ + imbalance_.step(imbalance_Nm);
-    return external_Nm_;
-  }
+  void reset(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
+  const JointVector& step(const JointVector& momentum, const JointVector& imbalance_Nm) noexcept;
   [[nodiscard]] const JointVector& inertial_Nm() const noexcept { return inertial_Nm_; }  ///< a (p - F p) = F p'
 
  private:
@@ -148,50 +108,17 @@ struct ChannelBand {
 /// Speed, bristles and observer of one bandwidth.
 struct ObserverChannel {
   /// @param length_step_m length_steps_m() of the machine.
-  ObserverChannel(const ChannelBand& band, double step_s, const JointVector& length_step_m) noexcept
-      : period_s(step_s),
-        one_step_mps(length_step_m * 2 * std::numbers::pi * band.velocity_Hz / std::numbers::e),
-        one_step_share(length_step_m.unaryExpr(
-            [](double step_m) { return std::min(1.0, DahlState::kTurnDistance_m / (kStepsToTurn * step_m)); })),
-        first(band.velocity_Hz, step_s, JointVector::Zero()),
-        rate(band.velocity_Hz, step_s),
-        observer(band.observer_Hz, step_s) {
-    rest();
-  }
+  ObserverChannel(const ChannelBand& band, double step_s, const JointVector& length_step_m) noexcept;
   /// No speed, and bristles that are not bent either way. The observer starts with the pose.
-  void rest() noexcept {
-    first.reset(JointVector::Zero());
-    rate.reset(JointVector::Zero());
-    dahl = {};
-  }
+  void rest() noexcept;
   /// @param vibration_mps of rods, from pressures, for those that stand or creep. @param held the world holds the
   /// bucket: what little vibrates then, pressures show. In free air a rod always vibrates, also by less than they show.
   void move(const JointVector& joint_step_rad, const JointVector& new_lever_m, const JointVector& vibration_mps,
-            bool held) noexcept {
-    lever_m = new_lever_m;
-    cylinder_mps = lever_m.cwiseProduct(rate.step(first.step(joint_step_rad / period_s)));
-    for (int i = 0; i < kJoints; ++i) {
-      DahlState& state = dahl[static_cast<std::size_t>(i)];
-      const double seen_mps = cylinder_mps[i];
-      const bool stands = held && std::abs(seen_mps) <= one_step_mps[i];
-      state.step(stands ? one_step_share[i] * seen_mps : seen_mps, period_s);
-      if (stands) state.release(std::max(0.0, vibration_mps[i] - kOneWay * std::abs(seen_mps)) * period_s);
-      if (!held) state.settle(seen_mps, period_s);
-      bristle[i] = state.value();
-    }
-  }
+            bool held) noexcept;
   /// @param cylinder_Nm joint torque of the pressures, as late as the speed; @param pressure_sum_Pa likewise. @return
   /// joint torque of friction, to be taken off it.
   [[nodiscard]] JointVector friction_Nm(const PerJoint<CylinderFriction>& friction, const JointVector& cylinder_Nm,
-                                        const JointVector& pressure_sum_Pa) const noexcept {
-    JointVector torque;
-    for (int i = 0; i < kJoints; ++i) {
-      const double cylinder_N = cylinder_Nm[i] / (lever_m[i] + (lever_m[i] < 0 ? -kTinyLever_m : kTinyLever_m));
-      torque[i] = lever_m[i] * friction[static_cast<std::size_t>(i)].force_N(bristle[i], cylinder_mps[i], cylinder_N,
-                                                                             pressure_sum_Pa[i]);
-    }
-    return torque;
-  }
+                                        const JointVector& pressure_sum_Pa) const noexcept;
 
   static constexpr double kTinyLever_m = 1e-6;
   /// Encoders show a creep in steps, and of some rods that stand as well. A friction that turns with each of them keeps

@@ -1,6 +1,8 @@
 #include "estimation/tip_force.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <numbers>
 
@@ -9,7 +11,40 @@
 #include "machine/kinematics.h"
 
 namespace knuckle::estimation {
+
+Eigen::Matrix3d torque_weight(const Eigen::Matrix3d& covariance_Nm2) noexcept {
+  if (all_torques_known(covariance_Nm2)) return covariance_Nm2.inverse();
+  Eigen::Matrix3d known = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < kJoints; ++i)
+    for (int j = 0; j < kJoints; ++j)
+      if (torque_known(covariance_Nm2, i) && torque_known(covariance_Nm2, j)) known(i, j) = covariance_Nm2(i, j);
+  Eigen::Matrix3d weight = known.inverse();
+  for (int i = 0; i < kJoints; ++i)
+    if (!torque_known(covariance_Nm2, i)) weight(i, i) = 0;
+  return weight;
+}
+
+TipForce solve_tip_force(const PlanarJacobian& jacobian, const JointVector& torque_Nm,
+                         const Eigen::Matrix3d& covariance_Nm2) noexcept {
+  const Eigen::Matrix3d weight = torque_weight(covariance_Nm2);
+  const PlanarJacobian jw = jacobian * weight;
+  const double prior_N = all_torques_known(covariance_Nm2) ? kForcePrior_N : kForcePriorOfTwo_N;
+  const Eigen::Matrix2d information = jw * jacobian.transpose() + Eigen::Matrix2d::Identity() / (prior_N * prior_N);
+  TipForce result;
+  result.covariance_N2 = information.inverse();
+  result.force_N = result.covariance_N2 * (jw * torque_Nm);
+  const JointVector left = torque_Nm - jacobian.transpose() * result.force_N;
+  result.residual_sigma = std::sqrt(std::max(0.0, left.dot(weight * left)));
+  return result;
+}
+
 namespace {
+
+/// torque_weight() times the torques.
+JointVector weighed(const Eigen::Matrix3d& covariance_Nm2, const JointVector& torque_Nm) noexcept {
+  if (all_torques_known(covariance_Nm2)) return covariance_Nm2.ldlt().solve(torque_Nm);
+  return torque_weight(covariance_Nm2) * torque_Nm;
+}
 
 constexpr double kTeeth_m = 0.02;     // a contact at the tip is somewhere along the teeth
 constexpr double kBeyondChance2 = 4;  // squared sigmas of couple from which on it is taken for one

@@ -2,7 +2,7 @@
 // covariance-weighted least squares; what is left over of three tells whether one tip force explains them.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -31,21 +31,13 @@ inline constexpr double kForcePrior_N = 2e4;
 /// The same of two torques, which in poses through a whole dig tell one direction hardly: as much as a machine presses.
 inline constexpr double kForcePriorOfTwo_N = 5e3;
 
+/// Inverse of the covariance of the torques that are known; zero for the others.
+[[nodiscard]] Eigen::Matrix3d torque_weight(const Eigen::Matrix3d& covariance_Nm2) noexcept;
+
 /// Solves J^T f = torque in the least-squares sense with weights covariance^-1.
 /// @param jacobian d tip / d joints in M; @param covariance_Nm2 of the torques, positive definite where they are known.
-[[nodiscard]] inline TipForce solve_tip_force(const PlanarJacobian& jacobian, const JointVector& torque_Nm,
-                                              const Eigen::Matrix3d& covariance_Nm2) noexcept {
-  const Eigen::Matrix3d weight = torque_weight(covariance_Nm2);
-  const PlanarJacobian jw = jacobian * weight;
-  const double prior_N = all_torques_known(covariance_Nm2) ? kForcePrior_N : kForcePriorOfTwo_N;
-  const Eigen::Matrix2d information = jw * jacobian.transpose() + Eigen::Matrix2d::Identity() / (prior_N * prior_N);
-  TipForce result;
-  result.covariance_N2 = information.inverse();
-  result.force_N = result.covariance_N2 * (jw * torque_Nm);
-  const JointVector left = torque_Nm - jacobian.transpose() * result.force_N;
-  result.residual_sigma = std::sqrt(std::max(0.0, left.dot(weight * left)));
-  return result;
-}
+[[nodiscard]] TipForce solve_tip_force(const PlanarJacobian& jacobian, const JointVector& torque_Nm,
+                                       const Eigen::Matrix3d& covariance_Nm2) noexcept;
 
 // Contact model `bucket_force`: one force anywhere on the bucket, from the joint torques. A force off the tip is the
 // same force at the tip and a couple, which turns all three joints alike. How large the couple may be, the bucket's

@@ -2,7 +2,7 @@
 // columns say nothing then, so all that is estimated from torques rests on the others.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
@@ -18,25 +18,6 @@ inline constexpr double kUnknownVariance = std::numeric_limits<double>::infinity
 }
 [[nodiscard]] inline bool all_torques_known(const Eigen::Matrix3d& covariance_Nm2) noexcept {
   return covariance_Nm2.diagonal().allFinite();
-}
-
-/// Inverse of the covariance of the torques that are known; zero for the others.
-[[nodiscard]] inline Eigen::Matrix3d torque_weight(const Eigen::Matrix3d& covariance_Nm2) noexcept {
-  if (all_torques_known(covariance_Nm2)) return covariance_Nm2.inverse();
-  Eigen::Matrix3d known = Eigen::Matrix3d::Identity();
-  for (int i = 0; i < kJoints; ++i)
-    for (int j = 0; j < kJoints; ++j)
-      if (torque_known(covariance_Nm2, i) && torque_known(covariance_Nm2, j)) known(i, j) = covariance_Nm2(i, j);
-  Eigen::Matrix3d weight = known.inverse();
-  for (int i = 0; i < kJoints; ++i)
-    if (!torque_known(covariance_Nm2, i)) weight(i, i) = 0;
-  return weight;
-}
-
-/// torque_weight() times the torques.
-[[nodiscard]] inline JointVector weighed(const Eigen::Matrix3d& covariance_Nm2, const JointVector& torque_Nm) noexcept {
-  if (all_torques_known(covariance_Nm2)) return covariance_Nm2.ldlt().solve(torque_Nm);
-  return torque_weight(covariance_Nm2) * torque_Nm;
 }
 
 /// Takes what is known of the joints' torques out of a covariance.

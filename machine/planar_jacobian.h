@@ -1,7 +1,7 @@
 // How joints move a point in the arm's plane, and back. Of machine and haptic device alike. Allocation-free.
 #pragma once
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "core/joints.h"
 
@@ -11,28 +11,20 @@ namespace knuckle {
 using PlanarJacobian = Eigen::Matrix<double, 2, kJoints>;
 
 /// Of another point of the link that the tip is on: all joints turn it about the tip alike.
-[[nodiscard]] inline PlanarJacobian beside_tip(const PlanarJacobian& tip, const PlanarVector& from_tip_m) noexcept {
-  return tip + PlanarVector(-from_tip_m.y(), from_tip_m.x()) * Eigen::RowVector3d::Ones();
-}
+[[nodiscard]] PlanarJacobian beside_tip(const PlanarJacobian& tip, const PlanarVector& from_tip_m) noexcept;
 
 /// Pseudo-inverse of a point's Jacobian, W J^T (J W J^T + damping I)^-1. The damping [m^2 times the weights] keeps it
 /// finite where the arm is stretched, and makes the arm stiff there instead of wild.
 class PlanarInverse {
  public:
-  PlanarInverse(const PlanarJacobian& jacobian, const JointVector& weight, double damping) noexcept
-      : weighted_(weight.asDiagonal() * jacobian.transpose()),
-        inverse_((jacobian * weighted_ + damping * Eigen::Matrix2d::Identity()).inverse()) {}
+  PlanarInverse(const PlanarJacobian& jacobian, const JointVector& weight, double damping) noexcept;
 
   /// Of the joint motions that move the point by this the one with the least sum of motion^2 / weight.
-  [[nodiscard]] JointVector joints(const PlanarVector& motion) const noexcept {
-    return weighted_ * (inverse_ * motion);
-  }
-  [[nodiscard]] Eigen::Matrix<double, kJoints, 2> matrix() const noexcept { return weighted_ * inverse_; }
+  [[nodiscard]] JointVector joints(const PlanarVector& motion) const noexcept;
+  [[nodiscard]] Eigen::Matrix<double, kJoints, 2> matrix() const noexcept;
 
   /// The force on the point that explains joint torques best, by their weights.
-  [[nodiscard]] PlanarVector force_N(const JointVector& torque_Nm) const noexcept {
-    return inverse_.transpose() * (weighted_.transpose() * torque_Nm);
-  }
+  [[nodiscard]] PlanarVector force_N(const JointVector& torque_Nm) const noexcept;
 
  private:
   Eigen::Matrix<double, kJoints, 2> weighted_;

@@ -74,8 +74,8 @@ Time now() noexcept {
 
 class Camera::Reader {
  public:
-  Reader(const CameraSource& source, std::function<void()> on_picture)
-      : on_picture_(std::move(on_picture)), runner_(plan_of(source)) {}
+  Reader(const CameraSource& source, std::function<void()> on_picture, const Patience& patience)
+      : on_picture_(std::move(on_picture)), runner_(plan_of(source, patience)) {}
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
@@ -84,7 +84,7 @@ class Camera::Reader {
   void set_key(const PictureKey& key) { opener_.set_key(key); }
 
  private:
-  [[nodiscard]] PipelinePlan plan_of(const CameraSource& source);
+  [[nodiscard]] PipelinePlan plan_of(const CameraSource& source, const Patience& patience);
   void prepare(GstElement* pipeline);
   [[nodiscard]] std::string problem();
   void take_sample(GstAppSink* sink);
@@ -98,7 +98,7 @@ class Camera::Reader {
   PipelineRunner runner_;           // last: what it calls is there for longer
 };
 
-PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
+PipelinePlan Camera::Reader::plan_of(const CameraSource& source, const Patience& patience) {
   return {.name = "camera " + source.name,
           .description = pipeline_of(source),
           .check =
@@ -110,7 +110,8 @@ PipelinePlan Camera::Reader::plan_of(const CameraSource& source) {
           .ready = &set_pace,
           .tend = [this](GstElement*) { opener_.tend(); },
           .problem = [this] { return problem(); },
-          .refused = [this] { return opener_.refused(); }};
+          .refused = [this] { return opener_.refused(); },
+          .patience = patience};
 }
 
 void Camera::Reader::prepare(GstElement* pipeline) {
@@ -155,8 +156,8 @@ GstFlowReturn Camera::Reader::on_sample(GstAppSink* sink, gpointer self) {
   return GST_FLOW_OK;
 }
 
-Camera::Camera(const CameraSource& source, std::function<void()> on_picture)
-    : reader_(std::make_unique<Reader>(source, std::move(on_picture))) {}
+Camera::Camera(const CameraSource& source, std::function<void()> on_picture, const Patience& patience)
+    : reader_(std::make_unique<Reader>(source, std::move(on_picture), patience)) {}
 Camera::~Camera() = default;
 
 std::unique_ptr<Frame> Camera::take() noexcept {

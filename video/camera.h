@@ -15,7 +15,7 @@ namespace knuckle::video {
 class Camera {
  public:
   /// Begins to connect. @param source checked before. @param on_picture called for each, in a thread of GStreamer's.
-  explicit Camera(const CameraSource& source, std::function<void()> on_picture = {});
+  explicit Camera(const CameraSource& source, std::function<void()> on_picture = {}, const Patience& patience = {});
   /// Waits until GStreamer has let go of the source.
   ~Camera();
   Camera(const Camera&) = delete;

@@ -29,6 +29,12 @@ struct Frame {
   Time received{};  ///< Ready to be shown.
 };
 
+/// So long without a picture is a failure.
+struct Patience {
+  Duration first = std::chrono::seconds(10);  ///< Encoders, cameras and key frames take their time.
+  Duration next = std::chrono::seconds(5);    ///< A network source says nothing where nothing arrives.
+};
+
 // What became of a camera's connection last; plain data.
 
 struct CameraStatus {

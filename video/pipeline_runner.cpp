@@ -14,9 +14,7 @@
 namespace knuckle::video {
 namespace {
 
-constexpr Duration kLook = 50ms;         // how often the thread looks up from waiting
-constexpr Duration kFirstPicture = 10s;  // encoders, cameras and key frames take their time
-constexpr Duration kNextPicture = 5s;    // a network source says nothing where nothing arrives
+constexpr Duration kLook = 50ms;  // how often the thread looks up from waiting
 constexpr Duration kShortestWait = 500ms, kLongestWait = 4s;
 
 constexpr guint kRtspBuffer_ms = 40;  // of an RTSP camera, where GStreamer's own 2 s would be useless
@@ -95,7 +93,7 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
   const Owned<GstBus> bus(gst_element_get_bus(pipeline));
   std::uint64_t seen = counted();
   Time since = now();
-  for (Duration patience = kFirstPicture; !ending_;) {
+  for (bool first = true; !ending_;) {
     const Owned<GstMessage> message(gst_bus_timed_pop(bus.get(), static_cast<GstClockTime>(kLook.count())));
     if (message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ASYNC_DONE) {
       if (plan_.ready) plan_.ready(pipeline);
@@ -109,11 +107,11 @@ std::optional<std::string> PipelineRunner::watch(GstElement* pipeline) {
       statuses_.put(status_);
     }
     if (seen != counted()) {
-      if (patience == kFirstPicture) tell(true, {});
-      patience = kNextPicture;
+      if (first) tell(true, {});
+      first = false;
       seen = counted();
       since = now();
-    } else if (now() - since > patience) {
+    } else if (const Duration patience = first ? plan_.patience.first : plan_.patience.next; now() - since > patience) {
       return "no picture for " + std::to_string(patience / 1s) + " s: check " + plan_.check();
     }
   }

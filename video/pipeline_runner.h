@@ -26,6 +26,7 @@ struct PipelinePlan {
   std::function<void(GstElement*)> tend;     ///< Every 50 ms; may be empty.
   std::function<std::string()> problem{};    ///< Why to begin again now; empty: nothing. As tend; may be empty.
   std::function<std::uint64_t()> refused{};  ///< As CameraStatus has it; may be empty.
+  Patience patience{};
 };
 
 class PipelineRunner {

@@ -55,13 +55,13 @@ class InterruptedCommission : public testing::Test {
   knuckle::test::ProgramRun ended_;
 };
 
-struct Recorded {
+struct Interrupted {
   session::FrameLog sent_and_received;
   std::string last_event;
   bool complete = false;
 };
-Recorded read(const std::string& folder) {
-  Recorded all;
+Interrupted interrupted_in(const std::string& folder) {
+  Interrupted all;
   const auto files = recording::files_in(folder);
   EXPECT_EQ(files.size(), 1u);
   if (files.size() != 1) return all;
@@ -87,7 +87,7 @@ TEST_F(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingAndANeutra
   EXPECT_FALSE(fs::exists(out()));
   for (const auto& file : fs::recursive_directory_iterator(folder_.path()))
     EXPECT_EQ(file.path().string().find(".partial"), std::string::npos) << file.path();
-  const Recorded recorded = read(log());
+  const Interrupted recorded = interrupted_in(log());
   EXPECT_TRUE(recorded.complete);
   EXPECT_EQ(recorded.last_event, "interrupted; the machine is neutral");
   ASSERT_FALSE(recorded.sent_and_received.empty());
@@ -99,7 +99,7 @@ TEST_F(InterruptedCommission, IsThatInTheMidstOfAMotionToo) {
   ASSERT_NO_FATAL_FAILURE(interrupt({"go"}, "\n6. "));  // the first ramp, or the question after it
   EXPECT_EQ(ended_.exit_code, 130);
   EXPECT_FALSE(fs::exists(out()));
-  const Recorded recorded = read(log());
+  const Interrupted recorded = interrupted_in(log());
   EXPECT_TRUE(recorded.complete);
   const Time end = recorded.sent_and_received.back().at + 1ms;
   EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, test::solar(), end - 1ms, end).command);

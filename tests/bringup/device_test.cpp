@@ -20,7 +20,7 @@
 namespace knuckle::bringup {
 namespace {
 
-const std::string kFile = test::source_dir() + "/config/devices/knuckle1.toml";
+const std::string kFile = knuckle::test::source_dir() + "/config/devices/knuckle1.toml";
 
 /// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
 struct Bench {
@@ -144,7 +144,7 @@ TEST(DeviceCalibration, KeepsTheFileAsItWasButForWhatItFoundOut) {
   device.serial = 4000000000;
   device.joint_sign = {-1, 1, -1};
   device.zero_counts = {1, -2, 3};
-  const std::string text = calibrated_device_text(test::content(kFile), device);
+  const std::string text = calibrated_device_text(knuckle::test::content(kFile), device);
   const DeviceDescription back = parse_device(text, "calibrated");
   EXPECT_EQ(back.serial, 4000000000u);
   EXPECT_EQ(back.joint_sign, device.joint_sign);
@@ -160,7 +160,7 @@ TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
   DeviceDescription device = load_device(kFile);
   device.serial = 7;
   device.zero_counts[0] += 1;
-  std::string text = test::content(kFile);
+  std::string text = knuckle::test::content(kFile);
   const std::string header = "[joints.forearm]";
   text.replace(text.find(header), header.size(), "[joints.\"forearm\"]");
   EXPECT_THROW((void)calibrated_device_text(text, device), InputError);

@@ -26,16 +26,17 @@ class HardwareCli : public testing::Test {
   ProgramRun commission(const std::string& lines, const std::string& machine = "solar015",
                         const std::string& more = "") const {
     std::ofstream(path("answers.txt")) << lines;
-    return run_program("/bin/sh", {"-c", test::program("knuckle") + " commission --simulate --machine " + machine +
-                                             " --out " + path("result.toml") + more + " --record " +
+    return run_program("/bin/sh", {"-c", knuckle::test::program("knuckle") + " commission --simulate --machine " +
+                                             machine + " --out " + path("result.toml") + more + " --record " +
                                              folder_.path().string() + " < " + path("answers.txt")});
   }
   TemporaryFolder folder_;
 };
 
 TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
-  const ProgramRun run = run_program(test::program("knuckle"), {"doctor", "--simulate", "--machine", "solar015",
-                                                                "--listen", "0.2", "--json", path("d.json")});
+  const ProgramRun run =
+      run_program(knuckle::test::program("knuckle"),
+                  {"doctor", "--simulate", "--machine", "solar015", "--listen", "0.2", "--json", path("d.json")});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_NE(run.out.find("nothing wrong"), std::string::npos);
   std::ifstream file(path("d.json"));
@@ -77,12 +78,13 @@ std::vector<std::string> readings(const std::string& told) {
 }
 
 TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
-  const std::string drawing = test::source_dir() + "/config/machines/solar015.toml";
+  const std::string drawing = knuckle::test::source_dir() + "/config/machines/solar015.toml";
   const std::string file = path("calibrated.toml");
   std::ofstream(file) << std::ifstream(drawing).rdbuf() << kCalibration;
   const auto doctor = [](const std::string& machine) {
-    return readings(
-        run_program(test::program("knuckle"), {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"}).out);
+    return readings(run_program(knuckle::test::program("knuckle"),
+                                {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"})
+                        .out);
   };
   ASSERT_EQ(doctor(drawing).size(), 10U);
   EXPECT_EQ(doctor(drawing), doctor(file));
@@ -151,9 +153,9 @@ TEST_F(HardwareCli, ADeadGuardCanBePractisedOnTheSimulatedMachine) {
 
 TEST_F(HardwareCli, CommissioningMakesTheFolderOfItsRecordingsWhereItCan) {
   const auto record = [this](const std::string& folder) {
-    return run_program(
-        "/bin/sh", {"-c", "echo no | " + test::program("knuckle") + " commission --simulate --machine solar015 --out " +
-                              path("r.toml") + " --record " + folder});
+    return run_program("/bin/sh", {"-c", "echo no | " + knuckle::test::program("knuckle") +
+                                             " commission --simulate --machine solar015 --out " + path("r.toml") +
+                                             " --record " + folder});
   };
   EXPECT_EQ(record(path("new/one")).exit_code, 1) << "the answer ended it, not the folder";
   EXPECT_FALSE(fs::exists(path("new"))) << "nothing was recorded";
@@ -200,7 +202,7 @@ TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
   const ProgramRun run = commission(lines + "go\ngo\ngo\nfinish\n");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(std::filesystem::file_size(path("result.1.toml")), 5U) << "the older file is kept";
-  const ProgramRun doctor = run_program(test::program("knuckle"),
+  const ProgramRun doctor = run_program(knuckle::test::program("knuckle"),
                                         {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
   EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
 }

@@ -62,7 +62,7 @@ class Machine {
 };
 
 struct DoctorLinkThreads : ::testing::Test {
-  test::TemporaryFolder temporary;
+  knuckle::test::TemporaryFolder temporary;
   pairing::KeyFolder folder{temporary.file("keys")};
   Identity desk = folder.make("desk 1");
 

@@ -11,14 +11,11 @@
 #include "sim/machine_on_bus.h"
 #include "sim/truth.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::bringup::test {
 
-inline const MachineDescription& solar() {
-  static const MachineDescription machine =
-      load_machine(knuckle::test::source_dir() + "/config/machines/solar015.toml");
-  return machine;
-}
+using knuckle::test::solar;
 
 /// Switched on some time ago. @param machine as it really is; the file may say something else.
 inline std::shared_ptr<sim::MachineOnBus> simulated_bus(const MachineDescription& machine = solar(),

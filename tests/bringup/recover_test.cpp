@@ -12,21 +12,19 @@
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
 namespace {
 
-const MachineDescription& whole() {
-  static const MachineDescription read = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return read;
-}
+using knuckle::test::solar;
 
 constexpr double kRock_m = 0.004;  // oil and weight give a little
 
 /// As if the machine stood 0.12 rad beyond an end of its boom's range.
 MachineDescription narrower(bool above) {
-  MachineDescription machine = whole();
+  MachineDescription machine = solar();
   LinkDescription& boom = machine.links[kBoom];
   const double angle_rad = middle_of_range(machine)[kBoom];
   (above ? boom.max_rad : boom.min_rad) = angle_rad + (above ? -0.12 : 0.12);
@@ -35,7 +33,7 @@ MachineDescription narrower(bool above) {
 
 struct Site {
   std::shared_ptr<sim::MachineOnBus> bus = std::make_shared<sim::MachineOnBus>(
-      sim::nominal_truth(whole()), sim::WorldDescription{}, middle_of_range(whole()), 1);
+      sim::nominal_truth(solar()), sim::WorldDescription{}, middle_of_range(solar()), 1);
   JointVector before_m = bus->plant().cylinder_m, most_m = before_m, least_m = before_m;
   bool powered = false;
   std::string told, ended;
@@ -101,7 +99,7 @@ TEST(Recover, LeavesAMachineThatAnotherControllerLeadsAlone) {
 
 TEST(Recover, MovesNothingWhereTheJointIsWithinItsRange) {
   Site site;
-  site.recover_boom(whole(), {"ready"});
+  site.recover_boom(solar(), {"ready"});
   EXPECT_EQ(site.ended, "");
   EXPECT_FALSE(site.powered);
 }
@@ -142,7 +140,7 @@ TEST(Recover, RefusesABusWithAnotherController) {
   site.bus->each_tick = [&](sim::MachineOnBus& b) {
     watch(b);
     if (b.now().time_since_epoch() % 100ms == 0ms)
-      (void)b.nodes_end().send(canopen::heartbeat_frame(whole().bus.controller_id, canopen::NmtState::kOperational));
+      (void)b.nodes_end().send(canopen::heartbeat_frame(solar().bus.controller_id, canopen::NmtState::kOperational));
   };
   site.recover_boom(narrower(true), {"ready", "go", "go", "go", "go"});
   EXPECT_NE(site.ended.find("another controller is on the bus"), std::string::npos) << site.ended;

@@ -11,6 +11,7 @@
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "slave/status_reporter.h"
+#include "tests/console/console_rig.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/candump.h"
 #include "transport/udp_link.h"
@@ -19,12 +20,6 @@ namespace knuckle::test {
 namespace {
 
 using Led = console::LiveSession::Led;
-
-session::SimulateOptions scenario(const std::string& name) {
-  session::SimulateOptions options;
-  options.scenario = name;
-  return options;
-}
 
 /// A window that draws nothing.
 struct Window {
@@ -71,7 +66,7 @@ std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const M
 
 TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
   std::ostringstream candump;
-  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, &candump);
+  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, &candump);
   Window window{host, {}, {}, {}};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
@@ -98,11 +93,11 @@ TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
 }
 
 TEST(ConsoleHostThread, BeginsTheSessionAnewAsOftenAsAskedAndWithWhatWasChosen) {
-  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr);
+  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
   Window window{host, {}, {}, {}};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
-  session::SimulateOptions slow = scenario("wall_contact");
+  session::SimulateOptions slow = simulated("wall_contact");
   slow.delay_ms = 40;
   host.choose(slow, Led::kByPerson);
   for (std::uint32_t run = 2; run < 5; ++run) {
@@ -114,7 +109,7 @@ TEST(ConsoleHostThread, BeginsTheSessionAnewAsOftenAsAskedAndWithWhatWasChosen) 
 }
 
 TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
-  const session::SessionSetup setup = session::load_session(scenario("free_motion")).setup;
+  const session::SessionSetup setup = session::load_session(simulated("free_motion")).setup;
   UdpLink machine_end = UdpLink::listen("127.0.0.1:0");
   UdpLink operator_end = UdpLink::connect("127.0.0.1:" + std::to_string(machine_end.port()));
   session::SimulatedMachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, machine_end);
@@ -145,7 +140,7 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
 
 TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
   const auto picture = [] {
-    console::ConsoleHost host(scenario("wall_contact"), Led::kByScenario, nullptr, nullptr);
+    console::ConsoleHost host(simulated("wall_contact"), Led::kByScenario, nullptr, nullptr);
     host.skip_to(9);
     return host.view();
   };
@@ -158,12 +153,12 @@ TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
 }
 
 TEST(ConsoleHost, RefusesWhatItCannotBeginAndKeepsWhatWasChosen) {
-  console::ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr);
-  EXPECT_THROW(host.choose(scenario("no_such_place"), Led::kByPerson), InputError);
-  EXPECT_THROW(host.choose(scenario("recorded_dig"), Led::kByScenario), InputError);  // without its recording
-  EXPECT_THROW(host.choose(scenario("link_faults"), Led::kByPerson), InputError);     // which would never happen
+  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
+  EXPECT_THROW(host.choose(simulated("no_such_place"), Led::kByPerson), InputError);
+  EXPECT_THROW(host.choose(simulated("recorded_dig"), Led::kByScenario), InputError);  // without its recording
+  EXPECT_THROW(host.choose(simulated("link_faults"), Led::kByPerson), InputError);     // which would never happen
   EXPECT_EQ(host.session()->scenario.name, "free_motion");
-  host.choose(scenario("recorded_dig"), Led::kByPerson);  // a person needs none
+  host.choose(simulated("recorded_dig"), Led::kByPerson);  // a person needs none
   EXPECT_EQ(host.session()->scenario.name, "recorded_dig");
 }
 

@@ -10,6 +10,7 @@
 #include "app/console/console_host.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
+#include "tests/console/console_rig.h"
 #include "tests/console/recorded.h"
 #include "transport/udp_link.h"
 
@@ -20,12 +21,6 @@ using console::ConsoleHost;
 using console::LogChoice;
 using Led = console::LiveSession::Led;
 using Light = console::RecordingLight;
-
-session::SimulateOptions scenario(const std::string& name) {
-  session::SimulateOptions options;
-  options.scenario = name;
-  return options;
-}
 
 LogChoice into(const TemporaryFolder& folder) {
   LogChoice log;
@@ -60,7 +55,7 @@ struct DefaultFolder {
 TEST(ConsoleLog, ASimulatedSessionRunsAgainFromItsRecordingBitByBit) {
   const TemporaryFolder folder;
   {
-    ConsoleHost host(scenario("wall_contact"), Led::kByScenario, nullptr, nullptr, into(folder));
+    ConsoleHost host(simulated("wall_contact"), Led::kByScenario, nullptr, nullptr, into(folder));
     host.skip_to(7);
     EXPECT_EQ(host.view().machine.mode, Mode::kEngaged);
     EXPECT_EQ(host.log().light().state, Light::State::kOn);
@@ -76,8 +71,8 @@ TEST(ConsoleLog, ASimulatedSessionRunsAgainFromItsRecordingBitByBit) {
 TEST(ConsoleLog, AnEventGoesIntoTheRecordingOfItsOwnSession) {
   const TemporaryFolder folder;
   console::ConsoleLog log(into(folder));
-  const session::SessionSetup setup = session::load_session(scenario("free_motion")).setup;
-  const recording::Head head = console::head_of(setup, scenario("free_motion"), log.choice());
+  const session::SessionSetup setup = session::load_session(simulated("free_motion")).setup;
+  const recording::Head head = console::head_of(setup, simulated("free_motion"), log.choice());
   const auto note = [&log](std::uint32_t run, const char* text) {
     log.note({1, run, Time(1s), console::Severity::kWarning, "bookmark", text, true});
   };
@@ -105,7 +100,7 @@ TEST(ConsoleLog, AnEventGoesIntoTheRecordingOfItsOwnSession) {
 TEST(ConsoleLog, NothingIsRecordedOfASimulationUnlessAFolderIsNamed) {
   const TemporaryFolder folder;
   const DefaultFolder by_default(folder.path().string());
-  ConsoleHost host(scenario("free_motion"), Led::kByScenario, nullptr, nullptr);
+  ConsoleHost host(simulated("free_motion"), Led::kByScenario, nullptr, nullptr);
   host.skip_to(1);
   host.stop();
   EXPECT_EQ(host.log().light().state, Light::State::kOff);
@@ -117,7 +112,7 @@ TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
   const TemporaryFolder folder;
   console::ConsoleInput input;
   {
-    ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr, into(folder));
+    ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr, into(folder));
     host.begin();
     for (std::uint32_t run = 1; run <= 3; ++run) {
       ASSERT_TRUE(until(host, input, [run](const auto& v) { return v.run == run && v.simulated_s > 0.5; }));
@@ -142,7 +137,7 @@ TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
 /// The operator's side of a far machine that never answers, with what a command line says of recording it.
 struct Station {
   explicit Station(LogChoice log) {
-    const session::SessionSetup session = session::load_session(scenario("free_motion")).setup;
+    const session::SessionSetup session = session::load_session(simulated("free_motion")).setup;
     setup.side.start = random_start();
     setup.side.device = session.device;
     setup.side.machine = session.machine;
@@ -196,7 +191,7 @@ TEST(ConsoleLog, AFaultWithoutARecordingStillLeavesAFlightRecordThatIsTold) {
   log.options = {.folder = "", .off = true};
   log.real = true;
   const DefaultFolder by_default(folder.path().string());
-  ConsoleHost host(scenario("free_motion"), Led::kByScenario, nullptr, nullptr, log);
+  ConsoleHost host(simulated("free_motion"), Led::kByScenario, nullptr, nullptr, log);
   console::ConsoleInput input;
   host.skip_to(3);
   input.stop = true;
@@ -231,14 +226,14 @@ TEST(ConsoleLog, AFolderThatWasNamedMustBeWritable) {
   std::ofstream(file) << "no folder";
   LogChoice log;
   log.options.folder = file;
-  EXPECT_THROW(ConsoleHost(scenario("free_motion"), Led::kByScenario, nullptr, nullptr, log), InputError);
+  EXPECT_THROW(ConsoleHost(simulated("free_motion"), Led::kByScenario, nullptr, nullptr, log), InputError);
 }
 
 TEST(ConsoleLogThread, AFolderThatIsGoneWhenASessionBeginsAnewEndsTheRecordingNotTheConsole) {
   const TemporaryFolder folder;
   LogChoice log;
   log.options.folder = folder.file("log");
-  ConsoleHost host(scenario("free_motion"), Led::kByPerson, nullptr, nullptr, log);
+  ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr, log);
   host.begin();
   console::ConsoleInput input;
   ASSERT_TRUE(until(host, input, [](const auto& v) { return v.simulated_s > 0.2; }));

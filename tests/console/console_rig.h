@@ -16,11 +16,14 @@
 
 namespace knuckle::test {
 
-inline session::SessionSetup live_setup(const std::string& scenario = "free_motion", std::uint64_t seed = 1) {
+inline session::SimulateOptions simulated(const std::string& scenario, std::uint64_t seed = 1) {
   session::SimulateOptions options;
   options.scenario = scenario;
   options.seed = seed;
-  return session::load_session(options).setup;
+  return options;
+}
+inline session::SessionSetup live_setup(const std::string& scenario = "free_motion", std::uint64_t seed = 1) {
+  return session::load_session(simulated(scenario, seed)).setup;
 }
 
 /// A new session of this setup.

@@ -253,8 +253,8 @@ TEST(JointLoads, SayNothingOfWhatIsNoNumber) {
 
 // As a person leads the simulated machine.
 
-struct Led : test::ConsoleRig {
-  explicit Led(const std::string& scenario) : ConsoleRig(test::live_setup(scenario)) {
+struct LoadedConsole : test::ConsoleRig {
+  explicit LoadedConsole(const std::string& scenario) : ConsoleRig(test::live_setup(scenario)) {
     start_up();
     EXPECT_TRUE(engage());
   }
@@ -287,7 +287,7 @@ TEST(LedByKeys, EachJointThatIsLedToItsEndSaysSoAndGoesOnSayingIt) {
   for (const auto& way : kWays) {
     const std::string words = direction_text(way.joint, way.end > 0);
     SCOPED_TRACE(words);
-    Led led("free_motion");
+    LoadedConsole led("free_motion");
     EXPECT_TRUE(end_texts(led.loads()).empty());
     led.keys.*way.key = true;
     led.run(9);
@@ -299,7 +299,7 @@ TEST(LedByKeys, EachJointThatIsLedToItsEndSaysSoAndGoesOnSayingIt) {
 }
 
 TEST(LedByKeys, ABucketCurledToItsEndKeepsItsOilShutInAndPressesOnNothing) {
-  Led led("free_motion");
+  LoadedConsole led("free_motion");
   led.keys.bucket_in = true;
   led.run(9);
   led.keys = {};
@@ -314,7 +314,7 @@ TEST(LedByKeys, AnArmThatIsLetGoOfAtSpeedInFreeAirIsNeverSaidToPress) {
     bool HeldKeys::*boom, HeldKeys::*arm;
   } kWays[]{{&HeldKeys::boom_up, &HeldKeys::arm_out}, {&HeldKeys::boom_down, &HeldKeys::arm_in}};
   for (const auto& way : kWays) {
-    Led led("free_motion");
+    LoadedConsole led("free_motion");
     led.keys.*way.boom = led.keys.*way.arm = true;
     led.run(1);
     ASSERT_GT(led.view.machine.velocity_radps.norm(), 0.2);
@@ -334,7 +334,7 @@ TEST(LedByKeys, AnArmThatIsLetGoOfAtSpeedInFreeAirIsNeverSaidToPress) {
 }
 
 TEST(LedByKeys, AnArmThatIsMovedToAndFroInFreeAirIsNotSaidToPressWhereTheForceIsNotKnown) {
-  Led led("free_motion");
+  LoadedConsole led("free_motion");
   led.keys.boom_up = true;
   led.run(9);
   int unknown = 0, pushed = 0;
@@ -354,7 +354,7 @@ TEST(LedByKeys, AnArmThatIsMovedToAndFroInFreeAirIsNotSaidToPressWhereTheForceIs
 }
 
 TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKnownAndAfterTheHandHasLetGo) {
-  Led led("wall_contact");
+  LoadedConsole led("wall_contact");
   led.keys.boom_down = led.keys.arm_in = led.keys.bucket_in = true;
   led.run(7);
   ASSERT_EQ(led.view.machine.mode, Mode::kEngaged);

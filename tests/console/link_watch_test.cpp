@@ -11,8 +11,8 @@ namespace {
 constexpr Duration kPeriod = 5ms;
 
 /// A machine that answers every message at once.
-struct Rig {
-  explicit Rig(const LinkImpairment& impairment) : network({}, impairment, 5), watch(kPeriod) {}
+struct WatchedLink {
+  explicit WatchedLink(const LinkImpairment& impairment) : network({}, impairment, 5), watch(kPeriod) {}
   void run(double seconds) {
     for (const Time until = now + from_seconds(seconds); now < until;) {
       now += 1ms;
@@ -40,7 +40,7 @@ LinkImpairment delayed(Duration delay) {
 }
 
 TEST(LinkWatch, ASteadyLinkHasItsDelayNoJitterAndNoLoss) {
-  Rig rig(delayed(30ms));
+  WatchedLink rig(delayed(30ms));
   rig.run(5);
   EXPECT_NEAR(to_seconds(rig.watch.round_trip().quantile(0.5)), 0.030, 0.004);
   EXPECT_EQ(rig.watch.arrival_jitter().max(), Duration::zero());
@@ -50,7 +50,7 @@ TEST(LinkWatch, ASteadyLinkHasItsDelayNoJitterAndNoLoss) {
 TEST(LinkWatch, LossIsTheShareThatNeverCame) {
   LinkImpairment impairment = delayed(10ms);
   impairment.loss = 0.2;
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(10);
   EXPECT_NEAR(rig.watch.loss(), 0.2, 0.03);
 }
@@ -59,7 +59,7 @@ TEST(LinkWatch, JitterAndLateMessagesAreNoLoss) {
   LinkImpairment impairment = delayed(30ms);
   impairment.jitter = 20ms;
   impairment.reordering = 0.1;
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(10);
   EXPECT_LT(rig.watch.loss(), 0.005);
   EXPECT_GT(to_seconds(rig.watch.arrival_jitter().quantile(0.5)), 0.003);
@@ -72,7 +72,7 @@ TEST(LinkWatch, CopiesHideNoLossAndAreNoRoundTripsOfTheirOwn) {
     impairment.loss = loss;
     impairment.duplication = 0.5;
     impairment.reorder_delay = 40ms;  // of the copies
-    Rig rig(impairment);
+    WatchedLink rig(impairment);
     rig.run(10);
     EXPECT_NEAR(rig.watch.loss(), loss, 0.03);
     EXPECT_NEAR(to_seconds(rig.watch.round_trip().quantile(0.99)), 0.010, 0.002);
@@ -82,7 +82,7 @@ TEST(LinkWatch, CopiesHideNoLossAndAreNoRoundTripsOfTheirOwn) {
 TEST(LinkWatch, LossGrowsInASilenceToAllOfIt) {
   LinkImpairment impairment = delayed(10ms);
   impairment.outages = {{.from = Time(20s)}};
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(20);
   EXPECT_EQ(rig.watch.loss(), 0);
   for (const double silent_s : {1.0, 3.0, 5.0, 9.0}) {
@@ -96,7 +96,7 @@ TEST(LinkWatch, LossGrowsInASilenceToAllOfIt) {
 TEST(LinkWatch, ALongSilenceIsLossOfTheLastTenSecondsAfterItToo) {
   LinkImpairment impairment = delayed(10ms);
   impairment.outages = {{.from = Time(20s), .length = 4s}};
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(26);
   EXPECT_NEAR(rig.watch.loss(), 0.4, 0.01);
   rig.run(6);
@@ -125,7 +125,7 @@ TEST(NumbersSeen, CountsEachNumberOnceWhereverTheSequenceWrapsAndHoweverFarItJum
 TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
   LinkImpairment impairment = delayed(10ms);
   impairment.outages = {{.from = Time(2s), .length = 500ms}};
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(5);
   EXPECT_NEAR(rig.watch.loss(), 0.1, 0.03);
   rig.run(11);
@@ -134,7 +134,7 @@ TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
 }
 
 TEST(LinkWatch, AMachineThatBeginsItsNumbersAnewIsNoLoss) {
-  Rig rig(delayed(1ms));
+  WatchedLink rig(delayed(1ms));
   rig.run(3);
   rig.sequence = 0;
   ++rig.session;
@@ -146,7 +146,7 @@ TEST(LinkWatch, AMachineThatBeginsItsNumbersAnewIsNoLoss) {
 TEST(LinkWatch, HandToValveIsWhatTheStatusSaysWithoutItsWayBack) {
   LinkImpairment impairment = delayed(20ms);
   impairment.jitter = 10ms;  // the quickest of the answers took 10 ms
-  Rig rig(impairment);
+  WatchedLink rig(impairment);
   rig.run(5);
   MachineStatus status;
   rig.watch.note(status);  // nobody leads

@@ -13,13 +13,13 @@
 namespace knuckle::console {
 namespace {
 
-struct Rig {
+struct TextRig {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   Kinematics kinematics{machine};
   ConsoleView view;
   bool measured = true;
 
-  Rig() {
+  TextRig() {
     view.link.heard = true;
     view.machine.confidence = 0.9;
     for (int i = 0; i < kJoints; ++i) {
@@ -38,7 +38,7 @@ struct Rig {
 };
 
 TEST(ForceText, WithoutConfidenceThereIsNoForceAndNoContact) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.contact = true;
   rig.view.machine.tip_force_N = {2695, 0};
   EXPECT_TRUE(force_text(rig.view).known);
@@ -53,26 +53,26 @@ TEST(ForceText, WithoutConfidenceThereIsNoForceAndNoContact) {
 }
 
 TEST(LimitTexts, NameTheJointAndItsDirection) {
-  Rig rig;
+  TextRig rig;
   EXPECT_TRUE(rig.limits().empty());
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
   EXPECT_TRUE(rig.says("bucket in (curl): at its end"));
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].max_rad;
   EXPECT_TRUE(rig.says("bucket out: at its end"));
-  Rig near;
+  TextRig near;
   near.view.machine.limits = kLimitJointRange | kLimitPumpFlow;
   near.view.machine.position_rad[kArm] =
       near.machine.links[kArm].min_rad + 0.9 * near.machine.limits.joint_soft_margin_rad;
   EXPECT_TRUE(near.says("arm in: at its end")) << "the hand meets a wall there";
   EXPECT_TRUE(near.says("pump flow"));
   EXPECT_EQ(near.limits().size(), 2u) << "said once, with its joint";
-  Rig far;
+  TextRig far;
   far.view.machine.limits = kLimitJointRange;
   EXPECT_TRUE(far.says("joint range")) << "which joint is not known: not kept back";
 }
 
 TEST(LimitTexts, NothingIsSaidOfAPoseThatIsNotKnown) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.position_rad[kBucket] = rig.machine.links[kBucket].min_rad;
   rig.view.machine.limits = kLimitPumpFlow;
   rig.measured = false;
@@ -82,7 +82,7 @@ TEST(LimitTexts, NothingIsSaidOfAPoseThatIsNotKnown) {
 }
 
 TEST(LimitTexts, OilAtReliefIsThatAndNoContact) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.pressure_Pa[0] = rig.machine.hydraulics.main_relief_Pa;
   EXPECT_EQ(rig.limits(), std::vector<std::string>{"boom up: oil at relief"}) << "its cylinder lifts by extending";
   rig.view.machine.pressure_Pa[0] = 0.9 * rig.machine.hydraulics.main_relief_Pa;
@@ -110,7 +110,7 @@ JointLoads pressing() {
 }
 
 TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastThatItIs) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.confidence = 0.03;
   JointLoads loads = pressing();
   EXPECT_EQ(blind_press(rig.view, loads).text, "pressing hard; cannot be measured: arm and bucket at relief");
@@ -134,7 +134,7 @@ TEST(BlindPress, IsSaidOfAForceThatIsNotKnownWithTheJointsAtReliefAndTheLeastTha
 }
 
 TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.mode = Mode::kReady;
   rig.view.machine.confidence = 0.03;
   EXPECT_EQ(still_pressing(rig.view, {}), "");
@@ -155,7 +155,7 @@ TEST(StillPressing, NeedsNoConfidenceAndNamesWhatItsOilPressesWith) {
 }
 
 TEST(StillPressing, IsNotSaidOfOilThatDoesNotLastNorOfAForceThatIsKnownToBeNone) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.mode = Mode::kReady;
   EXPECT_EQ(still_pressing(rig.view, pressing()), "") << "it is known not to touch anything";
   rig.view.machine.confidence = 0.03;
@@ -167,7 +167,7 @@ TEST(StillPressing, IsNotSaidOfOilThatDoesNotLastNorOfAForceThatIsKnownToBeNone)
 }
 
 TEST(FeelsEndOfRange, WhereItsWallBeginsForTheHandsOwnRequestAndNotBefore) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.mode = Mode::kEngaged;
   rig.view.hand.presence = true;
   rig.view.hand.ghost_rad = rig.view.machine.position_rad;
@@ -179,7 +179,7 @@ TEST(FeelsEndOfRange, WhereItsWallBeginsForTheHandsOwnRequestAndNotBefore) {
 }
 
 TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
-  Rig rig;
+  TextRig rig;
   rig.view.machine.mode = Mode::kEngaged;
   EXPECT_EQ(less_felt(rig.view).brief, "");
   rig.view.machine.confidence = 0.07;
@@ -200,7 +200,7 @@ TEST(LessFelt, HasAReasonWheneverTheHandDoesNotFeelTheMachinesWholeForce) {
 }
 
 TEST(PieceNews, IsOfTheLastSecondsOnly) {
-  Rig rig;
+  TextRig rig;
   rig.view.simulated = true;
   rig.view.simulated_s = 20;
   EXPECT_EQ(piece_news(rig.view), "");

@@ -14,7 +14,7 @@ namespace knuckle::console {
 namespace {
 
 /// A device that somebody holds with enable pressed, and the far end of the link.
-struct Rig {
+struct StationRig {
   StationSetup setup = [] {
     StationSetup s;
     s.side.machine = load_machine(find_config("machine", "solar015"));
@@ -78,7 +78,7 @@ struct Rig {
 };
 
 TEST(OperatorStation, TellsTheMachineWhatItsHapticDeviceSays) {
-  Rig rig;
+  StationRig rig;
   rig.run(500ms);
   EXPECT_TRUE(rig.sent.device_ok);
   EXPECT_TRUE(rig.sent.presence && rig.sent.enable);
@@ -92,7 +92,7 @@ TEST(OperatorStation, TellsTheMachineWhatItsHapticDeviceSays) {
 
 TEST(OperatorStation, CountsEachMessageOfItsMachineOnceAndNoneOfAnother) {
   const auto seen = [](bool crowded) {
-    Rig rig;
+    StationRig rig;
     rig.crowded = crowded;
     rig.run(1s);
     ConsoleView view;
@@ -105,7 +105,7 @@ TEST(OperatorStation, CountsEachMessageOfItsMachineOnceAndNoneOfAnother) {
 }
 
 TEST(OperatorStation, WithNobodyAtTheWindowNobodyLeadsWhateverTheDeviceSays) {
-  Rig rig;
+  StationRig rig;
   rig.run(500ms);
   rig.station.set_nobody(true);
   rig.run(10ms);
@@ -116,7 +116,7 @@ TEST(OperatorStation, WithNobodyAtTheWindowNobodyLeadsWhateverTheDeviceSays) {
 }
 
 TEST(OperatorStation, NobodyLeadsAnotherMachine) {
-  Rig rig;
+  StationRig rig;
   rig.status.machine = MachineName("compact080");
   rig.run(500ms);
   EXPECT_TRUE(rig.sent.device_ok);
@@ -163,7 +163,7 @@ TEST(OperatorStation, AMachineEngagesOnlyWhereBothSidesMeanTheSame) {
 }
 
 TEST(OperatorStation, NobodyLeadsBeforeTheMachineHasSaidWhichItIsButAfterwardsItsSilenceIsNoReason) {
-  Rig rig;
+  StationRig rig;
   rig.statuses = 0;
   rig.run(900ms);
   EXPECT_FALSE(rig.sent.presence || rig.sent.enable);
@@ -178,7 +178,7 @@ TEST(OperatorStation, NobodyLeadsBeforeTheMachineHasSaidWhichItIsButAfterwardsIt
 }
 
 TEST(OperatorStation, StopIsInTheNextMessageAndIsOutOfItOnlyWhenReleased) {
-  Rig rig;
+  StationRig rig;
   rig.run(500ms);
   rig.station.set_stop(true);
   rig.run(2ms);
@@ -189,7 +189,7 @@ TEST(OperatorStation, StopIsInTheNextMessageAndIsOutOfItOnlyWhenReleased) {
 }
 
 TEST(OperatorStation, LetsGoOfDeviceAndMachineForGood) {
-  Rig rig;
+  StationRig rig;
   rig.run(500ms);
   EXPECT_EQ(rig.port.told.mode, TorqueMode::kTorque);
   rig.station.let_go();

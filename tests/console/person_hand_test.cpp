@@ -10,7 +10,7 @@ namespace knuckle::console {
 namespace {
 
 /// A hand that is where it means to be, unless it is held back.
-struct Rig {
+struct HandRig {
   MachineDescription machine = load_machine(find_config("machine", "solar015"));
   DeviceDescription device = load_device(find_config("device", "knuckle1"));
   sim::LimbImpedance limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
@@ -22,7 +22,7 @@ struct Rig {
   bool held_back = false;
   double scale = 1;
 
-  Rig() {
+  HandRig() {
     seen.hand_rad = seen.ghost_rad = seen.machine_rad = JointVector(0.3, -1.4, -0.9);
     seen.mode = Mode::kReady;
   }
@@ -38,7 +38,7 @@ struct Rig {
 };
 
 TEST(PersonHand, IsOffTheDeviceWhenNobodyIsThere) {
-  Rig rig;
+  HandRig rig;
   rig.held.enable = true;  // without presence it means nothing
   rig.held.rate_radps = kFullRate_radps;
   rig.run(500ms);
@@ -47,7 +47,7 @@ TEST(PersonHand, IsOffTheDeviceWhenNobodyIsThere) {
 }
 
 TEST(PersonHand, TakesHoldBeforeItPressesEnableAndLetsGoAtOnce) {
-  Rig rig;
+  HandRig rig;
   rig.held.presence = rig.held.enable = true;
   rig.run(200ms);
   EXPECT_TRUE(rig.intent.presence);
@@ -61,7 +61,7 @@ TEST(PersonHand, TakesHoldBeforeItPressesEnableAndLetsGoAtOnce) {
 
 TEST(PersonHand, BringsTheGhostToTheMachineWhileEnableIsHeldAtAnyScale) {
   for (const double scale : {0.5, 1.0, 1.6}) {
-    Rig rig;
+    HandRig rig;
     rig.scale = scale;
     rig.seen.ghost_rad += JointVector(0.2, -0.15, 0.25);
     rig.seen.mode = Mode::kAligning;
@@ -74,7 +74,7 @@ TEST(PersonHand, BringsTheGhostToTheMachineWhileEnableIsHeldAtAnyScale) {
 
 TEST(PersonHand, MovesTheMachinePoseAskedForAtTheRateAskedForAtAnyScale) {
   for (const double scale : {0.5, 1.0, 1.6}) {
-    Rig rig;
+    HandRig rig;
     rig.scale = scale;
     rig.seen.mode = Mode::kEngaged;
     rig.held.presence = rig.held.enable = true;
@@ -87,7 +87,7 @@ TEST(PersonHand, MovesTheMachinePoseAskedForAtTheRateAskedForAtAnyScale) {
 }
 
 TEST(PersonHand, StartsAndStopsWithoutAJerk) {
-  Rig rig;
+  HandRig rig;
   rig.seen.mode = Mode::kEngaged;
   rig.held.presence = true;
   rig.run(10ms);
@@ -104,7 +104,7 @@ TEST(PersonHand, StartsAndStopsWithoutAJerk) {
 }
 
 TEST(PersonHand, StaysWithinTheRangesOfDeviceAndMachine) {
-  Rig rig;
+  HandRig rig;
   rig.seen.mode = Mode::kEngaged;
   rig.held.presence = rig.held.enable = true;
   for (const double sign : {1.0, -1.0}) {
@@ -121,7 +121,7 @@ TEST(PersonHand, StaysWithinTheRangesOfDeviceAndMachine) {
 }
 
 TEST(PersonHand, LeansOnAWallNoHarderThanAHandDoes) {
-  Rig rig;
+  HandRig rig;
   rig.seen.mode = Mode::kEngaged;
   rig.held.presence = rig.held.enable = true;
   rig.held_back = true;
@@ -135,7 +135,7 @@ TEST(PersonHand, LeansOnAWallNoHarderThanAHandDoes) {
 }
 
 TEST(PersonHand, WithTheClutchTheHandMovesWhileTheMachineHolds) {
-  Rig rig;
+  HandRig rig;
   rig.seen.mode = Mode::kHold;
   rig.held.presence = rig.held.enable = rig.held.clutch = true;
   rig.held.rate_radps = JointVector(0.2, 0, 0);
@@ -146,7 +146,7 @@ TEST(PersonHand, WithTheClutchTheHandMovesWhileTheMachineHolds) {
 }
 
 TEST(PersonHand, InAHoldWithoutTheClutchTheHandGoesBackToTheMachine) {
-  Rig rig;
+  HandRig rig;
   rig.seen.mode = Mode::kHold;
   rig.seen.ghost_rad[kArm] += 0.3;
   rig.held.presence = rig.held.enable = true;

@@ -18,7 +18,7 @@ using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
-using test::solar;
+using test::solar_text;
 using test::tells;
 
 /// `text` with `from`, which is there, replaced.
@@ -44,7 +44,7 @@ std::string block_of(const std::string& text, const std::string& name) {
 }
 
 TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNothingElse) {
-  const std::string before = replaced(replaced(solar(), "id = 0x11", "id = 0x11      # its switches: 2"),
+  const std::string before = replaced(replaced(solar_text(), "id = 0x11", "id = 0x11      # its switches: 2"),
                                       "name = \"arm_valve\"", "# Behind the cab.\nname = \"arm_valve\"  # mine");
   const std::string text = with_device(before, "my.toml", "arm_valve", 0x50, made_for("arm_valve"));
   EXPECT_EQ(block_of(text, "arm_valve"),
@@ -56,7 +56,7 @@ TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNoth
 
 TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLineEnds) {
   for (const std::string end : {"\n", "\r\n"}) {
-    std::string text = solar();
+    std::string text = solar_text();
     const std::string block =
         "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
         "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
@@ -76,12 +76,12 @@ TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMo
   DeviceFile pved = with_fixed(with_fixed(made_for("arm_valve"), 0x180001, 0x280), 0x140001, 0x300);
   pved.vendor = 0x01000019;
   pved.product = 0x53373235;
-  const std::string text = with_device(solar(), "my.toml", "arm_valve", 0x11, pved);
+  const std::string text = with_device(solar_text(), "my.toml", "arm_valve", 0x11, pved);
   EXPECT_EQ(block_of(text, "arm_valve"),
             "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"arm_spool\" }\n"
             "id = 0x11\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x291\nrpdo = 0x311\n");
   EXPECT_EQ(with_device(text, "my.toml", "arm_valve", 0x11, pved), text) << "once more";
-  EXPECT_EQ(with_device(all_replaced(solar(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
+  EXPECT_EQ(with_device(all_replaced(solar_text(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
             all_replaced(text, "\n", "\r\n"));
   const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
   EXPECT_NE(moved.find("\ntpdo = 0x293\nrpdo = 0x313\n"), std::string::npos) << moved;
@@ -107,8 +107,8 @@ TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
   text = replaced(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
   ASSERT_EQ(parse_machine(text, "my.toml").bus.nodes, machine().bus.nodes);
   EXPECT_EQ(refused("tilt", 0x39, tilt, text), needs);
-  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar()).find("must be one of CiA 408"), std::string::npos);
-  EXPECT_NE(refused("swing", 0x39, tilt, solar()).find("its nodes: boom_valve"), std::string::npos);
+  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar_text()).find("must be one of CiA 408"), std::string::npos);
+  EXPECT_NE(refused("swing", 0x39, tilt, solar_text()).find("its nodes: boom_valve"), std::string::npos);
 }
 
 TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeThere) {

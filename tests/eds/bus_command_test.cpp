@@ -22,7 +22,7 @@ using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
-using test::solar;
+using test::solar_text;
 using test::tells;
 
 TEST(BusAddToKeyedNodes, ChangesTheOneLineOfTheNodeAndNothingElse) {
@@ -63,9 +63,9 @@ TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
     set_map(device, number, entries);
   };
   map(0, {0x60100010});
-  EXPECT_TRUE(parse_machine(with_device(solar(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
+  EXPECT_TRUE(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
   map(0, {0x60200010, 0x60100010});
-  const std::string text = with_device(solar(), "m", "tilt", 0x38, device);
+  const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
   EXPECT_NE(text.find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
   const MachineDescription after = parse_machine(text, "m");
   EXPECT_EQ(after.bus.tilt().tpdo_maps, (std::vector<std::vector<std::uint32_t>>{{0x60200010, 0x60100010}}));
@@ -82,7 +82,7 @@ TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
   DeviceFile device = made_for("tilt");
   set_map(device, 0, {0x60100010});
   for (const std::uint32_t pdo : {1U, 2U, 3U}) set_map(device, pdo, {});
-  const auto added = [&] { return with_device(solar(), "m", "tilt", 0x38, device); };
+  const auto added = [&] { return with_device(solar_text(), "m", "tilt", 0x38, device); };
   EXPECT_EQ(added().find("_map = "), std::string::npos) << "as start-up wants it";
   set_map(device, 0, {0x60200010, 0x60100010});
   EXPECT_NE(added().find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
@@ -104,7 +104,7 @@ TEST(BusAdd, TellsOfAMappingThatAMachineFileCannotSay) {
   set_map(unknown, 0, {0x60200010, 0x60100010});
   unknown.entries[0x1A0002].value.reset();
   for (const DeviceFile& device : {gap, unknown}) {
-    const std::string text = with_device(solar(), "m", "tilt", 0x38, device);
+    const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
     EXPECT_EQ(text.find("_map = "), std::string::npos);
     EXPECT_TRUE(tells(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
   }
@@ -239,7 +239,7 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
 
 TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
   for (const std::string channel : {"1", "2"}) {
-    const std::string shipped = solar(), from = "{ 1 = \"slope\" }", to = "{ " + channel + " = \"slope\" }";
+    const std::string shipped = solar_text(), from = "{ 1 = \"slope\" }", to = "{ " + channel + " = \"slope\" }";
     const std::string text = std::string(shipped).replace(shipped.find(from), from.size(), to);
     const auto fit = [&text](const DeviceFile& device) {
       return fit_of(device, parse_machine(with_device(text, "my.toml", "tilt", 0x38, device), "my.toml"), "tilt");
@@ -278,14 +278,14 @@ std::string eds_of(const DeviceFile& device) {
 TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
-  std::ofstream(file) << solar();
+  std::ofstream(file) << solar_text();
   std::ofstream(eds) << eds_of(made_for("tilt"));
   const auto run = test::run_program(test::program("knuckle"),
                                      {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
   EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
-  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar()) << "as it was before";
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar_text()) << "as it was before";
   const auto again = test::run_program(test::program("knuckle"),
                                        {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
   EXPECT_NE(again.out.find("nothing changed"), std::string::npos) << again.out;
@@ -300,7 +300,7 @@ TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
 TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml"), eds = folder.file("tilt.eds");
-  std::ofstream(file) << solar();
+  std::ofstream(file) << solar_text();
   DeviceFile tilt = made_for("tilt");
   tilt.entries.erase(0x101700);
   std::ofstream(eds) << eds_of(tilt);
@@ -308,14 +308,14 @@ TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
                                      {"bus", "add", eds, "--id", "0x38", "--as", "tilt", "--machine", file});
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NE(run.err.find("0x1017:00, which the device does not have"), std::string::npos) << run.err;
-  EXPECT_EQ(test::content(file), solar());
+  EXPECT_EQ(test::content(file), solar_text());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
 }
 
 TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml");
-  std::ofstream(file) << solar();
+  std::ofstream(file) << solar_text();
   const auto said = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "bus");
     const auto run = test::run_program(test::program("knuckle"), arguments);
@@ -332,7 +332,7 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
             std::string::npos);
   EXPECT_NE(said({"migrate", "--as", "tilt", "--machine", file}).find("--as tilt: does not go with"),
             std::string::npos);
-  EXPECT_EQ(test::content(file), solar());
+  EXPECT_EQ(test::content(file), solar_text());
   struct Case {
     std::vector<std::string> arguments;
     const char* told;

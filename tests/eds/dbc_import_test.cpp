@@ -15,7 +15,7 @@
 namespace knuckle::eds {
 namespace {
 
-constexpr const char* kDbc = R"(VERSION ""
+constexpr const char* kImportedDbc = R"(VERSION ""
 BU_: Machine
 BO_ 2566852641 Front: 8 Machine
  SG_ boom : 0|16@1+ (0.0004,-10) [-10|10] "rad" Vector__XXX
@@ -43,23 +43,23 @@ BA_ "VFrameFormat" BO_ 2566852641 3;
 SIG_VALTYPE_ 2147483681 slope : 1;
 )";
 
-std::string solar_text() {
+std::string text_before_import() {
   return whole_file(knuckle::test::source_dir() + "/config/machines/solar015.toml", 1);
 }
 
-Import imported(const std::vector<std::string>& wanted, const std::string& machine = solar_text()) {
+Import imported_into(const std::vector<std::string>& wanted, const std::string& machine = text_before_import()) {
   std::vector<WantedSignal> all;
   for (const std::string& one : wanted) all.push_back(wanted_signal(one));
-  return with_broadcasts(machine, "m.toml", parse_dbc(kDbc, "m.dbc"), all);
+  return with_broadcasts(machine, "m.toml", parse_dbc(kImportedDbc, "m.dbc"), all);
 }
 
-const std::vector<std::string> kAngles{"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket"};
+const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket"};
 
 TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
-  std::vector<std::string> wanted = kAngles;
+  std::vector<std::string> wanted = kAngleSignals;
   wanted.emplace_back("slope=Body.slope");
-  std::string text = solar_text();
-  const Import import = imported(wanted, text);
+  std::string text = text_before_import();
+  const Import import = imported_into(wanted, text);
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Front (0x18FF1021): boom_angle, arm_angle, bucket_angle",
                                                      "Body (0x1A5): slope"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_encoder", "arm_encoder", "bucket_encoder", "tilt"}));
@@ -76,7 +76,7 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
 }
 
 TEST(DbcImport, AllElseStaysAsItWas) {
-  const std::string before = solar_text(), after = imported({"slope=Body.slope"}).text;
+  const std::string before = text_before_import(), after = imported_into({"slope=Body.slope"}).text;
   const auto node = before.find("[[bus.node]]\nname = \"tilt\""), next = before.find("[[bus.node]]\nname = \"enable\"");
   EXPECT_EQ(after.substr(0, node), before.substr(0, node));
   EXPECT_EQ(after.substr(after.find("\n[limits]")), before.substr(before.find("\n[limits]")));
@@ -85,9 +85,9 @@ TEST(DbcImport, AllElseStaysAsItWas) {
 }
 
 TEST(DbcImport, OnceMoreChangesNothing) {
-  const std::string once = imported(kAngles).text;
-  EXPECT_EQ(imported(kAngles, once).text, once);
-  const Import other = imported(
+  const std::string once = imported_into(kAngleSignals).text;
+  EXPECT_EQ(imported_into(kAngleSignals, once).text, once);
+  const Import other = imported_into(
       {"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket", "slope=Small.slope"}, once);
   const auto [frame, slope] = parse_machine(other.text, "m.toml").bus.broadcast(NodeRole::kTilt, 0);
   EXPECT_EQ(frame->id, 0x21U | kExtendedId) << "29 bits, however small";
@@ -111,15 +111,15 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"slope=Body.slope", "slope=Small.slope"}, "--signal = slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
         {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {
-    const std::string line = knuckle::test::refusal([&] { (void)imported(c.wanted); });
+    const std::string line = knuckle::test::refusal([&] { (void)imported_into(c.wanted); });
     EXPECT_NE(line.find(c.said), std::string::npos) << line;
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
   }
   const std::string part = knuckle::test::refusal(
-      [] { (void)imported({"boom_head_pressure=Front.boom"}, knuckle::test::few_nodes_text()); });
+      [] { (void)imported_into({"boom_head_pressure=Front.boom"}, knuckle::test::few_nodes_text()); });
   EXPECT_NE(part.find("node 'pressures' also has "), std::string::npos) << part;
   const std::string older = knuckle::test::refusal(
-      [] { (void)imported({"slope=Body.slope"}, knuckle::test::with_keyed_nodes(solar_text())); });
+      [] { (void)imported_into({"slope=Body.slope"}, knuckle::test::with_keyed_nodes(text_before_import())); });
   EXPECT_NE(older.find("write them by knuckle bus migrate"), std::string::npos) << older;
 }
 

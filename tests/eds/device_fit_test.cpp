@@ -102,7 +102,7 @@ TEST(DeviceFit, WhatIsToBeSetOfTheDeviceOrInTheFileIsToldWithItsKey) {
 }
 
 TEST(BusAdd, TakesAMachineFileWithRecordsOfGuards) {
-  const std::string text = test::solar() +
+  const std::string text = test::solar_text() +
                            "\n[commissioning]\nmachine_sha256 = \"\"\n[[commissioning.guards]]\nnode = \"boom_valve\"\n"
                            "vendor = 0x4B4E\nproduct = 0x0408\nproved = true\ndate = \"2026-01-02\"\nseen = \"it\"\n";
   const MachineDescription after =
@@ -116,7 +116,7 @@ TEST(BusAdd, WhatTheFileWouldBeRefusedForIsToldWithoutLinesItDoesNotHave) {
   device.entries.at(0x180001).access = Access::kReadOnly;
   device.entries.at(0x180001).value = Value{0x1A0, false};  // boom_head_pressure's
   try {
-    (void)with_device(test::solar(), "my.toml", "tilt", 0x38, device);
+    (void)with_device(test::solar_text(), "my.toml", "tilt", 0x38, device);
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(
@@ -158,7 +158,7 @@ TEST(DeviceFile, LimitsOfSignedObjectsMayBeGivenByTheirBits) {
 TEST(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
-  std::ofstream(file) << test::solar();
+  std::ofstream(file) << test::solar_text();
   std::ofstream(eds) << test::eds_text(test::made_for("tilt"));
   const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +
                                                            " --id 0x39 --as tilt --machine " + file + " > /dev/full"});

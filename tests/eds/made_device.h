@@ -20,15 +20,15 @@
 
 namespace knuckle::test {
 
-inline std::string solar() {
+inline std::string solar_text() {
   return content(source_dir() + "/config/machines/solar015.toml");
 }
 /// The same machine in the older words.
 inline std::string keyed() {
-  return with_keyed_nodes(solar());
+  return with_keyed_nodes(solar_text());
 }
 inline MachineDescription machine() {
-  return parse_machine(solar(), "my.toml");
+  return parse_machine(solar_text(), "my.toml");
 }
 
 /// As CiA 301 numbers it.
@@ -72,7 +72,7 @@ inline bool tells(const std::vector<std::string>& lines, const std::string& what
   return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
 }
 inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
-                           const std::string& text = solar()) {
+                           const std::string& text = solar_text()) {
   try {
     (void)eds::with_device(text, "my.toml", node, id, device);
   } catch (const InputError& error) {

@@ -15,8 +15,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = SyntheticMachine::kStep_s;
-
 TEST(BiasFilter, LearnsTodaysOilFromTwentySecondsOfFreeMotion) {
   Twin unlearned(oil_of_today());
   const double before = unlearned.no_load_N(3);

@@ -12,15 +12,6 @@
 namespace knuckle::estimation {
 namespace {
 
-const JointVector kBent(0.3, -1.5, -0.9);
-const Eigen::Matrix3d kCovariance_Nm2 = JointVector(40, 25, 10).cwiseAbs2().asDiagonal();
-
-MachineDescription machine_with_outline() {
-  MachineDescription machine = test_machine();
-  machine.bucket_profile = {{0.42, 0.065}, {0.25, 0.19}, {0.02, 0.18}, {0.25, -0.005}};
-  return machine;
-}
-
 struct Arm {
   MachineDescription machine = machine_with_outline();
   Kinematics kinematics{machine};

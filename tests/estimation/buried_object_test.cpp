@@ -9,8 +9,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
-
 /// Drags the tip towards the machine at the height of the start; the force on it is the test's, late as the
 /// estimator's fast torque is.
 class Drag {

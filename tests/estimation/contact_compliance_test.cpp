@@ -9,7 +9,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
 const PlanarVector kInto(0.6, -0.8);
 
 /// Pressed along kInto: the force is reported through the same poles as it is in the estimator, with its noise.

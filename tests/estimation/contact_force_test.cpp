@@ -16,11 +16,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = SyntheticMachine::kStep_s;
-const JointVector kBent(0.3, -1.5, -0.9);
-const JointVector kSigma_Nm(40, 25, 10);
-const Eigen::Matrix3d kCovariance_Nm2 = kSigma_Nm.cwiseAbs2().asDiagonal();
-
 MachineDescription machine_with(ContactModel model, ForceDirection direction = ForceDirection::kFixed,
                                 const PlanarVector& fixed = {-1, 0.2}) {
   MachineDescription machine = test_machine();

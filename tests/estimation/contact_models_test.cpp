@@ -11,8 +11,6 @@
 namespace knuckle::estimation {
 namespace {
 
-const JointVector kBent(0.3, -1.5, -0.9);
-
 JointVector lengths() {
   return {1.75, 0.95, 0.5};
 }

@@ -15,8 +15,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = SyntheticMachine::kStep_s;
-
 TEST(ForceEstimator, PerfectModelFeelsNothingInFreeMotion) {
   Twin run(SyntheticErrors{});
   run.free_motion(3);

@@ -15,9 +15,6 @@
 namespace knuckle::estimation {
 namespace {
 
-const JointVector kBent(0.3, -1.5, -0.9);
-const JointVector kSigma_Nm(40, 25, 10);
-
 Eigen::Matrix3d covariance(int missing) {
   Eigen::Matrix3d c = kSigma_Nm.cwiseAbs2().asDiagonal();
   c(0, 1) = c(1, 0) = 200;
@@ -87,12 +84,6 @@ TEST(MissingTorque, OfTheBoomLeavesTheForceOfTwoJoints) {
     EXPECT_LT((found.force_N - two.force_N).norm(), 0.01 * two.force_N.norm() + 1);
     EXPECT_LT((found.covariance_N2 - two.covariance_N2).norm(), 0.02 * two.covariance_N2.norm());
   }
-}
-
-MachineDescription machine_with_outline() {
-  MachineDescription machine = test_machine();
-  machine.bucket_profile = {{0.42, 0.065}, {0.25, 0.19}, {0.02, 0.18}, {0.25, -0.005}};
-  return machine;
 }
 
 // Where the bucket touches is not seen any more: that must be in the interval.

@@ -10,7 +10,7 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005, kLever_m = 0.3, kEncoderStep_m = 1e-4;
+constexpr double kLever_m = 0.3, kEncoderStep_m = 1e-4;
 
 /// Rods of three joints alike, bent one way by two millimetres of extension, and standing.
 class Rods {

@@ -11,8 +11,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = SyntheticMachine::kStep_s;
-
 /// A machine with a load at a point of its bucket, weighed while it moves.
 class Scale {
  public:
@@ -56,7 +54,7 @@ class Scale {
   double clock_s_ = 0;
 };
 
-SyntheticErrors oil_of_today() {
+SyntheticErrors machine_of_today() {
   SyntheticErrors e = real_sensors();
   e.bias_N = JointVector(400, -300, 350);
   e.friction_factor = 1.25;
@@ -66,7 +64,7 @@ SyntheticErrors oil_of_today() {
 
 /// After 40 s of free motion.
 Scale warmed_up() {
-  Scale scale(oil_of_today());
+  Scale scale(machine_of_today());
   scale.move(40, 0);
   return scale;
 }
@@ -151,7 +149,7 @@ TEST(Payload, EmptyBucketAfterZeroWeighsNothing) {
 
 // A wall overhead pushes like a load, but does not let the bucket rise or sink.
 TEST(Payload, PushDownOnABucketThatIsNotLiftedIsNoLoad) {
-  Scale scale(oil_of_today());
+  Scale scale(machine_of_today());
   scale.move_hardly();
   scale.move(40, 0);
   EXPECT_FALSE(scale.force().confidence_reasons & kBiasNotLearned);

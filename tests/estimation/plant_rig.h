@@ -17,8 +17,6 @@ namespace knuckle::estimation {
 
 class PlantRig {
  public:
-  static constexpr double kStep_s = 0.005;
-
   PlantRig(const MachineDescription& nominal, const sim::MachineTruth& truth, const sim::WorldDescription& world,
            const JointVector& start_rad, unsigned seed)
       : nominal_(nominal),

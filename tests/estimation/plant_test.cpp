@@ -7,7 +7,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = PlantRig::kStep_s;
 constexpr double kWeightOn_s = 47.5;  // in the weighing story; the others are over by then
 
 class OnTheMachine : public ::testing::TestWithParam<unsigned> {

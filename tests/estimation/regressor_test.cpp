@@ -84,12 +84,12 @@ TEST(Regressor, FilteredMomentumFormEqualsFilteredInverseDynamics) {
   const RigidArm arm(machine);
   const BaseParameters parameters = base_parameters(machine);
   const SineMotion motion;
-  constexpr double kStep_s = 0.001, kCutoff_Hz = 2;
-  MomentumObserver observer(kCutoff_Hz, kStep_s);
-  FohFilter<JointVector> filter(kCutoff_Hz, kStep_s);
+  constexpr double kShort_s = 0.001, kCutoff_Hz = 2;
+  MomentumObserver observer(kCutoff_Hz, kShort_s);
+  FohFilter<JointVector> filter(kCutoff_Hz, kShort_s);
   double worst = 0, largest = 0;
   for (int n = 0; n <= 8000; ++n) {
-    const SineMotion::Point p = motion.at(n * kStep_s);
+    const SineMotion::Point p = motion.at(n * kShort_s);
     const Pose pose(p.angle, 0);
     const JointVector rate = absolute(p.rate);
     const JointVector momentum = joint_torque(arm.momentum(pose, rate) * parameters);
@@ -100,7 +100,7 @@ TEST(Regressor, FilteredMomentumFormEqualsFilteredInverseDynamics) {
       filter.reset(torque);
     }
     const JointVector left = observer.step(momentum, rest), right = filter.step(torque);
-    if (n * kStep_s > 2) worst = std::max(worst, (left - right).cwiseAbs().maxCoeff());
+    if (n * kShort_s > 2) worst = std::max(worst, (left - right).cwiseAbs().maxCoeff());
     largest = std::max(largest, right.cwiseAbs().maxCoeff());
   }
   EXPECT_LT(worst, 1e-6 * largest);

@@ -11,8 +11,6 @@
 namespace knuckle::estimation {
 namespace {
 
-constexpr double kStep_s = 0.005;
-
 double stiffness_N_per_m(const MachineDescription& machine, const CylinderDescription& cylinder) {
   return oil_stiffness_N_per_m(cylinder, machine.hydraulics, (cylinder.min_length_m + cylinder.max_length_m) / 2);
 }

@@ -56,6 +56,18 @@ inline MachineDescription test_machine() {
   return m;
 }
 
+/// It with the outline of a bucket.
+inline MachineDescription machine_with_outline() {
+  MachineDescription machine = test_machine();
+  machine.bucket_profile = {{0.42, 0.065}, {0.25, 0.19}, {0.02, 0.18}, {0.25, -0.005}};
+  return machine;
+}
+
+inline constexpr double kStep_s = 0.005;
+/// A pose with all joints bent, and how uncertain torques are there.
+inline const JointVector kBent(0.3, -1.5, -0.9), kSigma_Nm(40, 25, 10);
+inline const Eigen::Matrix3d kCovariance_Nm2 = kSigma_Nm.cwiseAbs2().asDiagonal();
+
 /// Exact joint motion: a sum of two sines per joint about the middle of the range.
 struct SineMotion {
   JointVector middle_rad = JointVector(0.3, -1.5, -0.9);
@@ -102,8 +114,6 @@ struct SyntheticErrors {
 /// Sensor values of a machine that follows a prescribed motion, by inverse dynamics of the regressor model.
 class SyntheticMachine {
  public:
-  static constexpr double kStep_s = 0.005;
-
   SyntheticMachine(const MachineDescription& machine, const SyntheticErrors& errors, unsigned seed = 1)
       : machine_(machine), errors_(errors), kinematics_(machine), arm_(machine), random_(seed) {}
 

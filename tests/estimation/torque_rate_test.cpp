@@ -14,7 +14,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kStep_s = 0.005, kTorque_Nm = 1000;
+constexpr double kTorque_Nm = 1000;
 
 /// A torque that swings: what `answer` makes of e^{i w t}, once nothing of its start is left. @return the largest
 /// difference to `expected` (a transfer function's value), of the torque's amplitude.

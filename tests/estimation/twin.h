@@ -15,14 +15,12 @@ namespace knuckle::estimation {
 class Twin {
  public:
   explicit Twin(const SyntheticErrors& errors, unsigned seed = 1, const MachineDescription& machine = test_machine())
-      : machine_(machine, errors, seed),
-        filter_(machine, SyntheticMachine::kStep_s, kSlowVelocity_Hz),
-        estimator_(machine, SyntheticMachine::kStep_s) {}
+      : machine_(machine, errors, seed), filter_(machine, kStep_s, kSlowVelocity_Hz), estimator_(machine, kStep_s) {}
 
   /// One step on; `speed` scales the motion's clock (0 = standstill). `joint_Nm` acts on the joints beside the force.
   const ForceEstimate& step(const PlanarVector& tip_N, double speed = 1,
                             const JointVector& joint_Nm = JointVector::Zero()) {
-    clock_s_ += SyntheticMachine::kStep_s * speed;
+    clock_s_ += kStep_s * speed;
     SineMotion::Point p = motion.at(clock_s_);
     p.rate *= speed;
     p.acceleration *= speed * speed;
@@ -37,21 +35,20 @@ class Twin {
     return estimator_.step(*state);
   }
   const ForceEstimate& free_motion(double seconds) {
-    for (double t = 0; t < seconds; t += SyntheticMachine::kStep_s) step(PlanarVector::Zero());
+    for (double t = 0; t < seconds; t += kStep_s) step(PlanarVector::Zero());
     return estimator_.estimate();
   }
   /// RMS of the tip force in free motion.
   double no_load_N(double seconds) {
     double sum = 0;
     int n = 0;
-    for (double t = 0; t < seconds; t += SyntheticMachine::kStep_s, ++n)
-      sum += step(PlanarVector::Zero()).tip_N.squaredNorm();
+    for (double t = 0; t < seconds; t += kStep_s, ++n) sum += step(PlanarVector::Zero()).tip_N.squaredNorm();
     return std::sqrt(sum / n);
   }
   /// Brings the motion to a stop within a second.
   void stop() {
-    for (double speed = 1; speed > 0; speed -= SyntheticMachine::kStep_s) step(PlanarVector::Zero(), speed);
-    for (double t = 0; t < 1; t += SyntheticMachine::kStep_s) step(PlanarVector::Zero(), 0);
+    for (double speed = 1; speed > 0; speed -= kStep_s) step(PlanarVector::Zero(), speed);
+    for (double t = 0; t < 1; t += kStep_s) step(PlanarVector::Zero(), 0);
   }
   /// The sensors are away while the motion goes on.
   void gap(double seconds) {

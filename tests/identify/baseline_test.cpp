@@ -10,26 +10,22 @@
 #include "estimation/identification/static_poses.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::identify {
 namespace {
 
-const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return loaded;
-}
-
 std::string page(Paper paper, const BaselineData& data) {
   std::ostringstream out;
-  write_baseline_report(paper, machine(), data, out);
+  write_baseline_report(paper, test::solar(), data, out);
   return out.str();
 }
 
 const JointVector kStart(0.3, -1.5, -0.9);
 
 BaselineRuns driven(Paper paper, const sim::MachineTruth& truth) {
-  motion::MachineRun run(machine(), truth, {}, kStart, 1);
-  return run_baseline(paper, machine(), run, 1);
+  motion::MachineRun run(test::solar(), truth, {}, kStart, 1);
+  return run_baseline(paper, test::solar(), run, 1);
 }
 
 std::vector<estimation::Recording> recordings(const std::vector<motion::MachineRecording>& runs) {
@@ -51,19 +47,19 @@ double ratio(const estimation::Identification& summary, const std::map<std::stri
 }
 
 TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
-  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(test::solar(), 1);
   const BaselineRuns runs = driven(Paper::kKim, truth);
   BaselineData data{recordings(runs.identification),
                     recordings(runs.verification),
-                    baseline_truth(Paper::kKim, machine(), truth, runs),
+                    baseline_truth(Paper::kKim, test::solar(), truth, runs),
                     {}};
-  const estimation::KimResult result = identify_kim(machine(), data.identification);
+  const estimation::KimResult result = identify_kim(test::solar(), data.identification);
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(ratio(result.summary, data.truth, "m1 L_O1G1"), 1, 0.05);
   EXPECT_NEAR(ratio(result.summary, data.truth, "m2 L_O2G2"), 1, 0.15);
   EXPECT_NEAR(ratio(result.summary, data.truth, "m3 L_O3G3"), 1, 0.1);
   double squares = 0, count = 0;
-  for (const PlanarVector& force : external_force(result, machine(), data.verification[0])) {
+  for (const PlanarVector& force : external_force(result, test::solar(), data.verification[0])) {
     if (!force.allFinite()) continue;
     squares += force.squaredNorm();
     ++count;
@@ -81,7 +77,7 @@ TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
 }
 
 TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
-  const std::vector<InertiaBias> bias = malaguti_bias(machine(), 4, 1);
+  const std::vector<InertiaBias> bias = malaguti_bias(test::solar(), 4, 1);
   ASSERT_EQ(bias.size(), 4U);
   const auto &as_read = bias[0], &exact = bias[1], &noisy = bias[2], &repaired = bias[3];
   EXPECT_LT(as_read.stick[0], 0.8);
@@ -96,17 +92,17 @@ TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
 }
 
 TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
-  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(test::solar(), 1);
   const BaselineRuns runs = driven(Paper::kMalaguti, truth);
   const BaselineData data{recordings(runs.identification),
                           recordings(runs.verification),
-                          baseline_truth(Paper::kMalaguti, machine(), truth, runs),
+                          baseline_truth(Paper::kMalaguti, test::solar(), truth, runs),
                           {}};
-  const estimation::MalagutiResult result = identify_malaguti(machine(), data.identification);
+  const estimation::MalagutiResult result = identify_malaguti(test::solar(), data.identification);
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S1"), 1, 0.1);
   EXPECT_NEAR(ratio(result.summary, data.truth, "phi_S3"), 1, 0.05);
-  const estimation::TorqueFit fit = torque_fit(compare_torque(result, machine(), data.verification[0]), 2);
+  const estimation::TorqueFit fit = torque_fit(compare_torque(result, test::solar(), data.verification[0]), 2);
   EXPECT_LT(fit.nrmse[kArm], 0.15);
   EXPECT_LT(fit.nrmse[kBucket], 0.15);
   EXPECT_TRUE(std::isnan(fit.nrmse[kBoom]));
@@ -117,16 +113,16 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
 
 TEST(Baselines, FewPosesAreReportedAsNotUsable) {
   BaselineData none;
-  none.verdict = estimation::identify_static(machine(), {}).summary;
+  none.verdict = estimation::identify_static(test::solar(), {}).summary;
   const std::string text = page(Paper::kStatic, none);
   expect_all(text, {">not usable<", "0 poses at rest", "</html>"});
 }
 
 TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
-  const sim::MachineTruth truth = sim::sample_truth(machine(), 1);
+  const sim::MachineTruth truth = sim::sample_truth(test::solar(), 1);
   const BaselineRuns runs = driven(Paper::kStatic, truth);
-  const auto values = baseline_truth(Paper::kStatic, machine(), truth, runs);
-  const estimation::StaticResult result = identify_static(machine(), recordings(runs.identification));
+  const auto values = baseline_truth(Paper::kStatic, test::solar(), truth, runs);
+  const estimation::StaticResult result = identify_static(test::solar(), recordings(runs.identification));
   EXPECT_TRUE(result.summary.usable);
   EXPECT_GE(result.poses, 150);
   for (const estimation::IdentifiedParameter& p : result.summary.parameters) {
@@ -134,7 +130,7 @@ TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
     EXPECT_GT(p.sigma, 0.01) << p.name;
   }
   // Other poses, by the same rule: a torque to judge it by.
-  const auto torque = compare_torque(result, machine(), runs.verification.at(0).recording);
+  const auto torque = compare_torque(result, test::solar(), runs.verification.at(0).recording);
   for (const int joint : {kArm, kBucket}) {
     EXPECT_LT(torque_fit(torque, 0).nrmse[joint], 0.15);
     EXPECT_GT(torque_fit(torque, 0).nrmse[joint], 0.01);  // friction is in the measured torque
@@ -142,7 +138,7 @@ TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
 }
 
 TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {
-  MachineDescription light = machine();
+  MachineDescription light = test::solar();
   for (CylinderDescription& cylinder : light.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0.01;
   light.bucket_linkage.rocker_mass_kg = light.bucket_linkage.coupler_mass_kg = 0.01;
   const sim::MachineTruth truth = sim::nominal_truth(light);

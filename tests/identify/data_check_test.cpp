@@ -33,7 +33,7 @@ std::string refusal(const MachineDescription& machine, recordings::RecordedFile 
 std::string refusal(const std::function<void(Measurement&)>& spoil) {
   recordings::RecordedFile file = as_file(recorded_motion());
   for (Measurement& m : file.recording.samples) spoil(m);
-  return refusal(recorded_machine(), file);
+  return refusal(test::solar(), file);
 }
 
 bool names(const std::string& text, const std::vector<std::string>& words) {
@@ -43,7 +43,7 @@ bool names(const std::string& text, const std::vector<std::string>& words) {
 
 TEST(DataCheck, LeavesAGoodRecordingAsItIs) {
   recordings::RecordedFile file = as_file(recorded_motion());
-  const DataCheck check = require_data(recorded_machine(), file);
+  const DataCheck check = require_data(test::solar(), file);
   EXPECT_TRUE(check.findings.empty()) << check.lines().front();
   EXPECT_TRUE(check.contact.empty()) << contact_text(check.contact, file.recording);
   EXPECT_EQ(unusable(file.recording), unusable(recorded_motion()));
@@ -56,7 +56,7 @@ TEST(DataCheck, LeavesAGoodRecordingAsItIs) {
 
 /// Soil that pushes at the tip while the arm moves, as in a cycle of digging.
 void push(recordings::RecordedFile& file, double from_s, double to_s, const PlanarVector& force_N) {
-  const MachineDescription& machine = recorded_machine();
+  const MachineDescription& machine = test::solar();
   const Kinematics kinematics(machine);
   for (std::size_t i = 0; i < file.recording.samples.size(); ++i) {
     const double t_s = file.recording.step_s * static_cast<double>(i);
@@ -80,7 +80,7 @@ TEST(DataCheck, ARecordingThatTouchedSoilIsToldWhenAndNotThatItsChannelsAreWrong
   ASSERT_GE(length_s, 40);
   push(file, 10, 18, {-6000, 5000});
   push(file, 24, 32, {-6000, 5000});
-  const std::string line = refusal(recorded_machine(), file);
+  const std::string line = refusal(test::solar(), file);
   EXPECT_TRUE(names(line, {"the bucket seems to touch or carry something at 10.0 to 18.0 s, 24.0 to 32.0 s (",
                            "identification needs free motion"}))
       << line;
@@ -89,7 +89,7 @@ TEST(DataCheck, ARecordingThatTouchedSoilIsToldWhenAndNotThatItsChannelsAreWrong
 TEST(DataCheck, ALightTouchIsKeptAndTold) {
   recordings::RecordedFile file = as_file(recorded_motion());
   push(file, 10, 12, {-2500, 2500});
-  const DataCheck check = require_data(recorded_machine(), file);
+  const DataCheck check = require_data(test::solar(), file);
   ASSERT_EQ(check.contact.size(), 1U);
   EXPECT_NEAR(check.contact[0].from_s, 10, 0.51);
   EXPECT_NEAR(check.contact[0].to_s, 12, 0.51);
@@ -97,7 +97,7 @@ TEST(DataCheck, ALightTouchIsKeptAndTold) {
 
 /// As booms do whose position control is lively: by 5 mm, with more force than the weight, which means nothing wrong.
 TEST(DataCheck, AcceptsAnArmThatSwingsOnItsOil) {
-  const CylinderDescription& boom = recorded_machine().cylinders[kBoom];
+  const CylinderDescription& boom = test::solar().cylinders[kBoom];
   recordings::RecordedFile file = as_file(recorded_motion());
   for (std::size_t i = 0; i < file.recording.samples.size(); ++i) {
     Measurement& m = file.recording.samples[i];
@@ -106,14 +106,14 @@ TEST(DataCheck, AcceptsAnArmThatSwingsOnItsOil) {
     m.pressure_Pa[0] += 80e5 * (1 - swing);
     m.pressure_Pa[1] += 80e5 * (1 + swing) * boom.head_area_m2() / boom.rod_side_area_m2();
   }
-  const DataCheck check = require_data(recorded_machine(), file);
+  const DataCheck check = require_data(test::solar(), file);
   EXPECT_NEAR(check.weight_ratio[kBoom], 1, 0.1);
 }
 
 /// Friction of worn seals outweighs a bucket, and transmitters are off by as much as its weight: neither is a wrong
 /// label.
 TEST(DataCheck, AcceptsABucketThatFrictionHoldsWhileItStands) {
-  const CylinderDescription& bucket = recorded_machine().cylinders[kBucket];
+  const CylinderDescription& bucket = test::solar().cylinders[kBucket];
   recordings::RecordedFile file = as_file(recorded_motion());
   auto& samples = file.recording.samples;
   // Stands for 10 s of every 15 s, and friction then holds first one way and then the other.
@@ -135,7 +135,7 @@ TEST(DataCheck, AcceptsABucketThatFrictionHoldsWhileItStands) {
   recordings::RecordedFile longer = as_file(recorded_motion());
   longer.recording.samples = stopping;
   longer.recording.usable.assign(stopping.size(), 1);
-  const WeightFit fit = weigh(recorded_machine(), longer.recording);
+  const WeightFit fit = weigh(test::solar(), longer.recording);
   EXPECT_TRUE(fit.believable(kBucket)) << fit.ratio[kBucket] << " times the weight, left over " << fit.error[kBucket];
   EXPECT_NEAR(fit.ratio[kBucket], 1, 0.6);
   EXPECT_LT(fit.error[kBucket], 0.7);
@@ -257,7 +257,7 @@ TEST(DataCheck, NamesAndTakesOutDropOutsSpikesAndStretchesOutOfRange) {
       for (std::size_t i = first; i < first + defect.count; ++i)
         recordings::signal(file.recording.samples[i], c) =
             defect.spoil(recordings::signal(file.recording.samples[i], c));
-      const DataCheck check = require_data(recorded_machine(), file);
+      const DataCheck check = require_data(test::solar(), file);
       ASSERT_FALSE(check.findings.empty()) << defect.name << " in " << recordings::kSignalNames[c] << " at " << first;
       const DataFinding& found = check.findings.front();
       EXPECT_EQ(found.column, recordings::kSignalNames[c]) << defect.name;
@@ -283,7 +283,7 @@ TEST(DataCheck, NamesAndTakesOutDropOutsSpikesAndStretchesOutOfRange) {
 std::string valve_refusal(const std::function<void(JointVector&)>& spoil) {
   recordings::RecordedFile file = as_file(recorded_motion());
   for (JointVector& command : file.recording.valve) spoil(command);
-  return refusal(recorded_machine(), file);
+  return refusal(test::solar(), file);
 }
 
 TEST(DataCheck, NamesCommandsInPercentWithTheWrongSignOrOfAnotherAxis) {
@@ -308,7 +308,7 @@ TEST(DataCheck, TakesOutCommandsThatTheCylinderDoesNotFollow) {
   recordings::RecordedFile file = as_file(recorded_motion());
   std::mt19937 random(3);
   for (JointVector& command : file.recording.valve) command[kBoom] = std::uniform_real_distribution<>(-1, 1)(random);
-  const DataCheck check = require_data(recorded_machine(), file);
+  const DataCheck check = require_data(test::solar(), file);
   ASSERT_EQ(check.findings.size(), 1U);
   EXPECT_TRUE(names(check.lines().front(), {"boom_valve: its cylinder does not follow it, not used"}));
   EXPECT_TRUE(std::isnan(file.recording.valve[505][kBoom]));
@@ -339,7 +339,7 @@ TEST(DataCheck, TakesNoMotionAcrossWhatWasNotRecordedForOneThatValvesMade) {
 TEST(DataCheck, TakesOutSingleCommandsThatCannotBeAndSaysForWhichValve) {
   recordings::RecordedFile file = as_file(recorded_motion());
   for (std::size_t i = 500; i < 510; ++i) file.recording.valve[i][kBucket] = 1.5;
-  const DataCheck check = require_data(recorded_machine(), file);
+  const DataCheck check = require_data(test::solar(), file);
   ASSERT_EQ(check.findings.size(), 1U);
   EXPECT_EQ(check.lines().front(), "bucket_valve: outside [-1, 1], not used for this valve, 10 samples (row 502-511)");
   EXPECT_TRUE(std::isnan(file.recording.valve[505][kBucket]));
@@ -360,7 +360,7 @@ TEST(DataCheck, NamesAStuckPressureAndAStuckLength) {
     ASSERT_GT(first, 0u);
     for (std::size_t i = first + 1; i < first + 600; ++i)
       recordings::signal(file.recording.samples[i], c) = recordings::signal(file.recording.samples[first], c);
-    const DataCheck check = require_data(recorded_machine(), file);
+    const DataCheck check = require_data(test::solar(), file);
     ASSERT_FALSE(check.findings.empty()) << recordings::kSignalNames[c];
     const DataFinding& found = check.findings.front();
     EXPECT_EQ(found.column, recordings::kSignalNames[c]);

@@ -4,6 +4,7 @@
 #include "estimation/identification/kinematic_calibration.h"
 #include "machine/load.h"
 #include "sampled_survey.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::identify {
 namespace {
@@ -12,21 +13,16 @@ using estimation::calibrate_geometry;
 using estimation::GeometryResult;
 using estimation::Survey;
 
-const MachineDescription& nominal() {
-  static const MachineDescription machine = load_machine(find_config("machine", "solar015"));
-  return machine;
-}
-
 Survey good_survey(std::size_t poses = 30) {
-  return sampled_survey(sim::sample_truth(nominal(), 11), nominal(), estimation::survey_poses(nominal(), poses), 1e-3,
-                        11);
+  return sampled_survey(sim::sample_truth(test::solar(), 11), test::solar(),
+                        estimation::survey_poses(test::solar(), poses), 1e-3, 11);
 }
 
 /// The first reason of a refusal; "accepted" where there is none.
 std::string refusal(const Survey& survey) {
-  const GeometryResult result = calibrate_geometry(nominal(), survey);
+  const GeometryResult result = calibrate_geometry(test::solar(), survey);
   if (result.summary.usable) return "accepted";
-  EXPECT_EQ(result.geometry.length_m[kBoom], nominal().links[kBoom].length_m) << "a refusal leaves the drawing";
+  EXPECT_EQ(result.geometry.length_m[kBoom], test::solar().links[kBoom].length_m) << "a refusal leaves the drawing";
   return result.summary.reasons.empty() ? "no reason" : result.summary.reasons.front();
 }
 
@@ -35,14 +31,14 @@ bool says(const std::string& text, const std::string& part) {
 }
 
 TEST(GeometryRefusal, OutlyingPointIsNamedAndLeftOut) {
-  const GeometryResult clean = calibrate_geometry(nominal(), good_survey());
+  const GeometryResult clean = calibrate_geometry(test::solar(), good_survey());
   ASSERT_TRUE(clean.summary.usable);
   EXPECT_TRUE(clean.left_out.empty());
   Survey survey = good_survey();
   survey.poses[6].tip_m.x() += 0.012;          // a misread prism
   survey.poses[20].bucket_pin_m.y() -= 0.5;    // a wrong pin altogether
   survey.poses[25].cylinder_m[kBoom] += 0.01;  // a slipped wire: all three points are off
-  const GeometryResult result = calibrate_geometry(nominal(), survey);
+  const GeometryResult result = calibrate_geometry(test::solar(), survey);
   ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
   ASSERT_EQ(result.left_out.size(), 5u);
   EXPECT_TRUE(says(result.left_out[0], "pose 21: bucket pin is 0.")) << result.left_out[0];
@@ -61,9 +57,9 @@ TEST(GeometryRefusal, TooFewAndIdenticalPoses) {
 }
 
 TEST(GeometryRefusal, JointThatHardlyMoved) {
-  auto poses = estimation::survey_poses(nominal(), 30);
+  auto poses = estimation::survey_poses(test::solar(), 30);
   for (JointVector& pose : poses) pose[kArm] = -1.5 + 0.05 * pose[kArm];
-  EXPECT_TRUE(says(refusal(sampled_survey(sim::sample_truth(nominal(), 11), nominal(), poses, 1e-3, 11)),
+  EXPECT_TRUE(says(refusal(sampled_survey(sim::sample_truth(test::solar(), 11), test::solar(), poses, 1e-3, 11)),
                    "the arm moved over "));
 }
 
@@ -98,17 +94,17 @@ TEST(GeometryRefusal, OriginBesideTheBoomPinIsNotTakenForGeometry) {
   for (auto& pose : survey.poses) {
     for (PlanarVector* point : {&pose.arm_pin_m, &pose.bucket_pin_m, &pose.tip_m}) *point += PlanarVector(0.03, 0.02);
   }
-  const GeometryResult result = calibrate_geometry(nominal(), survey);
+  const GeometryResult result = calibrate_geometry(test::solar(), survey);
   EXPECT_TRUE(!result.summary.usable || result.residual_ratio > 2);
   EXPECT_FALSE(result.summary.reasons.empty());
 }
 
 TEST(GeometryRefusal, TooSmallASigmaOfTheSurveyIsSeenAndWidensTheIntervals) {
-  Survey survey =
-      sampled_survey(sim::sample_truth(nominal(), 11), nominal(), estimation::survey_poses(nominal(), 30), 4e-3, 11);
-  const double honest = calibrate_geometry(nominal(), survey).summary.parameters[0].sigma;
+  Survey survey = sampled_survey(sim::sample_truth(test::solar(), 11), test::solar(),
+                                 estimation::survey_poses(test::solar(), 30), 4e-3, 11);
+  const double honest = calibrate_geometry(test::solar(), survey).summary.parameters[0].sigma;
   survey.point_sigma_m = 1e-3;
-  const GeometryResult result = calibrate_geometry(nominal(), survey);
+  const GeometryResult result = calibrate_geometry(test::solar(), survey);
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(result.residual_ratio, 4, 0.6);
   ASSERT_FALSE(result.summary.reasons.empty());

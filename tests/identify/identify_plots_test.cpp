@@ -11,7 +11,7 @@ namespace {
 
 TEST(IdentifyPlots, TheFrictionOfEachCylinderHasItsLabelNoTitleThatIsCutAndOneKey) {
   Identified result;
-  result.machine = recorded_machine();
+  result.machine = test::solar();
   result.machine.dynamics_calibration.emplace();
   result.machine.dynamics_calibration->stribeck_mps.setConstant(0.01);
   result.summary.parameters.resize(1);

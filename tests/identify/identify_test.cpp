@@ -152,7 +152,7 @@ TEST(HeldOut, ObjectsToEachJointThatIsLeftUnexplainedAndToNothingElse) {
 
 TEST(Identify, IsUsableOnlyWhereHeldOutMotionSaysSo) {
   IdentifyData data;
-  data.machine = recorded_machine();
+  data.machine = test::solar();
   data.training = data.hold_out = {recorded_motion()};
   EXPECT_TRUE(identify(data, std::nullopt).summary.usable);
   Recording unknown = recorded_motion();
@@ -173,7 +173,7 @@ Recording skewed(double lag_s) {
 
 TEST(Identify, TakesOffTheSkewOfPressuresAndLengthsAndSaysSo) {
   IdentifyData data;
-  data.machine = recorded_machine();
+  data.machine = test::solar();
   data.training = data.hold_out = {recorded_motion()};
   const Identified straight = identify(data, std::nullopt);
   for (const std::string& reason : straight.summary.reasons) EXPECT_FALSE(names(reason, "than lengths")) << reason;
@@ -188,7 +188,7 @@ TEST(Identify, TakesOffTheSkewOfPressuresAndLengthsAndSaysSo) {
 
 TEST(Identify, RefusesMoreSkewThanCanBeTakenOffAndRecordingsOfDifferentSkew) {
   IdentifyData data;
-  data.machine = recorded_machine();
+  data.machine = test::solar();
   data.hold_out = {recorded_motion()};
   for (const auto& [lag_s, told] :
        {std::pair{0.3, "250 ms or more later"}, std::pair{-0.3, "250 ms or more earlier"}}) {
@@ -246,14 +246,14 @@ TEST_F(IdentifyProgram, RefusesRecordingsThatCannotBeAndWritesNothing) {
 
 /// Boom and bucket move, the arm stays as straight as it gets.
 TEST_F(IdentifyProgram, RefusesAnArmThatIsHeldStraight) {
-  const JointVector middle(0.3, recorded_machine().links[kArm].max_rad - 0.08, -0.9);
+  const JointVector middle(0.3, test::solar().links[kArm].max_rad - 0.08, -0.9);
   estimation::JointPath motion{0.02, {}};
   constexpr double kDuration_s = 32;
   for (double t = 0; t < kDuration_s; t += motion.step_s) {
     const double fade = std::min(1.0, std::min(t, kDuration_s - t) / 3);
     motion.joint_rad.push_back(middle + fade * JointVector(0.25 * std::sin(0.5 * t), 0, 0.6 * std::sin(0.4 * t)));
   }
-  motion::MachineRun run(recorded_machine(), sim::sample_truth(recorded_machine(), 2), {}, middle, 2);
+  motion::MachineRun run(test::solar(), sim::sample_truth(test::solar(), 2), {}, middle, 2);
   const std::string text = said(run.follow(motion).recording, 1);
   EXPECT_TRUE(names(text, "usable: no - ") && names(text, "arm")) << text;
 }
@@ -322,7 +322,7 @@ TEST_F(IdentifyProgram, ByAPapersMethodThatDoesNotExplainHeldOutMotionIsNotUsabl
 
 TEST_F(IdentifyProgram, RefusesASurveyThatCannotBeUsedInsteadOfGoingOnWithoutIt) {
   estimation::Survey few;
-  const Kinematics kinematics(recorded_machine());
+  const Kinematics kinematics(test::solar());
   for (const std::size_t i : {0U, 3000U}) {
     const JointVector length_m = recorded_motion().samples[i].cylinder_m;
     JointVector joint_rad;
@@ -373,7 +373,7 @@ TEST_F(IdentifyProgram, RecordsOverNothingThatIsThere) {
 
 TEST(Identify, TellsCombinationsThatTheDataDoNotSeparateOneALine) {
   IdentifyData data;
-  data.machine = recorded_machine();
+  data.machine = test::solar();
   Identified result;
   result.method = "full";
   result.machine = data.machine;
@@ -429,7 +429,7 @@ void spoil_stretches(Recording& recording, std::mt19937& random) {
 estimation::FullResult identified(const Recording& recording) {
   estimation::FullOptions options;
   options.usual_errors = false;
-  return estimation::identify_full(recorded_machine(), std::array{recording}, options);
+  return estimation::identify_full(test::solar(), std::array{recording}, options);
 }
 
 /// Largest move of a parameter, in its sigma.
@@ -453,11 +453,11 @@ TEST(DirtyData, MovesNoParameterByMuchOfItsSigmaOnceItIsTakenOut) {
     recordings::RecordedFile stretches = samples;
     spoil_stretches(stretches.recording, random);
     EXPECT_GT(largest_move(reference, samples.recording), 3) << "or the defects would not have mattered";
-    EXPECT_GE(require_data(recorded_machine(), samples).findings.size(), 40u);
+    EXPECT_GE(require_data(test::solar(), samples).findings.size(), 40u);
     EXPECT_LT(largest_move(reference, samples.recording), 0.5) << "seed " << seed;
     // Without a stretch there is less data, and a 40 s recording's sigma does not hold what the model leaves out: so
     // against the clean recording with the same stretches left out.
-    EXPECT_GE(require_data(recorded_machine(), stretches).findings.size(), 42u);
+    EXPECT_GE(require_data(test::solar(), stretches).findings.size(), 42u);
     Recording masked = recorded_motion();
     masked.usable = stretches.recording.usable;
     EXPECT_LT(largest_move(identified(masked), stretches.recording), 0.5) << seed;

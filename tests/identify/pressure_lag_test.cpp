@@ -25,7 +25,7 @@ TEST(PressureLag, IsFoundEitherWayAndNotWhereThereIsNone) {
 }
 
 TEST(PressureLag, IsNoneOfAFewMoments) {
-  EXPECT_FALSE(estimation::pressure_lag_s(recorded_machine(), {recordings::part_of(recorded_motion(), 0, 100)}));
+  EXPECT_FALSE(estimation::pressure_lag_s(test::solar(), {recordings::part_of(recorded_motion(), 0, 100)}));
 }
 
 TEST(PressureLag, LeavesOutSamplesWhosePressuresAreNotKnown) {

@@ -6,18 +6,14 @@
 #include "estimation/identification/excitation.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::identify {
-
-inline const MachineDescription& recorded_machine() {
-  static const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return machine;
-}
 
 /// 40 s of slow sweeps.
 inline const estimation::Recording& recorded_motion() {
   static const estimation::Recording recording = [] {
-    const MachineDescription& machine = recorded_machine();
+    const MachineDescription& machine = test::solar();
     const estimation::JointPath path = estimation::slow_sweeps(machine, 40);
     motion::MachineRun run(machine, sim::sample_truth(machine, 3), {}, path.joint_rad.front(), 5);
     return run.follow(path).recording;

@@ -24,7 +24,7 @@ using estimation::Recording;
 using test::ProgramRun;
 
 MachineDescription machine_without(int joint) {
-  MachineDescription machine = recorded_machine();
+  MachineDescription machine = test::solar();
   machine.sensors.without_pressures = joint;
   return machine;
 }
@@ -78,7 +78,7 @@ TEST(TwoCylinders, FindTheParametersThatTheyShowAsAllThreeDo) {
 
 TEST(TwoCylinders, KeepTheDrawingAndItsDoubtWhereOnlyTheThirdWouldShow) {
   const estimation::FullResult found = identified(kBoom, motion_without(kBoom));
-  const CalibrationVector drawn = estimation::drawn_parameters(recorded_machine());
+  const CalibrationVector drawn = estimation::drawn_parameters(test::solar());
   for (const int k : estimation::unseen_columns(machine_without(kBoom))) {
     const estimation::IdentifiedParameter& p = found.summary.parameters[static_cast<std::size_t>(k)];
     EXPECT_TRUE(p.fixed) << p.name;
@@ -115,7 +115,7 @@ TEST(TwoCylinders, DataAreCheckedOnWhatIsMeasured) {
 
 TEST(TwoCylinders, TheValveOfTheThirdIsFittedToTheFlowAtTheArmsWeight) {
   const MachineDescription machine = machine_without(kBoom);
-  const ValveDescription real = sim::sample_truth(recorded_machine(), 3).machine.cylinders[kBoom].valve;
+  const ValveDescription real = sim::sample_truth(test::solar(), 3).machine.cylinders[kBoom].valve;
   const estimation::ValveResult result = estimation::identify_valves(machine, std::array{motion_without(kBoom)});
   ASSERT_TRUE(result.axes[kBoom].usable) << result.axes[kBoom].reasons.front();
   const ValveCalibration& found = result.valves[kBoom];

@@ -10,6 +10,7 @@
 #include "sim/machine_on_bus.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 #include "transport/canopen.h"
 
 namespace knuckle::motion {
@@ -17,17 +18,12 @@ namespace {
 
 const JointVector kStart(0.3, -1.5, -0.9), kAway(0.45, -1.3, -1.1);
 
-const MachineDescription& solar() {
-  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return loaded;
-}
-
 struct Bench {
-  explicit Bench(const sim::MachineTruth& truth = sim::nominal_truth(solar()), Time first_step = {},
+  explicit Bench(const sim::MachineTruth& truth = sim::nominal_truth(test::solar()), Time first_step = {},
                  const JointVector& start_rad = kStart)
       : simulated(std::make_shared<sim::MachineOnBus>(truth, sim::WorldDescription{}, start_rad, 1)),
         access(sim::access_to(simulated)),
-        led(solar(), access, first_step) {
+        led(test::solar(), access, first_step) {
     simulated->bus().set_tap({[](void* self, Time at, const CanFrame& frame) {
                                 if (frame.id == canopen::kSyncId) static_cast<Bench*>(self)->syncs.push_back(at);
                               },
@@ -73,7 +69,7 @@ TEST(LedMachine, RecordsOneSampleAStep) {
 }
 
 TEST(LedMachine, RecordsTheRawReadingsOfTheEncoders) {
-  sim::MachineTruth truth = sim::nominal_truth(solar());
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   truth.encoder_offset_m = JointVector(2e-3, -1e-3, 1.5e-3);
   Bench bench(truth);
   bench.led.engage();
@@ -85,7 +81,7 @@ TEST(LedMachine, RecordsTheRawReadingsOfTheEncoders) {
 }
 
 TEST(LedMachine, StepsItsLoopFirstWhenToldAndInItsPeriodFromThereOn) {
-  Bench at_once, later(sim::nominal_truth(solar()), Time(5ms));
+  Bench at_once, later(sim::nominal_truth(test::solar()), Time(5ms));
   for (Bench* bench : {&at_once, &later}) bench->led.pause(100ms);
   ASSERT_EQ(at_once.syncs.size(), later.syncs.size() + 1);
   EXPECT_LT(at_once.syncs.front(), Time(2ms));
@@ -108,8 +104,8 @@ TEST(LedMachine, WhoeverIsAskedEachStepMayEndIt) {
 
 // A cylinder's stop lies beyond the working range: commissioning leaves machines there.
 TEST(LedMachine, LeadsAMachineBackFromBeyondItsWorkingRange) {
-  const double end_rad = solar().links[kBoom].max_rad;
-  Bench bench(sim::nominal_truth(solar()), {}, JointVector(end_rad + 0.06, kStart[kArm], kStart[kBucket]));
+  const double end_rad = test::solar().links[kBoom].max_rad;
+  Bench bench(sim::nominal_truth(test::solar()), {}, JointVector(end_rad + 0.06, kStart[kArm], kStart[kBucket]));
   EXPECT_EQ(bench.refusal(), "");
   bench.led.rest(1500ms);
   EXPECT_LT((bench.simulated->plant().joint_rad - kAway).cwiseAbs().maxCoeff(), 0.03);
@@ -132,7 +128,7 @@ TEST(LedMachine, HoldOnTheWayAlongAPathIsTheEndOfItAndNamed) {
 }
 
 TEST(LedMachine, SaysWhichNodeKeepsItFromEngaging) {
-  sim::MachineTruth truth = sim::nominal_truth(solar());
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   knuckle::test::node_in(truth.machine.bus, NodeRole::kEncoder, kArm).product +=
       1;  // another device than the file says
   Bench bench(truth);

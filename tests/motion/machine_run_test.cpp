@@ -15,16 +15,12 @@
 #include "machine/load.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::motion {
 namespace {
 
 const JointVector kStarts_rad(0.3, -1.5, -0.9);
-
-const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return loaded;
-}
 
 /// All joints to and fro about the start, from rest to rest.
 estimation::JointPath wave(double duration_s) {
@@ -38,7 +34,7 @@ estimation::JointPath wave(double duration_s) {
 }
 
 MachineRecording recorded(std::uint64_t seed) {
-  MachineRun run(machine(), sim::sample_truth(machine(), seed), {}, kStarts_rad, seed);
+  MachineRun run(test::solar(), sim::sample_truth(test::solar(), seed), {}, kStarts_rad, seed);
   return run.follow(wave(8));
 }
 
@@ -69,7 +65,7 @@ TEST(MachineRun, RecordsOneOfEverythingASample) {
     opened = std::max(opened, made.recording.valve[i].cwiseAbs().maxCoeff());
   }
   EXPECT_GT(moved, 0.05);
-  EXPECT_GT(opened, machine().cylinders[kBoom].valve.dead_band_extend);
+  EXPECT_GT(opened, test::solar().cylinders[kBoom].valve.dead_band_extend);
 }
 
 /// With its arm stretched out a big machine swings on its oil by millimetres for seconds after its valves have closed.
@@ -85,12 +81,12 @@ TEST(MachineRun, StopsAreRestsAlsoOfABigMachineWithItsArmStretchedOut) {
 
 TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {
   // Offsets of a few millimetres, known to the controller or not, are in the readings.
-  MachineDescription known = machine();
-  sim::MachineTruth truth = sim::nominal_truth(machine());
+  MachineDescription known = test::solar();
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   truth.encoder_offset_m = JointVector(2e-3, -1e-3, 1.5e-3);
   known.sensors.encoder_offset_m = truth.encoder_offset_m;
-  const Kinematics kinematics(machine());
-  for (const MachineDescription& seen : {machine(), known}) {
+  const Kinematics kinematics(test::solar());
+  for (const MachineDescription& seen : {test::solar(), known}) {
     MachineRun run(seen, truth, {}, kStarts_rad, 4);
     const MachineRecording made = run.follow(wave(4));
     double worst = 0;
@@ -101,7 +97,7 @@ TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {
         worst = std::max(worst, std::abs(error));
       }
     }
-    EXPECT_LT(worst, 0.51 * machine().sensors.encoder_step_m);  // no lag: half a step of the encoder
+    EXPECT_LT(worst, 0.51 * test::solar().sensors.encoder_step_m);  // no lag: half a step of the encoder
   }
 }
 
@@ -118,7 +114,7 @@ TEST(MachineRun, IsAFunctionOfItsSeed) {
 }
 
 TEST(MachineRun, StopsAtEachPoseAtRest) {
-  MachineRun run(machine(), sim::sample_truth(machine(), 5), {}, kStarts_rad, 5);
+  MachineRun run(test::solar(), sim::sample_truth(test::solar(), 5), {}, kStarts_rad, 5);
   const std::vector<JointVector> poses{{0.5, -1.2, -1.2}, {0.2, -1.8, -0.6}};
   const MachineRecording made = run.stops(poses, 0.5);
   ASSERT_EQ(made.recording.samples.size(), 100u + 1 + 100);
@@ -133,9 +129,9 @@ TEST(MachineRun, StopsAtEachPoseAtRest) {
 }
 
 TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
-  const sim::MachineTruth truth = sim::nominal_truth(machine());
-  MachineRun run(machine(), truth, {}, kStarts_rad, 6);
-  const Kinematics kinematics(machine());
+  const sim::MachineTruth truth = sim::nominal_truth(test::solar());
+  MachineRun run(test::solar(), truth, {}, kStarts_rad, 6);
+  const Kinematics kinematics(test::solar());
   for (const double sigma_m : {0.0, 0.01}) {
     const estimation::Survey survey = run.survey({{0.5, -1.2, -1.2}}, sigma_m);
     ASSERT_EQ(survey.poses.size(), 1u);
@@ -144,7 +140,7 @@ TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
     for (int j = 0; j < kJoints; ++j) angle[j] = kinematics.joint_at(j, survey.poses[0].cylinder_m[j]).value();
     const double tip_error = (survey.poses[0].tip_m - kinematics.tip(angle)).norm();
     const double link_error =
-        (survey.poses[0].bucket_pin_m - survey.poses[0].arm_pin_m).norm() - machine().links[kArm].length_m;
+        (survey.poses[0].bucket_pin_m - survey.poses[0].arm_pin_m).norm() - test::solar().links[kArm].length_m;
     EXPECT_LT(tip_error, 2e-3 + 4 * sigma_m);
     EXPECT_LT(std::abs(link_error), 1e-9 + 4 * sigma_m);
     EXPECT_EQ(std::abs(link_error) > 1e-5, sigma_m > 0);
@@ -152,7 +148,7 @@ TEST(MachineRun, SurveysTheTrueJointsWithTheErrorsAskedFor) {
 }
 
 TEST(MachineRun, TestRigPullsAndLetsGo) {
-  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 7);
+  MachineRun run(test::solar(), sim::nominal_truth(test::solar()), {}, kStarts_rad, 7);
   estimation::JointPath hold{0.01, std::vector<JointVector>(200, kStarts_rad)};
   std::vector<PlanarVector> pull(200, PlanarVector(0, -800));
   for (std::size_t i = 0; i < 100; ++i) pull[i] *= static_cast<double>(i) / 100;
@@ -167,7 +163,7 @@ TEST(MachineRun, TestRigPullsAndLetsGo) {
 }
 
 TEST(MachineRun, TellsWhatTheSlaveLoopReportsOfEachSample) {
-  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 9);
+  MachineRun run(test::solar(), sim::nominal_truth(test::solar()), {}, kStarts_rad, 9);
   std::vector<slave::SlaveState> told;
   std::vector<PlanarVector> truth_N;
   run.listen([&](const slave::SlaveState& state, const TruthSample& truth) {
@@ -176,8 +172,8 @@ TEST(MachineRun, TellsWhatTheSlaveLoopReportsOfEachSample) {
   });
   // Half a metre beside the tip, at the bucket's pin, which turns no bucket joint.
   estimation::JointPath hold{0.01, std::vector<JointVector>(300, kStarts_rad)};
-  const MachineRecording made =
-      run.follow(hold, std::vector<PlanarVector>(300, PlanarVector(0, -2000)), {-machine().links[kBucket].length_m, 0});
+  const MachineRecording made = run.follow(hold, std::vector<PlanarVector>(300, PlanarVector(0, -2000)),
+                                           {-test::solar().links[kBucket].length_m, 0});
   ASSERT_EQ(told.size(), made.recording.samples.size());
   for (std::size_t i = 0; i < told.size(); ++i) {
     EXPECT_EQ(told[i].pressure_Pa, made.recording.samples[i].pressure_Pa) << i;
@@ -189,7 +185,7 @@ TEST(MachineRun, TellsWhatTheSlaveLoopReportsOfEachSample) {
 }
 
 TEST(MachineRun, WeightHangsUntilItIsTakenOff) {
-  MachineRun run(machine(), sim::nominal_truth(machine()), {}, kStarts_rad, 8);
+  MachineRun run(test::solar(), sim::nominal_truth(test::solar()), {}, kStarts_rad, 8);
   const double before = run.rest(0.1).recording.samples.back().pressure_Pa[0];
   run.hang(100);
   const MachineRecording hung = run.rest(0.1);
@@ -210,17 +206,18 @@ std::string refusal(const MachineDescription& seen, const sim::MachineTruth& tru
 }
 
 TEST(MachineRun, SaysWhyTheMachineDoesNotEngage) {
-  sim::MachineTruth truth = sim::nominal_truth(machine());
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   knuckle::test::node_in(truth.machine.bus, NodeRole::kEncoder, kArm).product +=
       1;  // another device than the file says
-  EXPECT_NE(refusal(machine(), truth).find("did not engage within 15 s: arm_encoder (node 0x31): "), std::string::npos)
-      << refusal(machine(), truth);
+  EXPECT_NE(refusal(test::solar(), truth).find("did not engage within 15 s: arm_encoder (node 0x31): "),
+            std::string::npos)
+      << refusal(test::solar(), truth);
 }
 
 TEST(MachineRun, SaysWhyTheMachineHasDroppedOut) {
-  sim::MachineTruth truth = sim::nominal_truth(machine());
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   truth.machine.cylinders[kArm].valve.dead_band_extend = truth.machine.cylinders[kArm].valve.dead_band_retract = 0.6;
-  const std::string said = refusal(machine(), truth);
+  const std::string said = refusal(test::solar(), truth);
   EXPECT_NE(said.find("no longer engaged: "), std::string::npos) << said;
   EXPECT_GT(said.size(), 30u) << said;
 }

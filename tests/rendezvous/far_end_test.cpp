@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/rendezvous/running_rendezvous.h"
+#include "tests/rendezvous/two_ends.h"
 #include "tests/rendezvous/wire_client.h"
 #include "transport/ice/dialler.h"
 #include "transport/ice/rendezvous_line.h"
@@ -18,11 +19,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kTries = 6000;  // of 10 ms: reached only where nothing comes at all
-
-UdpSocket bound() {
-  return UdpSocket(open_udp_socket("test", parse_address("127.0.0.1:0"), ::bind, "listen on"));
-}
+constexpr int kPatience = 6000;  // of 10 ms: reached only where nothing comes at all
 
 /// At the rendezvous with a key that is paired, but without ICE.
 class FarEnd {
@@ -37,7 +34,7 @@ class FarEnd {
   void say(Signal signal) { send(conversation_.say(std::move(signal))); }
   /// The next that counts. A hello is answered, so that what comes after it counts.
   [[nodiscard]] std::optional<Signal> next() {
-    for (int i = 0; i < kTries; ++i) {
+    for (int i = 0; i < kPatience; ++i) {
       while (const auto line = next_line()) {
         const auto notice = parse_notice(*line);
         const auto bytes = notice && notice->verb == "message" ? bytes_of_base64(notice->rest) : std::nullopt;
@@ -51,7 +48,7 @@ class FarEnd {
     return std::nullopt;
   }
   [[nodiscard]] bool hears(const std::string& what) {
-    for (int i = 0; i < kTries && !client_.says(what); ++i) std::this_thread::sleep_for(10ms);
+    for (int i = 0; i < kPatience && !client_.says(what); ++i) std::this_thread::sleep_for(10ms);
     return client_.says(what);
   }
   [[nodiscard]] std::size_t messages() { return count("message "); }
@@ -97,7 +94,7 @@ class OneEnd : public testing::Test {
 
   test::RunningRendezvous rendezvous_;
   const secure::Identity identity_ = secure::make_identity("here"), far_identity_ = secure::make_identity("far end");
-  UdpSocket link_ = bound();
+  UdpSocket link_ = test::bound_socket();
   std::optional<Dialler> here_;
 };
 
@@ -124,12 +121,12 @@ TEST_F(OneEnd, IsAtNoRendezvousWhereNobodyIsAdmitted) {
   FarEnd machine = far_end();
   ASSERT_TRUE(machine.hears("message"));
   here_->set_peers({});
-  for (int i = 0; i < kTries && here_->problem().find("revoked") == std::string::npos; ++i)
+  for (int i = 0; i < kPatience && here_->problem().find("revoked") == std::string::npos; ++i)
     std::this_thread::sleep_for(10ms);
   EXPECT_NE(here_->problem().find("pairing was revoked"), std::string::npos) << here_->problem();
   const auto before = machine.entered();
   here_->set_peers({peer(far_identity_)});
-  for (int i = 0; i < kTries && machine.entered() == before; ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < kPatience && machine.entered() == before; ++i) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(machine.entered(), before + 1);
 }
 
@@ -152,7 +149,7 @@ TEST_F(OneEnd, OffersAnewWhenTheNetworkChangesDuringAnAttempt) {
 }
 
 TEST_F(OneEnd, AsksTheTurnServerForItsAddressWhereThePathIsToBeWithoutRelay) {
-  const UdpSocket turn = bound();
+  const UdpSocket turn = test::bound_socket();
   Servers servers;
   servers.turn = HostAndPort{"127.0.0.1", local_address(turn.descriptor()).port()};
   servers.turn_user = "user";
@@ -186,7 +183,7 @@ TEST_F(OneEnd, SaysLittleToWhoComesAndGoesInItsRoom) {
   for (int i = 0; i < 40; ++i) {
     test::WireClient guest(parse_address(rendezvous_.address()));
     guest.say("join " + desk.room());
-    for (int turn = 0; turn < kTries && !guest.says("joined"); ++turn) std::this_thread::sleep_for(1ms);
+    for (int turn = 0; turn < kPatience && !guest.says("joined"); ++turn) std::this_thread::sleep_for(1ms);
   }
   std::this_thread::sleep_for(100ms);
   const auto count = desk.messages();

@@ -88,10 +88,6 @@ bool hears_nothing(const UdpSocket& socket) {
   SocketAddress from;
   return !socket.receive(bytes, from).has_value();
 }
-UdpSocket bound() {
-  return UdpSocket(open_udp_socket("trap", parse_address("127.0.0.1:0"), ::bind, "listen on"));
-}
-
 class RendezvousThatLies : public testing::Test {
  protected:
   test::LyingRendezvous rendezvous_;
@@ -99,7 +95,7 @@ class RendezvousThatLies : public testing::Test {
 };
 
 TEST_F(RendezvousThatLies, SignalsThatAreForgedAlteredCutOrOfAnotherRoomLeadNowhere) {
-  const UdpSocket trap = bound();
+  const UdpSocket trap = test::bound_socket();
   Forger forger(local_address(trap.descriptor()));
   std::atomic<int> lies{0};
   rendezvous_.tell(of_messages([&](const std::string& line) {
@@ -263,7 +259,7 @@ TEST_F(TurnThatLies, AnHonestOneGivesAnAddressSoThatTheLiesMeanSomething) {
 }
 
 TEST_F(TurnThatLies, WhateverItAnswersADirectPathIsFoundAndNothingPilesUp) {
-  const UdpSocket victim = bound();
+  const UdpSocket victim = test::bound_socket();
   begin();
   ASSERT_TRUE(ends_.carries());
   const std::ptrdiff_t threads = threads_here();

@@ -13,6 +13,11 @@
 
 namespace knuckle::test {
 
+/// At a port of this computer that was free.
+inline UdpSocket bound_socket() {
+  return UdpSocket(open_udp_socket("test", parse_address("127.0.0.1:0"), ::bind, "listen on"));
+}
+
 class TwoEnds {
  public:
   static constexpr int kTries = 600;  // of 100 ms: reached only where nothing comes at all
@@ -62,16 +67,13 @@ class TwoEnds {
   std::optional<ice::Dialler> machine, desk;
 
  private:
-  static UdpSocket bound() {
-    return UdpSocket(open_udp_socket("test", parse_address("127.0.0.1:0"), ::bind, "listen on"));
-  }
   void echo() {
     std::array<std::uint8_t, 64> bytes{};
     SocketAddress from;
     while (const auto arrival = machine_link_.receive(bytes, from))
       (void)machine_link_.send(std::span(bytes).first(arrival->size), from);
   }
-  UdpSocket machine_link_ = bound(), desk_link_;
+  UdpSocket machine_link_ = bound_socket(), desk_link_;
   std::uint8_t mark_ = 0;
 };
 

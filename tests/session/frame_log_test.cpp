@@ -6,15 +6,11 @@
 #include <algorithm>
 
 #include "machine/load.h"
+#include "tests/support/solar.h"
 #include "transport/canopen.h"
 
 namespace knuckle::session {
 namespace {
-
-const MachineDescription& machine() {
-  static const MachineDescription description = load_machine(find_config("machine", "solar015"));
-  return description;
-}
 
 Time at_ms(int ms) {
   return Time(std::chrono::milliseconds(ms));
@@ -37,8 +33,8 @@ class Recording {
   }
   void pilot(int ms, bool on) {
     const int inputs = canopen::kInputEStopClosed | (on ? canopen::kInputPilotOn : 0);
-    add(ms,
-        canopen::enable_inputs_frame(canopen::tpdo1_id(machine().bus.enable().id), static_cast<std::uint8_t>(inputs)));
+    add(ms, canopen::enable_inputs_frame(canopen::tpdo1_id(test::solar().bus.enable().id),
+                                         static_cast<std::uint8_t>(inputs)));
   }
   void sync(int ms) { add(ms, canopen::sync_frame()); }
   void add(int ms, const CanFrame& frame) {
@@ -46,10 +42,10 @@ class Recording {
     std::stable_sort(log_.begin(), log_.end(), [](const TimedFrame& a, const TimedFrame& b) { return a.at < b.at; });
   }
   [[nodiscard]] NeutralTimes neutral(int from_ms, int until_ms) const {
-    return neutral_times(log_, machine(), at_ms(from_ms), at_ms(until_ms));
+    return neutral_times(log_, test::solar(), at_ms(from_ms), at_ms(until_ms));
   }
   [[nodiscard]] const FrameLog& log() const { return log_; }
-  static std::uint8_t valve(int joint) { return machine().bus.valve(joint).id; }
+  static std::uint8_t valve(int joint) { return test::solar().bus.valve(joint).id; }
 
  private:
   FrameLog log_;
@@ -87,7 +83,7 @@ TEST(NeutralTimes, AMomentaryZeroCrossingIsNotNeutral) {
 }
 
 TEST(NeutralTimes, ASpoolOnEitherEdgeOfItsOwnDeadBandIsNeutral) {
-  const double extend = machine().cylinders[kArm].valve.dead_band_extend;
+  const double extend = test::solar().cylinders[kArm].valve.dead_band_extend;
   for (const auto& [position, neutral] : {std::pair{extend - 0.001, true}, {extend + 0.001, false}}) {
     Recording r;
     r.spools(100, 0);
@@ -134,7 +130,7 @@ TEST(NeutralTimes, AGarbledCommandChangesNothing) {
   r.commands(100, 0.4);
   for (int joint = 0; joint < kJoints; ++joint) r.add(120, {canopen::rpdo1_id(Recording::valve(joint)), 3, {}});
   EXPECT_EQ(r.neutral(110, 1000).command, std::nullopt);
-  EXPECT_EQ(commands_not_neutral(r.log(), machine(), at_ms(110), at_ms(1000)), 0) << "but it is no command to move";
+  EXPECT_EQ(commands_not_neutral(r.log(), test::solar(), at_ms(110), at_ms(1000)), 0) << "but it is no command to move";
 }
 
 TEST(NeutralTimes, ASilentValveIsNeutralWhenItsPilotPressureHasBeenOffForATenthOfASecond) {
@@ -179,7 +175,7 @@ TEST(NeutralTimes, AControllerThatOnlyKeepsSendingHeartbeatsIsNotSilent) {
   Recording r;
   r.commands(100, 0.4);
   r.spools(100, 0.4);
-  r.add(150, canopen::heartbeat_frame(machine().bus.controller_id, canopen::NmtState::kOperational));
+  r.add(150, canopen::heartbeat_frame(test::solar().bus.controller_id, canopen::NmtState::kOperational));
   r.spools(180, 0);
   EXPECT_FALSE(r.neutral(105, 1000).controller_silent);
   EXPECT_EQ(r.neutral(105, 1000).command, std::nullopt) << "and never told the valves";
@@ -246,9 +242,9 @@ TEST(FrameLog, ASpoolFollowsWhileItIsNearOneOfItsLastDemands) {
     r.spool(kArm, ms + 1, 0.002 * std::min(std::max(0, ms - 130), 70));  // 30 ms late, stuck at 0.14 from 200 ms
   }
   // At 281 ms the newest six demands are 0.26 ... 0.36: 0.14 is further than 0.1 below. At 271 they begin at 0.24.
-  EXPECT_EQ(last_following(r.log(), machine(), kArm, at_ms(1000)), at_ms(271));
-  EXPECT_EQ(last_following(r.log(), machine(), kArm, at_ms(201)), at_ms(191));
-  EXPECT_EQ(last_following(r.log(), machine(), kBoom, at_ms(1000)), std::nullopt);
+  EXPECT_EQ(last_following(r.log(), test::solar(), kArm, at_ms(1000)), at_ms(271));
+  EXPECT_EQ(last_following(r.log(), test::solar(), kArm, at_ms(201)), at_ms(191));
+  EXPECT_EQ(last_following(r.log(), test::solar(), kBoom, at_ms(1000)), std::nullopt);
 }
 
 TEST(FrameLog, CountsCommandsThatWouldMoveTheMachine) {
@@ -258,8 +254,8 @@ TEST(FrameLog, CountsCommandsThatWouldMoveTheMachine) {
   r.command(kBoom, 120, 0.1);
   r.command(kBoom, 130, 0.1, canopen::kControlHold);
   r.command(kBoom, 140, -0.1);
-  EXPECT_EQ(commands_not_neutral(r.log(), machine(), at_ms(100), at_ms(1000)), 5);
-  EXPECT_EQ(commands_not_neutral(r.log(), machine(), at_ms(110), at_ms(140)), 1);
+  EXPECT_EQ(commands_not_neutral(r.log(), test::solar(), at_ms(100), at_ms(1000)), 5);
+  EXPECT_EQ(commands_not_neutral(r.log(), test::solar(), at_ms(110), at_ms(140)), 1);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "recording/file_names.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::session {
@@ -25,12 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kPeriod_s = 5e-3;
 
-const MachineDescription& machine() {
-  static const MachineDescription description = load_machine(find_config("machine", "solar015"));
-  return description;
-}
-
-struct Recording {
+struct RecordedPath {
   std::vector<double> time_s;
   std::vector<JointVector> joints_rad;
   void add(double t, double boom, double arm, double bucket) {
@@ -46,7 +42,7 @@ std::string temporary(const std::string& suffix, const std::string& text) {
   return path;
 }
 
-OperatorPath play(const Recording& recording) {
+OperatorPath play(const RecordedPath& recording) {
   std::string csv = "t,boom,arm,bucket,count\n";
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
     std::array<char, 160> row;
@@ -59,19 +55,19 @@ OperatorPath play(const Recording& recording) {
     map += std::string("[[channel]]\nname = \"") + joint + "_rad\"\ncolumn = \"" + joint +
            "\"\nunit = \"rad\"\nsign = 1\noffset = 0\n";
   }
-  return load_operator_path({temporary(".csv", csv)}, temporary(".toml", map), machine());
+  return load_operator_path({temporary(".csv", csv)}, temporary(".toml", map), test::solar());
 }
 
 /// 30 rows at 0.1 s about the middle of the ranges; `reach` of the half range, so that small ones are slow.
-Recording random_recording(unsigned seed, double reach) {
+RecordedPath random_recording(unsigned seed, double reach) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> share(-reach, reach), step(0.05, 0.15);
-  Recording recording;
+  RecordedPath recording;
   double t = 0;
   for (int row = 0; row < 30; ++row, t += step(random)) {
     JointVector q;
     for (std::size_t i = 0; i < kJoints; ++i) {
-      const LinkDescription& link = machine().links[i];
+      const LinkDescription& link = test::solar().links[i];
       q[static_cast<Eigen::Index>(i)] =
           (link.min_rad + link.max_rad) / 2 + share(random) * (link.max_rad - link.min_rad) / 2;
     }
@@ -111,25 +107,26 @@ int turns(const std::vector<JointVector>& values, Eigen::Index joint) {
 
 /// Every pair of points against the limits that time is stretched for, and against the ranges.
 void expect_within_limits(const OperatorPath& path) {
-  const Kinematics kinematics(machine());
+  const Kinematics kinematics(test::solar());
   constexpr double kAllowed = kPathSpeedShare * 1.02;  // points are 5 ms apart, speeds change in between
   for (std::size_t i = 1; i < path.points.size(); ++i) {
     const JointVector &a = path.points[i - 1].joints_rad, &b = path.points[i].joints_rad;
     double flow = 0;
     for (std::size_t j = 0; j < kJoints; ++j) {
       const auto k = static_cast<Eigen::Index>(j);
-      const LinkDescription& link = machine().links[j];
+      const LinkDescription& link = test::solar().links[j];
       ASSERT_LE(std::abs(b[k] - a[k]), kAllowed * link.max_rate_radps * kPeriod_s) << kJointNames[j] << " at " << i;
       ASSERT_GE(b[k], link.min_rad + kPathRangeMargin_rad - 1e-9);
       ASSERT_LE(b[k], link.max_rad - kPathRangeMargin_rad + 1e-9);
       const int joint = static_cast<int>(j);
       const double extension =
           kinematics.cylinder_at(joint, b[k])->length_m - kinematics.cylinder_at(joint, a[k])->length_m;
-      const CylinderDescription& cylinder = machine().cylinders[j];
+      const CylinderDescription& cylinder = test::solar().cylinders[j];
       flow += extension > 0 ? extension * cylinder.head_area_m2() : -extension * cylinder.rod_side_area_m2();
     }
-    ASSERT_LE(flow, kAllowed * machine().hydraulics.pump_flow_m3ps * kPeriod_s) << i;
-    ASSERT_LE((kinematics.tip(b) - kinematics.tip(a)).norm(), kAllowed * machine().limits.tip_speed_mps * kPeriod_s);
+    ASSERT_LE(flow, kAllowed * test::solar().hydraulics.pump_flow_m3ps * kPeriod_s) << i;
+    ASSERT_LE((kinematics.tip(b) - kinematics.tip(a)).norm(),
+              kAllowed * test::solar().limits.tip_speed_mps * kPeriod_s);
   }
 }
 
@@ -146,7 +143,7 @@ TEST(OperatorPath, NeverAsksForMoreThanItsShareOfJointTipAndPumpSpeedHoweverWild
 TEST(OperatorPath, GoesThroughEveryRecordedExtremeAndNowhereBeyond) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
-    const Recording recording = random_recording(seed, 0.9);
+    const RecordedPath recording = random_recording(seed, 0.9);
     const std::vector<JointVector> played = joints_of(play(recording));
     for (Eigen::Index j = 0; j < kJoints; ++j) {
       EXPECT_LE(highest(played, j), highest(recording.joints_rad, j) + 1e-9);
@@ -157,7 +154,7 @@ TEST(OperatorPath, GoesThroughEveryRecordedExtremeAndNowhereBeyond) {
 }
 
 TEST(OperatorPath, StartsAndEndsAtRestWhereTheRecordingDoes) {
-  const Recording recording = random_recording(7, 0.9);
+  const RecordedPath recording = random_recording(7, 0.9);
   const OperatorPath path = play(recording);
   EXPECT_LT((path.points.front().joints_rad - recording.joints_rad.front()).norm(), 1e-9);
   EXPECT_LT((path.points.back().joints_rad - recording.joints_rad.back()).norm(), 1e-8);
@@ -166,7 +163,7 @@ TEST(OperatorPath, StartsAndEndsAtRestWhereTheRecordingDoes) {
 }
 
 TEST(OperatorPath, PlaysASlowMotionAsFastAsItWasRecorded) {
-  Recording recording;
+  RecordedPath recording;
   for (int i = 0; i <= 100; ++i) recording.add(0.1 * i, 0.3 + 0.005 * i, -1.5 - 0.005 * i, -0.8 + 0.01 * i);
   const OperatorPath path = play(recording);
   EXPECT_NEAR(path.recorded_s, 10, 1e-9);
@@ -177,23 +174,23 @@ TEST(OperatorPath, PlaysASlowMotionAsFastAsItWasRecorded) {
 }
 
 TEST(OperatorPath, StretchesTimeToTheJointsShareAndSaysByHowMuch) {
-  Recording recording;  // the boom, 0.8 rad in 1 s
+  RecordedPath recording;  // the boom, 0.8 rad in 1 s
   for (int i = 0; i <= 20; ++i) recording.add(0.1 * i, 0.1 + 0.8 * std::clamp((i - 5) / 10.0, 0.0, 1.0), -1.5, -0.8);
   const OperatorPath path = play(recording);
-  const double factor = 0.8 / (kPathSpeedShare * machine().links[kBoom].max_rate_radps);
+  const double factor = 0.8 / (kPathSpeedShare * test::solar().links[kBoom].max_rate_radps);
   ASSERT_GT(factor, 1.05);
   double fastest = 0;
   for (const sim::PathPoint& p : path.points) fastest = std::max(fastest, p.rates_radps[kBoom]);
-  EXPECT_NEAR(fastest, kPathSpeedShare * machine().links[kBoom].max_rate_radps, 1e-3);
+  EXPECT_NEAR(fastest, kPathSpeedShare * test::solar().links[kBoom].max_rate_radps, 1e-3);
   EXPECT_GT(path.played_s, 2 + 0.9 * (factor - 1));
   EXPECT_TRUE(told(path, "s for boom speed (at most")) << path.notes.back();
 }
 
 TEST(OperatorPath, ScalesAnglesBeyondTheRangeLinearlyAboutItsMiddleAndSaysSo) {
-  const LinkDescription& link = machine().links[kBucket];
+  const LinkDescription& link = test::solar().links[kBucket];
   const double mid = (link.min_rad + link.max_rad) / 2;
   const double half = (link.max_rad - link.min_rad) / 2 - kPathRangeMargin_rad;
-  Recording recording;  // to 1.25 times the range on one side, 0.5 times on the other
+  RecordedPath recording;  // to 1.25 times the range on one side, 0.5 times on the other
   for (int i = 0; i <= 40; ++i) recording.add(0.2 * i, 0.3, -1.5, mid + half * (-0.5 + 1.75 * i / 40.0));
   const OperatorPath path = play(recording);
   EXPECT_NEAR(path.points.front().joints_rad[kBucket], mid - half * 0.5 / 1.25, 1e-8);
@@ -205,14 +202,14 @@ TEST(OperatorPath, ScalesAnglesBeyondTheRangeLinearlyAboutItsMiddleAndSaysSo) {
 }
 
 TEST(OperatorPath, LeavesOutLateRefreshesAndNamesTheirRowsButKeepsAStandstill) {
-  Recording stairs;  // 0.1 rad/s, refreshed every other row
+  RecordedPath stairs;  // 0.1 rad/s, refreshed every other row
   for (int i = 0; i <= 40; ++i) stairs.add(0.1 * i, 0.3 + 0.02 * (i / 2), -1.5 - 0.01 * i, -0.8 - 0.01 * i);
   const OperatorPath smooth = play(stairs);
   EXPECT_TRUE(told(smooth, "boom: 20 x late refresh (left out): row 3, 5, 7")) << smooth.notes[1];
   EXPECT_FALSE(told(smooth, "arm: 20 x"));
   for (std::size_t i = 150; i < 550; ++i) ASSERT_NEAR(smooth.points[i].rates_radps[kBoom], 0.1, 0.02) << i;
 
-  Recording pause;
+  RecordedPath pause;
   for (int i = 0; i <= 40; ++i) {
     const double way = 0.02 * (std::min(i, 10) + std::max(0, i - 30));  // stands still from 1 s to 3 s
     pause.add(0.1 * i, 0.3 + way, -1.5 - 0.01 * i, -0.8 - 0.01 * i);
@@ -225,7 +222,7 @@ TEST(OperatorPath, LeavesOutLateRefreshesAndNamesTheirRowsButKeepsAStandstill) {
 }
 
 TEST(OperatorPath, FillsAGapWithoutOvershootAndDoesNotWaitForALongOne) {
-  Recording recording;
+  RecordedPath recording;
   for (int i = 0; i <= 10; ++i) recording.add(0.1 * i, 0.3 + 0.01 * i, -1.5 - 0.01 * i, -0.8 - 0.01 * i);
   for (int i = 0; i <= 10; ++i) recording.add(61 + 0.1 * i, 0.6 + 0.01 * i, -1.8 - 0.01 * i, -1.1 - 0.01 * i);
   const OperatorPath path = play(recording);
@@ -238,7 +235,7 @@ TEST(OperatorPath, FillsAGapWithoutOvershootAndDoesNotWaitForALongOne) {
 }
 
 TEST(OperatorPath, PlaysJointsThatNeverMove) {
-  Recording recording;
+  RecordedPath recording;
   for (int i = 0; i <= 20; ++i) recording.add(0.1 * i, 0.3 + 0.01 * i, -1.5, -0.8);
   const OperatorPath path = play(recording);
   EXPECT_NEAR(path.points[100].joints_rad[kArm], -1.5, 1e-9);
@@ -246,7 +243,7 @@ TEST(OperatorPath, PlaysJointsThatNeverMove) {
 }
 
 TEST(OperatorPath, RefusesWhatHoldsNoMotionOfAllThreeJoints) {
-  Recording recording;
+  RecordedPath recording;
   for (int i = 0; i <= 20; ++i) recording.add(0.1 * i, 0.3, i < 18 ? std::nan("") : -1.5, -0.8);
   EXPECT_THROW((void)play(recording), InputError);
   recording = {};
@@ -270,9 +267,9 @@ TEST(OperatorPath, IsTheSameOfARecordingInOnePieceAndInParts) {
   for (const recording::FileOfFolder& file : recording::files_in(parts.folder)) files.push_back(file.path);
   std::sort(files.begin(), files.end());
   ASSERT_GT(files.size(), 2u);
-  const OperatorPath one = load_operator_path({whole.file}, "", machine());
-  const OperatorPath joined = load_operator_path(files, "", machine());
-  EXPECT_GT(joined.played_s, load_operator_path({files.front()}, "", machine()).played_s + 1);
+  const OperatorPath one = load_operator_path({whole.file}, "", test::solar());
+  const OperatorPath joined = load_operator_path(files, "", test::solar());
+  EXPECT_GT(joined.played_s, load_operator_path({files.front()}, "", test::solar()).played_s + 1);
   EXPECT_EQ(joined.played_s, one.played_s);
   ASSERT_EQ(joined.points.size(), one.points.size());
   for (std::size_t i = 0; i < one.points.size(); ++i)
@@ -300,7 +297,7 @@ TEST(OperatorPath, PlaysTheRealDigCyclesWithinLimits) {
   int cycles = 0, repeating = 0;
   for (const auto& entry : fs::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path());
-    const OperatorPath path = load_operator_path({entry.path().string()}, map, machine());
+    const OperatorPath path = load_operator_path({entry.path().string()}, map, test::solar());
     expect_within_limits(path);
     EXPECT_GT(path.played_s, 4);
     EXPECT_TRUE(told(path, "gap in time"));

@@ -142,7 +142,7 @@ metric = "faults"
 max = 2
 )";
 
-const MachineDescription& machine(const std::string& name = "solar015") {
+const MachineDescription& machine_named(const std::string& name = "solar015") {
   static const MachineDescription small = load_machine(kConfig / "machines/solar015.toml");
   static const MachineDescription large = load_machine(kConfig / "machines/compact080.toml");
   return name == "solar015" ? small : large;
@@ -151,12 +151,12 @@ const MachineDescription& machine(const std::string& name = "solar015") {
 class ScenarioFile : public ::testing::Test {
  protected:
   ~ScenarioFile() override { fs::remove(path_); }
-  Scenario load(const std::string& text, const MachineDescription& m = machine()) {
+  Scenario load(const std::string& text, const MachineDescription& m = machine_named()) {
     std::ofstream(path_) << text;
     return load_scenario(path_, m);
   }
   /// The message with which `text` is refused; empty where it is not.
-  std::string refusal(const std::string& text, const MachineDescription& m = machine()) {
+  std::string refusal(const std::string& text, const MachineDescription& m = machine_named()) {
     const std::string line = test::refusal([&] { return load(text, m); });
     if (line == "accepted") return "";
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
@@ -191,7 +191,7 @@ TEST(Scenarios, ShippedOnesLoadForEveryShippedMachine) {
 
 TEST(Scenarios, NameIsTheFilesName) {
   for (const auto& scenario : fs::directory_iterator(kConfig / "scenarios")) {
-    EXPECT_EQ(load_scenario(scenario.path(), machine()).name, scenario.path().stem().string());
+    EXPECT_EQ(load_scenario(scenario.path(), machine_named()).name, scenario.path().stem().string());
   }
 }
 
@@ -202,7 +202,7 @@ TEST(Scenarios, HaveALooserRequirementBesideEachGoal) {
            ((goal.max && other.max && *other.max > *goal.max) || (goal.min && other.min && *other.min < *goal.min));
   };
   for (const auto& scenario : fs::directory_iterator(kConfig / "scenarios")) {
-    const std::vector<Criterion> criteria = load_scenario(scenario.path(), machine()).criteria;
+    const std::vector<Criterion> criteria = load_scenario(scenario.path(), machine_named()).criteria;
     for (const Criterion& goal : criteria) {
       if (goal.kind != CriterionKind::kGoal) continue;
       EXPECT_TRUE(std::ranges::any_of(criteria, [&](const Criterion& other) { return beside(goal, other); }))
@@ -298,9 +298,9 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   };
   EXPECT_NE(refusal(fault("sensor_invalid", "enable")).find("the enable node cannot"), std::string::npos);
   EXPECT_NE(refusal(fault("sensor_frozen", "enable")).find("the enable node cannot"), std::string::npos);
-  EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine().bus.tilt().id);
-  EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine().bus.enable().id);
-  EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine().bus.pressure(5).id);
+  EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine_named().bus.tilt().id);
+  EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine_named().bus.enable().id);
+  EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine_named().bus.pressure(5).id);
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
@@ -310,7 +310,8 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
     const auto kind = static_cast<sim::FaultKind>(i);
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + sim::name(kind) + "\"");
     if (!sim::concerns_node(kind)) text.erase(text.find(node), node.size());
-    if (sim::concerns_node(kind) && sim::why_not(kind, machine().bus.pressure(2).id, machine().bus)) continue;
+    if (sim::concerns_node(kind) && sim::why_not(kind, machine_named().bus.pressure(2).id, machine_named().bus))
+      continue;
     EXPECT_EQ(load(text).faults[0].kind, kind) << sim::name(kind);
     ++read;
   }
@@ -318,7 +319,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   expect_refused("kind = \"node_silent\"", "kind = \"gremlin\"", {"fault[0].kind", "gremlin", "link_cut", "babble"});
   EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);
-  EXPECT_EQ(load(kWhole).faults[1].subject, machine().bus.valve(kArm).id);
+  EXPECT_EQ(load(kWhole).faults[1].subject, machine_named().bus.valve(kArm).id);
 }
 
 TEST_F(ScenarioFile, WanderingHasASpeedAndALength) {
@@ -359,7 +360,7 @@ TEST_F(ScenarioFile, PhasesAreReadAsWritten) {
 }
 
 TEST_F(ScenarioFile, LengthsFollowTheReachAndLoadsThePayload) {
-  const Scenario small = load(kWhole, machine()), large = load(kWhole, machine("compact080"));
+  const Scenario small = load(kWhole, machine_named()), large = load(kWhole, machine_named("compact080"));
   const double length = 6.5 / 3.2, load = 800.0 / 150;
   EXPECT_NEAR(small.phases[2].tip_m.x(), 2.2, 1e-12);
   EXPECT_NEAR(large.phases[2].tip_m.x(), 2.2 * length, 1e-12);
@@ -375,7 +376,7 @@ TEST_F(ScenarioFile, LengthsFollowTheReachAndLoadsThePayload) {
   EXPECT_NEAR(large.world.soil[0].bucket_width_m, 0.45 * length, 1e-12);
   EXPECT_NEAR(large.world.soil[0].bucket_capacity_m3, 0.04 * load, 1e-12);
   EXPECT_NEAR(large.world.weights[0].mass_kg, 50 * load, 1e-9);
-  EXPECT_EQ(large.world.weights[0].point_m, machine("compact080").payload_com_m);
+  EXPECT_EQ(large.world.weights[0].point_m, machine_named("compact080").payload_com_m);
   EXPECT_NEAR(large.world.pipes[0].radius_m, 0.05 * length, 1e-12);
   EXPECT_NEAR(large.criteria[1].max.value(), 0.05 * length, 1e-12);
   EXPECT_NEAR(large.criteria[2].max.value(), 5 * load, 1e-9);

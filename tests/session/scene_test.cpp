@@ -22,7 +22,7 @@ double lowest(const SceneLine& line) {
   return std::min_element(line.points_m.begin(), line.points_m.end(), [](auto& a, auto& b) { return a.y() < b.y(); })
       ->y();
 }
-double highest(const SceneLine& line) {
+double highest_of(const SceneLine& line) {
   return std::max_element(line.points_m.begin(), line.points_m.end(), [](auto& a, auto& b) { return a.y() < b.y(); })
       ->y();
 }
@@ -43,7 +43,7 @@ TEST(Scene, AWallIsAnAreaBehindItsFace) {
     EXPECT_GE(p.x(), 2.5);
     EXPECT_LE(p.x(), 3.0);
   }
-  EXPECT_NEAR(highest(walls[0]), kReach_m / 2, 1e-9);
+  EXPECT_NEAR(highest_of(walls[0]), kReach_m / 2, 1e-9);
   EXPECT_NEAR(lowest(walls[0]), -kReach_m / 2, 1e-9);
 }
 
@@ -54,9 +54,9 @@ TEST(Scene, AFaceIsDrawnWhereItIsHoweverFarAlong) {
   world.walls[0].to_m = 3;  // downwards
   world.walls[1].from_m = 2;
   const auto walls = named(scene_of(world, {}, kReach_m), "wall");
-  EXPECT_NEAR(highest(walls[0]), -2, 1e-9);
+  EXPECT_NEAR(highest_of(walls[0]), -2, 1e-9);
   EXPECT_NEAR(lowest(walls[0]), -3, 1e-9);
-  EXPECT_NEAR(highest(walls[1]), -2, 1e-9);
+  EXPECT_NEAR(highest_of(walls[1]), -2, 1e-9);
   EXPECT_LT(lowest(walls[1]), -2.5);
 }
 

@@ -14,22 +14,18 @@
 #include "machine/load.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::session {
 namespace {
 namespace fs = std::filesystem;
-
-const MachineDescription& machine() {
-  static const MachineDescription description = load_machine(find_config("machine", "solar015"));
-  return description;
-}
 
 class TruthFile : public ::testing::Test {
  protected:
   ~TruthFile() override { fs::remove(path_); }
   sim::MachineTruth load(const std::string& text) {
     std::ofstream(path_) << text;
-    return load_truth(path_, machine());
+    return load_truth(path_, test::solar());
   }
   std::string refusal(const std::string& text) {
     return test::refusal([&] { return load(text); });
@@ -86,7 +82,7 @@ TEST_F(TruthFile, EveryKeyAloneReachesTheMachineInItsUnit) {
   for (const Key& key : kKeys) {
     const sim::MachineTruth truth = load(std::string(key.table) + "\n" + key.line + "\n");
     EXPECT_NEAR(key.value(truth), key.expected, 1e-9 * std::abs(key.expected)) << key.table << " " << key.line;
-    EXPECT_GT(std::abs(key.value(truth) - key.value(sim::nominal_truth(machine()))), 1e-6 * std::abs(key.expected))
+    EXPECT_GT(std::abs(key.value(truth) - key.value(sim::nominal_truth(test::solar()))), 1e-6 * std::abs(key.expected))
         << key.line << " is to change something";
   }
 }
@@ -125,7 +121,7 @@ TEST_F(TruthFile, TheShippedExampleFitsEveryShippedMachine) {
 
 std::string digest_of(const sim::MachineTruth& truth) {
   SessionSetup setup;
-  setup.machine = machine();
+  setup.machine = test::solar();
   setup.device = load_device(find_config("device", "knuckle1"));
   setup.scenario = load_scenario(find_config("scenario", "free_motion"), setup.machine);
   setup.scenario.duration_s = 8;
@@ -137,7 +133,7 @@ std::string digest_of(const sim::MachineTruth& truth) {
 }
 
 TEST_F(TruthFile, OneThatSaysWhatTheMachineFileSaysGivesTheNominalSession) {
-  const std::string nominal = digest_of(sim::nominal_truth(machine()));
+  const std::string nominal = digest_of(sim::nominal_truth(test::solar()));
   EXPECT_EQ(digest_of(load("")), nominal);
   std::string text =
       "pressure_offset_bar = [0, 0, 0, 0, 0, 0]\nencoder_offset_mm = [0, 0, 0]\nhull_pitch_deg = 0\n"

@@ -10,8 +10,8 @@
 namespace knuckle::sim::test {
 namespace {
 
-/// All that was sent under an identifier in 100 ms, whoever controls the nodes or not.
-std::vector<Heard> sent(std::uint32_t id, const SensorErrors& errors = {}) {
+/// All that was broadcasts_under under an identifier in 100 ms, whoever controls the nodes or not.
+std::vector<Heard> broadcasts_under(std::uint32_t id, const SensorErrors& errors = {}) {
   const MachineDescription machine = knuckle::test::broadcast_machine();
   MachineSignals signals;
   signals.shaft_rad = JointVector(0.32, -1.5, -0.8);
@@ -31,7 +31,7 @@ std::vector<Heard> sent(std::uint32_t id, const SensorErrors& errors = {}) {
 }
 
 TEST(Broadcasts, AreSentByTheirPeriodsInTheFilesBits) {
-  const std::vector<Heard> front = sent(0x18FF1021 | kExtendedId), body = sent(0x1A5);
+  const std::vector<Heard> front = broadcasts_under(0x18FF1021 | kExtendedId), body = broadcasts_under(0x1A5);
   ASSERT_EQ(front.size(), 10U);
   ASSERT_EQ(body.size(), 5U);
   EXPECT_NEAR(to_seconds(front[3].at - front[2].at), 0.01, 5e-4) << "it may wait for another frame";
@@ -45,7 +45,7 @@ TEST(Broadcasts, AreSentByTheirPeriodsInTheFilesBits) {
 }
 
 TEST(Broadcasts, AValueThatDoesNotFitIsTheHighestThatIsOne) {
-  const std::vector<Heard> pressures = sent(0x18FF2021 | kExtendedId);
+  const std::vector<Heard> pressures = broadcasts_under(0x18FF2021 | kExtendedId);
   ASSERT_FALSE(pressures.empty());
   EXPECT_EQ(pressures[0].frame.size, 6);
   EXPECT_EQ(pressures[0].frame.data, (std::array<std::uint8_t, 8>{76, 77, 0xFA, 76, 76, 76, 0, 0}));
@@ -55,7 +55,7 @@ TEST(Broadcasts, HaveTheSensorsErrors) {
   SensorErrors errors;
   errors.pressure_offset_Pa[0] = 4e5;
   errors.pressure_noise_Pa[5] = 5e5;
-  const std::vector<Heard> pressures = sent(0x18FF2021 | kExtendedId, errors);
+  const std::vector<Heard> pressures = broadcasts_under(0x18FF2021 | kExtendedId, errors);
   EXPECT_EQ(pressures[0].frame.data[0], 78);
   EXPECT_TRUE(std::any_of(pressures.begin(), pressures.end(), [](const Heard& h) { return h.frame.data[5] != 76; }));
 }

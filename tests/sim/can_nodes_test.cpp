@@ -12,7 +12,7 @@
 #include "tests/support/sensor_frames.h"
 #include "transport/timed_frame.h"
 
-namespace knuckle::sim::test {
+namespace knuckle::sim::rig {
 namespace {
 
 using canopen::NmtCommand;
@@ -427,4 +427,4 @@ TEST(CanNodes, TsharkReadsEveryFrameKindOfAStartAsCanopen) {
 }
 
 }  // namespace
-}  // namespace knuckle::sim::test
+}  // namespace knuckle::sim::rig

@@ -14,7 +14,7 @@
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
 
-namespace knuckle::sim::test {
+namespace knuckle::sim::rig {
 
 inline MachineDescription bus_machine() {
   MachineDescription machine;
@@ -138,4 +138,4 @@ class CanRig : public BusRig {
   MachineSignals signals;
 };
 
-}  // namespace knuckle::sim::test
+}  // namespace knuckle::sim::rig

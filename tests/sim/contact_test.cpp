@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const BucketOutline& outline() {
-  static const BucketOutline made(default_machine());
+  static const BucketOutline made(test::solar());
   return made;
 }
 
@@ -34,7 +34,7 @@ PlanarVector outwards(std::size_t corner) {
 }
 
 ContactForces forces(const WorldDescription& world, const BucketMotion& bucket) {
-  return WorldModel(world, default_machine()).forces(bucket);
+  return WorldModel(world, test::solar()).forces(bucket);
 }
 
 constexpr double kDepth_m = 1e-3;
@@ -100,7 +100,7 @@ TEST(Contact, LoosePieceIsPushedAlongWithItsFrictionAtAnySpeedAndStep) {
       WorldDescription world;
       world.pieces.push_back(
           {.mass_kg = kMass_kg, .position_m = {foremost_m + piece_radius_m(kMass_kg) + 0.01, mouth.y()}});
-      WorldModel model(world, default_machine());
+      WorldModel model(world, test::solar());
       bucket.pin_mps = {speed_mps, 0};
       const int steps = static_cast<int>(0.2 / (speed_mps * step_s));
       for (int i = 0; i < steps; ++i) {
@@ -152,7 +152,7 @@ TEST(Contact, PlaceThatComesInByTheEndOfAWallIsNotThrownOutOfItsFace) {
                          .friction = 0,
                          .from_m = -2,
                          .to_m = 0.4});
-  WorldModel model(world, default_machine());
+  WorldModel model(world, test::solar());
   double most = 0;
   for (int i = 0; i < 40; ++i) {  // the tip rises into it from below, well behind the face
     bucket.pin_m = PlanarVector(0, -1e-3 + 1e-4 * i) - bucket.turn * outline().tip();
@@ -180,7 +180,7 @@ TEST(Contact, ASideThatSlidesFromTheEndOntoTheCornerOfAWallIsHandedOverWithoutAJ
                            .friction = 0,
                            .from_m = -1,
                            .to_m = 0});
-    WorldModel model(world, default_machine());
+    WorldModel model(world, test::solar());
     for (int i = 0; i < 100; ++i) {
       bucket.pin_m.y() += 1e-3;
       bucket.linkage_m.y() += 1e-3;
@@ -203,7 +203,7 @@ TEST(Contact, ATipThatSlidesOffTheEndOfAWallIsPushedOffNotHeld) {
                              .friction = 0,
                              .from_m = -1,
                              .to_m = 0});
-      WorldModel model(world, default_machine());
+      WorldModel model(world, test::solar());
       double last_N = 0;
       for (int i = 0; i < 60; ++i) {
         bucket.pin_m.y() -= 1e-3;
@@ -228,7 +228,7 @@ struct PressedNearACorner {
   static constexpr double kPressed_m = 2e-3, kTravel_m = 1e-4, kStored_J = 0.5 * kStiffness * kPressed_m * kPressed_m;
   BucketMotion bucket;
   std::string what;  // for messages
-  WorldModel model{WorldDescription{}, default_machine()};
+  WorldModel model{WorldDescription{}, test::solar()};
   double work_J = 0;  // done on the bucket
   int step = 0;
 
@@ -252,7 +252,7 @@ struct PressedNearACorner {
                            .friction = 0,
                            .from_m = into_face == (way > 0) ? 0.0 : -width_m,
                            .to_m = into_face == (way > 0) ? width_m : 0.0});
-    model = WorldModel(world, default_machine());
+    model = WorldModel(world, test::solar());
     slide(0);
   }
   void slide(double by_m) {
@@ -352,13 +352,13 @@ TEST_P(OverACorner, WhatSlidesBackIsPressedAsBefore) {
 INSTANTIATE_TEST_SUITE_P(Contact, OverACorner, testing::Combine(testing::Values(1.0, -1.0), testing::Bool()));
 
 TEST(Contact, JointTorquesOfAForceAreItsVirtualWork) {
-  const RigidBody body(default_machine(), 0);
+  const RigidBody body(test::solar(), 0);
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < 200; ++n) {
     JointVector angle;
     for (int j = 0; j < kJoints; ++j) {
-      const LinkDescription& link = default_machine().links[static_cast<std::size_t>(j)];
+      const LinkDescription& link = test::solar().links[static_cast<std::size_t>(j)];
       angle[j] = link.min_rad + 0.5 * (1 + unit(random)) * (link.max_rad - link.min_rad);
     }
     const PlanarVector force(1000 * unit(random), 1000 * unit(random)),

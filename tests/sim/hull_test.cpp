@@ -24,7 +24,7 @@ HullTruth soft_hull() {
 }
 
 Plant plant_on(const HullTruth& hull, const WorldDescription& world = {}, const JointVector& start = kWorkingPose) {
-  MachineTruth truth = nominal_truth(default_machine());
+  MachineTruth truth = nominal_truth(test::solar());
   truth.hull = hull;
   Plant plant(truth, world, start);
   plant.set_pilot(true);

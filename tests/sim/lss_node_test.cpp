@@ -11,7 +11,7 @@ namespace knuckle::sim {
 namespace {
 
 using lss::Service;
-using test::CanRig;
+using rig::CanRig;
 
 constexpr std::uint8_t kNode = 0x20;  // a pressure transmitter; vendor 0x1234, product 0x5620
 

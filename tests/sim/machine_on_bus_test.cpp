@@ -9,6 +9,7 @@
 #include "machine/load.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 #include "transport/canopen.h"
 
 namespace knuckle::sim {
@@ -16,14 +17,9 @@ namespace {
 
 const JointVector kStart(0.3, -1.4, -0.8);
 
-const MachineDescription& solar() {
-  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return loaded;
-}
-
 /// With pressures that are not yet those of its weight: it moves from the first millisecond on.
 struct Loaded : MachineOnBus {
-  explicit Loaded(CanBus* wire = nullptr) : MachineOnBus(nominal_truth(solar()), {}, kStart, 1, wire) {
+  explicit Loaded(CanBus* wire = nullptr) : MachineOnBus(nominal_truth(test::solar()), {}, kStart, 1, wire) {
     machine().plant().set_pull({0, -20e3});
   }
 };
@@ -72,7 +68,7 @@ TEST(MachineOnBus, IsSwitchedOnAtZeroAndGoesOnTickByTickWhenSomebodyWaits) {
 }
 
 TEST(MachineOnBus, TakesTheBusThatItIsGiven) {
-  VirtualCanBus wire(2, solar().bus.bit_rate);
+  VirtualCanBus wire(2, test::solar().bus.bit_rate);
   Loaded far(&wire.port(1));
   far.step(Time(1ms));
   far.nodes_end().cut(true);
@@ -83,7 +79,7 @@ TEST(MachineOnBus, TakesTheBusThatItIsGiven) {
 
 /// What is sent between two ticks is carried from the next one on: as if sent a millisecond later.
 TEST(MachineOnBus, InAThreadOfItsOwnItTellsTheControllerTheSame) {
-  ThreadedMachine threaded(nominal_truth(solar()), {}, kStart, 1);
+  ThreadedMachine threaded(nominal_truth(test::solar()), {}, kStart, 1);
   Loaded lockstep;
   const CanFrame start = canopen::nmt_frame(canopen::NmtCommand::kStart, 0), sync = canopen::sync_frame();
   const auto send = [&](CanBus& bus, int ms) {
@@ -104,7 +100,7 @@ TEST(MachineOnBus, InAThreadOfItsOwnItTellsTheControllerTheSame) {
 }
 
 TEST(MachineOnBus, InAThreadOfItsOwnItCarriesNoFrameBeforeItWasSent) {
-  ThreadedMachine threaded(nominal_truth(solar()), {}, kStart, 1);
+  ThreadedMachine threaded(nominal_truth(test::solar()), {}, kStart, 1);
   Time carried_at = kNever;
   threaded.set_tap({[](void* at, Time now, const CanFrame& frame) {
                       if (frame.id == canopen::sync_frame().id) *static_cast<Time*>(at) = now;
@@ -126,7 +122,7 @@ TEST(MachineOnBus, AllocatesNothingWhileStepping) {
 }
 
 TEST(MachineOnBus, RefusesAControllerWhosePeriodIsNoMultipleOfATick) {
-  MachineDescription machine = solar();
+  MachineDescription machine = test::solar();
   EXPECT_EQ(period_in_ticks(machine), 5ms);
   machine.bus.sync_Hz = 150;
   EXPECT_THROW((void)period_in_ticks(machine), InputError);

@@ -22,8 +22,7 @@ PlanarVector tip_of(const JointVector& q) {
   double angle = 0;
   for (int i = 0; i < kJoints; ++i) {
     angle += q[i];
-    tip +=
-        default_machine().links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(angle), std::sin(angle));
+    tip += test::solar().links[static_cast<std::size_t>(i)].length_m * PlanarVector(std::cos(angle), std::sin(angle));
   }
   return tip;
 }
@@ -32,7 +31,7 @@ PlanarVector tip_of(const JointVector& q) {
 struct Toy {
   explicit Toy(std::vector<Phase> phases, Duration reaction = 200ms, std::vector<PathPoint> path = {},
                const JointVector& hand = kPose)
-      : person(default_machine(), std::move(phases), std::move(path), 5ms, hand, reaction,
+      : person(test::solar(), std::move(phases), std::move(path), 5ms, hand, reaction,
                PushStiffness{kFelt_N_per_m, kFelt_N_per_m}) {
     view.hand_rad = view.ghost_rad = hand;
     view.machine_rad = kPose;
@@ -422,7 +421,7 @@ TEST(Operator, StaysWithinTheMachinesReachWhateverIsAskedAndGivesUpAPressThatTou
   push.speed_mps = 0.5;
   push.timeout_s = 10;
   Toy toy({engage(), push, sweep(1)});
-  const MachineDescription& machine = default_machine();
+  const MachineDescription& machine = test::solar();
   while (toy.person.phase() < 2 && toy.now < Time(30s)) {
     toy.step();
     for (std::size_t i = 0; i < kJoints; ++i) {
@@ -458,8 +457,8 @@ TEST(Operator, WandersToAllEndsWithinItsSpeedAndComesToRest) {
   }
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto j = static_cast<Eigen::Index>(i);
-    EXPECT_NEAR(low[j], default_machine().links[i].min_rad, 1e-9) << i;
-    EXPECT_NEAR(high[j], default_machine().links[i].max_rad, 1e-9) << i;
+    EXPECT_NEAR(low[j], test::solar().links[i].min_rad, 1e-9) << i;
+    EXPECT_NEAR(high[j], test::solar().links[i].max_rad, 1e-9) << i;
   }
   EXPECT_GT(fastest_radps, 0.3);
   EXPECT_LT(fastest_radps, 0.61);

@@ -159,7 +159,7 @@ TEST(Person, StepsAllocateNothing) {
 struct HandOnDevice {
   HandOnDevice(const LimbImpedance& limb, const Person& person, std::vector<Phase> phases)
       : device(test::desk_device(), limb, cable.device(), 3, test::kMidPosture),
-        plan(default_machine(), std::move(phases), {}, 5ms, test::kMidPosture, 250ms,
+        plan(test::solar(), std::move(phases), {}, 5ms, test::kMidPosture, 250ms,
              PushStiffness{kPress_N_per_m, kPress_N_per_m}, Unsteadiness(person, limb, 3)) {}
   void run(double seconds) {
     for (int k = 0; k < static_cast<int>(seconds / kTick_s); ++k) {
@@ -183,7 +183,7 @@ struct HandOnDevice {
   Time now{};
 };
 
-Phase move_to(const JointVector& joints_rad) {
+Phase go_on_to(const JointVector& joints_rad) {
   Phase phase;
   phase.kind = PhaseKind::kMove;
   phase.joint_space = true;
@@ -204,7 +204,7 @@ TEST(Person, AHandThatLooksGoesOnSmoothlyFromPhaseToPhase) {
   press.speed_mps = 0.05;
   press.force_N = 1;
   press.duration_s = 1;
-  Phase move = move_to(test::kMidPosture + JointVector(0.1, 0.1, -0.1));
+  Phase move = go_on_to(test::kMidPosture + JointVector(0.1, 0.1, -0.1));
   move.tolerance_m = 10;
   Person looks;
   looks.corrects = true;
@@ -223,7 +223,7 @@ TEST(Person, AHandThatLooksGoesOnSmoothlyFromPhaseToPhase) {
 /// @return how far the hand has stopped short of where it was meant to be, in its worst joint.
 double missing_rad(const LimbImpedance& limb, const Person& person) {
   const JointVector goal = test::kMidPosture + JointVector(0.2, 0.15, -0.3);
-  HandOnDevice hand(limb, person, {move_to(goal)});
+  HandOnDevice hand(limb, person, {go_on_to(goal)});
   hand.run(20);
   return (hand.device.truth().joint_rad - goal).cwiseAbs().maxCoeff();
 }
@@ -242,7 +242,7 @@ TEST(Person, ABarelyDampedHandIsNotMadeToSwingByItsOwnCorrections) {
   EXPECT_NEAR(steady_below_1ps(light), 0.4, 1e-9);
   Person looks;
   looks.corrects = true;
-  HandOnDevice hand(light, looks, {move_to(test::kMidPosture + JointVector(0.2, 0.15, -0.3))});
+  HandOnDevice hand(light, looks, {go_on_to(test::kMidPosture + JointVector(0.2, 0.15, -0.3))});
   hand.run(20);
   double fastest_radps = 0;
   for (int k = 0; k < 20; ++k) {

@@ -45,8 +45,8 @@ StateVector stepped(PlantModel& model, const HeldInputs& held, const WorldModel&
 class PlantStep : public testing::TestWithParam<Case> {};
 
 TEST_P(PlantStep, IsCloseToTheReference) {
-  PlantModel model(nominal_truth(default_machine()));
-  const WorldModel free({}, default_machine());
+  PlantModel model(nominal_truth(test::solar()));
+  const WorldModel free({}, test::solar());
   HeldInputs held;
   for (int i = 0; i < kJoints; ++i) held.opening[static_cast<std::size_t>(i)] = GetParam().opening[i];
   const StateVector start = model.equilibrium(kWorkingPose, {});
@@ -66,7 +66,7 @@ TEST(PlantStepReuse, OfADerivativeWhereOnlyValvesMovedChangesNothing) {
   // Oil that warms by next to nothing: the same numbers, but every derivative is taken anew.
   using namespace std::chrono_literals;
   const auto make = [](double warming_K) {
-    MachineTruth truth = nominal_truth(default_machine());
+    MachineTruth truth = nominal_truth(test::solar());
     truth.warm_up.rise_K = warming_K;
     WorldDescription world;
     const MachinePose pose = pose_of(truth.machine, kWorkingPose);
@@ -106,10 +106,10 @@ TEST(PlantStepReuse, OfADerivativeWhereOnlyValvesMovedChangesNothing) {
 }
 
 TEST(PlantStepOnCompliantPins, IsCloseToTheReference) {
-  MachineTruth truth = nominal_truth(default_machine());
+  MachineTruth truth = nominal_truth(test::solar());
   for (PinTruth& pin : truth.pin) pin = compliant_pin(30e6, 0, 15);
   PlantModel model(truth);
-  const WorldModel free({}, default_machine());
+  const WorldModel free({}, test::solar());
   HeldInputs held;
   held.opening = {0.3, -0.2, 0.25};
   const StateVector start = model.equilibrium(kWorkingPose, {});

@@ -45,7 +45,7 @@ TEST(Plant, EveryElementKeepsItsEnergyWhileAllAxesMove) {
 
 TEST(Plant, RestStaysAtRestForEveryDrawnMachine) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    Plant plant(sample_truth(default_machine(), seed), {}, kWorkingPose);
+    Plant plant(sample_truth(test::solar(), seed), {}, kWorkingPose);
     run(plant, 10);
     EXPECT_LT((plant.state().joint_rad - kWorkingPose).norm(), 1e-9) << seed;
     EXPECT_LT(plant.state().joint_radps.norm(), 1e-9) << seed;
@@ -65,7 +65,7 @@ TEST(Plant, SpoolsCentreWithoutPilotWhateverTheDemand) {
 TEST(Plant, SpoolFollowsAfterDelayAndNotFasterThanItsFullStroke) {
   Plant plant = make_plant();
   plant.set_valve_demand(kBoom, 1);
-  run(plant, default_machine().cylinders[0].valve.delay_s);
+  run(plant, test::solar().cylinders[0].valve.delay_s);
   EXPECT_LT(plant.state().spool[kBoom], 0.01);
   double last = plant.state().spool[kBoom], fastest = 0;
   for (int i = 0; i < 300; ++i) {
@@ -73,8 +73,8 @@ TEST(Plant, SpoolFollowsAfterDelayAndNotFasterThanItsFullStroke) {
     fastest = std::max(fastest, (plant.state().spool[kBoom] - last) / 1e-3);
     last = plant.state().spool[kBoom];
   }
-  EXPECT_LE(fastest, 1 / default_machine().cylinders[0].valve.full_stroke_s * (1 + 1e-9));
-  EXPECT_NEAR(last, 1 - default_machine().cylinders[0].valve.hysteresis / 2, 1e-6);
+  EXPECT_LE(fastest, 1 / test::solar().cylinders[0].valve.full_stroke_s * (1 + 1e-9));
+  EXPECT_NEAR(last, 1 - test::solar().cylinders[0].valve.hysteresis / 2, 1e-6);
 }
 
 TEST(Plant, LockedChamberPressureRisesByStiffnessTimesSqueezedVolume) {
@@ -84,8 +84,8 @@ TEST(Plant, LockedChamberPressureRisesByStiffnessTimesSqueezedVolume) {
   Plant plant = make_plant(world);
   const double before = plant.state().chamber_Pa[0], length = plant.state().cylinder_m[kBoom];
   run(plant, 2);
-  const CylinderDescription& cylinder = default_machine().cylinders[kBoom];
-  const HydraulicsDescription& hydraulics = default_machine().hydraulics;
+  const CylinderDescription& cylinder = test::solar().cylinders[kBoom];
+  const HydraulicsDescription& hydraulics = test::solar().hydraulics;
   const auto volume = [&](double l) {
     return hydraulics.hose_volume_m3 + cylinder.head_area_m2() * (l - cylinder.min_length_m);
   };
@@ -101,10 +101,10 @@ TEST(Plant, SteadyCylinderSpeedFollowsTheOrificeEquation) {
   plant.set_valve_demand(kBoom, 0.4);
   run(plant, 1.2);
   const PlantState& s = plant.state();
-  const CylinderDescription& cylinder = default_machine().cylinders[kBoom];
+  const CylinderDescription& cylinder = test::solar().cylinders[kBoom];
   const double gain = cylinder.valve.nominal_flow_m3ps / std::sqrt(cylinder.valve.nominal_drop_Pa);
   const double inlet = gain * s.opening[kBoom] * std::sqrt(s.pump_Pa - s.chamber_Pa[0]) / cylinder.head_area_m2();
-  const double outlet = gain * s.opening[kBoom] * std::sqrt(s.chamber_Pa[1] - default_machine().hydraulics.tank_Pa) /
+  const double outlet = gain * s.opening[kBoom] * std::sqrt(s.chamber_Pa[1] - test::solar().hydraulics.tank_Pa) /
                         cylinder.rod_side_area_m2();
   EXPECT_GT(s.cylinder_mps[kBoom], 0.02);
   EXPECT_NEAR(s.cylinder_mps[kBoom], inlet, 0.02 * inlet);
@@ -119,7 +119,7 @@ TEST(Plant, PumpIsSharedWhereTheAxesAskForMoreThanItHas) {
   demand(all, {1, -1, -1});
   run(all, 0.5);
   EXPECT_LT(all.state().pump_share, 0.9);
-  EXPECT_LE(all.state().pump_m3ps, default_machine().hydraulics.pump_flow_m3ps * (1 + 1e-12));
+  EXPECT_LE(all.state().pump_m3ps, test::solar().hydraulics.pump_flow_m3ps * (1 + 1e-12));
   EXPECT_LT(std::abs(all.state().cylinder_mps[kBucket]), 0.95 * std::abs(one.state().cylinder_mps[kBucket]));
 }
 
@@ -131,11 +131,11 @@ TEST(Plant, EndStopHoldsFullPumpPressureAndMainReliefLimitsIt) {
       run(plant, 4);
       const PlantState& s = plant.state();
       const auto n = static_cast<std::size_t>(joint);
-      const LinkDescription& link = default_machine().links[n];
+      const LinkDescription& link = test::solar().links[n];
       EXPECT_LT(std::abs(s.joint_radps[joint]), 0.01);
       EXPECT_GT(s.joint_rad[joint], link.min_rad - 0.08);
       EXPECT_LT(s.joint_rad[joint], link.max_rad + 0.08);
-      EXPECT_NEAR(s.pump_Pa, default_machine().hydraulics.main_relief_Pa, 5e5);
+      EXPECT_NEAR(s.pump_Pa, test::solar().hydraulics.main_relief_Pa, 5e5);
     }
   }
 }
@@ -150,7 +150,7 @@ TEST(Plant, PortReliefBoundsALockedChamber) {
     plant.step(1ms);
     mean += plant.state().chamber_Pa[0] / 200;
   }
-  const double setting = default_machine().hydraulics.port_relief_Pa;
+  const double setting = test::solar().hydraulics.port_relief_Pa;
   EXPECT_LT(plant.state().joint_rad[kBoom], kWorkingPose[kBoom] - 0.02);  // the boom gives way
   EXPECT_GT(mean, setting);
   EXPECT_LT(mean, 1.05 * setting);
@@ -189,8 +189,8 @@ TEST(Plant, BucketBreakoutForceIsThatOfTheClass) {
 }
 
 TEST(Plant, HalvingTheStepMovesTheTipByLessThanTwentyMicrometres) {
-  PlantModel model(nominal_truth(default_machine()));
-  const WorldModel free({}, default_machine());
+  PlantModel model(nominal_truth(test::solar()));
+  const WorldModel free({}, test::solar());
   const HeldInputs held{.opening = {0.3, -0.2, 0.25}, .load = {}};
   const auto tip_after = [&](double h, double seconds) {
     PlantDetail detail;
@@ -209,7 +209,7 @@ TEST(Plant, HalvingTheStepMovesTheTipByLessThanTwentyMicrometres) {
 
 TEST(Plant, StepIsSoundAtItsOperatingPoints) {
   constexpr double kBound = 2.5;
-  const MachineTruth truth = nominal_truth(default_machine());
+  const MachineTruth truth = nominal_truth(test::solar());
   EXPECT_LT(ModelRun(truth, {}, kWorkingPose).step_times_fastest_pole(), kBound);
   for (const double level : {0.2, 1.0, -1.0}) {
     ModelRun plant(truth, {}, kWorkingPose);
@@ -223,7 +223,7 @@ TEST(Plant, StepIsSoundAtItsOperatingPoints) {
 
 TEST(Plant, StepIsSoundInATenKilonewtonPress) {
   const BreakoutRig rig;
-  ModelRun plant(nominal_truth(default_machine()), rig.world, rig.pose);
+  ModelRun plant(nominal_truth(test::solar()), rig.world, rig.pose);
   plant.open({0, 0, 0.45});
   double press = 0;
   for (int i = 0; i < 40; ++i) {

@@ -28,7 +28,7 @@ double outer_share(const std::vector<double>& values, double low, double high) {
 
 TEST(Population, ASmoothMachineHasNoneOfTheRougherEffects) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const MachineTruth smooth = sample_truth(default_machine(), Family::kSmooth, seed);
+    const MachineTruth smooth = sample_truth(test::solar(), Family::kSmooth, seed);
     EXPECT_FALSE(smooth.pin[kBoom].compliant());
     EXPECT_EQ(smooth.hull.stiffness_N_per_m, 0);
     EXPECT_EQ(smooth.valve[kArm].curve_exponent, 1);
@@ -41,8 +41,8 @@ TEST(Population, ASmoothMachineHasNoneOfTheRougherEffects) {
 
 TEST(Population, AWornMachineIsRougherThanAServicedOneInEveryRespect) {
   for (std::uint64_t seed = 1; seed <= kMachines; ++seed) {
-    const MachineTruth serviced = sample_truth(default_machine(), Family::kServiced, seed);
-    const MachineTruth worn = sample_truth(default_machine(), Family::kWorn, seed);
+    const MachineTruth serviced = sample_truth(test::solar(), Family::kServiced, seed);
+    const MachineTruth worn = sample_truth(test::solar(), Family::kWorn, seed);
     for (std::size_t i = 0; i < kJoints; ++i) {
       EXPECT_LE(serviced.valve[i].curve_exponent, worn.valve[i].curve_exponent);
       EXPECT_LT(serviced.valve[i].stiction, worn.valve[i].stiction);
@@ -62,8 +62,8 @@ TEST(Population, AWornMachineIsRougherThanAServicedOneInEveryRespect) {
 TEST(Population, OfAWornFamilyMostAreNearItsBounds) {
   std::vector<double> serviced, worn;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
-    serviced.push_back(sample_truth(default_machine(), Family::kServiced, seed).tilt_offset_rad);
-    worn.push_back(sample_truth(default_machine(), Family::kWorn, seed).tilt_offset_rad);
+    serviced.push_back(sample_truth(test::solar(), Family::kServiced, seed).tilt_offset_rad);
+    worn.push_back(sample_truth(test::solar(), Family::kWorn, seed).tilt_offset_rad);
   }
   const double half = 0.5 * std::numbers::pi / 180;
   EXPECT_NEAR(outer_share(serviced, -half, half), 0.5, 0.1);          // uniform
@@ -73,16 +73,16 @@ TEST(Population, OfAWornFamilyMostAreNearItsBounds) {
 TEST(Population, SteelBendsAtTheTipAsMuchAsSteelDoes) {
   // The sum of the three springs' give at the tip of the stretched arm, per unit of force across it.
   for (const Family family : {Family::kServiced, Family::kWorn}) {
-    const MachineTruth truth = sample_truth(default_machine(), family, 3);
+    const MachineTruth truth = sample_truth(test::solar(), family, 3);
     JointVector middle;
     for (std::size_t i = 0; i < kJoints; ++i) {
-      const LinkDescription& link = default_machine().links[i];
+      const LinkDescription& link = test::solar().links[i];
       middle[static_cast<Eigen::Index>(i)] = 0.5 * (link.min_rad + link.max_rad);
     }
-    const JointVector lever_m = RigidBody(default_machine(), 0).pose(middle).lever_m;
+    const JointVector lever_m = RigidBody(test::solar(), 0).pose(middle).lever_m;
     double give_m_per_N = 0, out_m = 0;
     for (int i = kJoints - 1; i >= 0; --i) {
-      out_m += default_machine().links[static_cast<std::size_t>(i)].length_m;
+      out_m += test::solar().links[static_cast<std::size_t>(i)].length_m;
       const double ratio = out_m / lever_m[i];
       give_m_per_N += ratio * ratio / truth.pin[static_cast<std::size_t>(i)].stiffness_N_per_m;
     }
@@ -94,7 +94,7 @@ TEST(Population, EveryMachineStandsAndMovesWithoutComingApart) {
   for (const Family family : {Family::kServiced, Family::kWorn}) {
     for (std::uint64_t seed = 1; seed <= kMachines / 4; ++seed) {
       SCOPED_TRACE(std::string(name(family)) + " " + std::to_string(seed));
-      Plant plant(sample_truth(default_machine(), family, seed), {}, kWorkingPose);
+      Plant plant(sample_truth(test::solar(), family, seed), {}, kWorkingPose);
       plant.set_pilot(true);
       run(plant, 0.5);
       EXPECT_LT((plant.state().joint_rad - kWorkingPose).norm(), 0.02) << "stands";

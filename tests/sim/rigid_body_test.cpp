@@ -31,7 +31,7 @@ Motion random_motion(const MachineDescription& machine, std::mt19937_64& random)
 }
 
 MachineDescription without_cylinder_masses() {
-  MachineDescription machine = default_machine();
+  MachineDescription machine = test::solar();
   for (CylinderDescription& cylinder : machine.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0;
   machine.bucket_linkage.rocker_mass_kg = machine.bucket_linkage.coupler_mass_kg = 0;
   return machine;
@@ -83,7 +83,7 @@ TEST(RigidBody, InverseDynamicsEqualsKdlWithoutCylinderMasses) {
 }
 
 TEST(RigidBody, JointPowerIsTheRateOfKineticAndPotentialEnergyWithCylinderMasses) {
-  const RigidBody body(default_machine(), 0.05);
+  const RigidBody body(test::solar(), 0.05);
   BucketLoad load;
   load.add(40, {0.28, 0.12});
   const auto energy = [&](const JointVector& angle, const JointVector& rate) {
@@ -92,7 +92,7 @@ TEST(RigidBody, JointPowerIsTheRateOfKineticAndPotentialEnergyWithCylinderMasses
   };
   std::mt19937_64 random(2);
   for (int n = 0; n < 200; ++n) {
-    const Motion m = random_motion(default_machine(), random);
+    const Motion m = random_motion(test::solar(), random);
     const double dt = 1e-5;
     const auto at = [&](double t) {
       return energy(m.angle + t * m.rate + 0.5 * t * t * m.acceleration, m.rate + t * m.acceleration);
@@ -104,7 +104,7 @@ TEST(RigidBody, JointPowerIsTheRateOfKineticAndPotentialEnergyWithCylinderMasses
 
 TEST(RigidBody, EachEquationIsLagrangesWithCylinderMasses) {
   // d/dt dT/dq' - dT/dq + dV/dq by differences; the power balance alone would miss terms that do no work.
-  const RigidBody body(default_machine(), 0.05);
+  const RigidBody body(test::solar(), 0.05);
   const BucketLoad load;
   std::mt19937_64 random(3);
   const auto momentum = [&](const JointVector& angle, const JointVector& rate, int i) {
@@ -113,7 +113,7 @@ TEST(RigidBody, EachEquationIsLagrangesWithCylinderMasses) {
     return mass.row(i).dot(rate);
   };
   for (int n = 0; n < 100; ++n) {
-    const Motion m = random_motion(default_machine(), random);
+    const Motion m = random_motion(test::solar(), random);
     const JointVector torque = inverse_dynamics(body, m, load);
     const double d = 1e-5;
     for (int i = 0; i < kJoints; ++i) {
@@ -131,11 +131,11 @@ TEST(RigidBody, EachEquationIsLagrangesWithCylinderMasses) {
 }
 
 TEST(RigidBody, LeversAndLengthsEqualTheMachinesKinematics) {
-  const Kinematics kinematics(default_machine());
-  const RigidBody body(default_machine(), 0);
+  const Kinematics kinematics(test::solar());
+  const RigidBody body(test::solar(), 0);
   std::mt19937_64 random(4);
   for (int n = 0; n < 500; ++n) {
-    const Motion motion = random_motion(default_machine(), random);
+    const Motion motion = random_motion(test::solar(), random);
     const PoseGeometry pose = body.pose(motion.angle);
     for (int i = 0; i < kJoints; ++i) {
       const auto cylinder = kinematics.cylinder_at(i, motion.angle[i]);
@@ -152,7 +152,7 @@ TEST(RigidBody, LeversAndLengthsEqualTheMachinesKinematics) {
 
 TEST(Truth, DrawnMachinesKeepTheirLinkagesClosedAndTheirLeversSigned) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    const MachineTruth truth = sample_truth(default_machine(), seed);
+    const MachineTruth truth = sample_truth(test::solar(), seed);
     const RigidBody body(truth.machine, truth.hull_pitch_rad);
     for (double part = 0; part <= 1; part += 0.125) {
       JointVector angle;
@@ -169,7 +169,7 @@ TEST(Truth, DrawnMachinesKeepTheirLinkagesClosedAndTheirLeversSigned) {
 }
 
 TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
-  const MachineTruth first = sample_truth(default_machine(), 7), later = another_day(first, Family::kSmooth, 1);
+  const MachineTruth first = sample_truth(test::solar(), 7), later = another_day(first, Family::kSmooth, 1);
   EXPECT_NE(later.viscosity_factor, first.viscosity_factor);
   EXPECT_EQ(another_day(first, Family::kSmooth, 1).viscosity_factor, later.viscosity_factor);
   EXPECT_EQ(later.machine.links[1].mass_kg, first.machine.links[1].mass_kg);
@@ -187,7 +187,7 @@ TEST(Truth, AnotherDayIsTheSameMachineWithOtherOil) {
 }
 
 TEST(Truth, SameSeedSameMachineAndDrawsStayInTheirBounds) {
-  const MachineDescription& nominal = default_machine();
+  const MachineDescription& nominal = test::solar();
   const MachineTruth a = sample_truth(nominal, 7), b = sample_truth(nominal, 7), c = sample_truth(nominal, 8);
   EXPECT_EQ(a.machine.links[0].mass_kg, b.machine.links[0].mass_kg);
   EXPECT_EQ(a.pressure[5].offset_Pa, b.pressure[5].offset_Pa);

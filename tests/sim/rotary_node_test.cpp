@@ -8,14 +8,14 @@ namespace knuckle::sim {
 namespace {
 
 MachineDescription machine_with_a_rotary_encoder() {
-  MachineDescription machine = test::bus_machine();
+  MachineDescription machine = rig::bus_machine();
   NodeDescription& boom = knuckle::test::node_in(machine.bus, NodeRole::kEncoder, kBoom);
   ++boom.channels[0].signal;  // its angle
   boom.rotary = {.steps_per_turn = 16384, .sign = -1, .zero_rad = 0.4};
   return machine;
 }
 
-struct RotaryRig : test::BusRig {
+struct RotaryRig : rig::BusRig {
   explicit RotaryRig(const SensorErrors& errors = {}) : nodes(machine_with_a_rotary_encoder(), errors, bus.port(1), 1) {
     step = [this](Time at) { nodes.step(at, signals); };
   }

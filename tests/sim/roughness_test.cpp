@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 constexpr double kSubstep = 0.25e-3;
 
 ValveDescription plain_valve() {
-  ValveDescription valve = default_machine().cylinders[kBoom].valve;
+  ValveDescription valve = test::solar().cylinders[kBoom].valve;
   valve.hysteresis = 0;
   return valve;
 }
@@ -33,7 +33,7 @@ double opening_at(const ValveRoughness& rough, double demand, double warmth_K = 
 }
 
 Plant rough_plant(const std::function<void(MachineTruth&)>& change, const WorldDescription& world = {}) {
-  MachineTruth truth = nominal_truth(default_machine());
+  MachineTruth truth = nominal_truth(test::solar());
   change(truth);
   Plant plant(truth, world, kWorkingPose);
   plant.set_pilot(true);
@@ -202,7 +202,7 @@ TEST(RoughPins, AreDrivenIntoBothStopsWithoutComingApart) {
 
 TEST(RoughValves, TakeFlowFromEachOther) {
   // Straight from the model: what the pump feeds a cylinder at the same pressures.
-  MachineTruth truth = nominal_truth(default_machine());
+  MachineTruth truth = nominal_truth(test::solar());
   const auto fed = [&](double cross_talk, double other) {
     truth.cross_talk = cross_talk;
     PlantModel model(truth);

@@ -12,14 +12,14 @@
 #include "tests/sim/can_rig.h"
 #include "tests/support/no_alloc.h"
 
-namespace knuckle::sim::test {
+namespace knuckle::sim::rig {
 namespace {
 
 using canopen::Object;
 using canopen::SdoAbort;
 using canopen::SdoResponse;
 
-constexpr std::uint8_t kNode = 0x20;
+constexpr std::uint8_t kTransmitter = 0x20;
 constexpr std::size_t kChannels = 6;
 
 Object of_channel(Object first, std::size_t channel) {
@@ -112,7 +112,7 @@ std::vector<SensorNode::Sample> samples_of(unsigned channels) {
 
 NodeDescription transmitter() {
   NodeDescription node;
-  node.id = kNode;
+  node.id = kTransmitter;
   node.device_type = 404;
   node.vendor = 0x1234;
   node.product = 0x5620;
@@ -132,7 +132,8 @@ struct Transmitter {
         entries.push_back(canopen::mapping(of_channel(canopen::kPressureShort, channel), 16));
         entries.push_back(canopen::mapping(of_channel(canopen::kPressureStatus, channel), 8));
       }
-      ASSERT_EQ(rig.set_up(pdo, canopen::tpdo_id(kNode, static_cast<unsigned>(pdo)), entries), SdoAbort::kNone) << pdo;
+      ASSERT_EQ(rig.set_up(pdo, canopen::tpdo_id(kTransmitter, static_cast<unsigned>(pdo)), entries), SdoAbort::kNone)
+          << pdo;
     }
     rig.operate();
     rig.run(2ms);
@@ -240,7 +241,7 @@ TEST(SeveralPdos, OneThatIsEnabledAgainWaitsForTheNextSync) {
   NodeRig& rig = transmitter.rig;
   const auto request = [&](std::uint32_t cob_id) {
     Outbox out;
-    rig.protocol.receive(canopen::sdo_download(kNode, parameter(3, 1), cob_id, 4), rig.now, out);
+    rig.protocol.receive(canopen::sdo_download(kTransmitter, parameter(3, 1), cob_id, 4), rig.now, out);
   };
   Outbox out;
   rig.protocol.receive(canopen::sync_frame(), rig.now, out);
@@ -331,7 +332,7 @@ TEST(SeveralPdos, ADeviceThatIsSoldSendsThoseOfItsDictionary) {
   EXPECT_EQ(bytes_of(frames[1]), (std::vector<int>{2, 1, 7}));
   // The same, event-driven: what fits is sent, and no byte beyond.
   rig.protocol.replace(parameter(4, 2), canopen::kEventDriven);
-  rig.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, kNode));
+  rig.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, kTransmitter));
   rig.run(3ms);
   rig.operate();
   rig.run(3ms);
@@ -424,4 +425,4 @@ TEST(PressureChannels, AStepOfThemAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace knuckle::sim::test
+}  // namespace knuckle::sim::rig

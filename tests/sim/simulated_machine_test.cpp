@@ -9,15 +9,15 @@
 #include "tests/support/places.h"
 #include "tests/support/sensor_frames.h"
 
-namespace knuckle::sim::test {
+namespace knuckle::sim::rig {
 namespace {
 
 const std::string kFile = knuckle::test::source_dir() + "/config/machines/solar015.toml";
-const JointVector kStart(0.3, -1.4, -0.8);
+const JointVector kStartPose(0.3, -1.4, -0.8);
 
 struct MachineRig : BusRig {
   explicit MachineRig(const MachineTruth& truth, std::uint64_t seed = 1)
-      : machine(truth, WorldDescription{}, kStart, bus.port(1), seed) {
+      : machine(truth, WorldDescription{}, kStartPose, bus.port(1), seed) {
     step = [this](Time at) { machine.step(at); };
     start();
   }
@@ -182,4 +182,4 @@ TEST(SimulatedMachine, RepeatsEveryFrameForASeedAndAllocatesNothingWhileStepping
 }
 
 }  // namespace
-}  // namespace knuckle::sim::test
+}  // namespace knuckle::sim::rig

@@ -4,17 +4,14 @@
 #include "machine/load.h"
 #include "sim/plant.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::sim {
 
-inline const MachineDescription& default_machine() {
-  static const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return machine;
-}
 inline const JointVector kWorkingPose(0.3, -1.5, -1.2);
 
 inline Plant make_plant(const WorldDescription& world = {}, const JointVector& start = kWorkingPose) {
-  Plant plant(nominal_truth(default_machine()), world, start);
+  Plant plant(nominal_truth(test::solar()), world, start);
   plant.set_pilot(true);
   return plant;
 }

@@ -14,7 +14,7 @@ JointVector torque(const PlantState& s) {
 }
 
 TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
-  const Kinematics kinematics(default_machine());
+  const Kinematics kinematics(test::solar());
   for (const PlanarVector& pull : {PlanarVector(0, -2000), PlanarVector(-1500, 1000), PlanarVector(3000, 500)}) {
     Plant plant = make_plant();
     const JointVector before = torque(plant.state());
@@ -27,7 +27,7 @@ TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
     // that gravity changes on the way.
     const JointVector carried = kinematics.tip_jacobian(s.joint_rad).transpose() * pull;
     for (int j = 0; j < kJoints; ++j) {
-      const FrictionDescription& friction = default_machine().cylinders[static_cast<std::size_t>(j)].friction;
+      const FrictionDescription& friction = test::solar().cylinders[static_cast<std::size_t>(j)].friction;
       const double stuck = std::abs(s.lever_m[j]) * friction.coulomb_N * friction.static_ratio;
       EXPECT_NEAR(torque(s)[j] - before[j], -carried[j], stuck + 0.02 * carried.norm()) << j;
     }
@@ -43,7 +43,7 @@ TEST(TestRig, PullIsExactlyBalancedWithFrictionAndGravity) {
   Plant unloaded = make_plant({}, s.joint_rad);
   const JointVector gravity = torque(unloaded.state());
   const JointVector held = s.lever_m.cwiseProduct(s.cylinder_N - s.friction_N) +
-                           Kinematics(default_machine()).tip_jacobian(s.joint_rad).transpose() * s.contact_N;
+                           Kinematics(test::solar()).tip_jacobian(s.joint_rad).transpose() * s.contact_N;
   EXPECT_LT((held - gravity).norm(), 1e-3 * gravity.norm());
 }
 
@@ -71,7 +71,7 @@ TEST(TestRig, WorkOfAMovingPullIsInTheLedger) {
 TEST(TestRig, HungWeightEqualsOneOfTheScenario) {
   WorldDescription world;
   world.weights.push_back(
-      {.mass_kg = 80, .point_m = default_machine().payload_com_m, .attach_at_s = 0.5, .detach_at_s = 1.5});
+      {.mass_kg = 80, .point_m = test::solar().payload_com_m, .attach_at_s = 0.5, .detach_at_s = 1.5});
   Plant scripted = make_plant(world), hung = make_plant();
   run(scripted, 0.5);
   run(hung, 0.5);
@@ -79,7 +79,7 @@ TEST(TestRig, HungWeightEqualsOneOfTheScenario) {
   run(scripted, 1);
   run(hung, 1);
   EXPECT_DOUBLE_EQ(hung.state().payload_kg, 80);
-  EXPECT_EQ(hung.state().payload_m, default_machine().payload_com_m);
+  EXPECT_EQ(hung.state().payload_m, test::solar().payload_com_m);
   EXPECT_EQ(hung.state().chamber_Pa, scripted.state().chamber_Pa);
   hung.hang(0);
   run(scripted, 1);

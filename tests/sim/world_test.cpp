@@ -94,7 +94,7 @@ TEST(Wall, FrictionHoldsASidewaysPullBelowItsCone) {
 
 /// A soil with its surface at z = 0 and a bucket that is led through it.
 struct Ground {
-  BucketOutline outline{default_machine()};
+  BucketOutline outline{test::solar()};
   SoilDescription description{.surface_point_m = {0, 0}};
   Soil soil{description, outline, 3.2};
   BucketMotion bucket;

@@ -1,4 +1,4 @@
-// Sensors in frames that the machine sends by itself: read by literal bytes, judged, missed, and led with.
+// Sensors in frames that the machine sends by itself: read by literal bytes, coarse_fault, missed, and led with.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,9 +18,9 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr std::uint32_t kFront = 0x18FF1021U | kExtendedId, kPressures = 0x18FF2021U | kExtendedId, kBody = 0x1A5;
+constexpr std::uint32_t kFrontAngle = 0x18FF1021U | kExtendedId, kPressureFrame = 0x18FF2021U | kExtendedId, kBodyFrame = 0x1A5;
 
-MachineDescription machine_with_broadcasts() {
+MachineDescription calibrated_broadcasts() {
   return calibrated(test::broadcast_machine());
 }
 
@@ -35,7 +35,7 @@ std::uint8_t j1850(std::initializer_list<std::uint8_t> bytes) {
 }
 
 /// Boom 0.32, arm -1.5 and bucket -0.8 rad; 5.2 MPa in each chamber; slope 3 deg.
-struct FedSensors {
+struct FedBroadcasts {
   void feed(int times = 1) {
     for (int n = 0; n < times; ++n) {
       now += 10ms;
@@ -51,18 +51,18 @@ struct FedSensors {
     const Reason why = sensors.fault(now);
     return why ? text_with_code(why, machine.bus) : "";
   }
-  MachineDescription machine = machine_with_broadcasts();
+  MachineDescription machine = calibrated_broadcasts();
   SensorSet sensors{machine};
   Time now{1s};
   // raw: (0.12 - 0.32 + 10) / 0.0004 = 24500 = 0x5FB4; (-1.5 + 10) / 0.0004 = 21250 = 0x5302; -0.8 rad = -4584 = 0xEE18
-  std::optional<CanFrame> front = CanFrame{kFront, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}};
-  std::optional<CanFrame> pressures = CanFrame{kPressures, 6, {76, 76, 76, 76, 76, 76}};
-  std::optional<CanFrame> body = CanFrame{kBody, 4, {0x2C, 0x01}};  // 300
+  std::optional<CanFrame> front = CanFrame{kFrontAngle, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 0}};
+  std::optional<CanFrame> pressures = CanFrame{kPressureFrame, 6, {76, 76, 76, 76, 76, 76}};
+  std::optional<CanFrame> body = CanFrame{kBodyFrame, 4, {0x2C, 0x01}};  // 300
   bool counts = true, sums = true;
 };
 
 TEST(Broadcasts, AreReadByTheirBits) {
-  FedSensors fed;
+  FedBroadcasts fed;
   fed.feed();
   EXPECT_EQ(fed.fault(), "");
   const auto measured = fed.sensors.measurement();
@@ -77,7 +77,7 @@ TEST(Broadcasts, AreReadByTheirBits) {
 }
 
 TEST(Broadcasts, IdentifiersOf11BitsAreOthers) {
-  FedSensors fed;
+  FedBroadcasts fed;
   fed.front->id = 0x021;  // the same lower bits
   fed.pressures->id = 0x18FF2021;
   fed.feed();
@@ -85,7 +85,7 @@ TEST(Broadcasts, IdentifiersOf11BitsAreOthers) {
 }
 
 TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
-  FedSensors fed;
+  FedBroadcasts fed;
   fed.feed();
   fed.pressures->data[3] = 0xFB;
   fed.feed(2);
@@ -103,7 +103,7 @@ TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
 
 TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
   for (const bool counter : {true, false}) {
-    FedSensors fed;
+    FedBroadcasts fed;
     fed.feed(20);  // the counter begins anew
     EXPECT_EQ(fed.fault(), "");
     (counter ? fed.counts : fed.sums) = false;
@@ -121,7 +121,7 @@ TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
 }
 
 TEST(Broadcasts, AFrameThatWasLostIsNoFault) {
-  FedSensors fed;
+  FedBroadcasts fed;
   fed.feed(3);
   fed.body->data[2] = static_cast<std::uint8_t>((fed.body->data[2] + 3) % 15);
   fed.feed();
@@ -130,14 +130,14 @@ TEST(Broadcasts, AFrameThatWasLostIsNoFault) {
 }
 
 TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
-  FedSensors silent;
+  FedBroadcasts silent;
   silent.feed();
   silent.body.reset();
   silent.feed(5);
   EXPECT_EQ(silent.fault(), "") << "50 ms are allowed";
   silent.feed();
   EXPECT_EQ(silent.fault().rfind("sensor_stale: body (0x1A5), slope: ", 0), 0U) << silent.fault();
-  FedSensors cut;
+  FedBroadcasts cut;
   cut.feed();
   cut.pressures->size = 5;
   cut.feed(3);
@@ -145,26 +145,26 @@ TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
 }
 
 TEST(Broadcasts, AreHeardAndCountedForTheBus) {
-  const MachineDescription machine = machine_with_broadcasts();
+  const MachineDescription machine = calibrated_broadcasts();
   const std::vector<std::uint32_t> heard = heard_by_controller(machine.bus);
-  for (const std::uint32_t id : {kFront, kPressures, kBody}) EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
+  for (const std::uint32_t id : {kFrontAngle, kPressureFrame, kBodyFrame}) EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
   const std::vector<PeriodicFrame> map = bus_map(machine.bus);
-  const auto body = std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBody; });
+  const auto body = std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBodyFrame; });
   ASSERT_NE(body, map.end());
   EXPECT_EQ(body->rate_Hz, 50);
 }
 
 TEST(Broadcasts, AMachineOfThemIsLedAndStopsWhenTheyStop) {
-  test::BenchMachine m(machine_with_broadcasts());
+  test::BenchMachine m(calibrated_broadcasts());
   m.signals.shaft_rad = JointVector(0.3, -1.5, -0.8);
   ASSERT_TRUE(m.engage()) << text(m.loop.fault(), m.loop.client().bus());
   m.run(1s);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault(), m.loop.client().bus());
-  const auto& frames = m.frames(kFront);
+  const auto& frames = m.frames(kFrontAngle);
   EXPECT_NEAR(static_cast<double>(frames.size()), to_seconds(m.now - Time(10s)) / 0.01, 2) << "whatever the nodes do";
   const auto measured = m.loop.sensors().measurement().value();
   for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
-  m.can.lost = {kFront};
+  m.can.lost = {kFrontAngle};
   m.run(70ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(text_with_code(m.loop.fault(), m.loop.client().bus()).rfind("sensor_stale: front_angle (0x18FF1021), ", 0),
@@ -174,8 +174,8 @@ TEST(Broadcasts, AMachineOfThemIsLedAndStopsWhenTheyStop) {
 }
 
 /// Of pressures in steps of 2 bar. @param travel_mps of the arm's cylinder. @return the first fault.
-Reason judged(double other_swing_Pa, double travel_mps, Duration time) {
-  const MachineDescription machine = machine_with_broadcasts();
+Reason coarse_fault(double other_swing_Pa, double travel_mps, Duration time) {
+  const MachineDescription machine = calibrated_broadcasts();
   Plausibility plausibility(machine, 5e-3);
   const Kinematics kinematics(machine);
   estimation::Measurement m;
@@ -193,16 +193,16 @@ Reason judged(double other_swing_Pa, double travel_mps, Duration time) {
 }
 
 TEST(Broadcasts, ACoarseTransmitterThatStaysWithinAStepIsNotCalledStuck) {
-  EXPECT_FALSE(judged(0, 0.05, 3s)) << "15 cm of travel at the same pressure";
-  EXPECT_FALSE(judged(9e5, 0, 30s)) << "the other side alone, by less than ten steps";
-  EXPECT_FALSE(judged(30e5, 0, 9s)) << "a chamber may stand within a step for seconds";
-  const Reason why = judged(30e5, 0, 20s);
+  EXPECT_FALSE(coarse_fault(0, 0.05, 3s)) << "15 cm of travel at the same pressure";
+  EXPECT_FALSE(coarse_fault(9e5, 0, 30s)) << "the other side alone, by less than ten steps";
+  EXPECT_FALSE(coarse_fault(30e5, 0, 9s)) << "a chamber may stand within a step for seconds";
+  const Reason why = coarse_fault(30e5, 0, 20s);
   EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
-  EXPECT_EQ(subject_text(why, machine_with_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");
+  EXPECT_EQ(subject_text(why, calibrated_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");
 }
 
 TEST(Broadcasts, AreNotCommissionedYet) {
-  const std::string line = test::refusal([] { refuse_broadcasts(machine_with_broadcasts()); });
+  const std::string line = test::refusal([] { refuse_broadcasts(calibrated_broadcasts()); });
   EXPECT_EQ(line.rfind("m.toml: key 'bus.broadcast': front_angle: ", 0), 0U) << line;
   EXPECT_NO_THROW(refuse_broadcasts(test::test_machine()));
 }

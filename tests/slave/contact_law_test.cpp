@@ -9,14 +9,12 @@
 #include <utility>
 
 #include "machine/load.h"
+#include "machine/oil_stiffness.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::slave {
 namespace {
 
-const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(find_config("machine", "solar015"));
-  return loaded;
-}
 const JointVector kPressing(0.6, -1.6, -1.0);
 
 /// The arm at rest with a force somewhere on the bucket, estimated without error.
@@ -28,7 +26,7 @@ struct Bench {
   /// @param at_m bucket axes.
   PlanarJacobian jacobian_at(const PlanarVector& at_m) const {
     const PlanarVector from_tip_m =
-        Eigen::Rotation2Dd(state.angle_rad.sum()) * (at_m - PlanarVector(machine().links[kBucket].length_m, 0));
+        Eigen::Rotation2Dd(state.angle_rad.sum()) * (at_m - PlanarVector(test::solar().links[kBucket].length_m, 0));
     return kinematics.tip_jacobian(state.angle_rad) +
            PlanarVector(-from_tip_m.y(), from_tip_m.x()) * Eigen::RowVector3d::Ones();
   }
@@ -41,18 +39,18 @@ struct Bench {
     return law.touch(state, force);
   }
   Touch at_tip(const PlanarVector& force_N) const {
-    return touched(force_N, PlanarVector(machine().links[kBucket].length_m, 0));
+    return touched(force_N, PlanarVector(test::solar().links[kBucket].length_m, 0));
   }
-  Kinematics kinematics{machine()};
-  ContactLaw law{machine()};
+  Kinematics kinematics{test::solar()};
+  ContactLaw law{test::solar()};
   estimation::JointState state;
 };
 
 TEST(ContactLaw, GivesWayWhereTheBucketIsTouchedAndNotAtItsTip) {
   const Bench bench;
   const PlanarVector force_N(-2000, 500);
-  const double expected_m = force_N.norm() / machine().control.tip_stiffness_N_per_m;
-  const BucketProfile& profile = machine().bucket_profile;
+  const double expected_m = force_N.norm() / test::solar().control.tip_stiffness_N_per_m;
+  const BucketProfile& profile = test::solar().bucket_profile;
   for (const PlanarVector& at_m : {profile.heel_m, profile.back_m, profile.cheek_m}) {
     const Touch touch = bench.touched(force_N, at_m);
     const JointVector compliance_rad = bench.law.compliance_rad(touch);
@@ -63,7 +61,7 @@ TEST(ContactLaw, GivesWayWhereTheBucketIsTouchedAndNotAtItsTip) {
 
 TEST(ContactLaw, ASmallForceDoesNotSayWhereItActs) {
   const Bench bench;
-  const Touch touch = bench.touched({-20, 0}, machine().bucket_profile.heel_m);
+  const Touch touch = bench.touched({-20, 0}, test::solar().bucket_profile.heel_m);
   EXPECT_NEAR((touch.jacobian - touch.tip_jacobian).norm(), 0, 0.02);
 }
 
@@ -77,7 +75,8 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
                                                                         bench.law.contact_probability(touch, 1e6),
                                                                         contact_compliance));
   };
-  const double stiffness = machine().control.tip_stiffness_N_per_m, margin_N = machine().control.feed_forward_fade_N;
+  const double stiffness = test::solar().control.tip_stiffness_N_per_m,
+               margin_N = test::solar().control.feed_forward_fade_N;
   for (const double rendered_N : {0.0, 1000.0, 4000.0}) {
     const double allowed_m = (rendered_N + margin_N) / stiffness;
     EXPECT_NEAR(lead_m({-rendered_N, 0}).x(), allowed_m, 0.1 * allowed_m) << rendered_N;
@@ -95,7 +94,7 @@ TEST(ContactLaw, PressesNoFurtherThanTheHandIsShownAndAMargin) {
 
 TEST(ContactLaw, WhatIsNotTrustedIsNotPressedOnAsItIsNotGivenWayTo) {
   const Bench bench;
-  const PlanarVector at_m(machine().links[kBucket].length_m, 0);
+  const PlanarVector at_m(test::solar().links[kBucket].length_m, 0);
   double last_m = 1;
   for (const double confidence : {0.4, 0.3, 0.2, 0.1}) {
     const Touch touch = bench.touched({-5000, 0}, at_m, confidence);
@@ -115,7 +114,7 @@ TEST(ContactLaw, WhatIsNotTrustedIsNotPressedOnAsItIsNotGivenWayTo) {
 
 TEST(ContactLaw, NoiseInTheDirectionOfADoubtfulForceDoesNotSwitchTheWayAlongIt) {
   const Bench bench;
-  const Touch touch = bench.touched({-2500, 0}, {machine().links[kBucket].length_m, 0}, 0.1);
+  const Touch touch = bench.touched({-2500, 0}, {test::solar().links[kBucket].length_m, 0}, 0.1);
   const auto along_m = [&](double pressing_m) {
     const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(pressing_m, 0.15);
     return (touch.tip_jacobian * bench.law.limited_lead_rad(lead_rad, touch, {0, 0}, 1e6, 1, 0)).y();
@@ -131,7 +130,7 @@ TEST(ContactLaw, WhatMovesAlongIsPressedNoHarderThanMayBePressed) {
   const Bench bench;
   const Touch touch = bench.at_tip({-5000, 0});
   const JointVector lead_rad = bench.law.to_joints(touch.tip_jacobian) * PlanarVector(0.15, 0.05);
-  const double most_N = 3000, allowed_m = most_N / machine().control.tip_stiffness_N_per_m;
+  const double most_N = 3000, allowed_m = most_N / test::solar().control.tip_stiffness_N_per_m;
   for (const double contact_compliance : {0.5, 1.0}) {
     const JointVector limited_lead_rad = bench.law.limited_lead_rad(
         lead_rad, touch, {-8000, 0}, most_N, bench.law.contact_probability(touch, most_N), contact_compliance);
@@ -143,7 +142,7 @@ TEST(ContactLaw, SlowsTheTouchedPointExactlyAndNothingElseOfIt) {
   const Bench bench;
   const JointVector rate_radps(0.2, -0.4, 0.7);
   for (const PlanarVector& at_m :
-       {PlanarVector(machine().links[kBucket].length_m, 0), machine().bucket_profile.heel_m}) {
+       {PlanarVector(test::solar().links[kBucket].length_m, 0), test::solar().bucket_profile.heel_m}) {
     const Touch touch = bench.touched({-5000, 2000}, at_m);
     const PlanarVector less_mps(0.3, -0.1);
     const PlanarVector changed_mps =
@@ -175,24 +174,24 @@ std::pair<double, double> eigenvalues_of(const Eigen::Matrix2d& matrix) {
 TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> share(0.1, 0.9);
-  const BucketProfile& profile = machine().bucket_profile;
-  const auto& control = machine().control;
+  const BucketProfile& profile = test::solar().bucket_profile;
+  const auto& control = test::solar().control;
   double fastest = 0, slowest = 1e9;
   for (std::size_t draw = 0; draw < 300; ++draw) {
     JointVector pose;
     for (int i = 0; i < kJoints; ++i) {
-      const LinkDescription& link = machine().links[static_cast<std::size_t>(i)];
+      const LinkDescription& link = test::solar().links[static_cast<std::size_t>(i)];
       pose[i] = link.min_rad + share(random) * (link.max_rad - link.min_rad);
     }
     const Bench bench(pose);
-    const PlanarVector tip_m(machine().links[kBucket].length_m, 0);
+    const PlanarVector tip_m(test::solar().links[kBucket].length_m, 0);
     const Touch touch = bench.touched({-3000, 1000}, std::array{tip_m, profile.back_m, profile.heel_m}.at(draw % 3));
     JointVector oil_rad_per_Nm;
     for (int i = 0; i < kJoints; ++i) {
-      const auto& cylinder = machine().cylinders[static_cast<std::size_t>(i)];
+      const auto& cylinder = test::solar().cylinders[static_cast<std::size_t>(i)];
       const CylinderState at = *bench.kinematics.cylinder_at(i, pose[i]);
       oil_rad_per_Nm[i] =
-          1 / (oil_stiffness_N_per_m(cylinder, machine().hydraulics, at.length_m) * at.lever_m * at.lever_m);
+          1 / (oil_stiffness_N_per_m(cylinder, test::solar().hydraulics, at.length_m) * at.lever_m * at.lever_m);
     }
     const Eigen::Matrix2d soft = touch.jacobian * oil_rad_per_Nm.asDiagonal() * touch.jacobian.transpose();
     // Rate that answers a force: along the loop it comes back as the oil's stiffness times that.
@@ -215,9 +214,9 @@ TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
 
 TEST(ContactLaw, TheMachineFileSaysHowFastItMayCrossOver) {
   const Bench bench;
-  MachineDescription half = machine();
+  MachineDescription half = test::solar();
   half.control.contact_crossover_radps /= 2;
-  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  const Touch touch = bench.touched({-3000, 0}, test::solar().bucket_profile.back_m);
   const JointVector rate = bench.law.to_joints(touch.jacobian) * PlanarVector(1, 0);
   const auto stiff_mps = [&](const ContactLaw& law) {
     return PlanarVector(touch.jacobian * law.steadied_radps(rate, touch, bench.state)).x();
@@ -233,7 +232,7 @@ TEST(ContactLaw, FreeMotionIsNotSlowed) {
 
 TEST(ContactLaw, SlowsWithoutTurningRound) {
   const Bench bench;
-  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  const Touch touch = bench.touched({-3000, 0}, test::solar().bucket_profile.back_m);
   for (const PlanarVector& way_mps : {PlanarVector(0.1, 0), PlanarVector(0, 0.1), PlanarVector(-0.05, 0.08)}) {
     const JointVector rate = bench.law.to_joints(touch.jacobian) * way_mps;
     const PlanarVector before = touch.jacobian * rate;
@@ -262,7 +261,7 @@ TEST(ContactLaw, WhatAnEndStopTakesOfAJointsTorqueIsNoForceToGiveWayTo) {
 // Of a bucket that is curled in, with a lever of 16 mm, the lever is what is uncertain, and its torque no surer than
 // through 5 cm.
 TEST(ContactLaw, AJointWithAShortLeverCountsAsMuchAsOthersForWhatFrictionLeaves) {
-  const Bench curled({kPressing[kBoom], kPressing[kArm], machine().links[kBucket].min_rad});
+  const Bench curled({kPressing[kBoom], kPressing[kArm], test::solar().links[kBucket].min_rad});
   ASSERT_LT(std::abs(curled.state.lever_m[kBucket]), 0.4 * kLeastSureLever_m);
   estimation::ForceEstimate force;
   force.fast_torque_Nm = curled.kinematics.tip_jacobian(curled.state.angle_rad).transpose() * PlanarVector(-1500, 400);
@@ -273,10 +272,10 @@ TEST(ContactLaw, AJointWithAShortLeverCountsAsMuchAsOthersForWhatFrictionLeaves)
 }
 
 TEST(ContactLaw, TheQuickerOfTheGainsSaysHowFastItCrossesOver) {
-  MachineDescription quick = machine();
+  MachineDescription quick = test::solar();
   quick.control.bucket_position_gain_1ps *= 2;
   const Bench bench;
-  const Touch touch = bench.touched({-3000, 0}, machine().bucket_profile.back_m);
+  const Touch touch = bench.touched({-3000, 0}, test::solar().bucket_profile.back_m);
   const JointVector rate_radps = JointVector::Constant(0.1);
   const double usual = (touch.jacobian * bench.law.steadied_radps(rate_radps, touch, bench.state)).norm();
   EXPECT_LT((touch.jacobian * ContactLaw(quick).steadied_radps(rate_radps, touch, bench.state)).norm(), 0.9 * usual);

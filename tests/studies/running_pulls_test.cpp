@@ -10,19 +10,15 @@
 #include "machine/description.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::studies {
 namespace {
 
 using battery::Row;
 
-const MachineDescription& machine() {
-  static const MachineDescription loaded = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  return loaded;
-}
-
 Row score(const sim::MachineTruth& truth, ContactModel model, const PullPlan& plan) {
-  return score_running(machine(), truth, model, plan, 5);
+  return score_running(test::solar(), truth, model, plan, 5);
 }
 std::vector<double> list(const Row& row, const std::string& name) {
   return row.at(name).get<std::vector<double>>();
@@ -33,7 +29,7 @@ double largest(const Row& row, const std::string& name) {
 }
 
 TEST(RunningPulls, OfAMachineThatIsAsDrawnAreReportedWithTheirPlace) {
-  const Row row = score(sim::nominal_truth(machine()), ContactModel::kBucketForce, {4, 1, 4, 1});
+  const Row row = score(sim::nominal_truth(test::solar()), ContactModel::kBucketForce, {4, 1, 4, 1});
   EXPECT_EQ(list(row, "answered"), std::vector<double>(8, 1));
   EXPECT_EQ(list(row, "press_good.standing"), std::vector<double>(4, 1));
   EXPECT_EQ(list(row, "press_good.creeping"), std::vector<double>(4, 1));
@@ -53,7 +49,7 @@ TEST(RunningPulls, OfAMachineThatIsAsDrawnAreReportedWithTheirPlace) {
 }
 
 TEST(RunningPulls, AForceThatIsReportedWrongIsFound) {
-  sim::MachineTruth truth = sim::nominal_truth(machine());
+  sim::MachineTruth truth = sim::nominal_truth(test::solar());
   for (sim::PressureSensorError& transmitter : truth.pressure) transmitter.gain = 1.15;
   const Row row = score(truth, ContactModel::kTipWrench, {4, 1, 2, 0});
   const std::vector<double> good = list(row, "press_good.standing");
@@ -62,7 +58,7 @@ TEST(RunningPulls, AForceThatIsReportedWrongIsFound) {
 }
 
 TEST(RunningPulls, AForceOfAGivenDirectionIsPulledAlongItOnly) {
-  const Row row = score(sim::nominal_truth(machine()), ContactModel::kForceAndPosition, {4, 1, 2, 1});
+  const Row row = score(sim::nominal_truth(test::solar()), ContactModel::kForceAndPosition, {4, 1, 2, 1});
   EXPECT_EQ(list(row, "answered").size(), 4U);
   EXPECT_FALSE(row.contains("beside_error_N"));
   for (const double error_N : list(row, "press_error_N.standing")) EXPECT_LT(error_N, 150);

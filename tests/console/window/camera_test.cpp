@@ -10,6 +10,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/support/places.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -19,10 +20,6 @@ using Eigen::Vector3d;
 
 constexpr unsigned kSeed = 21;
 const picture::Viewport kWindow{.width_px = 1280, .height_px = 800};
-
-MachineDescription machine() {
-  return load_machine(test::source_dir() + "/config/machines/solar015.toml");
-}
 
 bool inside(const Vector2d& pixel, const picture::Viewport& viewport) {
   return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= viewport.width_px && pixel.y() <= viewport.height_px;
@@ -41,7 +38,7 @@ TEST(Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  const picture::Camera side = picture::side_camera(machine()), first = picture::orbit_camera(machine());
+  const picture::Camera side = picture::side_camera(test::solar()), first = picture::orbit_camera(test::solar());
   for (int run = 0; run < 500; ++run) {
     const picture::Viewport viewport{.width_px = 300 + run, .height_px = 900 - run};
     const Vector2d pixel(uniform(0, viewport.width_px), uniform(0, viewport.height_px));
@@ -54,7 +51,7 @@ TEST(Camera, APixelOfTheMachinesPlaneIsFoundAgain) {
 }
 
 TEST(Camera, SideViewShowsForwardRightAndUpUp) {
-  const picture::Camera camera = picture::side_camera(machine());
+  const picture::Camera camera = picture::side_camera(test::solar());
   const Vector2d origin = *picture::pixel_of(camera, kWindow, Vector3d::Zero());
   EXPECT_GT(picture::pixel_of(camera, kWindow, Vector3d(1, 0, 0))->x(), origin.x() + 50);
   EXPECT_LT(picture::pixel_of(camera, kWindow, Vector3d(0, 0, 1))->y(), origin.y() - 50);
@@ -62,7 +59,7 @@ TEST(Camera, SideViewShowsForwardRightAndUpUp) {
 }
 
 TEST(Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   const picture::Camera camera = picture::side_camera(m);
   const LinkDescription *boom = &m.links[kBoom], *arm = &m.links[kArm], *bucket = &m.links[kBucket];
   for (const picture::Viewport& viewport : {kWindow, picture::Viewport{.width_px = 400, .height_px = 900},
@@ -77,7 +74,7 @@ TEST(Camera, SideViewHoldsTheWholeReachInWindowsOfAnyShape) {
 }
 
 TEST(Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   const picture::Camera camera = picture::orbit_camera(m);
   for (const Vector3d& point :
        {Vector3d(-1.6, -0.5, -0.8), Vector3d(-1.6, 0.5, 1.3), Vector3d(2.8, 0, 0.5), Vector3d(2.3, -1, -0.8)})
@@ -85,7 +82,7 @@ TEST(Camera, OrbitFirstShowsTheMachineAndWhereItWorks) {
 }
 
 TEST(Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   picture::Camera camera = picture::orbit_camera(m);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> drag(-2000, 2000);
@@ -104,7 +101,7 @@ TEST(Camera, AnOrbitStaysAboveTheGroundAndInSightHoweverTheMouseIsMoved) {
 }
 
 TEST(Camera, TheMouseTakesWhatItHoldsAlong) {
-  const picture::Camera camera = picture::orbit_camera(machine());
+  const picture::Camera camera = picture::orbit_camera(test::solar());
   const Vector3d front(0.7, -0.5, 0);  // near the target, on the camera's side
   const Vector2d before = *picture::pixel_of(camera, kWindow, front);
   EXPECT_GT(picture::pixel_of(picture::turned(camera, {40, 0}, kWindow), kWindow, front)->x(), before.x());
@@ -115,13 +112,13 @@ TEST(Camera, TheMouseTakesWhatItHoldsAlong) {
 }
 
 TEST(Camera, ASideViewIsTurnedByNothing) {
-  const picture::Camera camera = picture::side_camera(machine());
+  const picture::Camera camera = picture::side_camera(test::solar());
   EXPECT_EQ(picture::view_projection(camera, kWindow),
             picture::view_projection(picture::turned(camera, {50, 50}, kWindow), kWindow));
 }
 
 TEST(Camera, ASideViewComesCloserToThePointUnderTheMouseAndIsDraggedAlong) {
-  const picture::Camera camera = picture::side_camera(machine());
+  const picture::Camera camera = picture::side_camera(test::solar());
   const Vector3d tip(2.4, 0, -0.3), beside = tip + Vector3d(0.1, 0, 0);
   const Vector2d before = *picture::pixel_of(camera, kWindow, tip);
   const picture::Camera close = picture::zoomed(camera, 6, {tip.x(), tip.z()});
@@ -135,7 +132,7 @@ TEST(Camera, ASideViewComesCloserToThePointUnderTheMouseAndIsDraggedAlong) {
 }
 
 TEST(Camera, ASideViewKeepsTheMachineInReachHoweverTheMouseIsMoved) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   picture::Camera camera = picture::side_camera(m);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> drag(-2000, 2000);
@@ -149,7 +146,7 @@ TEST(Camera, ASideViewKeepsTheMachineInReachHoweverTheMouseIsMoved) {
 }
 
 TEST(Grid, HasRoundStepsThatAreFarEnoughApartToBeReadInEitherUnit) {
-  picture::Camera camera = picture::side_camera(machine());
+  picture::Camera camera = picture::side_camera(test::solar());
   for (const double unit_m : {1.0, 0.3048})
     for (int steps = -8; steps < 24; steps += 3) {
       const picture::Camera seen = picture::zoomed(camera, steps, {2, 0});
@@ -166,7 +163,7 @@ TEST(Grid, HasRoundStepsThatAreFarEnoughApartToBeReadInEitherUnit) {
 }
 
 TEST(Camera, NoPointOfThePlaneIsUnderAPixelOfTheSky) {
-  picture::Camera camera = picture::orbit_camera(machine());
+  picture::Camera camera = picture::orbit_camera(test::solar());
   camera.yaw_rad = -1.2;
   EXPECT_FALSE(picture::plane_point(camera, kWindow, {1279, 400})) << "looks past the plane";
   EXPECT_FALSE(picture::pixel_of(camera, kWindow, Vector3d(-100, 0, 0))) << "behind the camera";
@@ -180,7 +177,7 @@ TEST(Camera, AMountedOneSeesAsAPinholeDoes) {
   mount.tilt_rad = -0.45;
   mount.field_of_view_rad = 1.3;
   const picture::Viewport port{.width_px = 1280, .height_px = 720};
-  const picture::Camera camera = picture::mounted_camera(machine(), mount);
+  const picture::Camera camera = picture::mounted_camera(test::solar(), mount);
   for (const Eigen::Vector3d& point : {Eigen::Vector3d(2.6, 0, 0.4), {3.0, 0.5, -0.8}, {1.5, -0.6, 0.9}}) {
     const Eigen::Vector3d to = point - mount.position_m;
     const double c = std::cos(mount.pan_rad), s = std::sin(mount.pan_rad);
@@ -197,7 +194,7 @@ TEST(Camera, AMountedOneSeesAsAPinholeDoes) {
 }
 
 TEST(Camera, APixelOfAMountedOneIsFoundAgainInTheMachinesPlane) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   const picture::Viewport port{.width_px = 1280, .height_px = 720};
   const picture::Camera camera = picture::mounted_camera(m, m.cameras.at(0));
   for (const PlanarVector& p : {PlanarVector(2.6, 0.4), PlanarVector(3, -0.7), PlanarVector(2, 0.9)}) {
@@ -210,7 +207,7 @@ TEST(Camera, APixelOfAMountedOneIsFoundAgainInTheMachinesPlane) {
 }
 
 TEST(Camera, AMountedOneIsMovedByNoMouse) {
-  const MachineDescription m = machine();
+  const MachineDescription m = test::solar();
   const picture::Viewport port{.width_px = 1280, .height_px = 720};
   const picture::Camera camera = picture::mounted_camera(m, m.cameras.at(0));
   for (const picture::Camera& c :

@@ -16,114 +16,89 @@
 
 #include "app/console/console_host.h"
 #include "tests/console/window/canned_console.h"
+#include "tests/console/window/console_run.h"
 #include "tests/console/window/virtual_display.h"
 #include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {
 
-struct Ended {
-  int code = -1;
-  std::string said;
-};
-
-/// @param environment such as "DISPLAY= KNUCKLE_FONT_DIR=/nowhere".
-Ended console(const std::string& environment, const std::string& options) {
-  const std::string command = "env " + environment + " " + test::program("knuckle") + " console " + options + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  Ended ended;
-  std::array<char, 256> part{};
-  while (std::fgets(part.data(), part.size(), pipe) != nullptr) ended.said += part.data();
-  ended.code = WEXITSTATUS(pclose(pipe));
-  return ended;
-}
-
-void expect_refused(const Ended& ended, const std::string& because) {
-  EXPECT_EQ(ended.code, 2) << ended.said;
-  EXPECT_EQ(std::count(ended.said.begin(), ended.said.end(), '\n'), 1) << ended.said;
-  EXPECT_NE(ended.said.find(because), std::string::npos) << ended.said;
-}
-
 TEST(ConsoleCommand, SaysInOneLineThatThereIsNoDisplay) {
-  expect_refused(console("-u DISPLAY -u WAYLAND_DISPLAY", "--simulate"), "no display");
-  expect_refused(console("DISPLAY=:9999", "--simulate"), "no display");
+  expect_refused("--simulate", "no display", "-u DISPLAY -u WAYLAND_DISPLAY");
+  expect_refused("--simulate", "no display", "DISPLAY=:9999");
 }
 
 TEST(ConsoleCommand, SaysInOneLineThatAFontIsMissing) {
-  expect_refused(console("KNUCKLE_FONT_DIR=/nowhere", "--simulate"), "/nowhere/B612-Regular.otf is missing");
-  expect_refused(console("KNUCKLE_FONT_DIR=" + test::source_dir(), "--simulate"), "B612-Regular.otf is missing");
+  expect_refused("--simulate", "/nowhere/B612-Regular.otf is missing", "KNUCKLE_FONT_DIR=/nowhere");
+  expect_refused("--simulate", "B612-Regular.otf is missing", "KNUCKLE_FONT_DIR=" + test::source_dir());
 }
 
 TEST(ConsoleCommand, SaysInOneLineThatOpenGlIsMissing) {
   const VirtualDisplay display("1280x800", {"-extension", "GLX"});
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-  expect_refused(console("", "--simulate"), "OpenGL 3.3 is missing");
+  expect_refused("--simulate", "OpenGL 3.3 is missing");
 }
 
 TEST(ConsoleCommand, RefusesWhatContradictsItselfOrIsOutOfBounds) {
-  expect_refused(console("", ""), "--simulate and --connect");
-  expect_refused(console("", "--simulate --connect 127.0.0.1:5683"), "--simulate and --connect");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --machine solar015 --keys /no/such/folder"), "knuckle pair");
-  expect_refused(console("", "--connect 192.0.2.7:5683 --machine solar015 --insecure"), "give --insecure twice");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure"), "--machine");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --demo"), "--demo");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --scenario dismantle"),
+  expect_refused("", "--simulate and --connect");
+  expect_refused("--simulate --connect 127.0.0.1:5683", "--simulate and --connect");
+  expect_refused("--connect 127.0.0.1:5683 --machine solar015 --keys /no/such/folder", "knuckle pair");
+  expect_refused("--connect 192.0.2.7:5683 --machine solar015 --insecure", "give --insecure twice");
+  expect_refused("--connect 127.0.0.1:5683 --insecure", "--machine");
+  expect_refused("--connect 127.0.0.1:5683 --insecure --machine solar015 --demo", "--demo");
+  expect_refused("--connect 127.0.0.1:5683 --insecure --machine solar015 --scenario dismantle",
                  "--scenario: goes with --simulate");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1"),
-                 "--seed: goes with --simulate");
-  expect_refused(console("", "--simulate --camera videotestsrc"), "--camera videotestsrc: must be NAME=SOURCE");
-  expect_refused(console("", "--simulate --camera mast=nosuchsrc"), "no element \"nosuchsrc\"");
-  expect_refused(console("", "--simulate --camera a=videotestsrc --camera a=videotestsrc"),
-                 "--camera a: is given twice");
-  expect_refused(console("", "--simulate --camera mast=knuckle:5700"), "--camera mast=knuckle:");
-  expect_refused(console("", "--simulate --camera 'mast=knuckle: 127.0.0.1:5700'"),
+  expect_refused("--connect 127.0.0.1:5683 --insecure --machine solar015 --seed 1", "--seed: goes with --simulate");
+  expect_refused("--simulate --camera videotestsrc", "--camera videotestsrc: must be NAME=SOURCE");
+  expect_refused("--simulate --camera mast=nosuchsrc", "no element \"nosuchsrc\"");
+  expect_refused("--simulate --camera a=videotestsrc --camera a=videotestsrc", "--camera a: is given twice");
+  expect_refused("--simulate --camera mast=knuckle:5700", "--camera mast=knuckle:");
+  expect_refused("--simulate --camera 'mast=knuckle: 127.0.0.1:5700'",
                  "--camera mast=knuckle: 127.0.0.1:5700: must be NAME=knuckle:ADDR:PORT without blanks");
-  expect_refused(console("", "--simulate --camera mast=knuckle:127.0.0.1:0"), "its port must be 1 to 65535");
-  expect_refused(console("", "--simulate --camera mast=knuckle:0.0.0.0:5700"), "pictures are not encrypted");
-  expect_refused(console("", "--simulate --camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:127.0.0.1:5700"),
+  expect_refused("--simulate --camera mast=knuckle:127.0.0.1:0", "its port must be 1 to 65535");
+  expect_refused("--simulate --camera mast=knuckle:0.0.0.0:5700", "pictures are not encrypted");
+  expect_refused("--simulate --camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:127.0.0.1:5700",
                  "--camera rear=knuckle:127.0.0.1:5700: camera mast has this port");
-  expect_refused(console("",
-                         "--connect 127.0.0.1:5683 --insecure --insecure --machine solar015 "
-                         "--camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:0.0.0.0:5700"),
-                 "--camera rear=knuckle:0.0.0.0:5700: camera mast has this port");
-  expect_refused(console("", "--simulate --camera rear=simulated"), "solar015.toml has no [[camera]] of this name");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --camera mast=simulated"),
+  expect_refused(
+      "--connect 127.0.0.1:5683 --insecure --insecure --machine solar015 "
+      "--camera mast=knuckle:127.0.0.1:5700 --camera rear=knuckle:0.0.0.0:5700",
+      "--camera rear=knuckle:0.0.0.0:5700: camera mast has this port");
+  expect_refused("--simulate --camera rear=simulated", "solar015.toml has no [[camera]] of this name");
+  expect_refused("--connect 127.0.0.1:5683 --insecure --machine solar015 --camera mast=simulated",
                  "a simulated camera goes with --simulate");
-  expect_refused(console("", "--simulate --insecure"), "--insecure: goes with --connect");
-  expect_refused(console("", "--simulate --keys /tmp"), "--keys /tmp: goes with --connect or --dial");
-  expect_refused(console("", "--simulate --peer arm"), "--peer arm: goes with --dial");
-  expect_refused(console("", "--simulate --stun stun.example.org:3478"), "goes with --dial");
-  expect_refused(console("", "--simulate --turn turn.example.org:3478"), "goes with --dial");
-  expect_refused(console("", "--connect 127.0.0.1:5683 --insecure --machine solar015 --keys /tmp"),
+  expect_refused("--simulate --insecure", "--insecure: goes with --connect");
+  expect_refused("--simulate --keys /tmp", "--keys /tmp: goes with --connect or --dial");
+  expect_refused("--simulate --peer arm", "--peer arm: goes with --dial");
+  expect_refused("--simulate --stun stun.example.org:3478", "goes with --dial");
+  expect_refused("--simulate --turn turn.example.org:3478", "goes with --dial");
+  expect_refused("--connect 127.0.0.1:5683 --insecure --machine solar015 --keys /tmp",
                  "--keys /tmp: does not go with --insecure");
-  expect_refused(console("", "--dial foo --peer arm --machine solar015"), "--dial foo: is not HOST:PORT");
-  expect_refused(console("", "--simulate --demo --device hid"), "--device hid: does not go with --demo");
-  expect_refused(console("", "--simulate --scenario link_faults"), "schedules faults");
-  expect_refused(console("", "--simulate --demo --scenario recorded_dig_soil"),
-                 "follows a recorded motion: run it with");
-  expect_refused(console("", "--simulate --log /tmp --no-log"), "--no-log: does not go with --log /tmp");
-  expect_refused(console("", "--simulate --log /dev/null/log"),
-                 "--log /dev/null/log: cannot be written: Not a directory");
-  expect_refused(console("", "--simulate --size 640x480"), "1280x720");
-  expect_refused(console("", "--simulate --screenshot /tmp/s.jpg"), "--screenshot /tmp/s.jpg: must end in .png");
-  expect_refused(console("", "--simulate --scale 9"), "--scale");
-  expect_refused(console("", "--simulate --screen nowhere"), "--screen");
-  expect_refused(console("", "--simulate --device mouse"), "--device");
-  expect_refused(console("", "--simulate --scenario nowhere"), "nowhere");
-  expect_refused(console("", "--simulate --loss 2"), "--loss");
+  expect_refused("--dial foo --peer arm --machine solar015", "--dial foo: is not HOST:PORT");
+  expect_refused("--simulate --demo --device hid", "--device hid: does not go with --demo");
+  expect_refused("--simulate --scenario link_faults", "schedules faults");
+  expect_refused("--simulate --demo --scenario recorded_dig_soil", "follows a recorded motion: run it with");
+  expect_refused("--simulate --log /tmp --no-log", "--no-log: does not go with --log /tmp");
+  expect_refused("--simulate --log /dev/null/log", "--log /dev/null/log: cannot be written: Not a directory");
+  expect_refused("--simulate --size 640x480", "1280x720");
+  expect_refused("--simulate --screenshot /tmp/s.jpg", "--screenshot /tmp/s.jpg: must end in .png");
+  expect_refused("--simulate --scale 9", "--scale");
+  expect_refused("--simulate --screen nowhere", "--screen");
+  expect_refused("--simulate --device mouse", "--device");
+  expect_refused("--simulate --scenario nowhere", "nowhere");
+  expect_refused("--simulate --loss 2", "--loss");
 }
 
 TEST(ConsoleCommand, RefusesAGamepadThatIsNotThere) {
   const VirtualDisplay display("1280x800");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-  expect_refused(console("", "--simulate --device gamepad"), "no gamepad found");
+  expect_refused("--simulate --device gamepad", "no gamepad found");
 }
 
 TEST(ConsoleCommand, AScreenshotWithoutATimeIsOfAMachineThatHasBeenHeard) {
   const VirtualDisplay display("1280x800");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
   const std::string picture = testing::TempDir() + "knuckle_screenshot.png";
-  const Ended ended = console("", "--simulate --json - --screenshot " + picture);
+  const Ended ended = console_run("--simulate --json - --screenshot " + picture);
   std::filesystem::remove(picture);
   EXPECT_EQ(ended.code, 0) << ended.said;
   EXPECT_NE(ended.said.find("\"mode\": \"ready\""), std::string::npos) << ended.said;
@@ -141,7 +116,7 @@ TEST(DeepConsoleCommand, SaysHowManyFramesAreMissingInALogThatCouldNotBeWritten)
     for (std::string line; std::getline(in, line);) {
     }
   });
-  const Ended ended = console("", "--simulate --duration 5 --candump " + pipe);
+  const Ended ended = console_run("--simulate --duration 5 --candump " + pipe);
   reader.join();
   std::filesystem::remove(pipe);
   EXPECT_EQ(ended.code, 0) << ended.said;

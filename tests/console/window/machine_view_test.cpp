@@ -17,19 +17,19 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 400;
 const picture::Viewport kWhole{.width_px = kWidth, .height_px = kHeight};
-using Pixels = std::vector<std::uint8_t>;
+using Drawn = std::vector<std::uint8_t>;
 
 class MachineViewPicture : public ::testing::Test {
  protected:
   static MachineDescription machine() { return load_machine(test::source_dir() + "/config/machines/solar015.toml"); }
 
-  Pixels drawn(const picture::MachinePicture& picture, const picture::Camera& camera,
-               const picture::Viewport& viewport = kWhole) {
+  Drawn drawn(const picture::MachinePicture& picture, const picture::Camera& camera,
+              const picture::Viewport& viewport = kWhole) {
     view_.draw(picture, camera, viewport, colours_);
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     return screen_.pixels();
   }
-  Pixels drawn(const picture::MachinePicture& picture) { return drawn(picture, side_); }
+  Drawn drawn(const picture::MachinePicture& picture) { return drawn(picture, side_); }
 
   static picture::MachinePicture at_rest() {
     picture::MachinePicture picture;
@@ -38,7 +38,7 @@ class MachineViewPicture : public ::testing::Test {
   }
 
   /// Of the picture's area; `near` is a colour in which something is drawn without shading.
-  static double share_near(const Pixels& pixels, const picture::Rgb& near) {
+  static double share_near(const Drawn& pixels, const picture::Rgb& near) {
     int count = 0;
     for (std::size_t i = 0; i < pixels.size(); i += 3) {
       const picture::Rgb own = picture::Rgb(pixels[i], pixels[i + 1], pixels[i + 2]) / 255.0F;
@@ -46,7 +46,7 @@ class MachineViewPicture : public ::testing::Test {
     }
     return static_cast<double>(count) / (kWidth * kHeight);
   }
-  static double share_changed(const Pixels& a, const Pixels& b) {
+  static double share_changed(const Drawn& a, const Drawn& b) {
     int count = 0;
     for (std::size_t i = 0; i < a.size(); i += 3)
       if (a[i] != b[i] || a[i + 1] != b[i + 1] || a[i + 2] != b[i + 2]) ++count;
@@ -71,7 +71,7 @@ TEST_F(MachineViewPicture, MachineAndGroundCoverPartOfIt) {
 }
 
 TEST_F(MachineViewPicture, IsTheSameEachTimeAndChangesWithThePalette) {
-  const Pixels first = drawn(at_rest());
+  const Drawn first = drawn(at_rest());
   EXPECT_EQ(first, drawn(at_rest()));
   colours_ = picture::dark_picture_colours();
   EXPECT_GT(share_changed(first, drawn(at_rest())), 0.9);
@@ -79,9 +79,9 @@ TEST_F(MachineViewPicture, IsTheSameEachTimeAndChangesWithThePalette) {
 
 TEST_F(MachineViewPicture, HasAnArrowWhereAndOnlyWhereAForceIs) {
   picture::MachinePicture picture = at_rest();
-  const Pixels without = drawn(picture);
+  const Drawn without = drawn(picture);
   picture.tip_force_N = {-4000, 0};
-  const Pixels with = drawn(picture);
+  const Drawn with = drawn(picture);
   EXPECT_GT(share_changed(without, with), 0.001);
   // The shaft lies behind the tip along the force; its lit side has the force's hue.
   const PlanarVector tip = pose_of(machine(), picture.measured_rad).tip_m;
@@ -99,7 +99,7 @@ TEST_F(MachineViewPicture, ArrowFadesAndLosesItsColourWithItsConfidence) {
   picture.tip_force_N = {-4000, 0};
   const auto redness = [&](double confidence) {
     picture.confidence = confidence;
-    const Pixels pixels = drawn(picture);
+    const Drawn pixels = drawn(picture);
     double most = 0;
     for (std::size_t i = 0; i < pixels.size(); i += 3)
       most = std::max(most, static_cast<double>(pixels[i]) - pixels[i + 2]);
@@ -111,7 +111,7 @@ TEST_F(MachineViewPicture, ArrowFadesAndLosesItsColourWithItsConfidence) {
 TEST_F(MachineViewPicture, TheEllipseGrowsWithTheUncertainty) {
   picture::MachinePicture picture = at_rest();
   picture.tip_force_N = {-3000, 500};
-  const Pixels sure = drawn(picture);
+  const Drawn sure = drawn(picture);
   picture.covariance_N2 = {2e5, 0, 1e5};
   const double some = share_changed(sure, drawn(picture));
   picture.covariance_N2 = {8e5, 0, 4e5};
@@ -123,7 +123,7 @@ TEST_F(MachineViewPicture, TheEllipseGrowsWithTheUncertainty) {
 TEST_F(MachineViewPicture, OutlineOfTheCommandIsSeenWhenWanted) {
   picture::MachinePicture picture = at_rest();
   picture.commanded_rad += JointVector(0.1, 0.1, 0.1);
-  const Pixels without = drawn(picture);
+  const Drawn without = drawn(picture);
   EXPECT_EQ(share_near(without, colours_.commanded), 0);
   picture.show_commanded = true;
   EXPECT_GT(share_near(drawn(picture), colours_.commanded), 0.001);
@@ -131,11 +131,11 @@ TEST_F(MachineViewPicture, OutlineOfTheCommandIsSeenWhenWanted) {
 
 TEST_F(MachineViewPicture, GhostOfTheHandIsSeenWhenWantedAndElsewhereThanTheMachine) {
   picture::MachinePicture picture = at_rest();
-  const Pixels without = drawn(picture);
+  const Drawn without = drawn(picture);
   picture.show_hand = true;
   EXPECT_LT(share_changed(without, drawn(picture)), 0.002) << "in the machine's own place it is hidden";
   picture.hand_rad += JointVector(0.25, 0.2, 0.2);
-  const Pixels with = drawn(picture);
+  const Drawn with = drawn(picture);
   EXPECT_GT(share_changed(without, with), 0.01);
   picture.show_hand = false;
   EXPECT_EQ(without, drawn(picture));
@@ -143,7 +143,7 @@ TEST_F(MachineViewPicture, GhostOfTheHandIsSeenWhenWantedAndElsewhereThanTheMach
 
 TEST_F(MachineViewPicture, AStaleMachineLosesItsColour) {
   picture::MachinePicture picture = at_rest();
-  const auto most_colour = [](const Pixels& pixels) {
+  const auto most_colour = [](const Drawn& pixels) {
     int most = 0;
     for (std::size_t i = 0; i < pixels.size(); i += 3) most = std::max(most, std::abs(pixels[i] - pixels[i + 2]));
     return most;
@@ -165,7 +165,7 @@ TEST_F(MachineViewPicture, ContactHasARingThatFlashesAtFirst) {
 
 TEST_F(MachineViewPicture, ShowsTheSceneOfItsTime) {
   picture::MachinePicture picture = at_rest();
-  const Pixels empty = drawn(picture);
+  const Drawn empty = drawn(picture);
   session::Scene scene{
       {"wall", session::SceneLine::Kind::kWall, {{2.3, 1}, {2.3, -1}, {2.8, -1}, {2.8, 1}}, true, 0, 10},
       {"piece", session::SceneLine::Kind::kPiece, {{1, -0.8}, {1.2, -0.8}, {1.2, -0.6}, {1, -0.6}}, true, 10, 99}};
@@ -186,9 +186,9 @@ TEST_F(MachineViewPicture, TheArmShinesThroughAWallInFrontOfIt) {
                               {corner(-0.3, 0.3), corner(-0.3, -0.3), corner(0.3, -0.3), corner(0.3, 0.3)},
                               true}};
   picture.scene = &block;
-  const Pixels hiding = drawn(picture);
+  const Drawn hiding = drawn(picture);
   picture.measured_rad[kBucket] -= 0.3;
-  const Pixels moved = drawn(picture);
+  const Drawn moved = drawn(picture);
   // Well inside the block, where its own edges are not.
   const auto at = [&](double x, double z) { return *picture::pixel_of(side_, kWhole, {tip.x() + x, 0, tip.y() + z}); };
   const Eigen::Vector2i low = at(-0.25, 0.25).cast<int>(), high = at(0.25, -0.25).cast<int>();
@@ -235,7 +235,7 @@ class MountedCameraPicture : public MachineViewPicture {
     const PlanarVector tip = pose_of(machine(), seen_.measured_rad).tip_m;  // reads the file: not in a loop
     return picture::pixel_of(camera_, kWhole, {tip.x(), 0, tip.y()}).value();
   }
-  [[nodiscard]] static std::vector<Eigen::Vector2d> changed(const Pixels& a, const Pixels& b) {
+  [[nodiscard]] static std::vector<Eigen::Vector2d> changed(const Drawn& a, const Drawn& b) {
     std::vector<Eigen::Vector2d> places;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -249,7 +249,7 @@ class MountedCameraPicture : public MachineViewPicture {
 
 TEST_F(MountedCameraPicture, HasTheBucketsTipWhereItIsProjected) {
   seen_.measured_rad[kBoom] = 0.9;  // high: there is nothing but sky below the teeth
-  const Pixels pixels = drawn(seen_, camera_);
+  const Drawn pixels = drawn(seen_, camera_);
   const Eigen::Vector2d tip = tip_px();
   // The teeth end at the tip's height; the tip itself lies between two of them.
   int lowest = 0;
@@ -263,7 +263,7 @@ TEST_F(MountedCameraPicture, HasTheBucketsTipWhereItIsProjected) {
 }
 
 TEST_F(MountedCameraPicture, HasTheRingOfContactAroundTheTip) {
-  const Pixels without = drawn(seen_, camera_);
+  const Drawn without = drawn(seen_, camera_);
   picture::MachinePicture touching = seen_;
   touching.contact = true;
   const auto ring = changed(without, drawn(touching, camera_));
@@ -309,9 +309,9 @@ TEST_F(MountedCameraPicture, HidesWhatIsBehindAWall) {
 }
 
 TEST_F(MountedCameraPicture, IsKeptUnderTheOutlineDrawnOverIt) {
-  const Pixels before = drawn(seen_, camera_);
+  const Drawn before = drawn(seen_, camera_);
   view_.draw_over(seen_, camera_, kWhole, colours_);
-  const Pixels after = screen_.pixels();
+  const Drawn after = screen_.pixels();
   const double share = static_cast<double>(changed(before, after).size()) / (kWidth * kHeight);
   EXPECT_GT(share, 0.002);
   EXPECT_LT(share, 0.1);
@@ -320,7 +320,7 @@ TEST_F(MountedCameraPicture, IsKeptUnderTheOutlineDrawnOverIt) {
   away.measured_rad[kBoom] += 0.3;
   (void)drawn(away, camera_);
   view_.draw_over(seen_, camera_, kWhole, colours_);
-  const Pixels over = screen_.pixels();
+  const Drawn over = screen_.pixels();
   std::size_t same = 0, white = 0;
   for (std::size_t i = 0; i < after.size(); i += 3) {
     if (after[i] + after[i + 1] + after[i + 2] < 760 || before[i] + before[i + 1] + before[i + 2] > 700) continue;

@@ -22,10 +22,10 @@
 namespace knuckle::console::window {
 namespace {
 
-constexpr unsigned kSeed = 20;
+constexpr unsigned kMeshSeed = 20;
 const char* const kMachines[] = {"solar015", "compact080", "standard200"};
 
-MachineDescription machine(const std::string& name) {
+MachineDescription machine_named(const std::string& name) {
   return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
 }
 
@@ -100,7 +100,7 @@ double lowest_x(const picture::Mesh& mesh) {
 }
 
 TEST(Outline, TrianglesCoverItOnce) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kMeshSeed);
   std::uniform_real_distribution<double> radius(0.3, 1);
   for (int run = 0; run < 200; ++run) {
     picture::Outline star;  // any shape that is seen whole from its middle, in either sense
@@ -114,10 +114,10 @@ TEST(Outline, TrianglesCoverItOnce) {
     double area = 0;
     for (std::size_t i = 0; i < cut.size(); i += 3) {
       const double part = picture::signed_area_m2({star[cut[i]], star[cut[i + 1]], star[cut[i + 2]]});
-      EXPECT_GE(part, 0) << "seed " << kSeed << " run " << run;
+      EXPECT_GE(part, 0) << "seed " << kMeshSeed << " run " << run;
       area += part;
     }
-    EXPECT_NEAR(area, std::abs(picture::signed_area_m2(star)), 1e-12) << "seed " << kSeed << " run " << run;
+    EXPECT_NEAR(area, std::abs(picture::signed_area_m2(star)), 1e-12) << "seed " << kMeshSeed << " run " << run;
   }
 }
 
@@ -153,7 +153,7 @@ TEST(Mesh, SolidsHaveTheVolumeOfTheirShape) {
 
 TEST(MachineMesh, EveryBodyIsClosedWithItsSurfaceOutward) {
   for (const char* name : kMachines) {
-    const MachineDescription m = machine(name);
+    const MachineDescription m = machine_named(name);
     const auto bodies = picture::body_meshes(m);
     for (std::size_t i = 0; i < picture::kBodies; ++i)
       expect_solid(bodies[i], std::string(name) + ", body " + std::to_string(i));
@@ -162,14 +162,14 @@ TEST(MachineMesh, EveryBodyIsClosedWithItsSurfaceOutward) {
 }
 
 TEST(MachineMesh, FewEnoughTrianglesToBeDrawnWithoutAGraphicsCard) {
-  const MachineDescription m = machine("solar015");
+  const MachineDescription m = machine_named("solar015");
   std::size_t triangles = picture::hull_mesh(m, -0.8).triangles.size() / 3;
   for (const picture::Mesh& mesh : picture::body_meshes(m)) triangles += mesh.triangles.size() / 3;
   EXPECT_LT(triangles, 5000U);
 }
 
 TEST(MachineMesh, WorldsOfAllScenariosAreClosed) {
-  const MachineDescription m = machine("solar015");
+  const MachineDescription m = machine_named("solar015");
   for (const char* name : {"wall_contact", "dismantle", "buried_pipe", "dig_cycle", "lift_weight"}) {
     const session::Scenario scenario =
         session::load_scenario(test::source_dir() + "/config/scenarios/" + name + ".toml", m);
@@ -182,16 +182,16 @@ TEST(MachineMesh, WorldsOfAllScenariosAreClosed) {
 
 TEST(MachinePose, CylindersAreAsLongAsTheKinematicsSays) {
   for (const char* name : kMachines) {
-    const MachineDescription m = machine(name);
+    const MachineDescription m = machine_named(name);
     const Kinematics kinematics(m);
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kMeshSeed);
     for (int run = 0; run < 300; ++run) {
       const JointVector q = random_joints(m, random);
       const MachinePose pose = pose_of(m, q);
       for (int i = 0; i < kJoints; ++i)
         EXPECT_NEAR(pose.cylinders[static_cast<std::size_t>(i)].length_m(), kinematics.cylinder_at(i, q[i])->length_m,
                     1e-9)
-            << name << ' ' << kJointNames[static_cast<std::size_t>(i)] << " seed " << kSeed;
+            << name << ' ' << kJointNames[static_cast<std::size_t>(i)] << " seed " << kMeshSeed;
       EXPECT_NEAR((pose.tip_m - kinematics.tip(q)).norm(), 0, 1e-9);
       EXPECT_NEAR((pose.linkage_pin_m - pose.rocker_pin_m).norm(), m.bucket_linkage.rocker_length_m, 1e-9);
       EXPECT_NEAR((pose.linkage_pin_m - pose.bucket_pin_m).norm(), m.bucket_linkage.coupler_length_m, 1e-9);
@@ -200,8 +200,8 @@ TEST(MachinePose, CylindersAreAsLongAsTheKinematicsSays) {
 }
 
 TEST(MachineMesh, BodiesMeetAtTheirPins) {
-  const MachineDescription m = machine("compact080");
-  std::mt19937 random(kSeed);
+  const MachineDescription m = machine_named("compact080");
+  std::mt19937 random(kMeshSeed);
   for (int run = 0; run < 100; ++run) {
     const MachinePose pose = pose_of(m, random_joints(m, random));
     const auto frames = picture::body_frames(pose);
@@ -227,7 +227,7 @@ TEST(MachineMesh, BodiesMeetAtTheirPins) {
 
 TEST(MachineMesh, RodsStayInTheirBarrels) {
   for (const char* name : kMachines) {
-    const MachineDescription m = machine(name);
+    const MachineDescription m = machine_named(name);
     const auto bodies = picture::body_meshes(m);
     for (std::size_t i = 0; i < kJoints; ++i) {
       const picture::Mesh& barrel = bodies[static_cast<std::size_t>(picture::Body::kBoomBarrel) + i];
@@ -240,7 +240,7 @@ TEST(MachineMesh, RodsStayInTheirBarrels) {
 
 TEST(MachineMesh, TheTeethEndAtTheTip) {
   for (const char* name : kMachines) {
-    const MachineDescription m = machine(name);
+    const MachineDescription m = machine_named(name);
     EXPECT_NEAR(highest_x(picture::body_meshes(m)[static_cast<std::size_t>(picture::Body::kBucket)]),
                 m.links[kBucket].length_m, 1e-6);
   }
@@ -283,7 +283,7 @@ TEST(WorldMesh, HasGroundWhereTheSceneHasItAndNoneWhereNothingIsKnown) {
 }
 
 TEST(BucketsLoad, FillsItsShareOfTheRoomFromBelowAndNoMore) {
-  const MachineDescription m = machine("solar015");
+  const MachineDescription m = machine_named("solar015");
   const picture::Outline room = picture::bucket_room(m);
   const double whole_m2 = std::abs(picture::signed_area_m2(room));
   EXPECT_TRUE(picture::filled(room, 0).empty());

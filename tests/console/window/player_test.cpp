@@ -11,6 +11,7 @@
 #include "app/console/window/console_program.h"
 #include "app/console/window/console_window.h"
 #include "tests/console/player/played_files.h"
+#include "tests/console/window/console_run.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/virtual_display.h"
@@ -278,26 +279,6 @@ TEST(Beside, IsOnTheSameClockWhereBothWereRecordedAtTheSameTime) {
   EXPECT_EQ(later("hour.mcap", kBegan_ns + 3'600'000'000'000), 0ms) << "of another hour: from the beginnings on";
 }
 
-struct Ended {
-  int code = -1;
-  std::string said;
-};
-Ended console(const std::string& options) {
-  const std::string command = test::program("knuckle") + " console " + options + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  Ended ended;
-  std::array<char, 256> part{};
-  while (std::fgets(part.data(), part.size(), pipe) != nullptr) ended.said += part.data();
-  ended.code = WEXITSTATUS(pclose(pipe));
-  return ended;
-}
-void expect_refused(const std::string& options, const std::string& because) {
-  const Ended ended = console(options);
-  EXPECT_EQ(ended.code, 2) << ended.said;
-  EXPECT_EQ(std::count(ended.said.begin(), ended.said.end(), '\n'), 1) << ended.said;
-  EXPECT_NE(ended.said.find(because), std::string::npos) << ended.said;
-}
-
 TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
   const std::string press = " --replay " + test::recorded("press");
   expect_refused("--simulate" + press, "--simulate: does not go with --replay");
@@ -322,7 +303,7 @@ TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
   const test::TemporaryFolder folder;
   const std::string options = "--replay " + test::recorded("press") + " --screen hydraulics --at ";
   const auto picture = [&](const std::string& at, const std::string& name) {
-    const Ended ended = console(options + at + " --screenshot " + folder.file(name));
+    const Ended ended = console_run(options + at + " --screenshot " + folder.file(name));
     EXPECT_EQ(ended.code, 0) << ended.said;
     std::ifstream file(folder.file(name), std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(file), {});

@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Console, Screens,
                          [](const auto& shot) { return shot.param.name; });
 
 /// The recording's light as it is widest; its other texts are tested as texts (RecordingText).
-const std::vector<Shot> kWhole{
+const std::vector<Shot> kWholeScreens{
     Shot{.name = "real_time",
          .keys = {"F3"},
          .texts = {"Wake-up lateness", "61 µs", "Overruns", "SCHED_FIFO 80", "Passes the full force"}},
@@ -227,7 +227,7 @@ const std::vector<Shot> kWhole{
 TEST(ScreensTexts, AreSeenWhole) {
   const VirtualDisplay display("3840x2160");
   if (!display.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-  for (const Shot& shot : kWhole) {
+  for (const Shot& shot : kWholeScreens) {
     SCOPED_TRACE(shot.name);
     Shown shown(shot);
     const std::vector<DrawnText> drawn = texts_of([&] { shown.frames(1); });

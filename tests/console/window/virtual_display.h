@@ -32,6 +32,12 @@ inline std::optional<pid_t> start_program(std::vector<std::string> words) {
   return error == 0 ? std::optional(process) : std::nullopt;
 }
 
+/// Real X events: "key F2", "keydown shift", "mousemove 10 20 click 1", or whatever else xdotool takes. @return whether
+/// they were taken.
+bool xdotool(const std::string& words);
+/// Before its server ends.
+void let_go_of_display();
+
 /// An X server without a screen, on a number that it finds itself; DISPLAY names it while it lives.
 class VirtualDisplay {
  public:
@@ -54,6 +60,7 @@ class VirtualDisplay {
     up_ = true;
   }
   ~VirtualDisplay() {
+    let_go_of_display();
     unsetenv("DISPLAY");
     if (!server_) return;
     kill(*server_, SIGTERM);
@@ -67,10 +74,5 @@ class VirtualDisplay {
   std::optional<pid_t> server_;
   bool up_ = false;
 };
-
-/// Real X events: "key F2", "keydown shift", "mousemove 10 20 click 1". @return whether xdotool took them.
-inline bool xdotool(const std::string& words) {
-  return std::system(("xdotool " + words).c_str()) == 0;
-}
 
 }  // namespace knuckle::console::window

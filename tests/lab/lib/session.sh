@@ -49,3 +49,27 @@ stop_machine() {
 
 # of NAME.PROGRAM EXPRESSION: true of the result of that program.
 of() { says "$result/$1.json" "$2"; }
+
+replays() { knuckle replay "$1" > "$result/replay.txt" 2>&1; }
+
+# session NAME BACK_END SCENARIO LONGEST_S: both sides on one CAN bus, to the end of the scenario.
+session() {
+  export KNUCKLE_RECORDINGS=/tmp/recordings.$1
+  record "$1" vcan0
+  start_machine "$1" vcan0 vcan0 "$3"
+  start_operator "$1" "$2" "$3"
+  check "$1: the operator gets to the end of the scenario" within "$4" not runs "$1.device"
+  stop "$1.master"
+  stop_machine "$1"
+  stop recorder
+  check "$1: ... with no phase given up" of "$1.device" '.finished and (.phases | map(.timed_out) | any | not)'
+  check "$1: the machine was led for as long as the operator was there" of "$1.slave" \
+    '(.modes | map(.mode) | index("engaged")) and (.faults == [] or (.faults | map(.code)) == ["device_stale"])'
+  check "$1: valves were moved over CAN" holds "$result/$1.candump.log" ' 21[012]#.[7F]00.*[1-9A-F]'
+  check "$1: the firmware never had to take the torque away" of "$1.device" '.latches | map(select(.at_s > 1)) == []'
+  check "$1: no CAN frame was lost" of "$1.slave" '.can_counters | [.queue_full, .overflows, .not_sendable, .error_frames] | add == 0'
+  check "$1: the machine's side ends in order" of "$1.slave" '.stop.confirmed'
+  check "$1: both sides were recorded without a gap" of "$1.slave" '.recording | .steps_lost == 0 and .problem == null and .bytes > 100000'
+  check "$1: ... the machine's side runs again bit by bit" replays "$KNUCKLE_RECORDINGS"/*_slave_part001.mcap
+  check "$1: ... and so does the operator's" replays "$KNUCKLE_RECORDINGS"/*_master_part001.mcap
+}

@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "tests/support/no_alloc.h"
+#include "tests/transport/secure/secure_rig.h"
 
 namespace knuckle::secure {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 struct Queue final : DtlsSession::Out {
   void put(std::span<const std::uint8_t> bytes) override { sent.emplace_back(bytes.begin(), bytes.end()); }
@@ -58,20 +57,8 @@ struct Ends {
   DtlsSession::Progress operator_done{}, machine_done{};
 };
 
-const Identity& machine_identity() {
-  static const Identity identity = make_identity("site arm");
-  return identity;
-}
-const Identity& operator_identity() {
-  static const Identity identity = make_identity("desk 1");
-  return identity;
-}
-Peer peer(const Identity& identity, bool revoked = false) {
-  return {identity.fingerprint(), identity.name, revoked, false, ""};
-}
-
 struct DtlsPair : ::testing::Test {
-  Ends ends{{peer(operator_identity())}, {peer(machine_identity())}, machine_identity(), operator_identity()};
+  Ends ends{{peer(desk_identity())}, {peer(machine_identity())}, machine_identity(), desk_identity()};
   void SetUp() override {
     ends.shake_hands();
     ASSERT_EQ(ends.operator_done, DtlsSession::Progress::kDone);
@@ -85,7 +72,7 @@ struct DtlsPair : ::testing::Test {
 };
 
 TEST_F(DtlsPair, KnowsEachOtherAndCarriesMessagesBothWays) {
-  EXPECT_EQ(ends.machine.peer(), operator_identity().fingerprint());
+  EXPECT_EQ(ends.machine.peer(), desk_identity().fingerprint());
   EXPECT_EQ(ends.op.peer(), machine_identity().fingerprint());
   Datagram plain;
   const Sealed there = seal({1, 2, 3});
@@ -170,7 +157,7 @@ TEST_F(DtlsPair, GivesOutNothingThatCameAmongTheHandshakesDatagrams) {
 
 /// The same behind the last datagram of the handshake.
 TEST(DtlsSession, GivesOutNothingThatCameBehindTheHandshakesLastDatagram) {
-  Ends ends{{peer(operator_identity())}, {peer(machine_identity())}, machine_identity(), operator_identity()};
+  Ends ends{{peer(desk_identity())}, {peer(machine_identity())}, machine_identity(), desk_identity()};
   const auto deliver = [&] {
     while (!ends.to_machine.sent.empty())
       ends.machine_done = ends.machine.hear(ends.to_machine.next(), ends.to_operator);
@@ -241,7 +228,7 @@ TEST_F(DtlsPair, SaysFarewell) {
 
 TEST(DtlsSession, LetsInWhoIsPairedAndNobodyElse) {
   const Identity stranger = make_identity("stranger"), expired = make_identity("old desk", -2);
-  const Peers knows_machine{peer(machine_identity())}, knows_desk{peer(operator_identity())};
+  const Peers knows_machine{peer(machine_identity())}, knows_desk{peer(desk_identity())};
   struct Case {
     const char* name;
     Ends ends;
@@ -254,7 +241,7 @@ TEST(DtlsSession, LetsInWhoIsPairedAndNobodyElse) {
        Refusal::kUnknownPeer,
        Refusal::kNotKnownThere},
       {"revoked desk",
-       {{peer(operator_identity(), true)}, knows_machine, machine_identity(), operator_identity()},
+       {{peer(desk_identity(), true)}, knows_machine, machine_identity(), desk_identity()},
        Refusal::kRevokedPeer,
        Refusal::kRevokedThere},
       {"expired desk",
@@ -262,11 +249,11 @@ TEST(DtlsSession, LetsInWhoIsPairedAndNobodyElse) {
        Refusal::kExpiredPeer,
        Refusal::kExpiredThere},
       {"unknown machine",
-       {knows_desk, knows_machine, stranger, operator_identity()},
+       {knows_desk, knows_machine, stranger, desk_identity()},
        Refusal::kNotKnownThere,
        Refusal::kUnknownPeer},
       {"no pairing at all",
-       {{}, {}, machine_identity(), operator_identity()},
+       {{}, {}, machine_identity(), desk_identity()},
        Refusal::kNotKnownThere,
        Refusal::kUnknownPeer},
   };
@@ -281,28 +268,28 @@ TEST(DtlsSession, LetsInWhoIsPairedAndNobodyElse) {
 
 /// Also where the two are paired already: who pairs anew is asked for the code, and a machine's program shows none.
 TEST(DtlsSession, OnlyPairMeetsPair) {
-  const Peers knows_machine{peer(machine_identity())}, knows_desk{peer(operator_identity())};
+  const Peers knows_machine{peer(machine_identity())}, knows_desk{peer(desk_identity())};
   for (const Purpose wanted : {Purpose::kControl, Purpose::kObserve, Purpose::kTry}) {
-    Ends to_pair{knows_desk, knows_machine, machine_identity(), operator_identity(), Purpose::kPair, wanted};
+    Ends to_pair{knows_desk, knows_machine, machine_identity(), desk_identity(), Purpose::kPair, wanted};
     to_pair.shake_hands();
     EXPECT_EQ(to_pair.machine_done, DtlsSession::Progress::kFailed);
     EXPECT_EQ(to_pair.machine.refusal(), Refusal::kWantsNoPairing);
     EXPECT_EQ(to_pair.op.refusal(), Refusal::kPairsThere);
   }
-  Ends to_slave{knows_desk, knows_machine, machine_identity(), operator_identity(), Purpose::kControl, Purpose::kPair};
+  Ends to_slave{knows_desk, knows_machine, machine_identity(), desk_identity(), Purpose::kControl, Purpose::kPair};
   to_slave.shake_hands();
   EXPECT_EQ(to_slave.machine_done, DtlsSession::Progress::kFailed);
   EXPECT_EQ(to_slave.machine.refusal(), Refusal::kWantsToPair);
   EXPECT_EQ(to_slave.op.refusal(), Refusal::kNoPairThere);
-  Ends strangers{{}, {}, machine_identity(), operator_identity(), Purpose::kPair, Purpose::kPair};
+  Ends strangers{{}, {}, machine_identity(), desk_identity(), Purpose::kPair, Purpose::kPair};
   strangers.shake_hands();
   EXPECT_EQ(strangers.machine_done, DtlsSession::Progress::kDone);
   EXPECT_EQ(strangers.operator_done, DtlsSession::Progress::kDone);
 }
 
 TEST(DtlsSession, KeepsNothingOfAHelloWithoutItsCookie) {
-  const DtlsContext machine(machine_identity(), {peer(operator_identity())}, Role::kMachine);
-  const DtlsContext desk(operator_identity(), {peer(machine_identity())}, Role::kOperator);
+  const DtlsContext machine(machine_identity(), {peer(desk_identity())}, Role::kMachine);
+  const DtlsContext desk(desk_identity(), {peer(machine_identity())}, Role::kOperator);
   DtlsSession listening(machine), op(desk);
   Queue to_machine, to_operator;
   (void)op.start(to_machine);
