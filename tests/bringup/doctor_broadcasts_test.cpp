@@ -29,19 +29,20 @@ TEST(DoctorBroadcasts, SaysHowOftenEachComes) {
 
 TEST(DoctorBroadcasts, WhatDoesNotComeOrNotAsTheFileSaysIsAFault) {
   const MachineDescription there = broadcast_machine();
-  const std::string other_id = test::faults(broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")));
+  const std::string other_id =
+      test::faults(broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")));
   EXPECT_NE(other_id.find("front_angle (0x18FF1022): not received"), std::string::npos) << other_id;
   const std::string longer = test::faults(broadcasts_looked_at(there, broadcast_machine("bytes = 6", "bytes = 8")));
   EXPECT_NE(longer.find("with 6 bytes; the file has 8"), std::string::npos) << longer;
   const BusDiagnosis slow = broadcasts_looked_at(broadcast_machine("period_ms = 20", "period_ms = 24"),
-                                      broadcast_machine("period_ms = 20", "period_ms = 20"));
+                                                 broadcast_machine("period_ms = 20", "period_ms = 20"));
   EXPECT_TRUE(healthy(slow.findings)) << "within half of the age limit";
 }
 
 TEST(DoctorBroadcasts, AFrameOf29BitsThatTheFileDoesNotHaveIsNoted) {
   const MachineDescription there = broadcast_machine();
-  const std::string notes =
-      test::said(broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")), Finding::Level::kNote);
+  const std::string notes = test::said(
+      broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")), Finding::Level::kNote);
   EXPECT_NE(notes.find("frames 0x18FF1021: "), std::string::npos) << notes;
   EXPECT_EQ(notes.find("possibly an additional PDO"), std::string::npos) << notes;
 }

@@ -53,7 +53,8 @@ Import imported_into(const std::vector<std::string>& wanted, const std::string& 
   return with_broadcasts(machine, "m.toml", parse_dbc(kImportedDbc, "m.dbc"), all);
 }
 
-const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket"};
+const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm",
+                                             "bucket_angle=Front.bucket"};
 
 TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
   std::vector<std::string> wanted = kAngleSignals;

@@ -18,7 +18,8 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr std::uint32_t kFrontAngle = 0x18FF1021U | kExtendedId, kPressureFrame = 0x18FF2021U | kExtendedId, kBodyFrame = 0x1A5;
+constexpr std::uint32_t kFrontAngle = 0x18FF1021U | kExtendedId, kPressureFrame = 0x18FF2021U | kExtendedId,
+                        kBodyFrame = 0x1A5;
 
 MachineDescription calibrated_broadcasts() {
   return calibrated(test::broadcast_machine());
@@ -147,9 +148,11 @@ TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
 TEST(Broadcasts, AreHeardAndCountedForTheBus) {
   const MachineDescription machine = calibrated_broadcasts();
   const std::vector<std::uint32_t> heard = heard_by_controller(machine.bus);
-  for (const std::uint32_t id : {kFrontAngle, kPressureFrame, kBodyFrame}) EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
+  for (const std::uint32_t id : {kFrontAngle, kPressureFrame, kBodyFrame})
+    EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
   const std::vector<PeriodicFrame> map = bus_map(machine.bus);
-  const auto body = std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBodyFrame; });
+  const auto body =
+      std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBodyFrame; });
   ASSERT_NE(body, map.end());
   EXPECT_EQ(body->rate_Hz, 50);
 }
