@@ -20,7 +20,8 @@ namespace knuckle {
 [[nodiscard]] MachineDescription parse_machine(std::string_view text, const std::string& source);
 
 /// The machine with another contact model in its file's text, so that a recording of it says which one ran.
-/// @param machine as loaded, not calibrated(). @param model a name of it. @throws InputError as load_machine() does.
+/// @param machine as loaded, not calibrated(). @param model as --contact-model names it. @throws InputError with that
+/// option where it is no model, or one that the machine's sensors do not allow.
 [[nodiscard]] MachineDescription with_contact_model(const MachineDescription& machine, std::string_view model);
 
 /// The same for a haptic device file.

@@ -366,10 +366,11 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   }
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
   const std::string missing = read.missing(without_pressures);
-  file.require(missing.empty(), "node", "no node has " + missing, {"broadcast"});
+  file.require(missing.empty(), "node", "no node has " + missing, {"broadcast", ".sensors.without_pressures"});
   const std::string beside = read.pressure_of(without_pressures);
   file.require(beside.empty(), "node",
-               "there is " + beside + ", although sensors.without_pressures says that nobody measures it");
+               "there is " + beside + ", although sensors.without_pressures says that nobody measures it",
+               {".sensors.without_pressures"});
   return nodes;
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/error.h"
 #include "core/units.h"
 #include "machine/bus_description.h"
 #include "machine/file_text.h"
@@ -237,7 +238,12 @@ ForceDescription read_force(TomlTable file, const SensorDescription& sensors) {
   file.require(lacks.empty(), "contact_model", lacks, {".sensors.without_pressures"});
   constexpr std::array kDirections{"against_motion", "plumb", "fixed"};
   if (file.has("direction")) force.direction = static_cast<ForceDirection>(file.choice("direction", kDirections));
-  if (force.direction != ForceDirection::kFixed) return force;
+  if (force.direction != ForceDirection::kFixed) {
+    file.leave("fixed_direction");
+    file.require(!file.has("fixed_direction"), "fixed_direction", "goes with direction = \"fixed\" alone",
+                 {"direction"});
+    return force;
+  }
   force.fixed_direction = file.numbers<2>("fixed_direction", -1, 1);
   file.require(force.fixed_direction.norm() > 0.1, "fixed_direction", "must be longer than 0.1: (x, z) of a direction");
   return force;
@@ -383,6 +389,9 @@ MachineDescription parse_machine(std::string_view text, const std::string& sourc
 }
 
 MachineDescription with_contact_model(const MachineDescription& machine, std::string_view model) {
+  const auto named = contact_model_named(model);
+  const std::string lacks = named ? lacks_pressures(*named, machine.sensors) : kContactModelChoice;
+  if (!lacks.empty()) throw InputError("--contact-model " + std::string(model) + ": " + lacks);
   const std::string wanted = "contact_model = " + toml_quoted(model);
   bool has_table = false;
   std::string text =

@@ -31,6 +31,9 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
+  /// Whether it fails beside the cylinder that was acknowledged: then nothing is offered.
+  [[nodiscard]] bool hindered_by(const Reason& fault) const noexcept;
+
   /// While all pressures are known and believed: whether something is pressed. Before the first time something may be.
   void note_pressed(bool pressed, Time now) noexcept;
   /// A sensor contradicts the others while the machine is led. A transmitter of a cylinder that can be gone without has
@@ -52,7 +55,8 @@ class HomeOnTwo {
   /// shows; nothing where another one or none is offered. After look().
   void choose(unsigned cylinder, Time now) noexcept;
 
-  [[nodiscard]] bool offered() const noexcept { return stage_ == Stage::kOffered; }
+  /// Not while anything else has failed, or is still being started.
+  [[nodiscard]] bool offered() const noexcept { return stage_ == Stage::kOffered && machine_.known; }
   [[nodiscard]] bool chosen() const noexcept { return stage_ == Stage::kChosen; }
   /// Of the offer or the choice.
   [[nodiscard]] int joint() const noexcept { return joint_; }

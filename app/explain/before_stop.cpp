@@ -24,7 +24,8 @@ std::string age_text(const Stream& stream, const Stop& stop) {
 }
 
 std::string again_text(const Stream& stream) {
-  return stream.next ? "again at " + at_text(*stream.next) : "not again until " + at_text(stream.known_until);
+  return stream.next ? "again at " + at_text(*stream.next)
+                     : "not again by " + at_text(stream.known_until) + ", where this view ends";
 }
 
 std::string node_line(const NodeSeen& seen, const Stop& stop) {

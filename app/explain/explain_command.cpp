@@ -94,6 +94,7 @@ Json json_of(const Timeline& timeline) {
           {"pilot_off_s", seconds(after.pilot_off)},
           {"enable_released_s", seconds(after.released)},
           {"enable_pressed_s", seconds(after.pressed)},
+          {"home_on_two_s", seconds(after.home)},
           {"engaged_again_s", seconds(after.resumed)}};
 }
 

@@ -94,8 +94,9 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
   WhatFollowed after;
   after.known_until = window.machine.empty() ? window.from : window.machine.back().at;
   Since pilot, spools;
-  bool enable = false;
+  bool enable = false, home_before = false;
   for (const slave::SlaveState& state : window.machine) {
+    if (state.at <= stop.at) home_before = state.home_on_two;
     pilot.see(state.at, !state.pilot_on, stop.at, after.pilot_off);
     spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
     if (state.at > stop.at && !after.resumed) {
@@ -103,7 +104,8 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
       if (state.enable && !enable) after.pressed = state.at;
       const bool by_operator =
           state.blocking.code == ReasonCode::kReleaseToRecover || state.blocking.code == ReasonCode::kEnableNotPressed;
-      if (by_operator && !after.cause_gone) after.cause_gone = state.at;
+      if (state.home_on_two && !home_before && !after.home) after.home = state.at;
+      if (by_operator && !after.cause_gone && !after.home) after.cause_gone = state.at;
       if (state.mode == Mode::kEngaged) after.resumed = state.at;
     }
     enable = state.enable;
@@ -126,6 +128,8 @@ std::vector<std::string> lines_of(const WhatFollowed& after, const Stop& stop) {
   std::string how =
       !after.resumed ? fmt::format("not engaged again until {}, where what is known ends", at_text(after.known_until))
                      : "engaged again at " + at_text(*after.resumed);
+  if (after.home)
+    how += "; the operator chose at " + at_text(*after.home) + " to go home without that cylinder's pressures";
   if (after.cause_gone) how += "; what was noticed had passed at " + at_text(*after.cause_gone);
   if (after.released) how += "; enable was released at " + at_text(*after.released);
   if (after.pressed) how += ", pressed at " + at_text(*after.pressed);

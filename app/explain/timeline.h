@@ -24,6 +24,7 @@ struct WhatFollowed {
   std::optional<Time> released, pressed;  ///< Enable, before it moved again.
   std::optional<Time> resumed;            ///< Engaged again.
   std::optional<Time> cause_gone;         ///< Nothing but the operator stood in the way from then on.
+  std::optional<Time> home;               ///< The operator chose to go on without the cylinder that failed.
   bool moved_unasked = false;             ///< A valve was commanded before it was engaged again.
   Time known_until{};
 };

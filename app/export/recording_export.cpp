@@ -274,7 +274,8 @@ class StateOutputs {
 
   /// @throws InputError where it is no state.
   void take(const Entry& entry, const recording::Recording& recording) {
-    const auto state = recording::state_in<State>(entry, recording);
+    auto state = recording::state_in<State>(entry, recording);
+    recordings::show_unknown(state);
     if (hdf5_ != nullptr && !datasets_) datasets_.emplace(*hdf5_, group_, fields_of<State>());
     if (datasets_) datasets_->add(&state);
     if (table_) table_->add(&state);

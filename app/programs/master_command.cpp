@@ -247,10 +247,11 @@ int run(const Options& o) {
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
   ControlInput input(STDIN_FILENO);
-  std::atomic<bool> home_asked{false};
-  const auto ask_home = [&home_asked]() -> std::string {
-    home_asked = true;
-    return "home on two: asked for where the machine offers it and enable is released";
+  HomeRequest home;
+  const auto ask_home = [&home]() -> std::string {
+    if (!home.offered) return "home on two: the machine does not offer it";
+    home.asked = true;
+    return "home on two: asked for while enable is released";
   };
   program.news = [&] {
     std::vector<cli::News> news = link.news();
@@ -264,7 +265,7 @@ int run(const Options& o) {
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
   MasterOutcome outcome = run_master(
       setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder(),
-      &home_asked);
+      &home);
   link.close();
   log.close();
   for (const cli::News& news : program.news()) console.note(news.what);

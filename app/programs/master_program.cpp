@@ -101,6 +101,7 @@ void MasterRunner::observe(Time now) noexcept {
     event.mode = told->mode;
     event.blocking = told->blocking;
     event.fault = told->fault;
+    event.home_offered = told->home_offered;
     event.home_on_two = told->home_on_two;
     round_trip_.add(from_seconds(side_.master.round_trip_s()));
   }
@@ -228,7 +229,7 @@ std::string event_text(const MasterEvent& event, const BusDescription& bus) {
 
 MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link, const ProgramRun& run,
                          const std::function<std::string()>& device_problem, std::ostream* csv,
-                         recording::Recorder* recorder, std::atomic<bool>* home_asked) {
+                         recording::Recorder* recorder, HomeRequest* home) {
   const auto runner = std::make_unique<MasterRunner>(setup, port, link, csv, recorder);
   MasterOutcome outcome;
   Teller teller(run.console, setup.machine.bus, device_problem, recorder);
@@ -237,8 +238,11 @@ MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, L
             .step = [&runner](Time now) { runner->step(now); },
             .tend =
                 [&](Time now) {
-                  if (home_asked != nullptr && home_asked->exchange(false)) runner->ask_for_home();
                   teller.tell(now, *runner);
+                  if (home != nullptr) {
+                    home->offered = runner->status().now.home_offered;
+                    if (home->asked.exchange(false)) runner->ask_for_home();
+                  }
                   runner->write();
                 },
             .ask_to_stop = [&runner] { runner->ask_to_stop(); },

@@ -31,11 +31,11 @@ struct MasterEvent {
   Time at{};
   bool heard = false;  ///< The machine, within the last second.
   Mode mode = Mode::kOff;
-  Reason blocking, fault;    ///< Machine.
-  bool home_on_two = false;  ///< Likewise.
-  Reason device;             ///< Why the device cannot be used; kNone where it can.
-  Reason other_machine;      ///< Why the far end cannot be led; kNone where it can.
-  Reason warning;            ///< Why less is felt: energy watchdog or cues; kNone: the law's force is felt in full.
+  Reason blocking, fault;                          ///< Machine.
+  bool home_offered = false, home_on_two = false;  ///< Likewise.
+  Reason device;                                   ///< Why the device cannot be used; kNone where it can.
+  Reason other_machine;                            ///< Why the far end cannot be led; kNone where it can.
+  Reason warning;  ///< Why less is felt: energy watchdog or cues; kNone: the law's force is felt in full.
   MachineName here, there;
 };
 /// "machine engaged", "machine: no packets received", "device device_lost: ...", "other_machine: ...",
@@ -53,17 +53,23 @@ struct MasterOutcome {
   std::uint64_t records_lost = 0;  ///< Events and rows there was no room for.
 };
 
+/// Going home on two, from outside the loop.
+struct HomeRequest {
+  std::atomic<bool> asked{false};    ///< Set by whoever asks; taken by the program.
+  std::atomic<bool> offered{false};  ///< By the machine, as the program has heard.
+};
+
 /// Runs until the run is over; then releases: enable and presence off, torque off, and ends.
 /// @param port, @param link used by the loop's thread alone while this runs.
 /// @param device_problem what is wrong with the device below the loop, in one line; empty: nothing. May be empty
 /// itself.
 /// @param csv a row every 5 ms; null: not wanted.
 /// @param recorder all that the loop reads, knows and does, and events; null: not wanted.
-/// @param home_asked set by whoever asks to go home on two; taken here. null: nobody does.
+/// @param home null: nobody asks.
 [[nodiscard]] MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, Link& link,
                                        const ProgramRun& run, const std::function<std::string()>& device_problem = {},
                                        std::ostream* csv = nullptr, recording::Recorder* recorder = nullptr,
-                                       std::atomic<bool>* home_asked = nullptr);
+                                       HomeRequest* home = nullptr);
 
 // `knuckle master --observe`: hears the machine's messages and says what it does; sends it nothing.
 

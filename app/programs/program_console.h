@@ -189,7 +189,10 @@ class RowTable {
   void write() {
     if (!table_) return;
     Row row;
-    while (rows_.pop(row)) table_->add(&row);
+    while (rows_.pop(row)) {
+      recordings::show_unknown(row);
+      table_->add(&row);
+    }
     table_->flush();
   }
   [[nodiscard]] std::uint64_t lost() const noexcept { return rows_.dropped(); }

@@ -119,6 +119,8 @@ std::vector<double> values_of(const slave::SlaveState& state) {
   values.push_back(state.hull_pitch_rad);
   for (const double angle_rad : state.joint_rad) values.push_back(angle_rad);
   if (!state.measured) std::fill(values.begin(), values.end(), kUnknown);
+  for (std::size_t c = 0; c < kPressureChannels; ++c)
+    if ((state.unknown_torques >> c / 2 & 1U) != 0) values[c] = kUnknown;
   for (const double command : state.valve_command) values.push_back(command);
   return values;
 }

@@ -1,6 +1,7 @@
 #include "app/recordings/state_table.h"
 
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "app/recordings/recording_reader.h"
@@ -47,6 +48,13 @@ std::vector<std::string> column_names(const Field& field) {
   if (field.part.empty()) return names;
   for (std::string& name : names) name = field.part + "_" + name;
   return names;
+}
+
+void show_unknown(slave::SlaveState& state) noexcept {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < kJoints; ++i)
+    if ((state.unknown_torques >> i & 1U) != 0) state.pressure_Pa[2 * i] = state.pressure_Pa[2 * i + 1] = kUnknown;
+  if (state.line_sigma_m == 0) state.line_offset_m = state.line_sigma_m = kUnknown;
 }
 
 StateTable::StateTable(std::ostream& out, std::span<const Field> fields, std::span<const std::string_view> more)

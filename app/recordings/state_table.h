@@ -11,6 +11,7 @@
 
 #include "app/recordings/csv_row.h"
 #include "core/fields.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::recordings {
 
@@ -18,6 +19,13 @@ namespace knuckle::recordings {
 /// setpoint_boom_rad; tip_force_N is tip_force_x_N and tip_force_z_N; sensors are called as in recordings that
 /// `knuckle identify` reads. In front of each stands the part of the struct that the field is of: truth_boom_rad.
 [[nodiscard]] std::vector<std::string> column_names(const Field& field);
+
+/// Makes NaN of what nobody knows and the loop has as 0: pressures of a cylinder without transmitters, and the line of
+/// a force that has none.
+void show_unknown(slave::SlaveState& state) noexcept;
+/// Where a state has nothing of that kind.
+template <typename State>
+void show_unknown(State& /*state*/) noexcept {}
 
 /// Time in seconds first, then all other fields in their order, numbers with all their digits; modes and reasons as
 /// words. Times of other clocks are left out. All is out when it is gone.

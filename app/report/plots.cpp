@@ -206,12 +206,15 @@ void PanelPlot::band(std::span<const double> t_s, std::span<const double> low, s
                      const std::string& title, const char* colour) {
   data_ << "$d" << blocks_ << " << EOD\n";
   for_each_bin(t_s.size(), [&](std::size_t begin, std::size_t end) {
-    double least = low[begin], most = high[begin];
+    double least = std::nan(""), most = least;
     for (std::size_t i = begin; i < end; ++i) {
-      least = std::min(least, low[i]);
-      most = std::max(most, high[i]);
+      least = std::fmin(least, low[i]);  // leaves NaN out
+      most = std::fmax(most, high[i]);
     }
-    data_ << t_s[begin] << ' ' << least << ' ' << most << '\n';
+    if (std::isnan(least))
+      data_ << '\n';  // ends the area
+    else
+      data_ << t_s[begin] << ' ' << least << ' ' << most << '\n';
   });
   data_ << "EOD\n";
   add_curve("$d" + std::to_string(blocks_++) + " using 1:2:3 with filledcurves fs solid 0.25 noborder lc rgb '" +

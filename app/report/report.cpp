@@ -92,9 +92,12 @@ void write_header(std::ostream& out, const session::Judged& judged, const Sorted
   out << "<h1>" << escaped(s.scenario) << "</h1>\n";
   write_verdict(out, judged, by);
   out << "<p class=\"soft\">" << escaped(s.machine_name) << ", seed " << s.seed << ", " << escaped(s.operator_name)
-      << " operator, " << escaped(s.control) << " law; link " << shown(s.delay_ms, "ms") << " one way, jitter "
-      << shown(s.jitter_ms, "ms") << ", loss " << shown(100 * s.loss, "%")
-      << (s.impairment.empty() ? "" : ", and more: " + escaped(s.impairment)) << "</p>\n";
+      << " operator, " << escaped(s.control) << " law"
+      << (s.machine.force.contact_model == ContactModel::kBucketForce
+              ? ""
+              : std::string(", contact model ") + name(s.machine.force.contact_model))
+      << "; link " << shown(s.delay_ms, "ms") << " one way, jitter " << shown(s.jitter_ms, "ms") << ", loss "
+      << shown(100 * s.loss, "%") << (s.impairment.empty() ? "" : ", and more: " + escaped(s.impairment)) << "</p>\n";
   write_origin(out, origin);
   write_facts(out, s, judged.metrics);
 }

@@ -65,16 +65,31 @@ PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
   return {kAngles, "Measured angles, and the operator's set-point as received by the machine.", plot.figure()};
 }
 
+/// Gaps where nobody measures it.
+Signal pressure_bar(std::size_t chamber) {
+  return [chamber](const session::Sample& s) {
+    const bool known = s.machine.measured && (s.machine.unknown_torques >> chamber / 2 & 1U) == 0;
+    return known ? s.machine.pressure_Pa[chamber] * 1e-5 : std::nan("");
+  };
+}
+
 PageFigure pressures(const session::SessionRecord& record, const Marks& marks) {
   SessionPlot plot(record, marks);
+  std::string without;
   for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto known = [bar = pressure_bar(2 * j)](const session::Sample& s) { return !std::isnan(bar(s)); };
+    if (std::none_of(record.samples.begin(), record.samples.end(), known)) {
+      without += std::string(without.empty() ? " Not measured: " : ", ") + kJointNames[j];
+      continue;
+    }
     plot.panel(std::string(kJointNames[j]) + ", bar");
-    plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j] * 1e-5; }, "A, head side", kVermilion,
-              "lw 1");
-    plot.line([j](const session::Sample& s) { return s.machine.pressure_Pa[2 * j + 1] * 1e-5; }, "B, rod side", kGreen,
-              "lw 1");
+    plot.line(pressure_bar(2 * j), "A, head side", kVermilion, "lw 1");
+    plot.line(pressure_bar(2 * j + 1), "B, rod side", kGreen, "lw 1");
   }
-  return {"Cylinder pressures", "As measured by the pressure transmitters.", plot.figure()};
+  return {"Cylinder pressures",
+          std::string("As measured by the pressure transmitters; a gap where they are not heard.") +
+              (without.empty() ? "" : without + '.'),
+          plot.figure()};
 }
 
 PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
@@ -92,21 +107,26 @@ PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
 
 PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
   constexpr double kTwoSided95 = 1.96;
+  const auto estimated = [](const session::Sample& s, double force_N) {
+    return s.machine.measured ? 1e-3 * force_N : std::nan("");
+  };
   SessionPlot plot(record, marks);
   for (const int axis : {0, 1}) {
     const std::size_t cov = axis == 0 ? 0 : 2;
-    const auto edge = [axis, cov](double side) {
+    const auto edge = [=](double side) {
       return [=](const session::Sample& s) {
-        return 1e-3 * (s.machine.tip_force_N[axis] +
-                       side * kTwoSided95 * std::sqrt(std::max(0.0, s.machine.covariance_N2[cov])));
+        return estimated(s, s.machine.tip_force_N[axis] +
+                                side * kTwoSided95 * std::sqrt(std::max(0.0, s.machine.covariance_N2[cov])));
       };
     };
     plot.panel(axis == 0 ? "forward, kN" : "up, kN");
     plot.band(edge(-1), edge(1), "95 % band", kBlue);
     plot.line([axis](const session::Sample& s) { return 1e-3 * s.truth.tip_force_N[axis]; }, "true", kVermilion);
-    plot.line([axis](const session::Sample& s) { return 1e-3 * s.machine.tip_force_N[axis]; }, "estimated", kBlue);
+    plot.line([=](const session::Sample& s) { return estimated(s, s.machine.tip_force_N[axis]); }, "estimated", kBlue);
   }
-  return {kForces, "Estimated from cylinder pressures with its 95 % band, compared with the simulator's true force.",
+  return {kForces,
+          "Estimated from cylinder pressures with its 95 % band (a gap while sensors are not heard), compared with the "
+          "simulator's true force.",
           plot.figure()};
 }
 

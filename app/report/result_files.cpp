@@ -127,6 +127,24 @@ Json energy_json(const session::SessionRecord& record) {
   return {{"hand", port(e.hand_in_J, e.hand_out_J)}, {"machine", port(e.machine_in_J, e.machine_out_J)}};
 }
 
+/// Home on two: first offered, chosen, and what it was refused for; null: never offered.
+Json home_json(const session::SessionRecord& record, const BusDescription& bus) {
+  std::optional<double> offered_s, chosen_s;
+  Reason refused;
+  Json refusals = Json::array();
+  for (const session::Sample& s : record.samples) {
+    const slave::SlaveState& m = s.machine;
+    if (m.home_offered && !offered_s) offered_s = s.t_s;
+    if (m.home_on_two && !chosen_s) chosen_s = s.t_s;
+    const bool blocked = m.home_offered && m.blocking.code != ReasonCode::kHomeOffered;
+    if (blocked && !same_cause(m.blocking, refused))
+      refusals.push_back({{"code", name(m.blocking.code)}, {"reason", text(m.blocking, bus)}, {"at_s", s.t_s}});
+    refused = blocked ? m.blocking : Reason{};
+  }
+  if (!offered_s) return {};
+  return {{"offered_at_s", *offered_s}, {"chosen_at_s", number(chosen_s)}, {"refused", std::move(refusals)}};
+}
+
 }  // namespace
 
 Json result_json(const session::Judged& judged) {
@@ -140,6 +158,7 @@ Json result_json(const session::Judged& judged) {
   json["person"] = s.person;
   json["family"] = s.family;
   json["control"] = s.control;
+  json["contact_model"] = name(s.machine.force.contact_model);
   json["seed"] = s.seed;
   json["machine_seed"] = s.machine_seed;
   json["link"] = {
@@ -159,6 +178,7 @@ Json result_json(const session::Judged& judged) {
   for (const session::MetricEntry& entry : session::metric_table())
     json[std::string(entry.group)][std::string(entry.key)] = metric_json(entry, judged.metrics);
   json["faults"] = faults_json(s.record, s.machine.bus);
+  json["home_on_two"] = home_json(s.record, s.machine.bus);
   json["warnings"] = warnings_json(s.record, s.machine.bus);
   json["realtime"] = realtime_json(s.loops);
   json["latency_us"] = latencies_json(s.hops);
@@ -175,8 +195,10 @@ void write_csv(const session::SessionRecord& record, std::ostream& out) {
   std::vector<Field> fields = fields_of<session::Sample>();
   std::erase_if(fields, [&](const Field& field) { return field.name == kPhase[0]; });
   recordings::StateTable table(out, fields, kPhase);
-  for (const session::Sample& sample : record.samples) {
+  for (session::Sample sample : record.samples) {
     const std::array<std::string_view, 1> phase{session::phase_name(record, sample)};
+    recordings::show_unknown(sample.machine);
+    if (sample.truth.contact_m.isZero(0)) sample.truth.contact_m.setConstant(std::nan(""));
     table.add(&sample, phase);
   }
 }

@@ -232,6 +232,7 @@ std::vector<double> asked_forces_N(const MachineDescription& machine, const Scen
 recording::Head session_head(const SessionSetup& setup, const SimulateOptions& options) {
   recording::Head head;
   head.program = "knuckle simulate --scenario " + options.scenario + " --seed " + std::to_string(setup.seed);
+  if (!options.contact_model.empty()) head.program += " --contact-model " + options.contact_model;
   head.version = cli::program_version();
   head.virtual_time = !options.realtime;
   if (options.realtime) {

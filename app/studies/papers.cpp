@@ -10,6 +10,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
+#include "app/identify/baseline_report.h"
 #include "app/report/plots.h"
 #include "app/session/truth_file.h"
 #include "machine/load.h"
@@ -44,8 +45,15 @@ Experiment repeated(Paper paper, identify::IdentifyOptions options, const std::f
 
 /// Not repeated: the machine did not engage or dropped out, its recordings were refused, or nothing was found in them.
 template <typename Experiments, typename Repeat>
-Repeated<Experiments> attempted(const Repeat& repeat) {
+Repeated<Experiments> attempted(Paper paper, const MachineDescription& machine, const Repeat& repeat) {
   Repeated<Experiments> attempt;
+  attempt.lacks = identify::missing_for(paper, machine);
+  if (!attempt.lacks.empty()) {
+    attempt.why_not = fmt::format(
+        "experiment {}: needs {}; nobody measures those of the {} (sensors.without_pressures)", identify::name(paper),
+        attempt.lacks, kJointNames[static_cast<std::size_t>(machine.sensors.without_pressures)]);
+    return attempt;
+  }
   try {
     attempt.done = repeat();
   } catch (const std::runtime_error& stopped) {
@@ -93,18 +101,19 @@ int run(const Options& o, const std::string& command_line) {
 RepeatedPapers repeat_papers(const identify::IdentifyOptions& options, const std::function<void(double)>& progress) {
   const auto part = [&](double from, double share) { return [=](double done) { progress(from + share * done); }; };
   // Before anything is driven: what is refused from here on is the machine's recordings.
-  const std::string name = load_machine(find_config("machine", options.machine)).name;
+  const MachineDescription machine = load_machine(find_config("machine", options.machine));
   (void)session::family_named(options.family);
   RepeatedPapers papers;
   papers.machine =
-      fmt::format("{}, {}, seed {}", name, options.family.empty() ? "smooth" : options.family, options.seed);
-  papers.malaguti = attempted<MalagutiRepeated>([&] {
+      fmt::format("{}, {}, seed {}", machine.name, options.family.empty() ? "smooth" : options.family, options.seed);
+  papers.malaguti = attempted<MalagutiRepeated>(Paper::kMalaguti, machine, [&] {
     MalagutiRepeated both{repeated(Paper::kStatic, options, part(0, 0.4)),
                           repeated(Paper::kMalaguti, options, part(0.4, 0.3))};
     both.poses.ours = both.digging.ours;
     return both;
   });
-  papers.kim = attempted<Experiment>([&] { return repeated(Paper::kKim, options, part(0.7, 0.3)); });
+  papers.kim =
+      attempted<Experiment>(Paper::kKim, machine, [&] { return repeated(Paper::kKim, options, part(0.7, 0.3)); });
   return papers;
 }
 

@@ -32,6 +32,7 @@ template <typename Experiments>
 struct Repeated {
   std::optional<Experiments> done;
   std::string why_not;
+  std::string lacks;  ///< What it would need that nobody measures on this machine; empty: nothing.
 };
 
 struct RepeatedPapers {

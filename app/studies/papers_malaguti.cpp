@@ -110,17 +110,22 @@ TableRows write_malaguti(const MalagutiRepeated& repeated, std::ostream& out) {
   const estimation::StaticResult still =
       identify_static(calibrated(poses.data.machine), std::span(poses.data.training));
   const Digging digging = digging_of(dynamic);
+  const bool all_measured = dynamic.data.machine.sensors.without_pressures == SensorDescription::kNone;
+  const char* const identified =
+      all_measured ? "all three links and cylinders"
+                   : "arm and bucket, and of the boom, whose pressures nobody measures, only what they show of it,";
   write_experiment(
       out,
       {"<b>Static</b> (their 3.1): the arm stands still in " + std::to_string(still.poses) +
-           " poses over its range, those near an end stop left out (" + std::to_string(still.near_stops) +
+           " poses over its range (theirs: about 150), those near an end stop left out (" +
+           std::to_string(still.near_stops) +
            " here). Identified: first moments of bucket and stick, without friction. Held out: 40 other poses.",
        "<b>Dynamic</b> (their 3.2): " + recorded_s(dynamic.data.training) +
            " of digging in the air, never twice the same, at 100 Hz. All joints move; the boom is a base whose motion "
            "is known. Identified: inertias, moments and friction of bucket and stick, from angles and the pressures of "
            "two cylinders. Held out: another " +
            recorded_s(dynamic.data.hold_out) + ", which they did not show. Their <i>stick</i> is Knuckle's <i>arm</i>.",
-       "The default method has no use for poses at rest. It identifies all three links and cylinders from the same " +
+       "The default method has no use for poses at rest. It identifies " + std::string(identified) + " from the same " +
            recorded_s(dynamic.data.training) + " of digging, at 200 Hz. " + verdicts(dynamic),
        "Their machine is a small excavator of unknown size with an electric motor, servovalves, angle sensors on two "
        "pins and a tilt sensor on the boom; simulated is " +

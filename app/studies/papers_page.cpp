@@ -43,16 +43,20 @@ constexpr const char* kUsualCause =
     "moved further. Another seed is another machine.";
 
 /// In place of a paper's tables and figures.
-void write_why_not(std::ostream& out, const std::string& why) {
-  write_experiment(
-      out, {"<b>Not repeated: this machine could not be identified.</b> " + report::escaped(why) + ".", kUsualCause});
+template <typename Experiments>
+void write_why_not(std::ostream& out, const Repeated<Experiments>& part) {
+  const std::string why = report::escaped(part.why_not) + ".";
+  if (part.lacks.empty())
+    write_experiment(out, {"<b>Not repeated: this machine could not be identified.</b> " + why, kUsualCause});
+  else
+    write_experiment(out, {"<b>Not repeated: this machine lacks what the experiment measures.</b> " + why});
 }
 
 template <typename Experiments, typename Write>
 void write_part(const Repeated<Experiments>& part, const std::string& title, const Write& write, TableRows& summary,
                 std::ostream& out) {
   write_title(out, title);
-  if (!part.done) return write_why_not(out, part.why_not);
+  if (!part.done) return write_why_not(out, part);
   const TableRows rows = write(*part.done, out);
   summary.insert(summary.end(), rows.begin(), rows.end());
 }

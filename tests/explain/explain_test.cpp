@@ -179,6 +179,21 @@ TEST(Explain, NamesTheEStopAndWhenTheMachineWasNeutralAndMovedAgain) {
   EXPECT_FALSE(timeline.followed.moved_unasked);
 }
 
+TEST(Explain, SaysThatTheOperatorWentOnWithoutTheCylinderAndNotThatItsFaultHadPassed) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("run.mcap");
+  record_session(test::content(test::source_dir() + "/config/scenarios/home_on_two.toml"), file);
+  const Report report = Explained::of(file);
+  ASSERT_EQ(report.timelines.size(), 1U);
+  const WhatFollowed& followed = report.timelines[0].followed;
+  ASSERT_TRUE(followed.home && followed.resumed);
+  EXPECT_LT(*followed.home, *followed.resumed);
+  EXPECT_FALSE(followed.cause_gone);
+  const std::string after = joined(report.timelines[0].after), inputs = joined(report.timelines[0].inputs);
+  EXPECT_TRUE(contains(after, "to go home without that cylinder's pressures")) << after;
+  EXPECT_TRUE(contains(inputs, "where this view ends")) << inputs;
+}
+
 TEST(Explain, SaysOfARecordingWithoutStopsThatThereIsNone) {
   const Explained run("");
   EXPECT_TRUE(run.report.timelines.empty());

@@ -37,6 +37,7 @@ inline const RecordedSession& recorded_session() {
 /// One step: its numbers by name, "joint_rad[0]" and "fault.code" among them, in the order of the state.
 using Numbers = std::vector<std::pair<std::string, double>>;
 
+/// What nobody knows is NaN, as in all that is exported.
 template <typename State>
 [[nodiscard]] std::vector<Numbers> recorded_steps(const std::string& file) {
   const auto topic =
@@ -48,6 +49,7 @@ template <typename State>
     State state;
     recording::CdrReader in(entry->data);
     recording::get(in, state);
+    recordings::show_unknown(state);
     Numbers& step = steps.emplace_back();
     recording::for_each_number("", state, [&step](const std::string& name, auto number) {
       step.emplace_back(name, static_cast<double>(number));

@@ -35,7 +35,8 @@ TEST(ContactModelKey, WhatIsNoModelOrNoDirectionIsOneLine) {
                                    {"direction = \"up\"", "force.direction"},
                                    {"direction = \"fixed\"", "force.fixed_direction"},
                                    {"direction = \"fixed\"\nfixed_direction = [0, 0]", "must be longer than 0.1"},
-                                   {"fixed_direction = [1, 0]", "force.fixed_direction"},
+                                   {"fixed_direction = [1, 0]", "goes with direction = \"fixed\" alone"},
+                                   {"direction = \"plumb\"\nfixed_direction = [1, 0]", "goes with direction"},
                                    {"contact_models = \"tip_wrench\"", "force.contact_models"}}) {
     EXPECT_NE(refusal(force(keys)).find(said), std::string::npos) << keys << ": " << refusal(force(keys));
     EXPECT_EQ(refusal(force(keys)).find('\n'), std::string::npos);
@@ -52,12 +53,31 @@ TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
   }
 }
 
+TEST(ContactModelKey, OneThatTheSensorsDoNotAllowIsRefusedByTheOptionThatAsksForIt) {
+  const MachineDescription two = parse_machine(without_transmitters("boom"), "m.toml");
+  EXPECT_EQ(test::refusal([&] {
+              (void)with_contact_model(two, "tip_wrench");
+            }).find("--contact-model tip_wrench: needs the pressures of the boom cylinder"),
+            0U);
+  EXPECT_EQ(with_contact_model(two, "tip_force_of_two").force.contact_model, ContactModel::kTipForceOfTwo);
+}
+
 TEST(WithoutPressures, OneCylinderMayHaveNoneWhereTheFileSaysSo) {
   for (const int joint : {kBoom, kArm, kBucket}) {
     const MachineDescription machine =
         parse_machine(without_transmitters(kJointNames[static_cast<std::size_t>(joint)]), "m.toml");
     EXPECT_EQ(machine.sensors.without_pressures, joint);
     EXPECT_EQ(machine.bus.nodes.size(), parse_machine(solar015_text(), "m.toml").bus.nodes.size() - 2);
+  }
+}
+
+TEST(WithoutPressures, WhatIsNoJointIsOneLineAndNothingOfNodes) {
+  for (const std::string value : {"\"bom\"", "\"\"", "[\"boom\"]"}) {
+    std::string text = without_transmitters("boom");
+    text.replace(text.find("without_pressures = \"boom\""), 26, "without_pressures = " + value);
+    const std::string told = refusal(text);
+    EXPECT_NE(told.find("sensors.without_pressures"), std::string::npos) << told;
+    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
   }
 }
 

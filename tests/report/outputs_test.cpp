@@ -131,6 +131,48 @@ TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
   EXPECT_EQ(value("mode"), name(Mode::kEngaged));
 }
 
+TEST(CsvTable, WhatNobodyKnowsIsNan) {
+  session::SessionRecord record = session::engaged_record(0.01);
+  ASSERT_GE(record.samples.size(), 2U);
+  slave::SlaveState& known = record.samples[0].machine;
+  known.line_offset_m = 0.25;
+  known.line_sigma_m = 0.1;
+  record.samples[0].truth.contact_m = {0.3, 0};
+  record.samples[1].machine.unknown_torques = 1U << kBoom;
+  std::ostringstream out;
+  write_csv(record, out);
+  const auto lines = split(out.str(), '\n');
+  const auto header = split(lines[0], ',');
+  const auto value = [&](std::size_t row, const std::string& name) {
+    const auto column = std::find(header.begin(), header.end(), name) - header.begin();
+    return split(lines[row], ',').at(static_cast<std::size_t>(column));
+  };
+  for (const std::string name : {"boom_head_Pa", "boom_rod_Pa", "line_offset_m", "line_sigma_m", "truth_contact_x_m"}) {
+    EXPECT_NE(value(1, name), "nan") << name;
+    EXPECT_EQ(value(2, name), "nan") << name;
+  }
+  EXPECT_NE(value(2, "arm_head_Pa"), "nan");
+  EXPECT_EQ(value(1, "truth_contact_z_m"), "0");
+}
+
+TEST(ResultJson, SaysWhenHomeOnTwoWasOfferedRefusedAndChosen) {
+  session::SessionResult session = session::synthetic_session();
+  const auto told = [&] { return nlohmann::json::parse(result_json(session::judge(session)).dump())["home_on_two"]; };
+  EXPECT_TRUE(told().is_null());
+  auto& samples = session.record.samples;
+  ASSERT_GE(samples.size(), 4U);
+  const Reason offered{ReasonCode::kHomeOffered, kBoom, 0, 0}, pressed{ReasonCode::kHomePressed, kBoom, 0, 0};
+  for (std::size_t i = 0; i < 3; ++i) samples[i].machine.home_offered = true;
+  samples[0].machine.blocking = offered;
+  samples[1].machine.blocking = samples[2].machine.blocking = pressed;
+  samples[3].machine.home_on_two = true;
+  EXPECT_EQ(told()["offered_at_s"], samples[0].t_s);
+  EXPECT_EQ(told()["chosen_at_s"], samples[3].t_s);
+  ASSERT_EQ(told()["refused"].size(), 1U);
+  EXPECT_EQ(told()["refused"][0]["code"], "home_pressed");
+  EXPECT_EQ(told()["refused"][0]["at_s"], samples[1].t_s);
+}
+
 TEST(Report, IsOneSelfContainedPage) {
   std::ostringstream out;
   write_report(session::judge(session::synthetic_session()), {}, out);

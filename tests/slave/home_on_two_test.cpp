@@ -296,13 +296,50 @@ TEST(HomeOnTwo, ASecondCylindersTransmittersAreAStopAndNothingElse) {
   acknowledge(m);
   ASSERT_TRUE(m.loop.home().offered());
   m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
-  m.run(300ms);
-  press_and_release(m);
   m.run(1500ms);
   choose(m);
   EXPECT_EQ(m.loop.blocking().code, ReasonCode::kSensorInvalid) << text(m.loop.blocking());
   EXPECT_FALSE(m.loop.home().chosen());
   EXPECT_EQ(m.link.last()->unknown_torques, 1);
+}
+
+TEST(HomeOnTwo, IsNotOfferedWhileAnotherNodeHasFailedToo) {
+  for (const NodeRole role : {NodeRole::kPressure, NodeRole::kEncoder}) {
+    BenchMachine m;
+    const std::uint8_t other =
+        role == NodeRole::kPressure ? node_of_pressure(m, 3) : m.description.bus.node_of(NodeRole::kEncoder, kArm).id;
+    ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+    m.run(500ms);
+    m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kSilent);
+    m.nodes.inject(other, sim::NodeFault::kSilent);
+    m.run(300ms);
+    m.hand.enable = false;
+    m.run(500ms);
+    acknowledge(m);
+    for (int i = 0; i < 10000; ++i) {
+      m.tick();
+      ASSERT_FALSE(m.link.last()->home_offered) << text(m.loop.blocking());
+    }
+    m.nodes.inject(other, sim::NodeFault::kNone);
+    m.run(5s);
+    EXPECT_TRUE(m.link.last()->home_offered) << text(m.loop.blocking());
+  }
+}
+
+TEST(HomeOnTwo, IsOfferedForTheSecondOfTwoCylindersOnceTheFirstIsSoundAndTriedAgain) {
+  BenchMachine m;
+  fail_boom(m, sim::NodeFault::kInvalid);
+  acknowledge(m);
+  m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kNone);
+  m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
+  m.run(1500ms);
+  EXPECT_FALSE(m.link.last()->home_offered);
+  press_and_release(m);
+  m.run(1500ms);
+  EXPECT_EQ(m.link.last()->unknown_torques, 0);
+  acknowledge(m);
+  EXPECT_TRUE(m.link.last()->home_offered) << text(m.loop.blocking());
+  EXPECT_EQ(m.loop.blocking().subject, kArm);
 }
 
 class HomeGate : public GateBench {

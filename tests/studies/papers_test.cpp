@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/full.h"
@@ -15,6 +16,7 @@
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/two_cylinders.h"
 
 namespace knuckle::studies {
 namespace {
@@ -119,7 +121,7 @@ TEST(PapersPage, ShowsEveryTableAndFigureAndTheNumbersOfTheRecordings) {
     if (wrench.allFinite()) most = std::max(most, std::abs(wrench[0]));
   }
   const std::string largest = row(page, "verification 2: largest horizontal force");
-  EXPECT_TRUE(largest.starts_with(fmt::format("N|under 200|{:.1f}|", most))) << largest;
+  EXPECT_TRUE(largest.starts_with(fmt::format("N|under 200 (run not named)|{:.1f}|", most))) << largest;
 }
 
 TEST(PapersPage, SaysWhyAMachineCouldNotBeIdentified) {
@@ -136,6 +138,22 @@ TEST(PapersPage, SaysWhyAMachineCouldNotBeIdentified) {
       page.find("Not repeated: this machine could not be identified.</b> experiment malaguti, default method: boom"),
       std::string::npos);
   EXPECT_NE(page.find("</html>"), std::string::npos);
+}
+
+TEST(PapersPage, OfTwoCylindersMalagutiIsRepeatedAndKimSaysWhatIsMissing) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("page.html");
+  std::ofstream(folder.file("two.toml")) << test::without_transmitters("boom");
+  const ProgramRun run = papers({"--machine", folder.file("two.toml"), "--report", file});
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  const std::string why =
+      "experiment kim: needs the pressures of all three cylinders; nobody measures those of the boom "
+      "(sensors.without_pressures)";
+  EXPECT_NE(run.err.find("not repeated: " + why), std::string::npos) << run.err;
+  const std::string page = test::content(file);
+  EXPECT_NE(page.find("Not repeated: this machine lacks what the experiment measures.</b> " + why), std::string::npos);
+  EXPECT_EQ(page.find("Another seed is another machine"), std::string::npos);
+  EXPECT_NE(page.find("M, table 3: errors of the torques"), std::string::npos);
 }
 
 TEST(MalagutiEquation1, HoldsForOurModelAsCorrectedInTheTheoryAndNotAsPrinted) {
