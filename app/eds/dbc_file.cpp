@@ -20,7 +20,6 @@ constexpr std::size_t kMostSignals = 1000;  // of a message: each is held agains
 constexpr std::size_t kMostRanges = 256;    // of a multiplexed signal
 constexpr int kDeepest = 8;                 // multiplexers inside one another
 constexpr double kLongest_ms = 3.6e6, kLargest = 1e300;
-constexpr std::uint32_t kExtended = 0x8000'0000;
 constexpr std::uint32_t kNoMessage = 0x4000'0000;  // VECTOR__INDEPENDENT_SIG_MSG: signals that no message has
 constexpr std::size_t kNotSaid = static_cast<std::size_t>(-1);
 constexpr const char* kNobody = "Vector__XXX";
@@ -246,7 +245,7 @@ class DbcReader {
   bool of_message() {
     const std::uint32_t id = identifier();
     const auto at = messages_.find(id);
-    if (at == messages_.end() && (id & ~kExtended) != kNoMessage) slip(fmt::format("there is no message {}", id));
+    if (at == messages_.end() && (id & ~kExtendedId) != kNoMessage) slip(fmt::format("there is no message {}", id));
     if (at == messages_.end() || !file_.messages[at->second].unusable.empty()) return false;
     message_ = &file_.messages[at->second];
     return true;
@@ -273,10 +272,10 @@ class DbcReader {
     if (const std::string_view sender = DbcText(scan_.rest_of_line()).word(); sender != kNobody)
       message.sender = printable(sender);
     message_ = &nobody_;
-    if ((message.id & ~kExtended) == kNoMessage) return;
+    if ((message.id & ~kExtendedId) == kNoMessage) return;
     message_ = &file_.messages.emplace_back(std::move(message));
-    const bool extended = (message_->id & kExtended) != 0;
-    const std::uint32_t id = message_->id & ~kExtended, most = extended ? 0x1FFF'FFFF : 0x7FF;
+    const bool extended = (message_->id & kExtendedId) != 0;
+    const std::uint32_t id = message_->id & ~kExtendedId, most = extended ? kMostExtendedId : kMostId;
     if (id > most)
       damage(*message_, {line_, fmt::format("{}: identifier {} must be at most {}{}", key_, id, most,
                                             extended ? "" : ", or 2147483648 more where it has 29 bits")});
@@ -476,7 +475,7 @@ class DbcReader {
     message.period_s = period != periods_s_.end() ? period->second : default_period_s_;
     const auto own = format_of_.find(message.id);
     const Format format = own != format_of_.end() ? own->second : default_format_;
-    message.j1939 = format.j1939 && (message.id & kExtended) != 0;
+    message.j1939 = format.j1939 && (message.id & kExtendedId) != 0;
     if (format.fd && message.unusable.empty())
       message.unusable = fmt::format("line {}: BO_ {}: is of CAN FD (VFrameFormat)", message.line, message.name);
     try {
