@@ -28,12 +28,12 @@ WizardProgress some() {
 class ProgressFile : public testing::Test {
  protected:
   std::string refusal(const ProgressOf& of = kOf) const {
-    return test::refusal([&] { (void)read_progress(file_, of); });
+    return knuckle::test::refusal([&] { (void)read_progress(file_, of); });
   }
-  std::string text() const { return test::content(file_); }
+  std::string text() const { return knuckle::test::content(file_); }
   void put(const std::string& text) const { std::ofstream(file_) << text; }
 
-  test::TemporaryFolder folder_;
+  knuckle::test::TemporaryFolder folder_;
   std::string file_ = progress_file(folder_.file("found.toml"));
 };
 
