@@ -32,7 +32,8 @@ std::optional<double> EncoderLengths::length_m(int joint, double reading) const 
   const Shaft& shaft = shafts_[static_cast<std::size_t>(joint)];
   if (!shaft.is_there) return reading;
   if (!(shaft.sign * (reading - shaft.zero_rad) < shaft.range_rad)) return std::nullopt;  // broken ones count all bits
-  const double angle_rad = shaft.middle_rad + std::remainder(reading - shaft.middle_rad, kTurn_rad);
+  const bool turns = std::isfinite(shaft.range_rad);  // of what the machine sends any other angle is a wrong one
+  const double angle_rad = turns ? shaft.middle_rad + std::remainder(reading - shaft.middle_rad, kTurn_rad) : reading;
   const auto cylinder = drawing_->cylinder_at(joint, angle_rad);
   if (!cylinder) return std::nullopt;
   // Beyond the joint's range a length is that of another angle, or of none.
@@ -56,10 +57,11 @@ JointVector length_steps_m(const MachineDescription& machine) {
   std::optional<Kinematics> kinematics;
   for (int joint = 0; joint < kJoints; ++joint) {
     const BroadcastField* const sent = machine.bus.broadcast(NodeRole::kEncoder, joint).field;
-    if (sent != nullptr) steps_m[joint] = std::abs(sent->bits.scale);
+    const bool counts = sent != nullptr && sent->bits.type != BitField::Type::kFloat;
+    if (sent != nullptr) steps_m[joint] = counts ? std::abs(sent->bits.scale) : 0;
     if (!machine.bus.measures_angle(joint)) continue;
     if (!kinematics) kinematics.emplace(machine);
-    const double step_rad = sent != nullptr ? std::abs(sent->bits.scale) : machine.bus.encoder(joint).rotary.step_rad();
+    const double step_rad = sent != nullptr ? steps_m[joint] : machine.bus.encoder(joint).rotary.step_rad();
     steps_m[joint] = step_rad * lever_range(machine, *kinematics, joint).longest_m;
   }
   return steps_m;

@@ -76,17 +76,24 @@ void read_meaning(TomlTable& file, const SignalInfo& signal, BitField& bits) {
   }
   if (is_angle(signal) && file.has("zero_rad"))
     zero_rad = file.number("zero_rad", -2 * std::numbers::pi, 2 * std::numbers::pi);
+  constexpr double kLargestStep_rad = 2 * std::numbers::pi / 512, kLargestStep_m = 5e-3;  // as of nodes
+  if (signal.role == NodeRole::kEncoder && bits.type != BitField::Type::kFloat) {
+    const double most = (signal.is_angle ? kLargestStep_rad : kLargestStep_m) / unit;
+    file.require(std::abs(scale) <= most, "scale", "must be at most " + number_text(most) + " a step",
+                 {"unit", "type"});
+  }
   bits.scale = sign * scale * unit;
   bits.offset = sign * offset * unit + zero_rad;
 }
 
-/// That is a value, and not the sign of none.
+/// Of raw values that are values, and not the sign of none.
 double highest(const BroadcastField& field) noexcept {
-  if (field.bits.type == BitField::Type::kFloat) return std::numeric_limits<double>::infinity();
-  const unsigned bits = field.bits.bits - (field.bits.type == BitField::Type::kSigned ? 1U : 0U);
-  const double most =
-      field.invalid_from ? static_cast<double>(*field.invalid_from) - 1 : std::ldexp(1.0, static_cast<int>(bits)) - 1;
-  return most * field.bits.scale + field.bits.offset;
+  const BitField& bits = field.bits;
+  if (bits.type == BitField::Type::kFloat) return std::numeric_limits<double>::infinity();
+  const bool is_signed = bits.type == BitField::Type::kSigned;
+  const double span = std::ldexp(1.0, bits.bits - (is_signed ? 1 : 0));
+  const double most = field.invalid_from ? static_cast<double>(*field.invalid_from) - 1 : span - 1;
+  return std::max(most * bits.scale, (is_signed ? -span : 0) * bits.scale) + bits.offset;
 }
 
 void check_pressure(const TomlTable& file, const BroadcastField& field, const SensorDescription& sensors) {
@@ -151,8 +158,10 @@ FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
     checksum.bytes[checksum.byte_count++] = static_cast<std::uint8_t>(byte);
   }
   if (file.has("data_id")) {
-    for (const double byte : file.list("data_id", 1, 2, 0, 255))
+    for (const double byte : file.list("data_id", 1, 2, 0, 255)) {
+      file.require(byte == std::floor(byte), "data_id", "must be whole numbers");
       checksum.data_id[checksum.data_id_count++] = static_cast<std::uint8_t>(byte);
+    }
     if (file.has("data_id_first")) checksum.data_id_first = file.boolean("data_id_first");
   }
   return checksum;

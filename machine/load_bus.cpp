@@ -359,7 +359,11 @@ class NodeReader {
 
 std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus, int without_pressures) {
   NodeReader read(bus);
-  if (!file.has("node") && file.has("nodes")) return read.read_keyed(file.table("nodes"));
+  if (!file.has("node") && file.has("nodes")) {
+    file.require(bus.broadcasts.empty(), "broadcast",
+                 "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
+    return read.read_keyed(file.table("nodes"));
+  }
   if (file.has("nodes")) {
     file.leave("nodes");
     file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");

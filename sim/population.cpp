@@ -108,7 +108,8 @@ double encoder_step_m(const MachineDescription& nominal) {
   for (const BroadcastFrame& frame : nominal.bus.broadcasts) {
     for (const BroadcastField& field : frame.fields) {
       const double lever_m = field.info().is_angle ? MachineTruth::kRotaryLever_m : 1;
-      if (field.info().role == NodeRole::kEncoder) step_m = std::max(step_m, std::abs(field.bits.scale) * lever_m);
+      if (field.info().role == NodeRole::kEncoder && field.bits.type != BitField::Type::kFloat)
+        step_m = std::max(step_m, std::abs(field.bits.scale) * lever_m);
     }
   }
   return step_m;

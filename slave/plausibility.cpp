@@ -33,11 +33,6 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
     repeats_[chamber] = static_cast<int>(steps_held) * samples;
   }
   for (std::size_t i = 0; i < kJoints; ++i) {
-    const CylinderDescription& cylinder = cylinders_[i];
-    const double stroke_m = cylinder.max_length_m - cylinder.min_length_m;
-    const double oil_m = hydraulics_.port_relief_Pa / hydraulics_.bulk_modulus_Pa *
-                         (stroke_m + hydraulics_.hose_volume_m3 / cylinder.head_area_m2());
-    closed_travel_m_[static_cast<Eigen::Index>(i)] = std::max(kLimits.closed_travel_m, kLimits.closed_oil * oil_m);
     const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
     const bool sure = found && found->straight();
     axes_[i].share.fill(FlowShare(sure));
@@ -141,11 +136,16 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   axis.closed_s = closed && !relieving ? axis.closed_s + step_s_ : 0;
   if (axis.closed_s < kLimits.settle_s) {  // also the first step, whose travel is from 0
     axis.travel_m = 0;
+    axis.closed_Pa = {m.pressure_Pa[head], m.pressure_Pa[head + 1]};
     return {};
   }
   axis.travel_m += step - axis.travel_m * step_s_ / kLimits.closed_forget_s;
-  if (std::abs(axis.travel_m) <= closed_travel_m_[joint]) return {};
-  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), std::abs(axis.travel_m), closed_travel_m_[joint]);
+  const double length = m.cylinder_m[joint];
+  const double gave_m = std::max(std::abs(expanded_m(joint, -1, length, axis.closed_Pa[0] - m.pressure_Pa[head])),
+                                 std::abs(expanded_m(joint, 1, length, axis.closed_Pa[1] - m.pressure_Pa[head + 1])));
+  const double most_m = kLimits.closed_travel_m + kLimits.closed_oil * gave_m;
+  if (std::abs(axis.travel_m) <= most_m) return {};
+  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), std::abs(axis.travel_m), most_m);
 }
 
 Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m) noexcept {

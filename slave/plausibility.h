@@ -37,8 +37,8 @@ struct PlausibilityLimits {
   double unmoved_s = 0.8;
   double end_m = 0.010;            ///< This close to its end a cylinder is cushioned or at its stop.
   double settle_s = 0.15;          ///< A spool must have been closed this long; cylinders stop within it.
-  double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. Or more, as oil gives way ...
-  double closed_oil = 1.3;         ///< ... up to the port relief, times this: 14 mm of a stroke of 0.5 m.
+  double closed_travel_m = 0.015;  ///< Travel behind a closed valve: fault. And what oil gives way, times this,
+  double closed_oil = 1.3;         ///< as far as its pressures have changed since; up to the relief 11 mm of 0.41 m.
   double closed_forget_s = 1.0;    ///< Leakage of some mm/s is no travel.
   double relief = 0.9;             ///< Of the port relief: above it a closed cylinder may be pushed.
   int repeats = 20;                ///< Same pressure this often (100 ms): with noise above half a step, 1e-15.
@@ -75,6 +75,7 @@ class Plausibility {
     double closed_s = 0;
     double travel_m = 0;  // behind the closed valve, forgetting
     double last_m = 0;
+    std::array<double, 2> closed_Pa{};  // when the valve was closed
   };
   struct Chamber {
     double value_Pa = 0;
@@ -94,7 +95,7 @@ class Plausibility {
   double step_s_;
   std::array<int, 6> repeats_{};  // of each chamber's pressure
   double step_Pa_;
-  JointVector moved_m_, closed_travel_m_;
+  JointVector moved_m_;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};
 };

@@ -100,7 +100,6 @@ void SensorSet::restart() noexcept {
     channels_[i].value = before.value;
     channels_[i].at = before.at;
   }
-  for (ClosedFrame& frame : closed_) frame.count.reset();
   shaken_ = 0;
 }
 
@@ -208,7 +207,7 @@ void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) 
 /// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
 void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
   const double slope = value_in(channel.field, frame);
-  if (std::abs(slope) > std::numbers::pi) return accept(channel, 0, false, slope, now);
+  if (!(std::abs(slope) <= std::numbers::pi)) return accept(channel, 0, false, slope, now);
   const Channel& length = channels_[kPressures + kBoom];
   const auto boom_rad = kinematics_.joint_at(kBoom, length.value);
   if (length.at == kNever || !boom_rad) return;  // ages

@@ -6,7 +6,7 @@ namespace knuckle {
 
 bool FaultyPort::send(const CanFrame& frame) noexcept {
   if (cut_) return true;  // who is cut off believes that it was sent
-  if (doubled_[canopen::node_of(frame.id)]) (void)bus_.send(frame);
+  if (frame.id <= kMostId && doubled_[canopen::node_of(frame.id)]) (void)bus_.send(frame);
   return bus_.send(frame);
 }
 

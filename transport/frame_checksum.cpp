@@ -69,7 +69,7 @@ FrameCheck check_frame(const FrameClosing& closing, std::optional<std::uint64_t>
   const auto count = read_raw(closing.counter->field, frame);
   if (!count) return {FrameFault::kTooShort, previous};
   const std::uint64_t modulus = modulus_of(*closing.counter);
-  if (modulus != 0 && *count >= modulus) return {FrameFault::kCounterSkipped, previous};
+  if (modulus != 0 && *count >= modulus) return {FrameFault::kCounterRepeated, previous};
   if (previous == count) return {FrameFault::kCounterRepeated, count};
   const bool follows = !previous || *count == next_count(*closing.counter, *previous);
   return {follows ? FrameFault::kNone : FrameFault::kCounterSkipped, count};

@@ -20,8 +20,8 @@ struct FrameCounter {
 
 struct FrameChecksum {
   enum class Kind : std::uint8_t {
-    kSum,        ///< Modulo 256.
-    kXor,        ///<
+    kSum,  ///< Modulo 256.
+    kXor,
     kCrc8J1850,  ///< SAE J1850: polynomial 0x1D, start and final XOR 0xFF; of "123456789" 0x4B.
     kCrc8H2f,    ///< AUTOSAR's second: polynomial 0x2F, start and final XOR 0xFF; of "123456789" 0xDF.
   } kind = Kind::kSum;
@@ -52,8 +52,8 @@ enum class FrameFault : std::uint8_t {
   kNone,
   kTooShort,         ///< For counter, checksum or a byte that is summed.
   kChecksumWrong,    ///< Nothing in it counts, its counter neither.
-  kCounterRepeated,  ///< The same frame again, or a sender that stands.
-  kCounterSkipped,   ///< Not the one that follows: frames were lost, or are out of order, or it is no count at all.
+  kCounterRepeated,  ///< The same frame again, or a sender that no longer counts: also a count beyond the modulus.
+  kCounterSkipped,   ///< Not the one that follows: frames are lost or out of order.
 };
 struct FrameCheck {
   FrameFault fault = FrameFault::kNone;

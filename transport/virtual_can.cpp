@@ -14,6 +14,17 @@ VirtualCanBus::VirtualCanBus(std::size_t ports, std::uint32_t bit_rate)
   for (Port& port : ports_) port.bus_ = this;
 }
 
+namespace {
+
+/// What arbitration compares, bit by bit: of 29 bits the first 11, SRR and IDE, which lose against any of 11, the rest.
+std::uint64_t arbitration(std::uint32_t id) noexcept {
+  constexpr std::uint64_t kRecessive = 3;
+  if ((id & kExtendedId) == 0) return std::uint64_t{id} << 20;
+  return std::uint64_t{id & kMostExtendedId} >> 18 << 20 | kRecessive << 18 | (id & 0x3FFFFU);
+}
+
+}  // namespace
+
 bool VirtualCanBus::Port::send(const CanFrame& frame) noexcept {
   if (was_off_ || down_) return false;
   if (silent_) return true;  // its controller believes that it was sent
@@ -21,7 +32,7 @@ bool VirtualCanBus::Port::send(const CanFrame& frame) noexcept {
     ++dropped_;
     return false;
   }
-  sending_[waiting_++] = {std::uint64_t{frame.id} << 48 | bus_->order_++, frame};
+  sending_[waiting_++] = {arbitration(frame.id) << 32 | bus_->order_++, frame};
   ++bus_->waiting_;
   return true;
 }

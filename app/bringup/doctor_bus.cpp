@@ -443,8 +443,8 @@ class Doctor {
       return;
     }
     const double seen_ms = 1e3 * survey_.listened_s / static_cast<double>(heard->second.count);
-    const bool is_short =
-        heard->second.newest.size<frame.bytes, late = seen_ms> 1e3 * machine_->bus.sensor_age_limit_s / 2;
+    const bool is_short = heard->second.newest.size < frame.bytes;
+    const bool late = seen_ms > 1e3 * machine_->bus.sensor_age_limit_s / 2;
     const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes", seen_ms, heard->second.newest.size);
     say(is_short || late ? Level::kFault : Level::kOk, about,
         is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)

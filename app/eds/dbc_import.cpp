@@ -19,7 +19,6 @@ namespace knuckle::eds {
 namespace {
 
 constexpr const char* kNodeTable = "[[bus.node]]";
-constexpr const char* kBroadcastTable = "[[bus.broadcast]]";
 
 const SignalInfo& signal_info(const std::string& name) {
   const auto found = std::find_if(kSignals.begin(), kSignals.end(), [&](const SignalInfo& signal) {
@@ -102,7 +101,7 @@ std::string table_of(const DbcFile& dbc, const Frame& frame) {
                     dbc.source, message.line, message.name));
   const bool extended = (message.id & kExtendedId) != 0;
   const std::uint32_t id = message.id & ~kExtendedId;
-  std::string text = fmt::format("{}\nname = \"{}\"\nid = {}\n", kBroadcastTable, message.name, id_text(message.id));
+  std::string text = fmt::format("[[bus.broadcast]]\nname = \"{}\"\nid = {}\n", message.name, id_text(message.id));
   if (extended && id <= kMostId) text += "extended = true\n";
   text += fmt::format("bytes = {}\nperiod_ms = {}\n[bus.broadcast.signals]\n", message.size,
                       number_text(1e3 * *message.period_s));
@@ -111,7 +110,7 @@ std::string table_of(const DbcFile& dbc, const Frame& frame) {
   return text;
 }
 
-/// Tables of these kinds begin with their first line and end before the next table that is not within them.
+/// From its header to the next one; the signals of a broadcast are within its table.
 struct Table {
   std::string kind;  ///< Its header; empty before the first.
   std::vector<std::string> lines;
@@ -121,9 +120,8 @@ std::vector<Table> tables_of(const std::string& text) {
   std::vector<Table> tables(1);
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) {
-    const std::string header = line.substr(0, line.find_last_of(']') + 1);
     const bool begins = line.starts_with('[') && !line.starts_with("[bus.broadcast.");
-    if (begins) tables.push_back({header, {}});
+    if (begins) tables.push_back({line.substr(0, line.find_first_of("# \t\r")), {}});
     tables.back().lines.push_back(line);
   }
   return tables;
@@ -170,17 +168,18 @@ std::vector<std::string>::iterator end_of_values(Table& table) {
   return std::find_if(table.lines.rbegin(), table.lines.rend(), is_value).base();
 }
 
-/// @param kind header of the tables, of which the n-th has the n-th name
-void erase_named(std::vector<Table>& tables, const char* kind, const std::vector<std::string>& all,
+/// @param all names of the nodes, in their order. @return whether each was found.
+bool erase_nodes(std::vector<Table>& tables, const std::vector<std::string>& all,
                  const std::vector<std::string>& names) {
   std::size_t place = 0;
   for (Table& table : tables) {
-    if (table.kind != kind || place == all.size()) continue;
-    const std::string& name = all[place++];
+    if (table.kind != kNodeTable || place++ >= all.size()) continue;
+    const std::string& name = all[place - 1];
     if (std::find(names.begin(), names.end(), name) == names.end()) continue;
     table.lines.erase(table.lines.begin(), end_of_values(table));
     table.kind.clear();
   }
+  return place == all.size();
 }
 
 std::vector<std::string> names_in(const std::string& text, const std::string& source, const char* key) {
@@ -210,10 +209,19 @@ Import with_broadcasts(const std::string& machine_text, const std::string& machi
   const std::vector<Frame> frames = frames_of(dbc, wanted);
   Import import;
   import.gone_nodes = nodes_in_place(before, wanted, machine_source);
-  std::vector<std::string> replaced, added;
+  std::vector<std::string> added;
+  const std::vector<std::string> there = names_in(machine_text, machine_source, "broadcast");
   for (const Frame& frame : frames) {
-    replaced.push_back(frame.message->name);
+    if (std::find(there.begin(), there.end(), frame.message->name) != there.end())
+      throw InputError(machine_source + ": has a broadcast '" + frame.message->name +
+                       "' already, perhaps with sign, zero_rad or checksum set by hand: take its table out first");
     added.push_back(table_of(dbc, frame));
+    const std::string& message = frame.message->name;
+    if (frame.message->j1939)
+      import.to_do.push_back(message +
+                             ": the identifier's last byte is the sender's address: set id as it is on the bus");
+    else if ((frame.message->id & kExtendedId) != 0)
+      import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
     std::vector<std::string> names;
     for (const auto& [name, signal] : frame.signals) names.push_back(name);
     import.frames.push_back(
@@ -225,16 +233,18 @@ Import with_broadcasts(const std::string& machine_text, const std::string& machi
     }
   }
   std::vector<Table> tables = tables_of(machine_text);
-  erase_named(tables, kNodeTable, nodes, import.gone_nodes);
-  erase_named(tables, kBroadcastTable, names_in(machine_text, machine_source, "broadcast"), replaced);
+  const bool found = erase_nodes(tables, nodes, import.gone_nodes);
   const auto last = std::find_if(tables.rbegin(), tables.rend(), [](const Table& table) {
     return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
   });
+  if (!found || last == tables.rend())
+    throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
+  const std::string line_end = machine_text.find("\r\n") != std::string::npos ? "\r" : "";
   std::vector<std::string> lines;
   for (const std::string& table : added) {
-    lines.emplace_back();
+    lines.push_back(line_end);
     std::istringstream in(table);
-    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    for (std::string line; std::getline(in, line);) lines.push_back(line + line_end);
   }
   last->lines.insert(end_of_values(*last), lines.begin(), lines.end());
   import.text = text_of(tables);

@@ -23,8 +23,8 @@ struct Import {
   std::vector<std::string> gone_nodes;  ///< Whose signals these frames have now.
   std::vector<std::string> to_do;       ///< What a DBC does not say.
 };
-/// The machine file's text with these signals as broadcasts, in place of the nodes that had them and of broadcasts of
-/// the same names; all else as it was.
+/// The machine file's text with these signals as broadcasts, in place of the nodes that had them; all else as it
+/// was.
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_broadcasts(const std::string& machine_text, const std::string& machine_source,

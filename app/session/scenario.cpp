@@ -220,7 +220,11 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
 int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
-  if (kind == sim::FaultKind::kEncoderBroken) return bus.encoder(joint()).id;
+  if (kind == sim::FaultKind::kEncoderBroken) {
+    const std::uint8_t id = bus.encoder(joint()).id;
+    table.require(id != 0, "joint", "has an encoder that is no node of the machine's bus");
+    return id;
+  }
   if (kind == sim::FaultKind::kValveStuck) return bus.valve(joint()).id;
   const NodeDescription* const found = bus.find(table.text("node"));
   if (!table.require(found != nullptr, "node", "must be one of " + bus.node_names())) return 0;

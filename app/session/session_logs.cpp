@@ -23,8 +23,10 @@ std::uint32_t last_pressure_id(const BusDescription& bus) {
   std::uint32_t last = 0;
   for (const BusFrame& frame : bus_frames(bus))
     if (bus.nodes[frame.node].role == NodeRole::kPressure) last = std::max(last, frame.id);
-  for (const BroadcastFrame& frame : bus.broadcasts)
-    if (frame.fields.front().info().role == NodeRole::kPressure) last = frame.id;
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    const auto is_pressure = [](const BroadcastField& field) { return field.info().role == NodeRole::kPressure; };
+    if (std::any_of(frame.fields.begin(), frame.fields.end(), is_pressure)) last = frame.id;
+  }
   return last;
 }
 

@@ -64,7 +64,7 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Front (0x18FF1021): boom_angle, arm_angle, bucket_angle",
                                                      "Body (0x1A5): slope"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_encoder", "arm_encoder", "bucket_encoder", "tilt"}));
-  EXPECT_EQ(import.to_do.size(), 4U);
+  EXPECT_EQ(import.to_do.size(), 5U) << "four angles, and the address in a J1939 identifier";
   const MachineDescription machine = parse_machine(import.text, "m.toml");
   const auto [frame, bucket] = machine.bus.broadcast(NodeRole::kEncoder, kBucket);
   EXPECT_EQ(frame->id, 0x18FF1021U | kExtendedId);
@@ -85,14 +85,30 @@ TEST(DbcImport, AllElseStaysAsItWas) {
   EXPECT_NE(after.find(enable), std::string::npos);
 }
 
-TEST(DbcImport, OnceMoreChangesNothing) {
+TEST(DbcImport, WhatWasImportedIsNotReplacedForItMayHaveBeenChangedByHand) {
   const std::string once = imported_into(kAngleSignals).text;
-  EXPECT_EQ(imported_into(kAngleSignals, once).text, once);
-  const Import other = imported_into(
-      {"boom_angle=Front.boom", "arm_angle=Front.arm", "bucket_angle=Front.bucket", "slope=Small.slope"}, once);
-  const auto [frame, slope] = parse_machine(other.text, "m.toml").bus.broadcast(NodeRole::kTilt, 0);
+  const std::string line = knuckle::test::refusal([&] { (void)imported_into(kAngleSignals, once); });
+  EXPECT_EQ(line.rfind("m.toml: has a broadcast 'Front' already", 0), 0U) << line;
+  const Import other = imported_into({"slope=Small.slope"}, once);
+  const MachineDescription machine = parse_machine(other.text, "m.toml");
+  const auto [frame, slope] = machine.bus.broadcast(NodeRole::kTilt, 0);
   EXPECT_EQ(frame->id, 0x21U | kExtendedId) << "29 bits, however small";
   EXPECT_EQ(slope->bits.type, BitField::Type::kFloat);
+}
+
+TEST(DbcImport, KeepsLineEndsAndRefusesHeadersThatItDoesNotFind) {
+  std::string dos = text_before_import();
+  for (auto at = dos.find('\n'); at != std::string::npos; at = dos.find('\n', at + 2)) dos.insert(at, "\r");
+  const std::string after = imported_into({"slope=Body.slope"}, dos).text;
+  EXPECT_EQ(std::count(after.begin(), after.end(), '\n'), std::count(after.begin(), after.end(), '\r'));
+  std::string commented = text_before_import();
+  const std::string tilt = "[[bus.node]]\nname = \"tilt\"";
+  commented.replace(commented.find(tilt), tilt.size(), "[[bus.node]] # [old]\nname = \"tilt\"");
+  EXPECT_EQ(parse_machine(imported_into({"slope=Body.slope"}, commented).text, "m.toml").bus.nodes.size(), 13U);
+  std::string indented = text_before_import();
+  indented.insert(indented.find("[[bus.node]]"), "  ");
+  const std::string line = knuckle::test::refusal([&] { (void)imported_into({"slope=Body.slope"}, indented); });
+  EXPECT_NE(line.find("headers must each begin a line"), std::string::npos) << line;
 }
 
 TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {

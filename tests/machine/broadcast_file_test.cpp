@@ -100,6 +100,8 @@ TEST(BroadcastFile, WhatCannotBeIsRefusedInOneLine) {
            {"invalid_from = 0xFB", "invalid_from = 0xC0",
             "reach 282 bar: must reach 385, 1.1 times sensors.pressure_range_bar"},
            {"invalid_from = 0xFB", "invalid_from = 0x100", "must be a whole number within [1, 255]"},
+           {"arm_angle = { start = 16, bits = 16, scale = 0.0004", "arm_angle = { start = 16, bits = 16, scale = 0.4",
+            "scale' = 0.4: must be at most 0.0122718463 a step"},
            {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
            {"counter = { start = 16", "counter = { start = 8", "has bits of slope"},
            {"start = 24, bits = 8, data_id", "start = 16, bits = 8, data_id", "has bits of the counter"},

@@ -41,7 +41,8 @@ TEST(Broadcasts, AreSentByTheirPeriodsInTheFilesBits) {
   EXPECT_EQ(body[1].frame.data[0], 0xD4) << "-300";
   EXPECT_EQ(body[1].frame.data[1], 0xFE);
   EXPECT_EQ(body[1].frame.data[2] - body[0].frame.data[2], 1) << "the counter";
-  EXPECT_NE(body[1].frame.data[3], body[0].frame.data[3]) << "the checksum";
+  EXPECT_EQ(body[1].frame.data[2], 1);
+  EXPECT_EQ(body[1].frame.data[3], 0x52) << "SAE J1850 of D4 FE 01 5A";
 }
 
 TEST(Broadcasts, AValueThatDoesNotFitIsTheHighestThatIsOne) {

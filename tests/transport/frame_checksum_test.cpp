@@ -163,7 +163,7 @@ TEST(FrameCounter, TellsARepeatedAndASkippedCount) {
   EXPECT_EQ(check(5, 4).fault, FrameFault::kCounterSkipped);
   EXPECT_EQ(check(14, 0).fault, FrameFault::kNone);
   EXPECT_EQ(check(13, 0).fault, FrameFault::kCounterSkipped);
-  EXPECT_EQ(check(14, 15).fault, FrameFault::kCounterSkipped);  // beyond its modulus
+  EXPECT_EQ(check(14, 15).fault, FrameFault::kCounterRepeated) << "beyond its modulus: no count";
   EXPECT_EQ(check(14, 15).count, 14U);
 }
 
