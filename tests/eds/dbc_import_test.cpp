@@ -21,7 +21,7 @@ BO_ 2566852641 Front: 8 Machine
  SG_ boom : 0|16@1+ (0.0004,-10) [-10|10] "rad" Vector__XXX
  SG_ arm : 16|16@1+ (0.0004,-10) [-10|10] "rad" Vector__XXX
  SG_ bucket : 39|16@0- (0.01,0) [-180|180] "deg" Vector__XXX
-BO_ 421 Body: 2 Machine
+BO_ 426 Body: 2 Machine
  SG_ slope : 0|16@1- (0.01,0) [-90|90] "deg" Vector__XXX
 BO_ 2147483681 Small: 4 Machine
  SG_ slope : 0|32@1- (1,0) [0|0] "rad" Vector__XXX
@@ -36,7 +36,7 @@ BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG"
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
 BA_ "GenMsgCycleTime" BO_ 2566852641 10;
-BA_ "GenMsgCycleTime" BO_ 421 10;
+BA_ "GenMsgCycleTime" BO_ 426 10;
 BA_ "GenMsgCycleTime" BO_ 2147483681 10;
 BA_ "GenMsgCycleTime" BO_ 500 10;
 BA_ "VFrameFormat" BO_ 2566852641 3;
@@ -62,7 +62,7 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
   std::string text = text_before_import();
   const Import import = imported_into(wanted, text);
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Front (0x18FF1021): boom_angle, arm_angle, bucket_angle",
-                                                     "Body (0x1A5): slope"}));
+                                                     "Body (0x1AA): slope"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_encoder", "arm_encoder", "bucket_encoder", "tilt"}));
   EXPECT_EQ(import.to_do.size(), 5U) << "four angles, and the address in a J1939 identifier";
   const MachineDescription machine = parse_machine(import.text, "m.toml");
@@ -117,15 +117,15 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
     const char* said;
   };
   for (const Case& c :
-       {Case{{"boom_angle"}, "--signal = boom_angle: must be such as boom_angle=MESSAGE.SIGNAL"},
-        {{"boom=Front.boom"}, "--signal = boom: must be one of boom_head_pressure, "},
-        {{"boom_spool=Front.boom"}, "--signal = boom_spool: must be one of"},
+       {Case{{"boom_angle"}, "--signal boom_angle: must be such as boom_angle=MESSAGE.SIGNAL"},
+        {{"boom=Front.boom"}, "--signal boom: must be one of boom_head_pressure, "},
+        {{"boom_spool=Front.boom"}, "--signal boom_spool: must be one of"},
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
         {{"slope=Mixed.slope"}, "m.dbc:13: signal slope of Mixed is multiplexed"},
         {{"slope=Mixed.speed"}, "has the unit \"rpm\": must be bar"},
         {{"slope=Rare.slope"}, "m.dbc:15: Rare has no cycle time (GenMsgCycleTime)"},
-        {{"slope=Body.slope", "slope=Small.slope"}, "--signal = slope: is wanted twice"},
+        {{"slope=Body.slope", "slope=Small.slope"}, "--signal slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
         {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {
     const std::string line = knuckle::test::refusal([&] { (void)imported_into(c.wanted); });

@@ -61,8 +61,7 @@ const std::string kBoomTable =
 /// Machine files in the older words: shipped ones, those in recordings, and with all that a node or the bus may say.
 std::vector<std::pair<std::string, std::string>> older_files() {
   std::vector<std::pair<std::string, std::string>> all;
-  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/config/machines"))
-    all.emplace_back(file.path().filename(), test::with_keyed_nodes(whole_file(file.path(), 1)));
+  for (const auto& [name, text] : shipped_of_nodes()) all.emplace_back(name, test::with_keyed_nodes(text));
   for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/tests/recordings_replayed"))
     if (file.path().extension() == ".mcap")
       all.emplace_back(file.path().filename(),
@@ -176,11 +175,11 @@ TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
 }
 
 TEST(BusMigrate, TheOlderWordsOfAShippedFileSayTheSameBus) {
-  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/config/machines")) {
-    const std::string text = whole_file(file.path(), 1), before = test::with_keyed_nodes(text);
-    EXPECT_TRUE(has_node_tables(text, "my.toml")) << file.path();
-    EXPECT_FALSE(has_node_tables(before, "my.toml")) << file.path();
-    EXPECT_EQ(parse_machine(before, "my.toml").bus, parse_machine(text, "my.toml").bus) << file.path();
+  for (const auto& [name, text] : shipped_of_nodes()) {
+    const std::string before = test::with_keyed_nodes(text);
+    EXPECT_TRUE(has_node_tables(text, "my.toml")) << name;
+    EXPECT_FALSE(has_node_tables(before, "my.toml")) << name;
+    EXPECT_EQ(parse_machine(before, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
   }
 }
 

@@ -415,7 +415,7 @@ TEST(FindConfig, TurnsNamesIntoPathsAndLeavesPathsAlone) {
 
 TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
   const std::string said = test::refusal([&] { (void)find_config("machine", "solar15"); });
-  EXPECT_EQ(said, "unknown machine 'solar15': " + kConfig + "/machines has compact080, solar015");
+  EXPECT_EQ(said, "unknown machine 'solar15': " + kConfig + "/machines has compact080, solar015, standard200");
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("a.txt")) << "x";
   const auto before = std::filesystem::current_path();

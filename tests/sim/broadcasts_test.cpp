@@ -7,7 +7,7 @@
 #include "tests/sim/can_rig.h"
 #include "tests/support/broadcast_machine.h"
 
-namespace knuckle::sim::test {
+namespace knuckle::sim::rig {
 namespace {
 
 /// All that was broadcasts_under under an identifier in 100 ms, whoever controls the nodes or not.
@@ -62,4 +62,4 @@ TEST(Broadcasts, HaveTheSensorsErrors) {
 }
 
 }  // namespace
-}  // namespace knuckle::sim::test
+}  // namespace knuckle::sim::rig
