@@ -58,6 +58,16 @@ const std::string kBoomKeys = "id = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\
 const std::string kBoomTable =
     "[[bus.node]]\nname = \"boom_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"boom_spool\" }\n" + kBoomKeys;
 
+/// Shipped files, by name, whose sensors are all nodes: the older words know no broadcasts.
+std::vector<std::pair<std::string, std::string>> shipped_of_nodes() {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() + "/config/machines")) {
+    const std::string text = whole_file(file.path(), 1);
+    if (text.find("[[bus.broadcast]]") == std::string::npos) all.emplace_back(file.path().filename(), text);
+  }
+  return all;
+}
+
 /// Machine files in the older words: shipped ones, those in recordings, and with all that a node or the bus may say.
 std::vector<std::pair<std::string, std::string>> older_files() {
   std::vector<std::pair<std::string, std::string>> all;

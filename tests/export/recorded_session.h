@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/recordings/state_table.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
 #include "recording/recording.h"

@@ -25,7 +25,7 @@ constexpr double kDeg = std::numbers::pi / 180;
 /// A motion of the simulated machine as a logger may have written it: pressures in bar, lengths in m, angles in deg.
 MappedTable logged() {
   const estimation::Recording& motion = identify::recorded_motion();
-  const Kinematics kinematics(identify::recorded_machine());
+  const Kinematics kinematics(test::solar());
   MappedTable table;
   table.source = "log.csv";
   constexpr std::size_t kFirst = 1000, kCount = 2000;

@@ -45,7 +45,7 @@ class Import : public testing::Test {
   }
 
   MachineDescription machine_ = [] {
-    MachineDescription machine = identify::recorded_machine();
+    MachineDescription machine = test::solar();
     machine.sensors.encoder_offset_m = {0.001, -0.002, 0.003};
     return machine;
   }();

@@ -28,7 +28,7 @@ class Info : public testing::Test {
     head.program = "knuckle import table.csv";
     head.version = "1.2.3";
     head.machine_file = "a machine";
-    write_imported(read_recording(csv_, "", identify::recorded_machine()), head, identify::recorded_machine(), mcap_);
+    write_imported(read_recording(csv_, "", test::solar()), head, test::solar(), mcap_);
   }
   std::string put(const std::string& name, const std::string& text) const {
     std::ofstream(folder_.file(name), std::ios::binary) << text;

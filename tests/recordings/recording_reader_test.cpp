@@ -27,7 +27,7 @@ class RecordingReader : public testing::Test {
     return folder_.file(name);
   }
   [[nodiscard]] RecordedFile read(const std::string& text) const {
-    return read_recording(file("a.csv", text), "", identify::recorded_machine());
+    return read_recording(file("a.csv", text), "", test::solar());
   }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     return test::refusal([&] { (void)read(text); });
@@ -73,7 +73,7 @@ TEST_F(RecordingReader, ReadsAgainWhatWasWrittenBitForBit) {
 
 TEST_F(RecordingReader, ReadsForeignColumnsThroughAMapping) {
   const estimation::Recording truth = part_of(identify::recorded_motion(), 1000, 2000);
-  const Kinematics kinematics(identify::recorded_machine());
+  const Kinematics kinematics(test::solar());
   std::ostringstream out;
   out.precision(17);
   out << "ms,junk,bucketR,bucketH,armR,armH,boomR,boomH,boom,stick,spoon,slope\n";
@@ -95,8 +95,7 @@ TEST_F(RecordingReader, ReadsForeignColumnsThroughAMapping) {
   channel("arm_cylinder_m", "stick", "mm", 1);
   channel("bucket_cylinder_m", "spoon", "m", 1);
   channel("hull_pitch_rad", "slope", "rad", -1);
-  const RecordedFile foreign =
-      read_recording(file("foreign.csv", out.str()), file("map.toml", map), identify::recorded_machine());
+  const RecordedFile foreign = read_recording(file("foreign.csv", out.str()), file("map.toml", map), test::solar());
   EXPECT_EQ(foreign.columns[0], "boomH");
   EXPECT_EQ(foreign.columns[6], "boom");
   ASSERT_EQ(foreign.recording.samples.size(), truth.samples.size());

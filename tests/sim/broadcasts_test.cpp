@@ -10,7 +10,7 @@
 namespace knuckle::sim::rig {
 namespace {
 
-/// All that was broadcasts_under under an identifier in 100 ms, whoever controls the nodes or not.
+/// All that was sent under an identifier in 100 ms, whoever controls the nodes or not.
 std::vector<Heard> broadcasts_under(std::uint32_t id, const SensorErrors& errors = {}) {
   const MachineDescription machine = knuckle::test::broadcast_machine();
   MachineSignals signals;
