@@ -31,9 +31,6 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
-  /// Whether it fails beside the cylinder that was acknowledged: then nothing is offered.
-  [[nodiscard]] bool hindered_by(const Reason& fault) const noexcept;
-
   /// While all pressures are known and believed: whether something is pressed. Before the first time something may be.
   void note_pressed(bool pressed, Time now) noexcept;
   /// A sensor contradicts the others while the machine is led. A transmitter of a cylinder that can be gone without has

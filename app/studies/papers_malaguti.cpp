@@ -98,6 +98,7 @@ TableRows two_cylinder_rows(const Experiment& experiment, const estimation::Mala
                   tenths(identify::force_rms_N(solved(machine, samples, estimation::force_of_two_joints)))});
   rows.push_back({std::string("force from the cylinders of stick and bucket") + kLikeOurs, "N", kNotShown,
                   tenths(identify::force_rms_N(slowed(their_forces, theirs.options.sampling_s))), rows[1].back()});
+  if (machine.sensors.without_pressures != SensorDescription::kNone) return rows;
   rows.push_back({"force from all three cylinders, RMS, behind 3 Hz", "N", kNone, kNone,
                   tenths(identify::force_rms_N(tip_forces(samples)))});
   return rows;

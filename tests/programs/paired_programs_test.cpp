@@ -298,6 +298,7 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   RunningProgram first("/bin/sh", {"-c", command + " < " + fifo});
   std::ofstream typed(fifo);
   ASSERT_TRUE(notes("control_taken"));
+  typed << "home" << std::endl;
   const std::string asks = temporary.file("asks"), heard = temporary.file("heard");
   ASSERT_EQ(mkfifo(asks.c_str(), 0600), 0);
   std::string other = "exec " + test::program("knuckle");
@@ -325,6 +326,7 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   EXPECT_NE(told.find("desk 2 ("), std::string::npos) << told;
   EXPECT_NE(told.find("asks for control"), std::string::npos) << told;
   EXPECT_NE(told.find("control granted to desk 2"), std::string::npos) << told;
+  EXPECT_NE(told.find("home on two: the machine does not offer it"), std::string::npos) << told;
 }
 
 TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {

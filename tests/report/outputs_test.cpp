@@ -132,7 +132,7 @@ TEST(CsvTable, ValuesSitUnderTheirHeadersInTheirUnits) {
 }
 
 TEST(CsvTable, WhatNobodyKnowsIsNan) {
-  session::SessionRecord record = session::engaged_record(0.01);
+  session::SessionRecord record = session::engaged_record(0.05);
   ASSERT_GE(record.samples.size(), 2U);
   slave::SlaveState& known = record.samples[0].machine;
   known.line_offset_m = 0.25;

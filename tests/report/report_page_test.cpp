@@ -236,7 +236,9 @@ TEST(ReportPlots, EachPanelHasItsOwnKeyAndALabelInsideThePicture) {
 }
 
 TEST(ReportPlots, ColourTheSidesOfACylinderAlikeInEveryPanel) {
-  const auto figures = report_plots(session::synthetic_session());
+  auto session = session::synthetic_session();
+  for (session::Sample& sample : session.record.samples) sample.machine.measured = true;
+  const auto figures = report_plots(session);
   const std::string script = figure(figures, "Cylinder pressures").figure.script;
   std::map<std::string, std::set<std::string>> colours;
   for (const auto& curve : test::matches(script, R"(lc rgb '(#[0-9A-F]+)' [^']*title '([AB]), )"))
