@@ -1,6 +1,7 @@
 #include "machine/bus_description.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace knuckle {
 namespace {
@@ -38,6 +39,28 @@ BusDescription::Broadcast BusDescription::broadcast(NodeRole role, int index) co
       if (field.info().role == role && field.info().index == index) return {&frame, &field};
   }
   return {};
+}
+
+const CommandField* BusDescription::command(int joint, bool extend) const noexcept {
+  for (const CommandFrame& frame : commands) {
+    for (const CommandField& field : frame.fields)
+      if (field.joint == joint && (extend ? field.extend : field.retract)) return &field;
+  }
+  return nullptr;
+}
+
+std::uint32_t BusDescription::command_id(int joint) const noexcept {
+  for (const CommandFrame& frame : commands) {
+    for (const CommandField& field : frame.fields)
+      if (field.joint == joint && field.extend) return frame.id;
+  }
+  return 0;
+}
+
+double BusDescription::full_rate_radps(int joint, bool extend) const noexcept {
+  const CommandField* const field = command(joint, extend);
+  if (field == nullptr || command_kind != CommandKind::kJointRate) return 0;
+  return std::abs((extend ? field->extend : field->retract).value_or(0) - field->neutral);
 }
 
 bool BusDescription::measures_angle(int joint) const noexcept {

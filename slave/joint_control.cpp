@@ -254,6 +254,11 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
 }
 
+double JointControl::rate_command(int joint, double rate_radps, bool extend) const noexcept {
+  const double share = std::abs(rate_radps) / machine_.bus.full_rate_radps(joint, extend);
+  return std::copysign(std::min(share, 1.0), extend ? 1.0 : -1.0);
+}
+
 void JointControl::limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                                Output& output) noexcept {
   const PlanarVector force_N = raw_tip_force(touch.tip_jacobian, force);
@@ -296,6 +301,11 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     if (!output.assist) output.assist = seen.limiting;
   }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
+  if (machine_.bus.command_kind == CommandKind::kJointRate) {
+    for (int i = 0; i < kJoints; ++i)
+      output.valve[i] = rate_command(i, output.rate_radps[i], cylinder_mps[i] > 0);
+    return output;
+  }
   if (!running_) load_.reset(load_of(state, force));
   load_.step(load_of(state, force));
   update_supply(cylinder_mps);

@@ -173,9 +173,14 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;
   };
-  for (int i = 0; i < kJoints; ++i) {
-    note(frozen(i, measurement, spool[i]));
-    note(moving_while_closed(i, measurement, spool[i]));
+  // A commanded speed says nothing of the valve's opening: RateMonitor looks at the motion.
+  const bool by_rate = bus_.command_kind == CommandKind::kJointRate;
+  for (int i = 0; !by_rate && i < kJoints; ++i) {
+    for (Reason why : {frozen(i, measurement, spool[i]), moving_while_closed(i, measurement, spool[i])}) {
+      if (why && bus_.command_kind != CommandKind::kSpool)
+        why = {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(i), why.value, why.limit};
+      note(why);
+    }
   }
   for (std::size_t i = 0; i < chambers_.size(); ++i) note(stuck(i, measurement));
   return first;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "core/joints.h"
 #include "core/reason.h"
@@ -52,6 +53,8 @@ struct GateLimits {
   PerJoint<bool>
       pressures_measured;  ///< As the file says; a state without one of them is of a machine on its way home.
   PerJoint<ValveDescription> valve;
+  /// Where the command is the joint's speed: at the full one, for cylinders that retract and extend; else empty.
+  std::optional<std::array<JointVector, 2>> full_rate_radps;
   JointVector head_area_m2, rod_side_area_m2;
   LimitsDescription file;
   double load_sensing_margin_Pa, pump_flow_m3ps, main_relief_Pa;

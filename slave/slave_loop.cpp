@@ -9,12 +9,15 @@ namespace knuckle::slave {
 SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start)
     : step_s_(1 / machine.bus.sync_Hz),
       longest_gap_(from_seconds(machine.bus.valve_watchdog_s)),
+      by_rate_(machine.bus.command_kind == CommandKind::kJointRate),
       link_(link),
       bus_(bus),
       client_(machine, bus),
       sensors_(machine),
       plausibility_(machine, step_s_),
       valve_monitor_(step_s_),
+      assumed_spool_(machine, step_s_),
+      rate_monitor_(machine, step_s_),
       filter_(machine, step_s_, kVelocityCutoff_Hz),
       force_(machine, step_s_),
       payload_(machine, step_s_),
@@ -108,20 +111,30 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
   if (!client_.operational() || !measurement || sensor_fault_) {
     plausibility_.reset();
     valve_monitor_.reset();
+    assumed_spool_.reset();
+    rate_monitor_.reset();
     unasked_since_ = kNever;
     return;
   }
-  sensor_fault_ = plausibility_.step(*measurement, client_.spool());
+  assumed_spool_.step(client_.demand());
+  sensor_fault_ = plausibility_.step(*measurement, spool());
   if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
-  // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
-  valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
-  if (!client_.pilot_on() || led(decision_.state.mode))
+  valve_reason_ = watch_valves();
+  const bool pilot_told = client_.spools_seen() || sensors_.tells_pilot();
+  if (!pilot_told || !pilot_on() || led(decision_.state.mode))
     unasked_since_ = kNever;
   else if (unasked_since_ == kNever)
     unasked_since_ = now;
   if (unasked_since_ != kNever && now - unasked_since_ > kPilotFalls) {
     valve_reason_ = {ReasonCode::kPilotStaysOn, 0, 0, 0};
   }
+}
+
+Reason SlaveLoop::watch_valves() noexcept {
+  // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
+  if (client_.spools_seen()) return valve_monitor_.step(client_.demand(), client_.spool());
+  if (!by_rate_ || !state_) return {};  // else Plausibility looks at the motion
+  return rate_monitor_.step(client_.demand(), *state_);
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {
@@ -134,12 +147,12 @@ Reason SlaveLoop::machine_fault() const noexcept {
 
 ModeInputs SlaveLoop::observe(Time now) const noexcept {
   ModeInputs in;
-  in.e_stop_open = client_.e_stop_open();
+  in.e_stop_open = e_stop_open();
   in.machine_fault = machine_fault();
   in.explains_fault = explains(in.machine_fault, decision_.state.fault, client_.bus());
   in.sensor_fault = sensor_fault_ ? sensor_fault_ : home_.blocking(now);
   in.nodes_operational = client_.operational();
-  in.pilot_on = client_.pilot_on();
+  in.pilot_on = pilot_on();
   const MasterMessage& message = operator_.message();
   in.link_lost = operator_.set_point().link;
   // The newest set-point counts where the next step may follow it. Elsewhere it may jump: a device is attached anew.
@@ -269,7 +282,7 @@ void SlaveLoop::go_home_if_chosen(Time now) noexcept {
   const bool known = client_.operational() && state_ && !sensor_fault_;
   home_.look({known, operator_.enable(), rest_rate_.value(), force_.estimate().contact}, now);
   const LossDecision& link = operator_.set_point();
-  if (operator_.home() == nullptr || link.link || link.hold || operator_.stop() || client_.e_stop_open()) return;
+  if (operator_.home() == nullptr || link.link || link.hold || operator_.stop() || e_stop_open()) return;
   home_.choose(operator_.home()->cylinder, now);
 }
 

@@ -54,8 +54,8 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   note_health();
   status_.stamp = slave.operator_input().session().stamp(status_.stamp.sequence + 1, now);
   status_.valve_command = slave.commands();
-  status_.spool = slave.client().spool();
-  status_.pilot_on = slave.client().pilot_on();
+  status_.spool = slave.spool();
+  status_.pilot_on = slave.pilot_on();
   const bool fresh = slave.state() && !slave.sensors().fault(now);  // the state outlives its sensors
   const OilDemand oil = fresh ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
   status_.oil_flow_m3ps = oil.flow_m3ps;

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/reason_text.h"
-#include "transport/canopen.h"
+#include "machine/set_points.h"
 
 namespace knuckle::explain {
 namespace {
@@ -23,14 +23,14 @@ class ValveCommands {
   explicit ValveCommands(const MachineDescription& machine) : bus_(machine.bus) {}
   /// @return whether it was one for a valve.
   bool take(const CanFrame& frame) {
-    for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      if (frame.id != bus_.set_point_id(joint)) continue;
-      if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
-        open_[joint] =
-            (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;
-      return true;
+    bool any = false;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      const auto told = set_point_in(frame, joint, bus_);
+      if (!told) continue;
+      open_[static_cast<std::size_t>(joint)] = *told != 0;
+      any = true;
     }
-    return false;
+    return any;
   }
   [[nodiscard]] bool neutral() const {
     return std::none_of(open_.begin(), open_.end(), [](bool open) { return open; });

@@ -207,6 +207,10 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
+  const BusDescription& bus = machine_.bus;
+  outcome.by_frames = !bus.commands.empty();
+  if (outcome.by_frames && stop_.unconfirmed_pilot())
+    outcome.unconfirmed.emplace_back(bus.broadcast(NodeRole::kEnable, kPilotOnIndex).frame->name);
   const auto valves = stop_.unconfirmed_valves();
   for (const NodeDescription& node : machine_.bus.nodes) {
     const bool valve = node.role == NodeRole::kValve &&
@@ -220,6 +224,8 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
 
 std::string stop_text(const SlaveOutcome& outcome) {
   if (!outcome.commanded) return "stopped: nothing was commanded, so nothing was sent";
+  if (outcome.unconfirmed.empty() && outcome.by_frames)
+    return "stopped: neutral was told until every valve had time to close, and no command frame is sent any more";
   if (outcome.unconfirmed.empty()) return "stopped: valves disabled, pilot pressure off";
   std::string open;
   for (const std::string& node : outcome.unconfirmed) open += (open.empty() ? "" : ", ") + node;
