@@ -59,7 +59,10 @@ bool strike(const std::string& keys, bool down, bool up) {
     return std::all_of(first, last, [pressed](unsigned code) { return press(code, pressed); });
   };
   // GLFW takes a second press of a key within the same millisecond for the first one, told twice by an input method.
-  if (down) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  if (down) {
+    XSync(display, 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
   return !codes.empty() && (!down || all(codes.begin(), codes.end(), true)) &&
          (!up || all(codes.rbegin(), codes.rend(), false));
 }
