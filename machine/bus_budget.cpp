@@ -117,8 +117,7 @@ double worst_bus_load(const BusDescription& bus) {
   bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
   for (const BroadcastFrame& frame : bus.broadcasts)
     bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
-  for (const CommandFrame& frame : bus.commands)
-    bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
+  for (const CommandFrame& frame : bus.commands) bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
   return bits_per_s / bus.bit_rate;
 }
 

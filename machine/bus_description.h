@@ -171,14 +171,14 @@ enum class CommandKind : std::uint8_t {
   kJointRate,      ///< Likewise the joint's speed: the machine's own controller moves the spool.
 };
 
-/// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A, rad/s;
-/// of a constant as the file has it.
+/// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A,
+/// rad/s; of a constant as the file has it.
 struct CommandField {
   std::string name;
   BitField bits;
-  double neutral = 0;  ///< Nothing moves by it. What is not used is sent as this.
-  double led = 0;      ///< Of a constant: its value while an operator leads the machine.
-  std::optional<int> joint{};                ///< The one that it moves; else it is a constant.
+  double neutral = 0;                         ///< Nothing moves by it. What is not used is sent as this.
+  double led = 0;                             ///< Of a constant: its value while an operator leads the machine.
+  std::optional<int> joint{};                 ///< The one that it moves; else it is a constant.
   std::optional<double> extend{}, retract{};  ///< Values at the full command; neutral where there is none.
   /// @param command [-1, 1], positive extends the joint's cylinder; of a constant anything.
   [[nodiscard]] double value(double command, bool is_led) const noexcept {

@@ -148,9 +148,9 @@ class BroadcastReader {
     for (const std::string& key : keys) {
       const std::optional<std::size_t> place = measured_signal(key);
       if (!place) {
-        signals.require(false, key,
-                        fmt::format("is no signal that is measured: must be one of {}",
-                                    fmt::join(measured_signal_names(), ", ")));
+        signals.require(
+            false, key,
+            fmt::format("is no signal that is measured: must be one of {}", fmt::join(measured_signal_names(), ", ")));
         signals.leave(key);
         continue;
       }

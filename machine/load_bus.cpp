@@ -392,7 +392,8 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   file.require(missing.empty(), "node", "no node has " + missing, {"broadcast", ".sensors.without_pressures"});
   const std::string told = read.told();
   file.require(told.empty(), "command",
-               "stands beside node '" + told + "': valves and enable are nodes, or the frames tell all of it", {"node"});
+               "stands beside node '" + told + "': valves and enable are nodes, or the frames tell all of it",
+               {"node"});
   const std::string beside = read.pressure_of(without_pressures);
   file.require(beside.empty(), "node",
                "there is " + beside + ", although sensors.without_pressures says that nobody measures it",

@@ -23,14 +23,11 @@ struct CommandUnit {
   Unit unit;
   CommandKind kind;
 };
-constexpr std::array kCommandUnits{CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},
-                                   CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
-                                   CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure},
-                                   CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
-                                   CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},
-                                   CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
-                                   CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},
-                                   CommandUnit{{"A", 1}, CommandKind::kCurrent}};
+constexpr std::array kCommandUnits{
+    CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},      CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
+    CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure}, CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
+    CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},  CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
+    CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},      CommandUnit{{"A", 1}, CommandKind::kCurrent}};
 
 class CommandReader {
  public:
@@ -99,8 +96,8 @@ class CommandReader {
     if (!field.joint) return;
     const auto look = [&](const CommandFrame& at) {
       for (const CommandField& other : at.fields) {
-        const bool same = other.joint == field.joint &&
-                          ((other.extend && field.extend) || (other.retract && field.retract));
+        const bool same =
+            other.joint == field.joint && ((other.extend && field.extend) || (other.retract && field.retract));
         fields.require(!same, key, fmt::format("moves the joint as {} of '{}' does", other.name, at.name));
       }
     };
@@ -136,7 +133,8 @@ class CommandReader {
     for (const CommandUnit& one : kCommandUnits) names.push_back(one.unit.name);
     const CommandUnit& unit = kCommandUnits[static_cast<std::size_t>(file.choice("unit", names))];
     if (!file.sound({"unit"})) return unit.unit.si;
-    file.require(!kind_ || *kind_ == unit.kind, "unit", "is another kind of command than that of another joint's field");
+    file.require(!kind_ || *kind_ == unit.kind, "unit",
+                 "is another kind of command than that of another joint's field");
     kind_ = unit.kind;
     return unit.unit.si;
   }

@@ -87,7 +87,8 @@ double OwnController::spool_for(Axis& axis, int joint, double share) noexcept {
   const double error = (wanted_radps - axis.rate_radps) / full_radps, direction = share > 0 ? 1 : -1;
   axis.sum = std::clamp(axis.sum + kIntegral * to_seconds(kPeriod) * error, -1.0, 1.0);
   const double open = wanted_radps / axis.full_opening_radps[way] + kProportional * error + axis.sum;
-  const double opening = std::clamp(direction * open, 0.0, 1.0);  // a load that runs ahead is throttled, not driven back
+  const double opening =
+      std::clamp(direction * open, 0.0, 1.0);  // a load that runs ahead is throttled, not driven back
   return direction * (axis.dead_band[way] + (1 - axis.dead_band[way]) * opening);
 }
 

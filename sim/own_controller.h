@@ -38,7 +38,7 @@ class OwnController {
   };
   /// Of one joint's valve, as the controller's makers measured it.
   struct Axis {
-    std::array<double, 2> dead_band{};          ///< Retracting, extending.
+    std::array<double, 2> dead_band{};           ///< Retracting, extending.
     std::array<double, 2> full_opening_radps{};  ///< Speed at full opening, by the pump's margin alone.
     double last_rad = 0, rate_radps = 0, sum = 0;
   };

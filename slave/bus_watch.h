@@ -80,7 +80,7 @@ class BusWatch {
 
   std::array<Identifier, 0x800> identifiers_{};
   std::vector<std::uint32_t> commands_;  // frames that the machine's own controller is told by
-  std::vector<Stream> streams_;  // sized once, at construction; those of a node side by side
+  std::vector<Stream> streams_;          // sized once, at construction; those of a node side by side
   bool counting_ = false;
   Time stepped_at_ = kNever;
   Foreign controller_, sender_;

@@ -302,8 +302,7 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
   }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
   if (machine_.bus.command_kind == CommandKind::kJointRate) {
-    for (int i = 0; i < kJoints; ++i)
-      output.valve[i] = rate_command(i, output.rate_radps[i], cylinder_mps[i] > 0);
+    for (int i = 0; i < kJoints; ++i) output.valve[i] = rate_command(i, output.rate_radps[i], cylinder_mps[i] > 0);
     return output;
   }
   if (!running_) load_.reset(load_of(state, force));

@@ -28,7 +28,7 @@ struct JointCommand {
 class JointControl {
  public:
   struct Output {
-    JointVector valve = JointVector::Zero();       ///< Spool commands or shares of full speed, [-1, 1], positive extends.
+    JointVector valve = JointVector::Zero();  ///< Spool commands or shares of full speed, [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
     double contact_compliance = 0;                 ///< SlaveMessage::contact_compliance
     JointVector ahead_rad = JointVector::Zero();   ///< SlaveMessage::ahead_rad

@@ -17,7 +17,7 @@ constexpr Duration kReleasePatience = 100ms;
 
 }  // namespace
 
-OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus) 
+OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus)
     : machine_(machine), bus_(bus), commands_(machine.bus) {
   for (const NodeDescription& node : machine.bus.nodes) held_.push_back(node.id);
   // What nobody tells cannot be waited for.

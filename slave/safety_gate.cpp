@@ -181,9 +181,7 @@ class GateLimiter {
     return false;
   }
   double worst_load_Pa() const noexcept { return limits_.main_relief_Pa - limits_.load_sensing_margin_Pa; }
-  double dead_band(int i) const noexcept {
-    return limits_.full_rate_radps ? 0 : valve(i).dead_band(commands_[i] > 0);
-  }
+  double dead_band(int i) const noexcept { return limits_.full_rate_radps ? 0 : valve(i).dead_band(commands_[i] > 0); }
   /// Where the machine's own controller makes the command a speed, pressures and valves have no part in it [rad/s].
   [[nodiscard]] std::optional<double> full_rate(int i) const noexcept {
     if (!limits_.full_rate_radps) return std::nullopt;

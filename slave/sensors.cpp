@@ -139,8 +139,7 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
     return accept(channel, 0, false, static_cast<double>(*raw), now);
   if (which < kPressures) return on_pressure(channel, frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
-  if (which >= kStatusPlace)
-    return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
+  if (which >= kStatusPlace) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
   if (tilt_on_boom_)
     on_boom_tilt(channel, frame, now);
   else

@@ -96,13 +96,13 @@ class SensorSet {
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
     std::uint64_t on = 1;                         ///< BroadcastField::on
     Duration age_limit{};
-    double value = 0;                             ///< Last good one, SI.
-    Time at = kNever;                             ///< Its arrival.
-    int bad = 0;                                  ///< Impossible values since.
-    double worst = 0;                             ///< The last impossible one: raw status or SI value.
-    std::optional<std::uint8_t> short_bytes{};    ///< Of the last frame, where that was too short to have a value.
-    double elsewhere = 0;                         ///< Where a length that jumped stands now, ...
-    int settled = 0;                              ///< ... for so many values.
+    double value = 0;                           ///< Last good one, SI.
+    Time at = kNever;                           ///< Its arrival.
+    int bad = 0;                                ///< Impossible values since.
+    double worst = 0;                           ///< The last impossible one: raw status or SI value.
+    std::optional<std::uint8_t> short_bytes{};  ///< Of the last frame, where that was too short to have a value.
+    double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
+    int settled = 0;                            ///< ... for so many values.
   };
   [[nodiscard]] bool counts(std::size_t which) const noexcept {
     if (which >= kStatusPlace) return channels_[which].frame_id != 0;

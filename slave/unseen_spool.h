@@ -61,9 +61,9 @@ class AssumedSpool {
 class RateMonitor {
  public:
   static constexpr double kWindow_s = 0.5;
-  static constexpr double kLag_s = 0.4;        ///< Of the machine's controller, valve and oil.
-  static constexpr double kMore = 1.3;         ///< Of what was told: its controller's error.
-  static constexpr double kUnasked_rad = 0.1;  ///< Beyond that: oil gives way, a load swings.
+  static constexpr double kLag_s = 0.4;                       ///< Of the machine's controller, valve and oil.
+  static constexpr double kMore = 1.3;                        ///< Of what was told: its controller's error.
+  static constexpr double kUnasked_rad = 0.1;                 ///< Beyond that: oil gives way, a load swings.
   static constexpr double kAsked_radps = 0.05, kLeast = 0.1;  ///< Told for long, at least this share must be seen ...
   static constexpr double kPatience_s = 0.5;
   static constexpr double kHeld = 0.8;  ///< ... unless the driven chamber is at this share of the main relief.
@@ -74,8 +74,7 @@ class RateMonitor {
         told_for_(std::clamp<std::size_t>(static_cast<std::size_t>((kWindow_s + kLag_s) / step_s), 1, kSlots - 1)),
         held_Pa_(kHeld * machine.hydraulics.main_relief_Pa) {
     for (int i = 0; i < kJoints; ++i) {
-      for (const bool extend : {false, true})
-        full_radps_[extend ? 1 : 0][i] = machine.bus.full_rate_radps(i, extend);
+      for (const bool extend : {false, true}) full_radps_[extend ? 1 : 0][i] = machine.bus.full_rate_radps(i, extend);
     }
   }
   void reset() noexcept {
@@ -112,7 +111,9 @@ class RateMonitor {
   }
   [[nodiscard]] Reason look(std::size_t joint) noexcept {
     const auto& samples = samples_[joint];
-    const auto before = [&](std::size_t steps) -> const Sample& { return samples[(next_ + kSlots - 1 - steps) % kSlots]; };
+    const auto before = [&](std::size_t steps) -> const Sample& {
+      return samples[(next_ + kSlots - 1 - steps) % kSlots];
+    };
     double up_rad = 0, down_rad = 0, least = before(0).told_radps, most = least;
     bool held = false;
     for (std::size_t k = 0; k < told_for_; ++k) {
@@ -124,8 +125,8 @@ class RateMonitor {
     }
     const double moved_rad = before(0).angle_rad - before(window_).angle_rad;
     const double slowest = least > 0 ? least : most < 0 ? most : 0;  // told all the while
-    const bool idle = std::abs(slowest) > kAsked_radps && !held &&
-                      moved_rad * slowest < kLeast * slowest * slowest * kWindow_s;
+    const bool idle =
+        std::abs(slowest) > kAsked_radps && !held && moved_rad * slowest < kLeast * slowest * slowest * kWindow_s;
     double& idle_s = idle_s_[joint];
     idle_s = idle ? idle_s + step_s_ : 0;
     if (idle_s > kPatience_s) return not_following(joint, moved_rad, slowest * kWindow_s);

@@ -457,7 +457,7 @@ class Doctor {
     say(is_short || late ? Level::kFault : Level::kOk, about,
         is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)
         : late   ? every + fmt::format("; must be at most {} ms, {}", number_text(most_ms),
-                                       only_status ? "one and a half of period_ms" : "half of bus.sensor_age_limit_ms")
+                                     only_status ? "one and a half of period_ms" : "half of bus.sensor_age_limit_ms")
                  : every);
   }
 

@@ -458,10 +458,11 @@ cli::Command bus_entry() {
       [](const cli::OptionList& command) {
         const auto o = std::make_shared<BusOptions>();
         command
-            .add_option("ACTION", o->action,
-                        "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
-                        "import: puts frames from and to the machine's own controller into it. migrate: writes [bus.nodes] as "
-                        "[[bus.node]] tables")
+            .add_option(
+                "ACTION", o->action,
+                "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
+                "import: puts frames from and to the machine's own controller into it. migrate: writes [bus.nodes] as "
+                "[[bus.node]] tables")
             .required()
             .one_of({"assign-id", "add", "import", "migrate"});
         command.add_option(

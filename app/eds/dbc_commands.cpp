@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/cli/options.h"
-#include "app/eds/dbc_text.h"
+#include "app/cli/command.h"
+#include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "core/joints.h"
+#include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::eds {
@@ -99,10 +100,10 @@ class Table {
       return one.place.message == message_.name && one.place.signal.empty();
     });
     if (all != wanted_.constants.end()) return *all;
-    throw InputError(fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "
-                                 "{}=VALUE for all that nothing else is said of",
-                                 dbc_.source, signal.line, signal.name, message_.name, message_.name, signal.name,
-                                 message_.name));
+    throw InputError(
+        fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "
+                    "{}=VALUE for all that nothing else is said of",
+                    dbc_.source, signal.line, signal.name, message_.name, message_.name, signal.name, message_.name));
   }
 
   const DbcFile& dbc_;

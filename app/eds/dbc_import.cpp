@@ -8,8 +8,8 @@
 #include <sstream>
 #include <utility>
 
-#include "app/cli/options.h"
-#include "app/eds/dbc_text.h"
+#include "app/cli/command.h"
+#include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
@@ -94,7 +94,8 @@ std::vector<Table> tables_of(const std::string& text) {
   std::vector<Table> tables(1);
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) {
-    const bool begins = line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
+    const bool begins =
+        line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
     if (begins) tables.push_back({line.substr(0, line.find_first_of("# \t\r")), {}});
     tables.back().lines.push_back(line);
   }

@@ -27,8 +27,7 @@ struct Import {
 /// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was.
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
-[[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source,
-                                 const DbcFile& dbc, const std::vector<WantedSignal>& signals,
-                                 const WantedFrames& commands);
+[[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
+                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands);
 
 }  // namespace knuckle::eds

@@ -104,8 +104,8 @@ std::optional<Cause> e_stop(const Stop& stop, const Evidence& evidence, const Ma
               {},
               {"a pressed button and a broken wire of the chain look the same from here"},
               at};
-  cause.supports.push_back("the input \"E-stop chain closed\" of " + teller_text(machine.bus, kEStopClosedIndex) + " went off" +
-                           (evidence.e_stop_opened ? " at " + at_text(at) : ""));
+  cause.supports.push_back("the input \"E-stop chain closed\" of " + teller_text(machine.bus, kEStopClosedIndex) +
+                           " went off" + (evidence.e_stop_opened ? " at " + at_text(at) : ""));
   const bool all = std::none_of(evidence.nodes.begin(), evidence.nodes.end(),
                                 [](const NodeSeen& seen) { return seen.silent() || !seen.emergencies.empty(); });
   if (all) cause.supports.emplace_back("no node was silent or reported an emergency: no fault of the bus");
@@ -133,8 +133,8 @@ std::optional<Cause> asked_for(const Stop& stop, const Window& window, const Evi
       return by_operator(stop, "hand_left", "the hand left the device while enable was held");
     case ReasonCode::kPilotOff: {
       Cause cause = by_operator(stop, "pilot_lost", "pilot pressure went away although the enable output was on");
-      cause.supports.push_back("the input \"pilot pressure on\" of " + teller_text(machine.bus, kPilotOnIndex) + " went off" +
-                               (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
+      cause.supports.push_back("the input \"pilot pressure on\" of " + teller_text(machine.bus, kPilotOnIndex) +
+                               " went off" + (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
       cause.against.emplace_back("the E-stop chain stayed closed");
       return cause;
     }

@@ -150,8 +150,7 @@ NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machin
 
 /// What the enable node, or the machine by itself, says of E-stop and pilot pressure. @param last what it said before
 std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescription& bus, std::uint8_t last) {
-  if (bus.commands.empty())
-    return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
+  if (bus.commands.empty()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
   std::optional<std::uint8_t> said;
   const auto take = [&](int index, std::uint8_t bit) {
     const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);

@@ -88,8 +88,9 @@ TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
     const char* said;
   };
   for (const Case& c : {
-           Case{{.constants = {"Setting=3"}}, "m.dbc:7: signal slew of Rates has no value to rest at: give --constant "
-                                              "Rates.slew=VALUE, or Rates=VALUE"},
+           Case{{.constants = {"Setting=3"}},
+                "m.dbc:7: signal slew of Rates has no value to rest at: give --constant "
+                "Rates.slew=VALUE, or Rates=VALUE"},
            {{.commands = {"boom"}}, "--command boom: must be such as boom=MESSAGE.SIGNAL:extend="},
            {{.commands = {"stick=Rates.boom:extend=1"}}, "must begin with one of boom, arm, bucket"},
            {{.commands = {"boom=Rates.boom:extend=fast"}}, "must be such as"},
@@ -97,7 +98,8 @@ TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
            {{.commands = {"boom=Rates.stick:extend=1"}}, "Rates has no signal stick; it has boom, arm, bucket, slew"},
            {{.commands = {"boom=Rates.boom:extend=0.6,retract=-0.6"}, .constants = {"Rates=0", "Setting=0"}},
             "no field extends the arm"},
-           {{.constants = {"Rates.slew=0", "Setting=9"}}, "horn.neutral' = 9: cannot be said by these bits: nearest is 3"},
+           {{.constants = {"Rates.slew=0", "Setting=9"}},
+            "horn.neutral' = 9: cannot be said by these bits: nearest is 3"},
            {{.constants = {"Rates.slew=0", "Setting=1", "Rare.mode=1"}}, "Rare has no cycle time"},
            {{.constants = {"Rates.slew=0,1,2"}}, "--constant Rates.slew=0,1,2: must be such as"},
            {{.constants = {"Rates=0,1"}}, "--constant Rates=0,1: must be such as"},
@@ -113,16 +115,15 @@ TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
   const std::string path = test::source_dir() + "/../shared/data/devices/zx200.dbc";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "zx200.dbc is not here";
   std::vector<WantedSignal> signals;
-  for (const char* one :
-       {"boom_angle=Front_Angle.boom_relative_angle", "arm_angle=Front_Angle.arm_relative_angle",
-        "bucket_angle=Front_Angle.bucket_relative_angle", "slope=Roll_Pitch_Angle.pitch_angle",
-        "boom_head_pressure=Pressure_1.boom_cylinder_bottom_pressure",
-        "boom_rod_pressure=Pressure_1.boom_cylinder_rod_pressure",
-        "arm_head_pressure=Pressure_1.arm_cylinder_bottom_pressure",
-        "arm_rod_pressure=Pressure_1.arm_cylinder_rod_pressure",
-        "bucket_head_pressure=Pressure_1.bucket_cylinder_bottom_pressure",
-        "bucket_rod_pressure=Pressure_1.bucket_cylinder_rod_pressure",
-        "pilot_on=Machine_State.pilot_shutoff_valve_state"})
+  for (const char* one : {"boom_angle=Front_Angle.boom_relative_angle", "arm_angle=Front_Angle.arm_relative_angle",
+                          "bucket_angle=Front_Angle.bucket_relative_angle", "slope=Roll_Pitch_Angle.pitch_angle",
+                          "boom_head_pressure=Pressure_1.boom_cylinder_bottom_pressure",
+                          "boom_rod_pressure=Pressure_1.boom_cylinder_rod_pressure",
+                          "arm_head_pressure=Pressure_1.arm_cylinder_bottom_pressure",
+                          "arm_rod_pressure=Pressure_1.arm_cylinder_rod_pressure",
+                          "bucket_head_pressure=Pressure_1.bucket_cylinder_bottom_pressure",
+                          "bucket_rod_pressure=Pressure_1.bucket_cylinder_rod_pressure",
+                          "pilot_on=Machine_State.pilot_shutoff_valve_state"})
     signals.push_back(wanted_signal(one));
   Asked asked;
   asked.commands = {"boom=Velocity_Cmd_1.boom_target_anguler_velocity:extend=0.6,retract=-0.6",

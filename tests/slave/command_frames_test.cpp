@@ -39,8 +39,7 @@ class KeptBus final : public CanBus {
 /// Bits from the first, least significant first.
 std::uint64_t intel(const CanFrame& frame, unsigned start, unsigned bits) {
   std::uint64_t raw = 0;
-  for (unsigned i = 0; i < bits; ++i)
-    raw |= std::uint64_t(frame.data[(start + i) / 8] >> (start + i) % 8 & 1) << i;
+  for (unsigned i = 0; i < bits; ++i) raw |= std::uint64_t(frame.data[(start + i) / 8] >> (start + i) % 8 & 1) << i;
   return raw;
 }
 

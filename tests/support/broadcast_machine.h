@@ -46,7 +46,8 @@ checksum = { kind = "crc8-j1850", start = 24, bits = 8, data_id = [0x5A] }
 slope = { start = 0, bits = 16, type = "signed", scale = 0.01, unit = "deg" }
 )";
 
-/// @param frames in place of kBroadcasts @param with_valves valves and enable; else frames must tell the joints what to do
+/// @param frames in place of kBroadcasts @param with_valves valves and enable; else frames must tell the joints what to
+/// do
 inline std::string broadcast_text(const std::string& frames = kBroadcasts, bool with_valves = true) {
   std::string text = whole_file(source_dir() + "/config/machines/solar015.toml", 1);
   const auto set = [&text](const std::string& key, const std::string& value) {

@@ -1,4 +1,4 @@
-#include "app/eds/dbc_text.h"
+#include "app/eds/dbc_to_machine.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
