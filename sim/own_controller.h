@@ -11,6 +11,7 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
+#include "machine/kinematics.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::sim {
@@ -20,8 +21,13 @@ class OwnController {
   explicit OwnController(const MachineDescription& machine);
 
   void hear(const CanFrame& frame, Time now) noexcept;
-  /// @param shaft_rad joint angles. @param cylinder_mps whose signs say whether joints extend their cylinders
-  void step(Time now, const JointVector& shaft_rad, const JointVector& cylinder_mps) noexcept;
+  /// What its own sensors say.
+  struct Seen {
+    JointVector joint_rad = JointVector::Zero();
+    JointVector cylinder_mps = JointVector::Zero();  ///< The signs: whether joints extend their cylinders.
+    std::array<double, 6> pressure_Pa{};             ///< boom A, B, arm A, B, bucket A, B
+  };
+  void step(Time now, const Seen& seen) noexcept;
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
 
   [[nodiscard]] const JointVector& spool_demand() const noexcept { return spool_demand_; }
@@ -36,20 +42,26 @@ class OwnController {
     Time at = kNever;
     std::optional<std::uint64_t> count{};
   };
-  /// Of one joint's valve, as the controller's makers measured it.
+  /// Of one joint, as the controller's makers measured it.
   struct Axis {
-    std::array<double, 2> dead_band{};           ///< Retracting, extending.
-    std::array<double, 2> full_opening_radps{};  ///< Speed at full opening, by the pump's margin alone.
+    std::array<double, 2> dead_band{};  ///< Retracting, extending.
+    double valve_gain = 0;              ///< Flow at full opening is this times sqrt(drop).
+    double head_m2 = 0, rod_m2 = 0;
+    double lever_m = 1;               ///< Of the cylinder on its joint, in this place.
+    std::array<double, 2> load_Pa{};  ///< Head and rod side, smoothed: what swings on its oil is not followed.
     double last_rad = 0, rate_radps = 0, sum = 0;
   };
   [[nodiscard]] bool fresh(Time now) const noexcept;
   [[nodiscard]] bool led() const noexcept;
   [[nodiscard]] double asked(int joint) const noexcept;
+  [[nodiscard]] double full_opening_radps(const Axis& axis, bool extend) const noexcept;
   [[nodiscard]] double spool_for(Axis& axis, int joint, double share) noexcept;
 
   CommandKind kind_;
+  Kinematics kinematics_;
   Duration patience_;
-  std::vector<Heard> frames_;  // sized once, at construction
+  double margin_Pa_, relief_Pa_;  ///< Of the pump: over the highest load, and at most.
+  std::vector<Heard> frames_;     // sized once, at construction
   PerJoint<Axis> axes_{};
   std::array<JointVector, 2> full_rate_radps_{JointVector::Zero(), JointVector::Zero()};
   JointVector spool_demand_ = JointVector::Zero();

@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "app/cli/command.h"
+#include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "core/joints.h"
@@ -15,13 +15,6 @@
 
 namespace knuckle::eds {
 namespace {
-
-std::optional<double> number_in(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  const bool whole = !text.empty() && end == text.c_str() + text.size();
-  return whole && value > -1e9 && value < 1e9 ? std::optional(value) : std::nullopt;
-}
 
 /// MESSAGE.SIGNAL, or MESSAGE alone.
 PlaceInDbc place_in(const std::string& text) {
@@ -42,9 +35,9 @@ const Wanted* find(const std::vector<Wanted>& all, const DbcMessage& message, co
 }
 
 /// Messages in the order in which they are named; each place must be there.
-class Messages {
+class NamedMessages {
  public:
-  explicit Messages(const DbcFile& dbc) : dbc_(dbc) {}
+  explicit NamedMessages(const DbcFile& dbc) : dbc_(dbc) {}
   void add(const PlaceInDbc& place) {
     const DbcMessage& message = dbc_.usable(place.message);
     if (!place.signal.empty()) (void)signal_of(dbc_, message, place.signal);
@@ -56,9 +49,9 @@ class Messages {
   const DbcFile& dbc_;
 };
 
-class Table {
+class TableWriter {
  public:
-  Table(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted)
+  TableWriter(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted)
       : dbc_(dbc), message_(message), wanted_(wanted) {}
 
   [[nodiscard]] CommandTable table() {
@@ -67,7 +60,8 @@ class Table {
                        "[bus.command.fields]\n" + fields_;
     std::string summary = fmt::format("{} ({})", message_.name, id_text(message_.id));
     if (!moves_.empty()) summary += fmt::format(": {}", fmt::join(moves_, ", "));
-    if (!rests_.empty()) summary += fmt::format("; constant: {}", fmt::join(rests_, ", "));
+    if (!rests_.empty())
+      summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
     return {message_.name, std::move(text), std::move(summary)};
   }
 
@@ -134,7 +128,7 @@ WantedCommand wanted_command(const std::string& text) {
     rest = comma == std::string::npos ? "" : rest.substr(comma + 1);
     const auto value = one.find('=');
     const std::string key = one.substr(0, value);
-    const auto number = value == std::string::npos ? std::nullopt : number_in(one.substr(value + 1));
+    const auto number = value == std::string::npos ? std::nullopt : number_in<double>(one.substr(value + 1));
     std::optional<double>* const to = key == "extend" ? &wanted.extend : key == "retract" ? &wanted.retract : nullptr;
     if (!number || to == nullptr || *to) return refuse();
     *to = number;
@@ -146,8 +140,8 @@ WantedConstant wanted_constant(const std::string& text) {
   const auto equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
   const bool has_led = comma != std::string::npos;
   const std::string first = equals == std::string::npos ? "" : text.substr(equals + 1, comma - equals - 1);
-  const auto neutral = number_in(first);
-  const auto led = has_led ? number_in(text.substr(comma + 1)) : std::nullopt;
+  const auto neutral = number_in<double>(first);
+  const auto led = has_led ? number_in<double>(text.substr(comma + 1)) : std::nullopt;
   const PlaceInDbc place = place_in(text.substr(0, equals));
   if (place.message.empty() || !neutral || (has_led && (!led || place.signal.empty())))
     cli::refuse_option("--constant", text, "must be such as MESSAGE.SIGNAL=0, MESSAGE.SIGNAL=0,2 or MESSAGE=0");
@@ -162,12 +156,12 @@ PlaceInDbc wanted_counter(const std::string& text) {
 }
 
 std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted) {
-  Messages messages(dbc);
+  NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
   for (const WantedConstant& one : wanted.constants) messages.add(one.place);
   for (const PlaceInDbc& one : wanted.counters) messages.add(one);
   std::vector<CommandTable> tables;
-  for (const DbcMessage* const message : messages.all) tables.push_back(Table(dbc, *message, wanted).table());
+  for (const DbcMessage* const message : messages.all) tables.push_back(TableWriter(dbc, *message, wanted).table());
   return tables;
 }
 

@@ -34,7 +34,7 @@ BA_ "GenMsgCycleTime" BO_ 2566848773 10;
 BA_ "GenMsgCycleTime" BO_ 422 20;
 )";
 
-std::string solar_text() {
+std::string slow_solar_text() {
   std::string text = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
   for (const auto& [key, value] : {std::pair<std::string, std::string>{"sensor_age_limit_ms", "50"},
                                    {"valve_watchdog_ms", "100"},
@@ -61,7 +61,7 @@ struct Asked {
 };
 
 Import told_of(const Asked& asked, const std::vector<WantedSignal>& signals = {}) {
-  return with_frames(solar_text(), "m.toml", parse_dbc(kToldDbc, "m.dbc"), signals, asked.frames());
+  return with_frames(slow_solar_text(), "m.toml", parse_dbc(kToldDbc, "m.dbc"), signals, asked.frames());
 }
 
 TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
@@ -133,7 +133,7 @@ TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
                      "Machine_Setting_Cmd.working_mode_notice=0,1",
                      "Machine_Setting_Cmd.front_signal_switch_command=0,2", "Machine_Setting_Cmd=0"};
   asked.counters = {"Machine_Setting_Cmd.alive_counter"};
-  const Import import = with_frames(solar_text(), "m.toml", read_dbc(path), signals, asked.frames());
+  const Import import = with_frames(slow_solar_text(), "m.toml", read_dbc(path), signals, asked.frames());
   const BusDescription bus = parse_machine(import.text, "m.toml").bus;
   EXPECT_TRUE(bus.nodes.empty());
   EXPECT_EQ(bus.broadcasts.size(), 4U);

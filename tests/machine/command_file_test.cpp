@@ -92,8 +92,8 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
     const char *from, *to, *said;
   };
   for (const Case& c : {
-           Case{"offset = -16, neutral = 0 }", "offset = -16 }", "slew_rate.neutral': missing"},
-           {"joint = \"boom\", neutral = 0", "joint = \"boom\"", "boom_rate.neutral': missing"},
+           Case{"offset = -16, neutral = 0 }", "offset = -16 }", "slew_rate.neutral' is missing"},
+           {"joint = \"boom\", neutral = 0", "joint = \"boom\"", "boom_rate.neutral' is missing"},
            {"offset = -16, neutral = 0 }", "offset = -15.9998, neutral = 0 }",
             "slew_rate.neutral' = 0: cannot be said by these bits: nearest is 0.0002"},
            {"extend = 0.6", "extend = 17", "boom_rate.extend' = 17: cannot be said by these bits: nearest is 16.7675"},
@@ -101,13 +101,13 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
            {"retract = -0.6", "retract = 0.5", "must be on neutral's other side than extend"},
            {"extend = 0.6", "extend = 0", "extend' = 0: must not be neutral"},
            {"joint = \"arm\"", "joint = \"boom\"", "moves the joint as arm_rate of 'front_rate' does"},
-           {"joint = \"arm\"", "joint = \"stick\"", "must be one of boom, arm, bucket"},
+           {"joint = \"arm\"", "joint = \"stick\"", "must be one of \"boom\", \"arm\", \"bucket\""},
            {"unit = \"rad/s\", joint = \"boom\"", "unit = \"bar\", joint = \"boom\"",
             "is another kind of command than that of another joint's field"},
            {"unit = \"rad/s\", joint = \"boom\"", "unit = \"m/s\", joint = \"boom\"", "must be one of"},
            {"start = 48, bits = 16, scale", "start = 40, bits = 16, scale", "has bits of"},
            {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
-           {"send = \"always\"", "send = \"engaged\"", "must be one of always, while_led"},
+           {"send = \"always\"", "send = \"engaged\"", "must be one of \"always\", \"while_led\""},
            {"led = 2", "led = 16", "led' = 16: cannot be said by these bits: nearest is 15"},
            {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
            {"bits = 8, data_id", "bits = 8, bytes = [7], data_id", "it cannot cover itself"},

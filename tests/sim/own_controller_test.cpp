@@ -41,7 +41,7 @@ struct Commanded {
       cylinder_mps[i] = std::copysign(gain_mps * open, opening[i]);
       shaft_rad[i] += (i == kBoom ? 1 : -1) * cylinder_mps[i] / 0.3 * 1e-3;
     }
-    controller.step(now, shaft_rad, cylinder_mps);
+    controller.step(now, {shaft_rad, cylinder_mps, {60e5, 20e5, 60e5, 20e5, 60e5, 20e5}});
     now += 1ms;
     ++ticks;
   }
