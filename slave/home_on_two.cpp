@@ -54,6 +54,10 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
   return std::nullopt;
 }
 
+bool HomeOnTwo::hindered_by(const Reason& fault) const noexcept {
+  return stage_ == Stage::kOffered && is_failure(fault.code);
+}
+
 void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
   if (stage_ != Stage::kNothing || now - contradicted_at_ < kDoubted) return;
   pressed_ = pressed;

@@ -229,7 +229,8 @@ bool SlaveLoop::acknowledged() noexcept {
     return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && still_asked(shown);
   } else if (asking_ == Asking::kReleased) {
     const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff ||
-                          shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown);
+                          shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown) ||
+                          home_.hindered_by(shown);
     asking_ = question ? Asking::kPressed : Asking::kNothing;
     asked_ = shown;
   }
@@ -241,13 +242,13 @@ bool SlaveLoop::stopped() const noexcept {
   return mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
 }
 
-/// A transmitter that is silent may be told of by its node's heartbeat or set-up as well, and stands beside a start-up
-/// that is tried again and again.
+/// A node that is silent may be told of by its sensors, its heartbeat or its set-up, and stands beside a start-up that
+/// is tried again and again.
 bool SlaveLoop::still_asked(const Reason& shown) const noexcept {
-  if (const auto joint = home_.cylinder_of(asked_)) {
-    const bool beside = shown.code == ReasonCode::kStartingUp;
+  const bool beside = shown.code == ReasonCode::kStartingUp;
+  if (const auto joint = home_.cylinder_of(asked_))
     return home_.cylinder_of(beside ? decision_.state.fault : shown) == joint;
-  }
+  if (home_.hindered_by(asked_)) return beside || home_.hindered_by(shown);
   const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
   return same_cause(shown, asked_) && (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
 }
@@ -260,7 +261,7 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
   if (!acknowledged()) return;
   if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_, now);
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
-  if (asked_.code == ReasonCode::kHomeOffered) {
+  if (asked_.code == ReasonCode::kHomeOffered || home_.hindered_by(asked_)) {
     home_.withdraw();
     need_pressures(home_.joint(), true);
   } else if (const auto joint = home_.cylinder_of(asked_)) {
