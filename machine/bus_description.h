@@ -235,7 +235,7 @@ struct BusDescription {
   double activate_timeout_s = 0.5;  ///< Valves ACTIVE after the control words.
   std::uint8_t controller_id = 1;
   WireDescription wire;
-  std::vector<NodeDescription> nodes;  ///< In the order of kSignals; where there is none, nobody sends SYNC.
+  std::vector<NodeDescription> nodes;  ///< In the order of kSignals.
   std::vector<BroadcastFrame> broadcasts;
   std::vector<CommandFrame> commands;  ///< Empty: valves are nodes.
   CommandKind command_kind = CommandKind::kSpool;
@@ -286,6 +286,8 @@ struct BusDescription {
   [[nodiscard]] const NodeDescription* find(std::uint8_t id) const noexcept;
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.
   [[nodiscard]] std::string node_names() const;
+  /// Whether nobody needs SYNC, heartbeat or NMT.
+  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty() && !commands.empty(); }
   bool operator==(const BusDescription&) const = default;
 
  private:

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "machine/bus_description.h"
-#include "transport/can_bus.h"
+#include "transport/signal_codec.h"
 
 namespace knuckle {
 

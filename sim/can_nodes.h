@@ -197,6 +197,7 @@ struct MachineSignals {
   JointVector cylinder_m = JointVector::Zero(), cylinder_mps = JointVector::Zero();
   double slope_rad = 0;                         ///< At the tilt sensor.
   JointVector shaft_rad = JointVector::Zero();  ///< Joint angles, as rotary encoders' shafts turn with them.
+  JointVector lever_m = JointVector::Zero();    ///< Of the cylinders on their joints.
 };
 /// What the nodes ask of the machine.
 struct NodeOutputs {

@@ -65,7 +65,7 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < valves_.size(); ++i) step_node(i, valves_[i], spools_of(i));
   step_sensors(signals);
   step_node(enable_at_, enable_);
-  if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.pressure_Pa});
+  if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa});
   step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
     // The enable node hears its neighbours over the bus, which carries nothing while it is down.

@@ -19,7 +19,6 @@ constexpr double kLeastDrop_Pa = 3e5;  // it never divides by less
 
 OwnController::OwnController(const MachineDescription& machine)
     : kind_(machine.bus.command_kind),
-      kinematics_(machine),
       patience_(from_seconds(machine.bus.valve_watchdog_s)),
       margin_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       relief_Pa_(machine.hydraulics.main_relief_Pa) {
@@ -136,8 +135,7 @@ void OwnController::step(Time now, const Seen& sensors) noexcept {
       axis.load_Pa[side] += (passed_s > 0 ? share_of_load : 1) * (now_Pa - axis.load_Pa[side]);
     }
     axis.last_rad = sensors.joint_rad[joint];
-    if (const auto cylinder = kinematics_.cylinder_at(joint, axis.last_rad))
-      axis.lever_m = std::max(kLeastLever_m, std::abs(cylinder->lever_m));
+    axis.lever_m = std::max(kLeastLever_m, std::abs(sensors.lever_m[joint]));
     if (!pilot_) continue;
     const double share = asked(joint);
     spool_demand_[joint] = kind_ == CommandKind::kJointRate ? spool_for(axis, joint, share) : share;

@@ -11,7 +11,6 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
-#include "machine/kinematics.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::sim {
@@ -25,6 +24,7 @@ class OwnController {
   struct Seen {
     JointVector joint_rad = JointVector::Zero();
     JointVector cylinder_mps = JointVector::Zero();  ///< The signs: whether joints extend their cylinders.
+    JointVector lever_m = JointVector::Zero();       ///< Of the cylinders on their joints.
     std::array<double, 6> pressure_Pa{};             ///< boom A, B, arm A, B, bucket A, B
   };
   void step(Time now, const Seen& seen) noexcept;
@@ -58,7 +58,6 @@ class OwnController {
   [[nodiscard]] double spool_for(Axis& axis, int joint, double share) noexcept;
 
   CommandKind kind_;
-  Kinematics kinematics_;
   Duration patience_;
   double margin_Pa_, relief_Pa_;  ///< Of the pump: over the highest load, and at most.
   std::vector<Heard> frames_;     // sized once, at construction

@@ -7,7 +7,7 @@ namespace knuckle::slave {
 
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   std::vector<PeriodicFrame> map;
-  const bool nodes = !bus.nodes.empty();
+  const bool nodes = !bus.without_nodes();
   if (nodes) map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
   for (const BusFrame& frame : bus_frames(bus)) map.push_back({frame.id, frame.bytes(), frame.rate_Hz(bus.sync_Hz)});
   if (nodes) map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
@@ -19,7 +19,7 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
 }
 
 std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
-  if (bus.nodes.empty()) return {};
+  if (bus.without_nodes()) return {};
   return {canopen::kNmtId, canopen::kSyncId, canopen::heartbeat_id(bus.controller_id)};
 }
 

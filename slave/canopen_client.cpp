@@ -436,7 +436,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now)
   } else {
     commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
   }
-  if (nodes_.empty()) return;
+  if (description_.without_nodes()) return;
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;
   if (heartbeat_due && withheld_ != Withheld::kHeartbeat) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));

@@ -33,7 +33,7 @@ void OrderlyStop::step(Time now) noexcept {
   const bool first = phase_since_ == kNever;
   if (first) phase_since_ = now;
   hear();
-  if (phase_ != Phase::kRelease && !machine_.bus.nodes.empty()) bus_.send(canopen::sync_frame());
+  if (phase_ != Phase::kRelease && !machine_.bus.without_nodes()) bus_.send(canopen::sync_frame());
   ++syncs_;
   switch (phase_) {
     case Phase::kNeutral:
@@ -46,7 +46,7 @@ void OrderlyStop::step(Time now) noexcept {
         ask_resting();
         break;
       }
-      if (!machine_.bus.nodes.empty())
+      if (!machine_.bus.without_nodes())
         bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
       enter(Phase::kRelease, now);
       return;
@@ -141,7 +141,7 @@ void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once, 
 }
 
 void OrderlyStop::heartbeat(Time now) noexcept {
-  if (machine_.bus.nodes.empty()) return;
+  if (machine_.bus.without_nodes()) return;
   if (to_seconds(now - heartbeat_at_) < machine_.bus.controller_heartbeat_s - 1e-6) return;
   bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kOperational));
   heartbeat_at_ = now;

@@ -173,7 +173,7 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;
   };
-  // A commanded speed says nothing of the valve's opening: RateMonitor looks at the motion.
+  // A commanded speed says nothing of the valve's opening: MotionMonitor looks at the motion.
   const bool by_rate = bus_.command_kind == CommandKind::kJointRate;
   for (int i = 0; !by_rate && i < kJoints; ++i) {
     for (Reason why : {frozen(i, measurement, spool[i]), moving_while_closed(i, measurement, spool[i])}) {

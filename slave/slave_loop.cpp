@@ -9,7 +9,6 @@ namespace knuckle::slave {
 SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link, const LinkStart& start)
     : step_s_(1 / machine.bus.sync_Hz),
       longest_gap_(from_seconds(machine.bus.valve_watchdog_s)),
-      by_rate_(machine.bus.command_kind == CommandKind::kJointRate),
       link_(link),
       bus_(bus),
       client_(machine, bus),
@@ -17,7 +16,7 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       plausibility_(machine, step_s_),
       valve_monitor_(step_s_),
       assumed_spool_(machine, step_s_),
-      rate_monitor_(machine, step_s_),
+      motion_monitor_(machine, step_s_),
       filter_(machine, step_s_, kVelocityCutoff_Hz),
       force_(machine, step_s_),
       payload_(machine, step_s_),
@@ -112,7 +111,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
     plausibility_.reset();
     valve_monitor_.reset();
     assumed_spool_.reset();
-    rate_monitor_.reset();
+    motion_monitor_.reset();
     unasked_since_ = kNever;
     return;
   }
@@ -133,8 +132,8 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
 Reason SlaveLoop::watch_valves() noexcept {
   // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
   if (client_.spools_seen()) return valve_monitor_.step(client_.demand(), client_.spool());
-  if (!by_rate_ || !state_) return {};  // else Plausibility looks at the motion
-  return rate_monitor_.step(client_.demand(), *state_);
+  if (!state_) return {};
+  return motion_monitor_.step(client_.demand(), *state_);
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {

@@ -111,7 +111,6 @@ class SlaveLoop {
 
   double step_s_;
   Duration longest_gap_;
-  bool by_rate_;  // joints are told their speeds
   Link& link_;
   CanBus& bus_;
   CanopenClient client_;
@@ -119,7 +118,7 @@ class SlaveLoop {
   Plausibility plausibility_;
   ValveMonitor valve_monitor_;
   AssumedSpool assumed_spool_;
-  RateMonitor rate_monitor_;
+  MotionMonitor motion_monitor_;
   estimation::JointStateFilter filter_;
   estimation::ForceEstimator force_;
   estimation::PayloadEstimator payload_;

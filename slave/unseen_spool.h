@@ -56,25 +56,32 @@ class AssumedSpool {
   std::size_t next_ = 0;
 };
 
-/// Where the command is a joint's speed, its motion is all that tells of its valve. A joint must not go further than it
-/// was told, nor stand while it is told to move and nothing holds it.
-class RateMonitor {
+/// A joint must not go further than it was told, nor, where it is told a speed, stand while nothing holds it. Of pilot
+/// pressures and currents it is known which way they may move a joint, not how fast: Plausibility looks at the rest.
+class MotionMonitor {
  public:
   static constexpr double kWindow_s = 0.5;
-  static constexpr double kLag_s = 0.4;                       ///< Of the machine's controller, valve and oil.
-  static constexpr double kMore = 1.3;                        ///< Of what was told: its controller's error.
-  static constexpr double kUnasked_rad = 0.1;                 ///< Beyond that: oil gives way, a load swings.
+  static constexpr double kLag_s = 0.4;        ///< Of the machine's controller, valve and oil.
+  static constexpr double kMore = 1.3;         ///< Of what was told: its controller's error.
+  static constexpr double kUnasked_rad = 0.1;  ///< Beyond that: oil gives way, a load swings.
+  static constexpr double kAnySpeed = 3;       ///< Of a joint's greatest rate: what an open valve may make of it.
   static constexpr double kAsked_radps = 0.05, kLeast = 0.1;  ///< Told for long, at least this share must be seen ...
   static constexpr double kPatience_s = 0.5;
   static constexpr double kHeld = 0.8;  ///< ... unless the driven chamber is at this share of the main relief.
 
-  RateMonitor(const MachineDescription& machine, double step_s) noexcept
+  MotionMonitor(const MachineDescription& machine, double step_s) noexcept
       : step_s_(step_s),
         window_(std::clamp<std::size_t>(static_cast<std::size_t>(kWindow_s / step_s), 1, kSlots - 1)),
         told_for_(std::clamp<std::size_t>(static_cast<std::size_t>((kWindow_s + kLag_s) / step_s), 1, kSlots - 1)),
-        held_Pa_(kHeld * machine.hydraulics.main_relief_Pa) {
+        held_Pa_(kHeld * machine.hydraulics.main_relief_Pa),
+        by_rate_(machine.bus.command_kind == CommandKind::kJointRate) {
     for (int i = 0; i < kJoints; ++i) {
-      for (const bool extend : {false, true}) full_radps_[extend ? 1 : 0][i] = machine.bus.full_rate_radps(i, extend);
+      const auto joint = static_cast<std::size_t>(i);
+      for (const bool extend : {false, true}) {
+        full_radps_[extend ? 1 : 0][i] =
+            by_rate_ ? machine.bus.full_rate_radps(i, extend) : kAnySpeed * machine.links[joint].max_rate_radps;
+        shut_[extend ? 1 : 0][i] = by_rate_ ? 0 : machine.cylinders[joint].valve.dead_band(extend);
+      }
     }
   }
   void reset() noexcept {
@@ -84,9 +91,9 @@ class RateMonitor {
   /// @param demand as on the wire, [-1, 1]. @return kMotionNotFollowing: degrees seen and told
   [[nodiscard]] Reason step(const JointVector& demand, const estimation::JointState& state) noexcept {
     for (int i = 0; i < kJoints; ++i) {
-      Sample& now = samples_[static_cast<std::size_t>(i)][next_];
-      const double rate = demand[i] * full_radps_[demand[i] > 0 ? 1 : 0][i];
-      now = {state.angle_rad[i], std::copysign(rate, demand[i] * state.lever_m[i]), holds(state, i, demand[i])};
+      const double rate = told_radps(i, demand[i]);
+      samples_[static_cast<std::size_t>(i)][next_] = {
+          state.angle_rad[i], std::copysign(rate, demand[i] * state.lever_m[i]), holds(state, i, demand[i])};
     }
     next_ = (next_ + 1) % kSlots;
     seen_ = std::min(seen_ + 1, kSlots);
@@ -105,6 +112,12 @@ class RateMonitor {
     double angle_rad = 0, told_radps = 0;
     bool held = false;
   };
+  /// At most, of a command whose effect is not known.
+  [[nodiscard]] double told_radps(int joint, double demand) const noexcept {
+    const std::size_t way = demand > 0 ? 1 : 0;
+    if (by_rate_) return std::abs(demand) * full_radps_[way][joint];
+    return std::abs(demand) > shut_[way][joint] ? full_radps_[way][joint] : 0;
+  }
   [[nodiscard]] bool holds(const estimation::JointState& state, int joint, double demand) const noexcept {
     const auto i = static_cast<std::size_t>(joint);
     return !state.pressures_known[i] || state.pressure_Pa[2 * i + (demand > 0 ? 0 : 1)] > held_Pa_;
@@ -143,7 +156,10 @@ class RateMonitor {
   double step_s_;
   std::size_t window_, told_for_;
   double held_Pa_;
-  std::array<JointVector, 2> full_radps_{JointVector::Zero(), JointVector::Zero()};  // retracting, extending
+  bool by_rate_;
+  // Retracting, extending: speed at the full command, and the command up to which the valve is shut.
+  std::array<JointVector, 2> full_radps_{JointVector::Zero(), JointVector::Zero()},
+      shut_{JointVector::Zero(), JointVector::Zero()};
   PerJoint<std::array<Sample, kSlots>> samples_{};
   PerJoint<double> idle_s_{};
   std::size_t next_ = 0, seen_ = 0;

@@ -316,7 +316,7 @@ class Messages {
       : machine_(machine), periodic_(slave::bus_map(machine.bus)), frames_(bus_frames(machine.bus, machine.sensors)) {}
 
   std::vector<Message> all() {
-    if (!machine_.bus.nodes.empty()) add_network();
+    if (!machine_.bus.without_nodes()) add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
     for (const BroadcastFrame& frame : machine_.bus.broadcasts)
       add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame), "Sent by the machine itself");

@@ -41,7 +41,7 @@ bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, 
 
 bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
   if (tells_joint(frame.id, machine.bus)) return true;
-  if (machine.bus.nodes.empty()) return false;
+  if (machine.bus.without_nodes()) return false;
   return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
          frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable().rpdo_id() ||
          canopen::function_of(frame.id) == 0x600;

@@ -41,7 +41,7 @@ struct Commanded {
       cylinder_mps[i] = std::copysign(gain_mps * open, opening[i]);
       shaft_rad[i] += (i == kBoom ? 1 : -1) * cylinder_mps[i] / 0.3 * 1e-3;
     }
-    controller.step(now, {shaft_rad, cylinder_mps, {60e5, 20e5, 60e5, 20e5, 60e5, 20e5}});
+    controller.step(now, {shaft_rad, cylinder_mps, JointVector(0.3, -0.3, -0.3), {60e5, 20e5, 60e5, 20e5, 60e5, 20e5}});
     now += 1ms;
     ++ticks;
   }
@@ -60,14 +60,16 @@ struct Commanded {
   long ticks = 0;
 };
 
-TEST(OwnController, KeepsTheSpeedThatItIsToldWhateverTheValveLetsThrough) {
-  for (const double gain_mps : {0.2, 0.3, 0.6}) {
+TEST(OwnController, OpensFurtherWhereTheJointIsSlowerThanToldAndLessWhereItIsFaster) {
+  for (const double gain_mps : {0.0, 3.0}) {
     Commanded machine;
     machine.gain_mps = gain_mps;
-    machine.run(2s);
-    const double before = machine.shaft_rad[kArm];
     machine.run(1s);
-    EXPECT_NEAR(machine.shaft_rad[kArm] - before, -0.45, 0.02) << gain_mps;
+    const double before = machine.controller.spool_demand()[kArm];
+    EXPECT_GT(before, 0.1) << "out of the dead band";
+    machine.run(1s);
+    const double after = machine.controller.spool_demand()[kArm];
+    EXPECT_TRUE(gain_mps == 0 ? after > before : after < before) << before << " -> " << after;
     EXPECT_EQ(machine.shaft_rad[kBoom], 0);
     EXPECT_EQ(machine.shaft_rad[kBucket], 0);
   }

@@ -122,6 +122,7 @@ TEST_P(OwnBusOf, IsLeftNeutralByAnOrderlyStop) {
   m.move(JointVector(0.15, 0, 0), 500ms);
   ASSERT_FALSE(m.closed());
   m.hung = true;
+  m.run(2ms);  // what was sent before
   OrderlyStop stop(m.description, m.can);
   m.recording = true;
   m.wire.clear();
@@ -164,11 +165,11 @@ struct Followed {
     return monitor.step(JointVector(0, demand, 0), state);
   }
   MachineDescription machine;
-  RateMonitor monitor{machine, 5e-3};
+  MotionMonitor monitor{machine, 5e-3};
   estimation::JointState state;
 };
 
-TEST(RateMonitor, SaysNothingOfASoundJoint) {
+TEST(MotionMonitor, SaysNothingOfASoundJoint) {
   Followed arm(test::command_machine());
   double lagged = 0;
   for (int i = 0; i < 12000; ++i) {
@@ -178,7 +179,7 @@ TEST(RateMonitor, SaysNothingOfASoundJoint) {
   }
 }
 
-TEST(RateMonitor, FindsMotionThatNobodyAskedFor) {
+TEST(MotionMonitor, FindsMotionThatNobodyAskedFor) {
   for (const double rate : {0.3, -0.3}) {
     Followed arm(test::command_machine());
     for (int i = 0; i < 400; ++i) ASSERT_FALSE(arm.step(0, 0));
@@ -191,7 +192,7 @@ TEST(RateMonitor, FindsMotionThatNobodyAskedFor) {
   }
 }
 
-TEST(RateMonitor, FindsAJointThatStandsUnlessSomethingHoldsIt) {
+TEST(MotionMonitor, FindsAJointThatStandsUnlessSomethingHoldsIt) {
   for (const double held_Pa : {50e5, 300e5}) {
     Followed arm(test::command_machine());
     arm.state.pressure_Pa[2] = held_Pa;
