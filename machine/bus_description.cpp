@@ -14,6 +14,11 @@ const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const 
 
 }  // namespace
 
+bool moves_joint(const CommandFrame& frame) noexcept {
+  return std::any_of(frame.fields.begin(), frame.fields.end(),
+                     [](const CommandField& field) { return field.joint.has_value(); });
+}
+
 int NodeDescription::joint() const noexcept {
   if (role == NodeRole::kTilt || role == NodeRole::kEnable) return -1;
   const auto joint_of = [this](const NodeChannel& channel) {
@@ -55,6 +60,13 @@ std::uint32_t BusDescription::command_id(int joint) const noexcept {
       if (field.joint == joint && field.extend) return frame.id;
   }
   return 0;
+}
+
+double BusDescription::joint_period_s() const noexcept {
+  double longest_s = 0;
+  for (const CommandFrame& frame : commands)
+    if (moves_joint(frame)) longest_s = std::max(longest_s, frame.period_s);
+  return longest_s;
 }
 
 double BusDescription::full_rate_radps(int joint, bool extend) const noexcept {

@@ -201,6 +201,8 @@ struct CommandFrame {
   bool operator==(const CommandFrame&) const = default;
 };
 
+[[nodiscard]] bool moves_joint(const CommandFrame& frame) noexcept;
+
 /// How values are written on the wire where devices differ.
 struct WireDescription {
   double valve_full_stroke = 16384;  ///< Set-point and actual value (CiA 408) at 100 % of spool stroke.
@@ -287,7 +289,11 @@ struct BusDescription {
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.
   [[nodiscard]] std::string node_names() const;
   /// Whether nobody needs SYNC, heartbeat or NMT.
-  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty() && !commands.empty(); }
+  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty() && by_frames(); }
+  /// Whether the machine's own controller is told what to do, and no valve or enable node.
+  [[nodiscard]] bool by_frames() const noexcept { return !commands.empty(); }
+  /// The longest period of a command frame that moves a joint; 0 where there is none.
+  [[nodiscard]] double joint_period_s() const noexcept;
   bool operator==(const BusDescription&) const = default;
 
  private:

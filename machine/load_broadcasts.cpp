@@ -96,6 +96,10 @@ void read_status(TomlTable& file, BroadcastField& field) {
                "must be at most 32 of an unsigned", {"type"});
   const std::int64_t most = (std::int64_t{1} << std::min(field.bits.bits, kMostBits)) - 1;
   if (file.has("on")) field.on = static_cast<std::uint64_t>(file.integer("on", 0, most));
+  if (file.has("invalid_from")) {
+    field.invalid_from = static_cast<std::uint64_t>(file.integer("invalid_from", 1, most));
+    file.require(field.on < *field.invalid_from, "on", "is said to be none by invalid_from", {"invalid_from"});
+  }
 }
 
 BroadcastField read_field(TomlTable file, std::size_t signal, std::uint8_t frame_bytes,

@@ -46,7 +46,7 @@ bool is_word_of_dbc(const std::string& name) {
 class NodeReader {
  public:
   explicit NodeReader(const BusDescription& bus)
-      : wire_(bus.wire), commanded_(!bus.commands.empty()), ids_{{bus.controller_id, "controller_id"}} {
+      : wire_(bus.wire), commanded_(bus.by_frames()), ids_{{bus.controller_id, "controller_id"}} {
     for (const BroadcastFrame& frame : bus.broadcasts) {
       frames_.emplace(frame.id, frame.name);
       for (const BroadcastField& field : frame.fields) signals_.emplace(field.signal, frame.name);
@@ -379,8 +379,7 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   if (!file.has("node") && file.has("nodes")) {
     file.require(bus.broadcasts.empty(), "broadcast",
                  "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
-    file.require(bus.commands.empty(), "command",
-                 "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
+    file.require(!bus.by_frames(), "command", "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
     return read.read_keyed(file.table("nodes"));
   }
   if (file.has("nodes")) {
@@ -486,6 +485,10 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   if (file.has("broadcast")) bus.broadcasts = read_broadcasts(file.tables("broadcast"), bus, sensors);
   if (file.has("command")) read_commands(file, file.tables("command"), bus);
   bus.nodes = read_nodes(file, bus, sensors.without_pressures);
+  const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
+                      bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
+  file.require(!status || bus.by_frames(), "broadcast",
+               "e_stop_closed and pilot_on only go with [[bus.command]]: here the enable node tells both", {"command"});
   check_frames_beside_nodes(file, bus);
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });

@@ -17,6 +17,8 @@ namespace knuckle {
 namespace {
 
 constexpr double kMost = 1e9;
+constexpr double kSlowestJoint_s = 0.02;
+constexpr double kLeastSteps = 100;  // from neutral to full: what a gate lets pass is said to a hundredth
 
 /// The unit of a value that moves a joint says what kind of command it is.
 struct CommandUnit {
@@ -45,6 +47,9 @@ class CommandReader {
                  {".bus.valve_watchdog_ms"});
     std::vector<UsedBits> used;
     read_fields(file.table("fields"), frame, used);
+    file.require(
+        !moves_joint(frame) || frame.period_s <= kSlowestJoint_s * (1 + 1e-9), "period_ms",
+        fmt::format("must be at most {} of a frame that moves a joint", number_text(kSlowestJoint_s / kMilli)));
     frame.closing = read_frame_closing(file, frame.bytes, used);
     heads_.push_back(head);
     bus_.commands.push_back(std::move(frame));
@@ -85,7 +90,7 @@ class CommandReader {
   static void check_name(const TomlTable& fields, const std::string& name) {
     constexpr std::size_t kLongest = 32;  // of a signal in a DBC
     const bool plain =
-        name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+        !name.empty() && name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
     fields.require(plain, name, "its name must be a letter and up to 31 letters, digits and _");
   }
@@ -96,6 +101,9 @@ class CommandReader {
     if (!field.joint) return;
     const auto look = [&](const CommandFrame& at) {
       for (const CommandField& other : at.fields) {
+        fields.require(&at == &frame || other.joint != field.joint, key,
+                       fmt::format("moves the {} as {} of '{}' does: a joint's two ways must be in one frame",
+                                   kJointNames[static_cast<std::size_t>(*field.joint)], other.name, at.name));
         const bool same =
             other.joint == field.joint && ((other.extend && field.extend) || (other.retract && field.retract));
         fields.require(!same, key, fmt::format("moves the joint as {} of '{}' does", other.name, at.name));
@@ -157,8 +165,14 @@ class CommandReader {
     const double extend = field.extend.value_or(field.neutral) - field.neutral,
                  retract = field.retract.value_or(field.neutral) - field.neutral;
     file.require(field.extend || field.retract, "joint", "moves it no way: must have extend or retract, or both");
-    file.require(!field.extend || extend != 0, "extend", "must not be neutral", {"neutral"});
-    file.require(!field.retract || retract != 0, "retract", "must not be neutral", {"neutral"});
+    const double least = field.bits.type == BitField::Type::kFloat ? 0 : kLeastSteps * std::abs(field.bits.scale);
+    const auto far = [&](const std::optional<double>& full, double way, const char* key) {
+      file.require(!full || (way != 0 && std::abs(way) >= least * (1 - 1e-9)), key,
+                   fmt::format("must be at least {} steps of scale from neutral", number_text(kLeastSteps)),
+                   {"neutral", "scale", "unit"});
+    };
+    far(field.extend, extend, "extend");
+    far(field.retract, retract, "retract");
     file.require(!field.extend || !field.retract || extend * retract < 0, "retract",
                  "must be on neutral's other side than extend", {"neutral", "extend"});
     const bool rate = kind_ == CommandKind::kJointRate;

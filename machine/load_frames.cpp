@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
+#include "transport/lss.h"
 
 namespace knuckle {
 namespace {
@@ -128,8 +129,13 @@ void check_frames_beside_nodes(const TomlTable& file, const BusDescription& bus)
   const auto check = [&](const std::string& key, std::uint32_t id) {
     std::string whose;
     if (id == canopen::kNmtId) whose = "NMT";
-    if (id == canopen::kSyncId) whose = "SYNC";
-    if (id == canopen::heartbeat_id(bus.controller_id)) whose = "the controller's heartbeat";
+    // Also where there is no node: who looks for devices asks under these.
+    constexpr std::uint32_t kLastNode = 127;
+    if (id >= canopen::sdo_request_id(0) && id <= canopen::sdo_request_id(kLastNode)) whose = "SDO requests";
+    if (id == lss::kRequestId || id == lss::kAnswerId) whose = "LSS";
+    const bool nodes = !bus.without_nodes();
+    if (nodes && id == canopen::kSyncId) whose = "SYNC";
+    if (nodes && id == canopen::heartbeat_id(bus.controller_id)) whose = "the controller's heartbeat";
     for (const NodeDescription& node : bus.nodes) {
       for (const std::uint32_t own : {canopen::emcy_id(node.id), canopen::sdo_response_id(node.id),
                                       canopen::sdo_request_id(node.id), canopen::heartbeat_id(node.id)})

@@ -83,7 +83,7 @@ namespace {
 
 /// What a machine that is told by frames of its own bus does not say, and what must be there instead.
 void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
-  if (bus.commands.empty()) return;
+  if (!bus.by_frames()) return;
   if (bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field == nullptr)
     notes.emplace_back(
         "no frame has e_stop_closed: Knuckle does not know whether the machine's E-stop is open, which must stop the "

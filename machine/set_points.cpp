@@ -1,5 +1,6 @@
 #include "machine/set_points.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "transport/canopen.h"
@@ -7,17 +8,23 @@
 namespace knuckle {
 namespace {
 
-/// Of its full value one way; 0 where the field says the other way or neutral.
-double share_of(const CommandField& field, const std::optional<double>& full, double value) noexcept {
-  if (!full) return 0;
-  const double share = (value - field.neutral) / (*full - field.neutral);
-  return std::abs(share) * std::abs(*full - field.neutral) < std::abs(field.bits.scale) / 2 ? 0 : std::max(0.0, share);
+/// [-1, 1] by what one field says; 0 where its bits are those of neutral.
+double command_of(const CommandField& field, const CanFrame& frame) noexcept {
+  const auto raw = read_raw(field.bits, frame);
+  if (!raw || *raw == raw_of(field.bits, field.neutral)) return 0;
+  const double above = value_of(field.bits, *raw) - field.neutral;
+  const auto share = [&](const std::optional<double>& full) {
+    return full ? std::max(0.0, above / (*full - field.neutral)) : 0;
+  };
+  const double extends = share(field.extend), retracts = share(field.retract);
+  if (extends > 0) return extends;
+  return retracts > 0 ? -retracts : above;  // the way that this field has no meaning for: not neutral
 }
 
 }  // namespace
 
 std::optional<double> set_point_in(const CanFrame& frame, int joint, const BusDescription& bus) noexcept {
-  if (bus.commands.empty()) {
+  if (!bus.by_frames()) {
     if (frame.id != bus.set_point_id(joint)) return std::nullopt;
     const auto command = canopen::parse_valve_command(frame, bus.wire.valve_full_stroke);
     if (!command) return std::nullopt;
@@ -28,10 +35,9 @@ std::optional<double> set_point_in(const CanFrame& frame, int joint, const BusDe
   for (const CommandFrame& sent : bus.commands) {
     if (sent.id != frame.id) continue;
     for (const CommandField& field : sent.fields) {
-      if (field.joint != joint) continue;
-      const auto value = read_value(field.bits, frame);
-      if (value)
-        told = told.value_or(0) + share_of(field, field.extend, *value) - share_of(field, field.retract, *value);
+      if (field.joint != joint || bytes_of(field.bits) > frame.size) continue;
+      const double command = command_of(field, frame);  // of two valves at once the further one: it is not neutral
+      if (!told || std::abs(command) > std::abs(*told)) told = command;
     }
   }
   return told;

@@ -49,7 +49,7 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   enable_at_ = all_.size();
   all_.push_back(&enable_.protocol());
   silent_.assign(all_.size(), 0);
-  if (!machine.bus.commands.empty()) {
+  if (machine.bus.by_frames()) {
     own_.emplace(machine);
     silent_[enable_at_] = 1;  // there is none
   }

@@ -50,10 +50,8 @@ void OwnController::hear(const CanFrame& frame, Time now) noexcept {
 }
 
 bool OwnController::fresh(Time now) const noexcept {
-  return std::all_of(frames_.begin(), frames_.end(), [&](const Heard& heard) {
-    const Duration most = std::max(patience_, from_seconds(3 * heard.frame.period_s));
-    return heard.at != kNever && now - heard.at <= most;
-  });
+  return std::all_of(frames_.begin(), frames_.end(),
+                     [&](const Heard& heard) { return heard.at != kNever && now - heard.at <= patience_; });
 }
 
 /// Every constant says what it says while somebody leads.

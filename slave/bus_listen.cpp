@@ -63,7 +63,7 @@ void refuse_unidentified(const MachineDescription& machine) {
 
 void refuse_broadcasts(const MachineDescription& machine) {
   const BusDescription& bus = machine.bus;
-  if (bus.broadcasts.empty() && bus.commands.empty()) return;
+  if (bus.broadcasts.empty() && !bus.by_frames()) return;
   const bool sends = !bus.broadcasts.empty();
   throw InputError(
       machine.source + ": key 'bus." + (sends ? "broadcast" : "command") +

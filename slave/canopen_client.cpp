@@ -99,7 +99,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
     if (pressure && signal.index / 2 == machine.sensors.without_pressures) continue;
     if (description_.broadcast(signal.role, signal.index).field != nullptr || is_status(signal)) continue;
     const bool told = signal.role == NodeRole::kValve || signal.role == NodeRole::kEnable;
-    if (told && !description_.commands.empty()) continue;
+    if (told && description_.by_frames()) continue;
     if (description_.node_of(signal.role, signal.index).id == 0)
       throw InputError(machine.source + ": bus: no node has " + signal.name);
   }

@@ -92,12 +92,13 @@ class CanopenClient {
   [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
   /// Whether valves tell where their spools are.
-  [[nodiscard]] bool spools_seen() const noexcept { return description_.commands.empty(); }
+  [[nodiscard]] bool spools_seen() const noexcept { return !description_.by_frames(); }
   /// Actual, [-1, 1]; 0 where nobody tells.
   [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }
   [[nodiscard]] const JointVector& demand() const noexcept {  ///< As last put on the wire.
     return spools_seen() ? demand_ : commands_.demand();
   }
+  [[nodiscard]] const CommandFrames& command_frames() const noexcept { return commands_; }
   /// When the controller last took a set-point for a valve; kNever before the first.
   [[nodiscard]] Time set_points_at() const noexcept { return spools_seen() ? set_points_at_ : commands_.sent_at(); }
 

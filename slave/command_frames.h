@@ -21,9 +21,12 @@ class CommandFrames {
   /// @param led an operator leads the machine: constants have their values for that.
   void step(const PassedCommands& commands, bool led, CanBus& bus, Time now) noexcept;
 
+  /// Of the same bus: what was sent last, and where the counters stand.
+  void go_on_from(const CommandFrames& before) noexcept;
+
   /// As last sent, of the joints.
   [[nodiscard]] const JointVector& demand() const noexcept { return demand_; }
-  /// When it last changed or was repeated; kNever before the first.
+  /// When a frame for a joint was last sent; kNever before the first.
   [[nodiscard]] Time sent_at() const noexcept { return sent_at_; }
 
  private:

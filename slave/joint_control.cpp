@@ -50,7 +50,9 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       kinematics_(machine),
       law_(machine),
       step_s_(step_s),
-      dither_steps_(std::max(machine.bus.set_point_every_nth_sync, static_cast<int>(std::lround(kDither_s / step_s)))),
+      dither_steps_(
+          std::max(machine.bus.set_point_every_nth_sync,
+                   static_cast<int>(std::lround(std::max(kDither_s, machine.bus.joint_period_s()) / step_s)))),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       load_(kLoadFilter_Hz, step_s, Load::Zero()),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),

@@ -25,7 +25,7 @@ OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus)
 }
 
 bool OrderlyStop::tells_pilot() const noexcept {
-  return machine_.bus.commands.empty() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
+  return !machine_.bus.by_frames() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
 }
 
 void OrderlyStop::step(Time now) noexcept {
@@ -83,9 +83,12 @@ void OrderlyStop::hear() noexcept {
     alone_ = alone_ && frame.id != canopen::kSyncId;
     if (const auto [sent, field] = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex);
         sent != nullptr && sent->id == frame.id) {
-      if (const auto raw = read_raw(field->bits, frame)) pilot_off_ = *raw != field->on;
+      const auto raw = read_raw(field->bits, frame);
+      const bool none = !raw || (field->invalid_from && *raw >= *field->invalid_from) ||
+                        check_frame(sent->closing, std::nullopt, frame).fault != FrameFault::kNone;
+      pilot_off_ = !none && *raw != field->on;
     }
-    if (!machine_.bus.commands.empty()) continue;
+    if (machine_.bus.by_frames()) continue;
     const std::uint8_t node = canopen::node_of(frame.id);
     if (const auto state = canopen::parse_heartbeat(frame)) resting_[node] = *state != canopen::NmtState::kOperational;
     if (const auto answer = canopen::parse_sdo_response(frame)) hear_answer(node, *answer);
@@ -116,7 +119,7 @@ void OrderlyStop::hear_answer(std::uint8_t node, const canopen::SdoResponse& ans
 
 /// One question in every other step: a driver of several axes answers one after the other.
 void OrderlyStop::ask_resting() noexcept {
-  if (!machine_.bus.commands.empty()) return;
+  if (machine_.bus.by_frames()) return;
   const int turn = syncs_ / 2 % (kJoints + 1);
   if (syncs_ % 2 != 0) return;
   const std::uint8_t enable = machine_.bus.enable().id;
@@ -130,7 +133,7 @@ void OrderlyStop::ask_resting() noexcept {
 }
 
 void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once, Time now) noexcept {
-  if (!machine_.bus.commands.empty()) return commands_.step(PassedCommands(), false, bus_, now);
+  if (machine_.bus.by_frames()) return commands_.step(PassedCommands(), false, bus_, now);
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
   for (int j = 0; j < kJoints; ++j) {
@@ -165,13 +168,13 @@ bool OrderlyStop::disabled(const Valve& valve) const noexcept {
 }
 
 bool OrderlyStop::confirmed() const noexcept {
-  if (!machine_.bus.commands.empty()) return pilot_off_;
+  if (machine_.bus.by_frames()) return pilot_off_;
   return pilot_off_ && std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
 }
 
 PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {
   PerJoint<bool> open{};
-  for (std::size_t j = 0; j < kJoints; ++j) open[j] = machine_.bus.commands.empty() && !disabled(valves_[j]);
+  for (std::size_t j = 0; j < kJoints; ++j) open[j] = !machine_.bus.by_frames() && !disabled(valves_[j]);
   return open;
 }
 

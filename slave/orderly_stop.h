@@ -24,6 +24,9 @@ class OrderlyStop {
   /// @param bus outlives this.
   OrderlyStop(const MachineDescription& machine, CanBus& bus);
 
+  /// Before the first step: command frames go on where the loop's ended.
+  void go_on_from(const CommandFrames& before) noexcept { commands_.go_on_from(before); }
+
   /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
   void step(Time now) noexcept;
   [[nodiscard]] bool done() const noexcept { return phase_ == Phase::kDone; }

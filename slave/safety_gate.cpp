@@ -98,7 +98,11 @@ class GateLimiter {
   }
 
   void magnitude() noexcept {
-    for (int i = 0; i < kJoints; ++i) cap(i, limits_.table.command, kLimitMagnitude);
+    for (int i = 0; i < kJoints; ++i) {
+      cap(i, limits_.table.command, kLimitMagnitude);
+      if (const auto rate = full_rate(i); rate && commands_[i] != 0)
+        cap(i, limits_.max_rate_radps[i] / *rate, kLimitVelocity);
+    }
   }
 
   /// Slow, where a cylinder's transmitters failed: nobody knows what it presses.
@@ -118,7 +122,7 @@ class GateLimiter {
       if (direction == 0) continue;
       const double bound = direction > 0 ? limits_.max_rad[i] : limits_.min_rad[i];
       const double left_rad = direction * (bound - state_.angle_rad[i]);
-      if (cap_speed(i, left_rad / limits_.table.range_stop_s, kLimitJointRange)) {
+      if (cap_speed(i, left_rad / (limits_.table.range_stop_s + limits_.frames_stop_s), kLimitJointRange)) {
         const double deg = 180 / std::numbers::pi;
         tell(joint_reason(ReasonCode::kJointLimit, i, state_.angle_rad[i] * deg, bound * deg));
       }
@@ -265,7 +269,8 @@ class GateLimiter {
       const double lever_m = inward[i] * joint_direction(i);
       if (lever_m <= 0) continue;
       // A third each: three joints together may use up what is left.
-      hit |= cap_speed(i, left_m / (kJoints * limits_.table.wall_stop_s * lever_m), kLimitVirtualWall);
+      hit |= cap_speed(i, left_m / (kJoints * (limits_.table.wall_stop_s + limits_.frames_stop_s) * lever_m),
+                       kLimitVirtualWall);
     }
     if (hit) tell({ReasonCode::kVirtualWall, which, static_cast<float>(seen_m), static_cast<float>(bound_m)});
   }
@@ -317,6 +322,7 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       pump_flow_m3ps(machine.hydraulics.pump_flow_m3ps),
       main_relief_Pa(machine.hydraulics.main_relief_Pa),
       kinematics(machine) {
+  if (machine.bus.by_frames()) frames_stop_s = machine.bus.joint_period_s() + constants.own_controller_s;
   if (machine.bus.command_kind == CommandKind::kJointRate) {
     full_rate_radps.emplace();
     for (const bool extend : {false, true})

@@ -133,7 +133,7 @@ Reason SlaveLoop::watch_valves() noexcept {
   // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
   if (client_.spools_seen()) return valve_monitor_.step(client_.demand(), client_.spool());
   if (!state_) return {};
-  return motion_monitor_.step(client_.demand(), *state_);
+  return motion_monitor_.step(client_.demand(), *state_, force_.estimate().contact);
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {

@@ -18,6 +18,7 @@
 #include "slave/home_on_two.h"
 #include "slave/joint_control.h"
 #include "slave/modes.h"
+#include "slave/motion_monitor.h"
 #include "slave/operator_input.h"
 #include "slave/plausibility.h"
 #include "slave/safety_gate.h"

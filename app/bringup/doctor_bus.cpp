@@ -465,8 +465,8 @@ class Doctor {
   void judge_command(const CommandFrame& frame) {
     const auto heard = survey_.heard.find(frame.id);
     if (heard == survey_.heard.end()) return;
-    say(Level::kFault, fmt::format("{} ({})", frame.name, id_text(frame.id)),
-        fmt::format("comes {:.0f} times a second from another sender, which leads the machine: stop it first",
+    say(Level::kNote, fmt::format("{} ({})", frame.name, id_text(frame.id)),
+        fmt::format("comes {:.0f} times a second: another sender tells the machine what to do",
                     static_cast<double>(heard->second.count) / survey_.listened_s));
   }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "app/cli/command.h"
 #include "app/eds/dbc_text.h"
@@ -60,13 +61,15 @@ class TableWriter {
                        "[bus.command.fields]\n" + fields_;
     std::string summary = fmt::format("{} ({})", message_.name, id_text(message_.id));
     if (!moves_.empty()) summary += fmt::format(": {}", fmt::join(moves_, ", "));
-    if (!rests_.empty())
-      summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
+    if (!rests_.empty()) summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
     return {message_.name, std::move(text), std::move(summary)};
   }
 
  private:
   void add(const DbcSignal& signal) {
+    if (signal.condition || signal.is_multiplexer)
+      throw InputError(fmt::format("{}:{}: {} is multiplexed by {}: command frames must always be the same",
+                                   dbc_.source, message_.line, message_.name, signal.name));
     const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
                                     [&](const PlaceInDbc& place) { return is(place, message_, signal); });
     if (counts) {
@@ -106,6 +109,18 @@ class TableWriter {
   std::string counter_, fields_;
   std::vector<std::string> moves_, rests_;
 };
+
+/// Of two, one would be lost.
+void refuse_twice(const WantedFrames& wanted) {
+  std::set<std::string> said;
+  const auto say = [&](const PlaceInDbc& place, const char* option) {
+    const std::string text = place.message + (place.signal.empty() ? "" : "." + place.signal);
+    if (!said.insert(text).second) cli::refuse_option(option, text, "is said twice");
+  };
+  for (const WantedCommand& one : wanted.commands) say(one.place, "--command");
+  for (const WantedConstant& one : wanted.constants) say(one.place, "--constant");
+  for (const PlaceInDbc& one : wanted.counters) say(one, "--counter");
+}
 
 }  // namespace
 
@@ -156,6 +171,7 @@ PlaceInDbc wanted_counter(const std::string& text) {
 }
 
 std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted) {
+  refuse_twice(wanted);
   NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
   for (const WantedConstant& one : wanted.constants) messages.add(one.place);

@@ -38,7 +38,7 @@ struct WantedFrames {
 
 /// A table as machine files have it.
 struct CommandTable {
-  std::string name, text, summary;  ///< "Velocity (0x18FF0105): boom, arm; at rest: swing"
+  std::string name, text, summary;  ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.
 /// @throws InputError, one line, where the DBC has no such signal, a message no fixed place or period, or where a

@@ -252,6 +252,7 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
     import.frames.push_back(table.summary);
   }
   if (!told.empty()) {
+    import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");
     import.to_do.emplace_back(
         "commands: set send = \"while_led\" where a frame may not come while nobody leads, and counter and checksum "
         "where the machine's controller wants them");

@@ -150,7 +150,7 @@ NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machin
 
 /// What the enable node, or the machine by itself, says of E-stop and pilot pressure. @param last what it said before
 std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescription& bus, std::uint8_t last) {
-  if (bus.commands.empty()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
+  if (!bus.by_frames()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
   std::optional<std::uint8_t> said;
   const auto take = [&](int index, std::uint8_t bit) {
     const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);
@@ -312,7 +312,7 @@ Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescri
   Evidence evidence;
   for (const NodeDescription& node : machine.bus.nodes)
     evidence.nodes.push_back(node_seen(node, machine, stop, window, evidence));
-  note_valves(stop, window, evidence);
+  if (!machine.bus.by_frames()) note_valves(stop, window, evidence);  // else nobody tells where spools are
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);
   note_device(stop, window, evidence);

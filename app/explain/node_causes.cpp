@@ -178,7 +178,6 @@ std::optional<Cause> silent(const Evidence& evidence) {
 }
 
 std::optional<Cause> stuck_valve(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
-  if (!machine.bus.commands.empty()) return std::nullopt;  // nobody tells where its spools are
   const auto apart = [](const ValveSeen& valve) { return valve.apart_since ? valve.most_apart : 0; };
   const auto worst = std::max_element(evidence.valves.begin(), evidence.valves.end(),
                                       [&](const auto& a, const auto& b) { return apart(a) < apart(b); });

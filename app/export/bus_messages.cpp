@@ -478,7 +478,7 @@ void write_dbc(const MachineDescription& read, std::ostream& out) {
   const std::vector<Message> messages = bus_messages(machine);
   out << "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: " << kController;
   for (const NodeDescription& node : machine.bus.nodes) out << ' ' << node.name;
-  if (!machine.bus.broadcasts.empty() || !machine.bus.commands.empty()) out << ' ' << kMachine;
+  if (!machine.bus.broadcasts.empty() || machine.bus.by_frames()) out << ' ' << kMachine;
   out << "\n\n";
   for (const Message& message : messages) write_message(out, message);
   write_comments(out, machine, messages);

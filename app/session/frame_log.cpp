@@ -62,6 +62,12 @@ std::optional<Time> end_of_silence(const FrameLog& log, const MachineDescription
   return Time::max();
 }
 
+/// A controller that said nothing until the spools were neutral gave no command to judge. @param spoke end_of_silence()
+void note_silence(const std::optional<Time>& spoke, NeutralTimes& times) {
+  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
+  if (times.controller_silent) times.command.reset();
+}
+
 /// The enable node says that there is no pilot pressure: nothing can hold a spool open.
 bool pilot_off(const CanFrame& frame) {
   const auto inputs = canopen::parse_enable(frame);
@@ -130,9 +136,7 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
     note(times.command, command, f.at);
     note(times.spool, spool, f.at);
   }
-  const std::optional<Time> spoke = end_of_silence(log, machine, from, until);
-  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
-  if (times.controller_silent) times.command.reset();
+  note_silence(end_of_silence(log, machine, from, until), times);
   return times;
 }
 
@@ -193,7 +197,10 @@ void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine
     const auto [last_good, injected_at] = cause_of(latch.at);
     const Time until = std::min(latch.resumed_at, end);
     NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
-    if (!machine.bus.commands.empty()) neutral.spool = closed_since(record.samples, machine, last_good, until);
+    if (machine.bus.by_frames()) {
+      neutral.spool = closed_since(record.samples, machine, last_good, until);
+      note_silence(end_of_silence(frames, machine, last_good, until), neutral);
+    }
     record.faults.push_back({latch.reason,
                              to_seconds(latch.at),
                              to_seconds(last_good),

@@ -60,6 +60,14 @@ TEST(CommandFile, WhoReadsTheWireFindsTheCommandsAgain) {
   EXPECT_NEAR(set_point_in(pressures, kArm, pilot).value(), 0.25, 1e-9);
   EXPECT_EQ(set_point_in(pressures, kBucket, pilot), 0);
   EXPECT_EQ(set_point_in(pressures, kBoom, bus), std::nullopt) << "another frame";
+  const CanFrame both{pilot.commands[0].id, 6, {100, 100, 0, 0, 0, 0}};
+  EXPECT_NE(set_point_in(both, kBoom, pilot), 0) << "both valves at once are not neutral";
+  BusDescription floats = bus;
+  for (CommandField& field : floats.commands[0].fields)
+    if (field.joint == kBoom) field.bits = {.type = BitField::Type::kFloat, .start_bit = 0, .bits = 32};
+  CanFrame slow{floats.commands[0].id, 8, {}};
+  write_value(floats.commands[0].fields[1].bits, 0.01, slow);
+  EXPECT_NE(set_point_in(slow, kBoom, floats).value(), 0) << "0.01 rad/s";
 }
 
 TEST(CommandFile, TheBusBudgetCountsCommandsAndNoSync) {
@@ -99,7 +107,7 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
            {"extend = 0.6", "extend = 17", "boom_rate.extend' = 17: cannot be said by these bits: nearest is 16.7675"},
            {"extend = 0.6, ", "", "of a speed it must have extend and retract"},
            {"retract = -0.6", "retract = 0.5", "must be on neutral's other side than extend"},
-           {"extend = 0.6", "extend = 0", "extend' = 0: must not be neutral"},
+           {"extend = 0.6", "extend = 0", "extend' = 0: must be at least 100 steps of scale from neutral"},
            {"joint = \"arm\"", "joint = \"boom\"", "moves the joint as arm_rate of 'front_rate' does"},
            {"joint = \"arm\"", "joint = \"stick\"", "must be one of \"boom\", \"arm\", \"bucket\""},
            {"unit = \"rad/s\", joint = \"boom\"", "unit = \"bar\", joint = \"boom\"",
@@ -112,7 +120,11 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
            {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
            {"bits = 8, data_id", "bits = 8, bytes = [7], data_id", "it cannot cover itself"},
            {"id = 0x1A6", "id = 0x1A5", "is taken by 'body'"},
-           {"id = 0x1A6", "id = 0x080", "has 0x080, the identifier of SYNC"},
+           {"id = 0x1A6", "id = 0x610", "has 0x610, the identifier of SDO requests"},
+           {"id = 0x1A6", "id = 0x7E5", "has 0x7E5, the identifier of LSS"},
+           {"scale = 0.1, unit = \"deg/s\"", "scale = 1, unit = \"deg/s\"",
+            "must be at least 100 steps of scale from neutral"},
+           {"horn = {", "\"\" = {", "its name must be a letter"},
            {"name = \"setting\"", "name = \"body\"", "is the name of another frame"},
            {"horn = {", "2horn = {", "its name must be a letter"},
            {"horn = { start", "horn = { value = 3, start", "value"},
@@ -129,6 +141,27 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
   });
   EXPECT_NE(half.find("no field retracts the boom: one must have joint = \"boom\" with retract"), std::string::npos)
       << half;
+}
+
+TEST(CommandFile, TheTwoWaysOfAJointAreInOneFrame) {
+  const std::string down =
+      "boom_down = { start = 8, bits = 8, scale = 0.2, unit = \"bar\", joint = \"boom\", neutral = 0, retract = 40 }\n";
+  std::string commands = test::kPilotCommands;
+  commands.erase(commands.find(down), down.size());
+  commands +=
+      "[[bus.command]]\nname = \"pilot_2\"\nid = 0x18FF0405\nbytes = 2\nperiod_ms = 20\nsend = "
+      "\"while_led\"\n[bus.command.fields]\n" +
+      down;
+  const std::string line = test::refusal([&] { (void)command_machine(commands); });
+  EXPECT_NE(line.find("moves the boom as boom_up of 'pilot_1' does: a joint's two ways must be in one frame"),
+            std::string::npos)
+      << line;
+}
+
+TEST(CommandFile, WhatTheEnableNodeTellsIsToldByNoFrame) {
+  const std::string text = test::broadcast_text(std::string(test::kBroadcasts) + test::kStateBroadcast);
+  const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
+  EXPECT_NE(line.find("only go with [[bus.command]]"), std::string::npos) << line;
 }
 
 TEST(CommandFile, StandsBesideNoNodeThatIsToldWhatToDo) {

@@ -7,7 +7,6 @@
 #include "machine/reason_text.h"
 #include "machine/set_points.h"
 #include "slave/orderly_stop.h"
-#include "slave/unseen_spool.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/command_machine.h"
 
@@ -124,6 +123,7 @@ TEST_P(OwnBusOf, IsLeftNeutralByAnOrderlyStop) {
   m.hung = true;
   m.run(2ms);  // what was sent before
   OrderlyStop stop(m.description, m.can);
+  stop.go_on_from(m.loop.client().command_frames());
   m.recording = true;
   m.wire.clear();
   for (int i = 0; i < 200 && !stop.done(); ++i) {
@@ -152,56 +152,6 @@ TEST(OwnBus, WithoutAStateIsLedAsWell) {
   ASSERT_TRUE(m.engage()) << m.fault();
   m.move(JointVector(0.1, 0, 0), 500ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
-}
-
-/// A joint that follows what it is told, behind a lag of 0.15 s, and is off by a tenth.
-struct Followed {
-  explicit Followed(const MachineDescription& of) : machine(of) {
-    state.lever_m.setConstant(0.3);
-    state.pressure_Pa.fill(50e5);
-  }
-  Reason step(double demand, double rate_radps) {
-    state.angle_rad[kArm] += rate_radps * 5e-3;
-    return monitor.step(JointVector(0, demand, 0), state);
-  }
-  MachineDescription machine;
-  MotionMonitor monitor{machine, 5e-3};
-  estimation::JointState state;
-};
-
-TEST(MotionMonitor, SaysNothingOfASoundJoint) {
-  Followed arm(test::command_machine());
-  double lagged = 0;
-  for (int i = 0; i < 12000; ++i) {
-    const double demand = 0.8 * std::sin(0.02 * i) * std::sin(0.0007 * i);
-    lagged += 5e-3 / 0.15 * (1.1 * 0.9 * demand - lagged);
-    ASSERT_FALSE(arm.step(demand, lagged)) << i;
-  }
-}
-
-TEST(MotionMonitor, FindsMotionThatNobodyAskedFor) {
-  for (const double rate : {0.3, -0.3}) {
-    Followed arm(test::command_machine());
-    for (int i = 0; i < 400; ++i) ASSERT_FALSE(arm.step(0, 0));
-    int steps = 0;
-    Reason why;
-    while (!why && ++steps < 400) why = arm.step(0, rate);
-    EXPECT_EQ(why.code, ReasonCode::kMotionNotFollowing);
-    EXPECT_EQ(why.subject, kArm);
-    EXPECT_NEAR(steps * 5e-3 * 0.3, 0.1, 0.01) << "so far it may move";
-  }
-}
-
-TEST(MotionMonitor, FindsAJointThatStandsUnlessSomethingHoldsIt) {
-  for (const double held_Pa : {50e5, 300e5}) {
-    Followed arm(test::command_machine());
-    arm.state.pressure_Pa[2] = held_Pa;
-    Reason why;
-    int steps = 0;
-    while (!why && ++steps < 600) why = arm.step(0.3, 0);
-    EXPECT_EQ(why.code, held_Pa > 200e5 ? ReasonCode::kNone : ReasonCode::kMotionNotFollowing);
-    EXPECT_TRUE(!why || steps * 5e-3 < 1.6) << steps;
-  }
 }
 
 }  // namespace
