@@ -92,9 +92,9 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
     notes.emplace_back(
         "no frame has pilot_on: Knuckle does not know whether the machine can move, and takes it that it can");
   notes.emplace_back(
-      "nobody tells where the spools are: a valve that does not follow is found by the joint's motion alone, after up "
-      "to "
-      "a second");
+      "nobody tells where the spools are: a valve that does not follow, or a position sensor that stands still, is "
+      "found "
+      "by the joint's motion alone, after about a second");
   notes.push_back(
       fmt::format("that the machine's own controller ends all motion {} ms after the last command frame is not proved: "
                   "try it, with "

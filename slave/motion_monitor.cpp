@@ -55,9 +55,10 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_sta
       least = std::min(least, std::max(0.0, told));
     }
     const double moved = sign * moved_rad;
-    way.beyond_rad =
-        std::max(0.0, way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_);
-    if (!may_stand) way.missing_rad = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - moved);
+    way.beyond_rad = std::max(0.0, way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_);
+    const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - moved);
+    const bool told_all_the_while = least > 0 && !may_stand;
+    way.missing_rad = told_all_the_while ? missing : std::min(missing, way.missing_rad);
     if (way.beyond_rad > kLimits.beyond_rad) why = not_following(joint, way.beyond_rad, kLimits.beyond_rad);
     if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
   }
