@@ -10,7 +10,6 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
-#include "transport/lss.h"
 
 namespace knuckle {
 namespace {
@@ -130,9 +129,9 @@ void check_frames_beside_nodes(const TomlTable& file, const BusDescription& bus)
     std::string whose;
     if (id == canopen::kNmtId) whose = "NMT";
     // Also where there is no node: who looks for devices asks under these.
-    constexpr std::uint32_t kLastNode = 127;
+    constexpr std::uint32_t kLastNode = 127, kLssAnswerId = 0x7E4, kLssRequestId = 0x7E5;  // CiA 305
     if (id >= canopen::sdo_request_id(0) && id <= canopen::sdo_request_id(kLastNode)) whose = "SDO requests";
-    if (id == lss::kRequestId || id == lss::kAnswerId) whose = "LSS";
+    if (id == kLssAnswerId || id == kLssRequestId) whose = "LSS";
     const bool nodes = !bus.without_nodes();
     if (nodes && id == canopen::kSyncId) whose = "SYNC";
     if (nodes && id == canopen::heartbeat_id(bus.controller_id)) whose = "the controller's heartbeat";
