@@ -59,7 +59,8 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_sta
     const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - moved);
     const bool told_all_the_while = least > 0 && !may_stand;
     way.missing_rad = told_all_the_while ? missing : std::min(missing, way.missing_rad);
-    if (way.beyond_rad > kLimits.beyond_rad) why = not_following(joint, way.beyond_rad, kLimits.beyond_rad);
+    const double most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
+    if (way.beyond_rad > most_rad) why = not_following(joint, way.beyond_rad, most_rad);
     if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
   }
   return why;

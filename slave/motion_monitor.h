@@ -1,5 +1,5 @@
-// Whether joints move as the machine's own controller was told: where nobody tells where the spools are, their motion is
-// all that tells of the valves.
+// Whether joints move as the machine's own controller was told: where nobody tells where the spools are, their motion
+// is all that tells of the valves.
 #pragma once
 
 #include <array>
@@ -16,14 +16,16 @@ namespace knuckle::slave {
 /// travel that was told all the while and did not come. Of pilot pressures and currents it is known which way they may
 /// move a joint, not how fast: Plausibility looks for the joints that stand.
 struct MotionLimits {
-  double lag_s = 0.4;          ///< Of the machine's controller, valve and oil.
-  double more = 1.3;           ///< Of what was told: its controller's error.
-  double leak_radps = 0.02;    ///< Of a load that sinks.
-  double beyond_rad = 0.12;    ///< Travel that nobody asked for: oil gives way, a load swings.
-  double any_speed = 3;        ///< Of a joint's greatest rate: what an open valve may make of it.
-  double less = 0.5;           ///< Of what was told all the while.
-  double missing_rad = 0.08;   ///< Travel that did not come; twice that of a cylinder whose pressures nobody measures.
-  double held = 0.8;           ///< Share of the main relief in the driven chamber: something holds the joint.
+  double lag_s = 0.4;        ///< Of the machine's controller, valve and oil.
+  double more = 1.3;         ///< Of what was told: its controller's error.
+  double leak_radps = 0.02;  ///< Of a load that sinks.
+  /// Travel that nobody asked for: oil gives way, a load swings. The nearer to the bucket, the shorter is the tip's
+  /// way.
+  PerJoint<double> beyond_rad{0.12, 0.15, 0.2};
+  double any_speed = 3;       ///< Of a joint's greatest rate: what an open valve may make of it.
+  double less = 0.5;          ///< Of what was told all the while.
+  double missing_rad = 0.08;  ///< Travel that did not come; twice that of a cylinder whose pressures nobody measures.
+  double held = 0.8;          ///< Share of the main relief in the driven chamber: something holds the joint.
 };
 inline constexpr MotionLimits kMotion{};
 
