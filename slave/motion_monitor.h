@@ -12,9 +12,6 @@
 
 namespace knuckle::slave {
 
-/// Two sums per joint and direction, neither below zero: of travel beyond all that was told lately, less a leak; and of
-/// travel that was told all the while and did not come. Of pilot pressures and currents it is known which way they may
-/// move a joint, not how fast: Plausibility looks for the joints that stand.
 struct MotionLimits {
   double lag_s = 0.4;        ///< Of the machine's controller, valve and oil.
   double more = 1.3;         ///< Of what was told: its controller's error.
@@ -29,6 +26,9 @@ struct MotionLimits {
 };
 inline constexpr MotionLimits kMotion{};
 
+/// Two sums per joint and direction, neither below zero: of travel beyond all that was told lately, less a leak; and of
+/// travel that was told all the while and did not come. Of pilot pressures and currents it is known which way they may
+/// move a joint, not how fast: Plausibility looks for the joints that stand.
 class MotionMonitor {
  public:
   MotionMonitor(const MachineDescription& machine, double step_s) noexcept;
