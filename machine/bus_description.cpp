@@ -109,6 +109,7 @@ const NodeDescription* BusDescription::find(std::uint8_t id) const noexcept {
 }
 
 std::string BusDescription::node_names() const {
+  if (nodes.empty()) return "none: no node is on this machine's bus";
   std::string all;
   for (const NodeDescription& node : nodes) all += (all.empty() ? "" : ", ") + node.name;
   return all;

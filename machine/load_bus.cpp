@@ -451,9 +451,8 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
   // What is said of nodes alone may be left away where there are none.
-  const auto wanted = [&file, nodes = file.has("node") || file.has("nodes") || !file.has("command")](const char* key) {
-    return nodes || file.has(key);
-  };
+  const bool nodes = file.has("node") || file.has("nodes") || !file.has("command");
+  const auto wanted = [&file, nodes](const char* key) { return nodes || file.has(key); };
   const auto every_nth = [&](const char* key) { return wanted(key) ? static_cast<int>(file.integer(key, 1, 8)) : 1; };
   bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
   bus.valve_status_every_nth_sync = every_nth("valve_status_every_nth_sync");
@@ -477,8 +476,8 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   if (wanted("controller_timeout_ms"))
     bus.controller_timeout_s = at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli,
                                         "controller's heartbeat period", {"controller_heartbeat_ms"});
-  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period",
-                                    {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", nodes ? period_ms * bus.tilt_every_nth_sync : 0,
+                                    "tilt sensor's period", {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   if (wanted("controller_id")) bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));

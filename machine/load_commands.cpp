@@ -45,6 +45,9 @@ class CommandReader {
                  fmt::format("must be at most {}, half of bus.valve_watchdog_ms",
                              number_text(bus_.valve_watchdog_s / kMilli / 2)),
                  {".bus.valve_watchdog_ms"});
+    file.require(frame.period_s * bus_.sync_Hz >= 1 - 1e-9, "period_ms",
+                 fmt::format("must be at least {}, the loop's period", number_text(1 / bus_.sync_Hz / kMilli)),
+                 {".bus.sync_Hz"});
     std::vector<UsedBits> used;
     read_fields(file.table("fields"), frame, used);
     file.require(

@@ -119,7 +119,10 @@ void refuse_twice(const WantedFrames& wanted) {
   };
   for (const WantedCommand& one : wanted.commands) say(one.place, "--command");
   for (const WantedConstant& one : wanted.constants) say(one.place, "--constant");
-  for (const PlaceInDbc& one : wanted.counters) say(one, "--counter");
+  for (const PlaceInDbc& one : wanted.counters) {
+    say(one, "--counter");
+    say({one.message + " (counter)", ""}, "--counter");
+  }
 }
 
 }  // namespace
@@ -176,6 +179,13 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
   for (const WantedConstant& one : wanted.constants) messages.add(one.place);
   for (const PlaceInDbc& one : wanted.counters) messages.add(one);
+  for (const DbcMessage* const message : messages.all) {
+    const DbcMessage& first = *messages.all.front();
+    if (message->sender != first.sender)
+      throw InputError(fmt::format("{}:{}: {} is sent by {}, and {} by {}: what Knuckle sends has one sender",
+                                   dbc.source, message->line, message->name, message->sender, first.name,
+                                   first.sender));
+  }
   std::vector<CommandTable> tables;
   for (const DbcMessage* const message : messages.all) tables.push_back(TableWriter(dbc, *message, wanted).table());
   return tables;

@@ -238,6 +238,12 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
   const std::vector<Frame> frames = frames_of(dbc, signals);
   const std::vector<CommandTable> told = command_tables(dbc, commands);
+  for (const CommandTable& table : told) {
+    for (const Frame& frame : frames)
+      if (dbc.usable(table.name).sender == frame.message->sender)
+        throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
+                                     table.name, frame.message->sender, frame.message->name));
+  }
   Import import;
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   std::vector<std::string> added;

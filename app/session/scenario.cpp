@@ -218,8 +218,9 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
 
 /// Id of the node that a fault is about; 0 where it is about none.
 int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
-  table.require(kind != sim::FaultKind::kOtherController || !bus.without_nodes(), "kind",
-                "needs a machine with CANopen nodes: nobody watches for SYNC on this one");
+  const bool by_sync = kind == sim::FaultKind::kOtherController || kind == sim::FaultKind::kSyncDropped;
+  table.require(!by_sync || !bus.without_nodes(), "kind",
+                "needs a machine with CANopen nodes: there is no SYNC on this one");
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
   if (kind == sim::FaultKind::kEncoderBroken) {

@@ -26,12 +26,15 @@ BO_ 422 Setting: 8 Knuckle
  SG_ mode : 8|4@1+ (1,0) [0|15] "" Machine
  SG_ horn : 16|2@1+ (1,0) [0|3] "" Machine
  SG_ alive : 48|8@1+ (1,0) [0|255] "" Machine
+BO_ 424 Own: 8 Machine
+ SG_ mode : 8|4@1+ (1,0) [0|15] "" Knuckle
 BO_ 423 Rare: 8 Knuckle
  SG_ mode : 8|4@1+ (1,0) [0|15] "" Machine
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
 BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_ "GenMsgCycleTime" BO_ 2566848773 10;
 BA_ "GenMsgCycleTime" BO_ 422 20;
+BA_ "GenMsgCycleTime" BO_ 424 20;
 )";
 
 std::string slow_solar_text() {
@@ -103,6 +106,9 @@ TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
            {{.constants = {"Rates.slew=0", "Setting=1", "Rare.mode=1"}}, "Rare has no cycle time"},
            {{.constants = {"Rates.slew=0,1,2"}}, "--constant Rates.slew=0,1,2: must be such as"},
            {{.constants = {"Rates=0,1"}}, "--constant Rates=0,1: must be such as"},
+           {{.constants = {"Rates.slew=0", "Setting=1", "Own.mode=1"}}, "Own is sent by Machine, and Rates by Knuckle"},
+           {{.constants = {"Rates.slew=0", "Setting=1", "Setting=2"}}, "--constant Setting: is said twice"},
+           {{.counters = {"Setting.alive", "Setting.horn"}}, "--counter Setting (counter): is said twice"},
            {{.counters = {"Setting"}}, "--counter Setting: must be such as MESSAGE.SIGNAL"},
        }) {
     const std::string line = test::refusal([&] { (void)told_of(c.asked); });

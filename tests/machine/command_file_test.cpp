@@ -115,6 +115,7 @@ TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
            {"unit = \"rad/s\", joint = \"boom\"", "unit = \"m/s\", joint = \"boom\"", "must be one of"},
            {"start = 48, bits = 16, scale", "start = 40, bits = 16, scale", "has bits of"},
            {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
+           {"period_ms = 10", "period_ms = 2.5", "must be at least 5, the loop's period"},
            {"send = \"always\"", "send = \"engaged\"", "must be one of \"always\", \"while_led\""},
            {"led = 2", "led = 16", "led' = 16: cannot be said by these bits: nearest is 15"},
            {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
