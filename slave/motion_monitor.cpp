@@ -56,7 +56,9 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_sta
     }
     const double moved = sign * moved_rad;
     way.beyond_rad = std::max(0.0, way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_);
-    const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - moved);
+    // Against the command it may swing: that is the other sum's.
+    const double came = std::max(0.0, moved);
+    const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - came);
     const bool told_all_the_while = least > 0 && !may_stand;
     way.missing_rad = told_all_the_while ? missing : std::min(missing, way.missing_rad);
     const double most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
