@@ -130,6 +130,8 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      nullptr},
     {"home_pressed", SubjectKind::kJoint,
      "something may be pressed, so the machine does not go on without its pressures: repair the transmitter", nullptr},
+    {"motion_not_following", SubjectKind::kJoint,
+     "does not move as it was told: check its valve, its position sensor and the machine's own controller", nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {

@@ -94,6 +94,8 @@ enum class ReasonCode : std::uint16_t {
   // A cylinder whose transmitters failed (slave/home_on_two.h).
   kHomeOffered,  ///< subject: joint; the operator acknowledged it and may choose to go on without its pressures
   kHomePressed,  ///< subject: joint; not chosen: something may be pressed
+  // A machine whose valves do not tell where their spools are.
+  kMotionNotFollowing,  ///< subject: joint; by its angle or length it does not move as it was told
   kCount,
 };
 

@@ -112,11 +112,12 @@ class Budget {
 
 double worst_bus_load(const BusDescription& bus) {
   const auto bits = [](std::uint8_t bytes) -> double { return worst_case_bits(bytes); };
-  double bits_per_s = bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
+  double bits_per_s = bus.without_nodes() ? 0 : bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
   for (const BusFrame& frame : bus_frames(bus)) bits_per_s += frame.rate_Hz(bus.sync_Hz) * bits(frame.bytes());
   bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
   for (const BroadcastFrame& frame : bus.broadcasts)
     bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
+  for (const CommandFrame& frame : bus.commands) bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
   return bits_per_s / bus.bit_rate;
 }
 

@@ -15,7 +15,7 @@ inline constexpr double kLongestBlind_ms = 200;
 inline constexpr double kOverRange = 1.1;  ///< A pressure is told to be too high, not the highest there is.
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats,
-/// and what the machine sends by itself.
+/// what the machine sends by itself, and what it is told by.
 [[nodiscard]] double worst_bus_load(const BusDescription& bus);
 
 /// Each by itself brings the bus within kFullestBus: "sync_Hz = 100 with sensor_age_limit_ms = 40 (48 %)". By

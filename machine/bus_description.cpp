@@ -1,6 +1,7 @@
 #include "machine/bus_description.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace knuckle {
 namespace {
@@ -12,6 +13,11 @@ const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const 
 }
 
 }  // namespace
+
+bool moves_joint(const CommandFrame& frame) noexcept {
+  return std::any_of(frame.fields.begin(), frame.fields.end(),
+                     [](const CommandField& field) { return field.joint.has_value(); });
+}
 
 int NodeDescription::joint() const noexcept {
   if (role == NodeRole::kTilt || role == NodeRole::kEnable) return -1;
@@ -38,6 +44,35 @@ BusDescription::Broadcast BusDescription::broadcast(NodeRole role, int index) co
       if (field.info().role == role && field.info().index == index) return {&frame, &field};
   }
   return {};
+}
+
+const CommandField* BusDescription::command(int joint, bool extend) const noexcept {
+  for (const CommandFrame& frame : commands) {
+    for (const CommandField& field : frame.fields)
+      if (field.joint == joint && (extend ? field.extend : field.retract)) return &field;
+  }
+  return nullptr;
+}
+
+std::uint32_t BusDescription::command_id(int joint) const noexcept {
+  for (const CommandFrame& frame : commands) {
+    for (const CommandField& field : frame.fields)
+      if (field.joint == joint && field.extend) return frame.id;
+  }
+  return 0;
+}
+
+double BusDescription::joint_period_s() const noexcept {
+  double longest_s = 0;
+  for (const CommandFrame& frame : commands)
+    if (moves_joint(frame)) longest_s = std::max(longest_s, frame.period_s);
+  return longest_s;
+}
+
+double BusDescription::full_rate_radps(int joint, bool extend) const noexcept {
+  const CommandField* const field = command(joint, extend);
+  if (field == nullptr || command_kind != CommandKind::kJointRate) return 0;
+  return std::abs((extend ? field->extend : field->retract).value_or(0) - field->neutral);
 }
 
 bool BusDescription::measures_angle(int joint) const noexcept {
@@ -74,6 +109,7 @@ const NodeDescription* BusDescription::find(std::uint8_t id) const noexcept {
 }
 
 std::string BusDescription::node_names() const {
+  if (nodes.empty()) return "none: no node is on this machine's bus";
   std::string all;
   for (const NodeDescription& node : nodes) all += (all.empty() ? "" : ", ") + node.name;
   return all;

@@ -29,7 +29,8 @@ struct SignalInfo {
   int index;              ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
   bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
-/// All are needed, but of each joint's length and angle one. A node's place in BusDescription::nodes is that of its
+/// All are needed, but of each joint's length and angle one, and no is_status(); valves and enable only where no
+/// CommandFrame tells the joints what to do. A node's place in BusDescription::nodes is that of its
 /// first signal here. Reasons in recordings and on the link name a signal by its place: new ones go to the end.
 inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
                                      SignalInfo{"arm_spool", "arm_valve", NodeRole::kValve, 1},
@@ -47,7 +48,15 @@ inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", Node
                                      SignalInfo{"bucket_length", "bucket_encoder", NodeRole::kEncoder, 2},
                                      SignalInfo{"bucket_angle", "bucket_encoder", NodeRole::kEncoder, 2, true},
                                      SignalInfo{"slope", "tilt", NodeRole::kTilt, 0},
-                                     SignalInfo{"machine_enable", "enable", NodeRole::kEnable, 0}};
+                                     SignalInfo{"machine_enable", "enable", NodeRole::kEnable, 0},
+                                     // What the enable node's inputs say, of a machine that sends it by itself.
+                                     SignalInfo{"e_stop_closed", "e_stop_closed", NodeRole::kEnable, 1},
+                                     SignalInfo{"pilot_on", "pilot_on", NodeRole::kEnable, 2}};
+inline constexpr int kEStopClosedIndex = 1, kPilotOnIndex = 2;  ///< SignalInfo::index of NodeRole::kEnable.
+/// Whether a machine may send it by itself, and does not need it: SignalInfo::index 1 or 2 of NodeRole::kEnable.
+[[nodiscard]] constexpr bool is_status(const SignalInfo& signal) noexcept {
+  return signal.role == NodeRole::kEnable && signal.index > 0;
+}
 
 /// How a device of CiA 408 is led through its states.
 enum class ValveProfile : std::uint8_t {
@@ -137,7 +146,8 @@ struct BroadcastField {
   std::uint8_t signal = 0;  ///< Place in kSignals.
   BitField bits;            ///< To SI; of an angle or slope with sign and zero of its installation.
   /// Raw values from here on say that there is none: 0xFB of 8 bits, 0xFB00 of 16 in J1939.
-  std::optional<std::uint64_t> invalid_from;
+  std::optional<std::uint64_t> invalid_from{};
+  std::uint64_t on = 1;  ///< Of is_status(): the raw value that says yes.
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
   bool operator==(const BroadcastField&) const = default;
 };
@@ -148,10 +158,50 @@ struct BroadcastFrame {
   std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
   std::uint8_t bytes = 8;
   double period_s = 0;
-  std::vector<BroadcastField> fields;
-  FrameClosing closing;  ///< Where it has a counter or a checksum.
+  std::vector<BroadcastField> fields{};
+  FrameClosing closing{};  ///< Where it has a counter or a checksum.
   bool operator==(const BroadcastFrame&) const = default;
 };
+
+/// How the joints are told what to do.
+enum class CommandKind : std::uint8_t {
+  kSpool,          ///< CANopen valves, which tell where their spools are.
+  kPilotPressure,  ///< By frames of the machine's own bus: the pressure that moves a spool. Nobody tells where it is.
+  kCurrent,        ///< Likewise the current of the magnet that makes that pressure.
+  kJointRate,      ///< Likewise the joint's speed: the machine's own controller moves the spool.
+};
+
+/// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A,
+/// rad/s; of a constant as the file has it.
+struct CommandField {
+  std::string name;
+  BitField bits;
+  double neutral = 0;                         ///< Nothing moves by it. What is not used is sent as this.
+  double led = 0;                             ///< Of a constant: its value while an operator leads the machine.
+  std::optional<int> joint{};                 ///< The one that it moves; else it is a constant.
+  std::optional<double> extend{}, retract{};  ///< Values at the full command; neutral where there is none.
+  /// @param command [-1, 1], positive extends the joint's cylinder; of a constant anything.
+  [[nodiscard]] double value(double command, bool is_led) const noexcept {
+    if (!joint) return is_led ? led : neutral;
+    const double full = (command > 0 ? extend : retract).value_or(neutral);
+    return neutral + std::abs(command) * (full - neutral);
+  }
+  bool operator==(const CommandField&) const = default;
+};
+
+/// A frame that tells the machine's own controller what to do. When they stop, it ends all motion by itself.
+struct CommandFrame {
+  std::string name;
+  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint8_t bytes = 8;
+  double period_s = 0;
+  bool always = true;  ///< Also while nobody leads the machine.
+  std::vector<CommandField> fields{};
+  FrameClosing closing{};
+  bool operator==(const CommandFrame&) const = default;
+};
+
+[[nodiscard]] bool moves_joint(const CommandFrame& frame) noexcept;
 
 /// How values are written on the wire where devices differ.
 struct WireDescription {
@@ -166,7 +216,7 @@ struct WireDescription {
   bool operator==(const WireDescription&) const = default;
 };
 
-/// The machine's bus: its CANopen nodes, and frames of a controller that the machine has by itself.
+/// The machine's bus: its CANopen nodes, and frames from and to a controller that the machine has by itself.
 struct BusDescription {
   static constexpr int kEnableEveryNthSync = 10;  ///< The enable output is repeated: 20 Hz.
   std::uint32_t bit_rate = 500000;
@@ -175,7 +225,9 @@ struct BusDescription {
   double controller_heartbeat_s = 0.05;
   double node_heartbeat_s = 0.1;  ///< What nodes are told to produce.
   double node_heartbeat_timeout_s = 0.25;
-  double valve_watchdog_s = 0.05;      ///< RPDO event timer of the valve nodes.
+  /// After so long without set-points a valve closes by itself: RPDO event timer of the valve nodes, or what the
+  /// machine's own controller waits for command frames.
+  double valve_watchdog_s = 0.05;
   double controller_timeout_s = 0.15;  ///< Consumer time of the nodes for the controller's heartbeat.
   double sensor_age_limit_s = 0.025;
   // Patience of the start-up.
@@ -187,8 +239,10 @@ struct BusDescription {
   WireDescription wire;
   std::vector<NodeDescription> nodes;  ///< In the order of kSignals.
   std::vector<BroadcastFrame> broadcasts;
+  std::vector<CommandFrame> commands;  ///< Empty: valves are nodes.
+  CommandKind command_kind = CommandKind::kSpool;
 
-  // The one that has this signal. Loaded descriptions have all, some of them as broadcasts.
+  // The one that has this signal; of no id where it is none's: a broadcast, or a command.
   [[nodiscard]] const NodeDescription& node_of(NodeRole role, int index) const noexcept;
   [[nodiscard]] const NodeDescription& valve(std::integral auto joint) const noexcept {
     return node_of(NodeRole::kValve, static_cast<int>(joint));
@@ -202,8 +256,10 @@ struct BusDescription {
   }
   [[nodiscard]] const NodeDescription& tilt() const noexcept { return node_of(NodeRole::kTilt, 0); }
   [[nodiscard]] const NodeDescription& enable() const noexcept { return node_of(NodeRole::kEnable, 0); }
-  // Identifiers of the frames of a joint's valve: what it is told, and its status with the spool's position.
+  // Identifiers of the frames of a joint's valve: what it is told (by a command frame, what extends it), and its status
+  // with the spool's position.
   [[nodiscard]] std::uint32_t set_point_id(std::integral auto joint) const noexcept {
+    if (!commands.empty()) return command_id(static_cast<int>(joint));
     return valve(joint).rpdo_id(valve_channel(static_cast<int>(joint)).pdo());
   }
   [[nodiscard]] std::uint32_t spool_id(std::integral auto joint) const noexcept {
@@ -211,6 +267,11 @@ struct BusDescription {
   }
   /// Which axis of valve(joint) it is.
   [[nodiscard]] NodeChannel valve_channel(int joint) const noexcept;
+
+  /// The value that moves a joint this way; null where its valve is a node.
+  [[nodiscard]] const CommandField* command(int joint, bool extend) const noexcept;
+  /// Of CommandKind::kJointRate: the joint's speed at the full command [rad/s]; else 0.
+  [[nodiscard]] double full_rate_radps(int joint, bool extend) const noexcept;
 
   /// The frame that the machine sends this signal in by itself, and where; nulls where it is a node's.
   struct Broadcast {
@@ -227,7 +288,16 @@ struct BusDescription {
   [[nodiscard]] const NodeDescription* find(std::uint8_t id) const noexcept;
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.
   [[nodiscard]] std::string node_names() const;
+  /// Whether nobody needs SYNC, heartbeat or NMT.
+  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty() && by_frames(); }
+  /// Whether the machine's own controller is told what to do, and no valve or enable node.
+  [[nodiscard]] bool by_frames() const noexcept { return !commands.empty(); }
+  /// The longest period of a command frame that moves a joint; 0 where there is none.
+  [[nodiscard]] double joint_period_s() const noexcept;
   bool operator==(const BusDescription&) const = default;
+
+ private:
+  [[nodiscard]] std::uint32_t command_id(int joint) const noexcept;
 };
 
 }  // namespace knuckle

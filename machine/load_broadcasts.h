@@ -1,6 +1,9 @@
 // [[bus.broadcast]] of a machine file: frames that the machine's own controller sends.
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "machine/bus_description.h"
@@ -9,12 +12,13 @@
 
 namespace knuckle {
 
+/// Place in kSignals; nothing where this is no signal that a frame of the machine may have.
+[[nodiscard]] std::optional<std::size_t> measured_signal(const std::string& name);
+[[nodiscard]] std::vector<std::string> measured_signal_names();
+
 /// Notes what is wrong with them, each by itself and beside the others; what nodes have is not looked at.
 /// @param bus its rates and limits.
 [[nodiscard]] std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, const BusDescription& bus,
                                                           const SensorDescription& sensors);
-
-/// Notes an identifier that CANopen gives to a service of the controller or of a node. @param file the table [bus]
-void check_broadcasts_beside_nodes(const TomlTable& file, const BusDescription& bus);
 
 }  // namespace knuckle

@@ -20,6 +20,8 @@
 #include "machine/bus_frames.h"
 #include "machine/device_profile.h"
 #include "machine/load_broadcasts.h"
+#include "machine/load_commands.h"
+#include "machine/load_frames.h"
 
 namespace knuckle {
 namespace {
@@ -43,18 +45,20 @@ bool is_word_of_dbc(const std::string& name) {
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
  public:
-  explicit NodeReader(const BusDescription& bus) : wire_(bus.wire), ids_{{bus.controller_id, "controller_id"}} {
+  explicit NodeReader(const BusDescription& bus)
+      : wire_(bus.wire), commanded_(bus.by_frames()), ids_{{bus.controller_id, "controller_id"}} {
     for (const BroadcastFrame& frame : bus.broadcasts) {
       frames_.emplace(frame.id, frame.name);
       for (const BroadcastField& field : frame.fields) signals_.emplace(field.signal, frame.name);
     }
+    for (const CommandFrame& frame : bus.commands) frames_.emplace(frame.id, frame.name);
   }
 
   /// [bus.nodes]: a key for each signal.
   std::vector<NodeDescription> read_keyed(TomlTable nodes) {
     std::vector<NodeDescription> all;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
-      if (kSignals[i].is_angle) continue;
+      if (kSignals[i].is_angle || is_status(kSignals[i])) continue;
       NodeDescription node;
       node.name = kSignals[i].node;
       node.role = kSignals[i].role;
@@ -100,7 +104,8 @@ class NodeReader {
     std::string names;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
       const std::size_t other = in_place_of(i);
-      if (is_pressure_of(kSignals[i], without_pressures)) continue;
+      if (is_pressure_of(kSignals[i], without_pressures) || is_status(kSignals[i])) continue;
+      if (commanded_ && is_told(kSignals[i])) continue;
       if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
       names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
       if (other != i) names += std::string(" or ") + kSignals[other].name;
@@ -108,7 +113,18 @@ class NodeReader {
     return names;
   }
 
+  /// A node that is told what to do, beside frames that tell it; empty where there is none.
+  [[nodiscard]] std::string told() const {
+    for (const auto& [place, node] : signals_)
+      if (commanded_ && is_told(kSignals[place])) return node;
+    return "";
+  }
+
  private:
+  static bool is_told(const SignalInfo& signal) {
+    return signal.role == NodeRole::kValve || (signal.role == NodeRole::kEnable && !is_status(signal));
+  }
+
   static bool is_pressure_of(const SignalInfo& signal, int joint) {
     return joint != SensorDescription::kNone && signal.role == NodeRole::kPressure && signal.index / 2 == joint;
   }
@@ -181,7 +197,7 @@ class NodeReader {
     std::vector<const char*> names;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
-      if (kSignals[i].role != node.role) continue;
+      if (kSignals[i].role != node.role || is_status(kSignals[i])) continue;
       names.push_back(kSignals[i].name);
       places.push_back(i);
     }
@@ -352,6 +368,7 @@ class NodeReader {
   }
 
   WireDescription wire_;
+  bool commanded_;  ///< By frames, and no node.
   std::map<std::int64_t, std::string> ids_;
   std::map<std::uint32_t, std::string> frames_;
   std::map<std::size_t, std::string> signals_;
@@ -362,6 +379,7 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   if (!file.has("node") && file.has("nodes")) {
     file.require(bus.broadcasts.empty(), "broadcast",
                  "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
+    file.require(!bus.by_frames(), "command", "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
     return read.read_keyed(file.table("nodes"));
   }
   if (file.has("nodes")) {
@@ -371,6 +389,10 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
   const std::string missing = read.missing(without_pressures);
   file.require(missing.empty(), "node", "no node has " + missing, {"broadcast", ".sensors.without_pressures"});
+  const std::string told = read.told();
+  file.require(told.empty(), "command",
+               "stands beside node '" + told + "': valves and enable are nodes, or the frames tell all of it",
+               {"node"});
   const std::string beside = read.pressure_of(without_pressures);
   file.require(beside.empty(), "node",
                "there is " + beside + ", although sensors.without_pressures says that nobody measures it",
@@ -428,32 +450,45 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
-  const auto every_nth = [&file](const char* key) { return static_cast<int>(file.integer(key, 1, 8)); };
+  // What is said of nodes alone may be left away where there are none.
+  const bool nodes = file.has("node") || file.has("nodes") || !file.has("command");
+  const auto wanted = [&file, nodes](const char* key) { return nodes || file.has(key); };
+  const auto every_nth = [&](const char* key) { return wanted(key) ? static_cast<int>(file.integer(key, 1, 8)) : 1; };
   bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
   bus.valve_status_every_nth_sync = every_nth("valve_status_every_nth_sync");
   bus.tilt_every_nth_sync = every_nth("tilt_every_nth_sync");
-  bus.controller_heartbeat_s = file.number("controller_heartbeat_ms", 10, 500, kMilli);
-  bus.node_heartbeat_s = file.number("node_heartbeat_ms", 10, 500, kMilli);
+  const auto heartbeat = [&](const char* key, double& period_s) {
+    if (wanted(key)) period_s = file.number(key, 10, 500, kMilli);
+  };
+  heartbeat("controller_heartbeat_ms", bus.controller_heartbeat_s);
+  heartbeat("node_heartbeat_ms", bus.node_heartbeat_s);
   const auto at_least = [&file](const char* key, double twice_ms, const std::string& what, TomlTable::Keys of,
                                 double most_ms = 2000) {
     const double ms = file.number(key, 1, most_ms);
     file.require(ms >= 2 * twice_ms, key, "must be at least " + number_text(2 * twice_ms) + ", twice the " + what, of);
     return ms * kMilli;
   };
-  bus.node_heartbeat_timeout_s = at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli,
-                                          "nodes' heartbeat period", {"node_heartbeat_ms"});
+  if (wanted("node_heartbeat_timeout_ms"))
+    bus.node_heartbeat_timeout_s = at_least("node_heartbeat_timeout_ms", bus.node_heartbeat_s / kMilli,
+                                            "nodes' heartbeat period", {"node_heartbeat_ms"});
   bus.valve_watchdog_s = at_least("valve_watchdog_ms", period_ms * bus.set_point_every_nth_sync,
                                   "valves' command period", {"sync_Hz", "set_point_every_nth_sync"}, kLongestBlind_ms);
-  bus.controller_timeout_s = at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli,
-                                      "controller's heartbeat period", {"controller_heartbeat_ms"});
-  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", period_ms * bus.tilt_every_nth_sync, "tilt sensor's period",
-                                    {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
+  if (wanted("controller_timeout_ms"))
+    bus.controller_timeout_s = at_least("controller_timeout_ms", bus.controller_heartbeat_s / kMilli,
+                                        "controller's heartbeat period", {"controller_heartbeat_ms"});
+  bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", nodes ? period_ms * bus.tilt_every_nth_sync : 0,
+                                    "tilt sensor's period", {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
-  bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  if (wanted("controller_id")) bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
   if (file.has("broadcast")) bus.broadcasts = read_broadcasts(file.tables("broadcast"), bus, sensors);
+  if (file.has("command")) read_commands(file, file.tables("command"), bus);
   bus.nodes = read_nodes(file, bus, sensors.without_pressures);
-  check_broadcasts_beside_nodes(file, bus);
+  const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
+                      bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
+  file.require(!status || bus.by_frames(), "broadcast",
+               "e_stop_closed and pilot_on only go with [[bus.command]]: here the enable node tells both", {"command"});
+  check_frames_beside_nodes(file, bus);
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",

@@ -79,6 +79,31 @@ std::vector<WallRoom> wall_rooms(const MachineDescription& machine) {
           room("reach_m", 0, 1, machine.limits.reach_m)};
 }
 
+namespace {
+
+/// What a machine that is told by frames of its own bus does not say, and what must be there instead.
+void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
+  if (!bus.by_frames()) return;
+  if (bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field == nullptr)
+    notes.emplace_back(
+        "no frame has e_stop_closed: Knuckle does not know whether the machine's E-stop is open, which must stop the "
+        "machine by wire");
+  if (bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field == nullptr)
+    notes.emplace_back(
+        "no frame has pilot_on: Knuckle does not know whether the machine can move, and takes it that it can");
+  notes.emplace_back(
+      "nobody tells where the spools are: a valve that does not follow, or a position sensor that stands still, is "
+      "found "
+      "by the joint's motion alone, after about a second");
+  notes.push_back(
+      fmt::format("that the machine's own controller ends all motion {} ms after the last command frame is not proved: "
+                  "try it, with "
+                  "the bucket on the ground, before anybody relies on it",
+                  number_text(1e3 * bus.valve_watchdog_s)));
+}
+
+}  // namespace
+
 std::vector<std::string> machine_notes(const MachineDescription& machine) {
   constexpr double kWorthTelling = 0.01;
   std::vector<std::string> notes;
@@ -96,6 +121,7 @@ std::vector<std::string> machine_notes(const MachineDescription& machine) {
         "on that way. Relief valves alone bound this cylinder's pressure, and a frozen encoder of it is found after "
         "some centimetres instead of millimetres",
         kJointNames[static_cast<std::size_t>(without)]));
+  add_unknowns(machine.bus, notes);
   return notes;
 }
 

@@ -119,8 +119,9 @@ class SideReplay {
  public:
   using Loop = std::remove_cvref_t<decltype(loop_of(std::declval<Whole>()))>;
   using Tap = std::function<void(Time, const Loop&)>;
-  SideReplay(Side side, bool changed, ReplayResult& result, Tap tap)
-      : side_(side), changed_(changed), result_(result), tap_(std::move(tap)) {}
+  using StatesTap = std::function<void(const State&, const State&)>;
+  SideReplay(Side side, bool changed, ReplayResult& result, Tap tap, StatesTap states_tap = {})
+      : side_(side), changed_(changed), result_(result), tap_(std::move(tap)), states_tap_(std::move(states_tap)) {}
 
   [[nodiscard]] ReplayedWires& wires() noexcept { return wires_; }
   void make(std::unique_ptr<Whole> whole) { whole_ = std::move(whole); }
@@ -153,6 +154,7 @@ class SideReplay {
   void compare(const State& recorded, std::span<const std::string> lacks) {
     run(&recorded);
     const State replayed = state_of(at_, loop_of(*whole_));
+    if (states_tap_) states_tap_(recorded, replayed);
     const std::string was = gist(recorded), is = gist(replayed);
     if (was != is && (was != told_recorded_ || is != told_replayed_) && result_.changes.size() < kMostChanges) {
       result_.changes.push_back({side_, at_, was, is});
@@ -233,6 +235,7 @@ class SideReplay {
   bool changed_;
   ReplayResult& result_;
   Tap tap_;
+  StatesTap states_tap_;
   ReplayedWires wires_;
   std::unique_ptr<Whole> whole_;
   StepWires pending_;
@@ -276,7 +279,7 @@ struct Replay::Impl {
   Impl(const ReplaySetup& setup, ReplayTaps taps)
       : setup_(setup),
         operator_(Side::kOperator, setup.changed, result_, std::move(taps.operator_step)),
-        machine_(Side::kMachine, setup.changed, result_, std::move(taps.machine_step)) {
+        machine_(Side::kMachine, setup.changed, result_, std::move(taps.machine_step), std::move(taps.machine_states)) {
     const Head& head = setup_.head;
     result_.sides[0].recorded = head.has_operator;
     result_.sides[1].recorded = head.has_machine;

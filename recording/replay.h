@@ -17,6 +17,7 @@
 #include "recording/recording.h"
 #include "recording/wire_events.h"
 #include "slave/slave_loop.h"
+#include "slave/slave_state.h"
 
 namespace knuckle::recording {
 
@@ -81,6 +82,7 @@ struct ReplaySetup {
 struct ReplayTaps {
   std::function<void(Time, const master::MasterLoop&)> operator_step;
   std::function<void(Time, const slave::SlaveLoop&)> machine_step;
+  std::function<void(const slave::SlaveState& recorded, const slave::SlaveState& replayed)> machine_states{};
 };
 
 class Replay {

@@ -1,11 +1,13 @@
 // The machine's CANopen nodes: valves of one or several axes (CiA 408), pressure transmitters of one or several
-// channels (404), wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401); and the frames that
-// the machine sends by itself. They know plain signals and frames, and nothing of the plant.
+// channels (404), wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401); and the controller
+// that the machine has by itself, with the frames that it sends. They know plain signals and frames, and nothing of the
+// plant.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <span>
 #include <utility>
@@ -16,6 +18,7 @@
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "sim/lss_node.h"
+#include "sim/own_controller.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 
@@ -194,6 +197,7 @@ struct MachineSignals {
   JointVector cylinder_m = JointVector::Zero(), cylinder_mps = JointVector::Zero();
   double slope_rad = 0;                         ///< At the tilt sensor.
   JointVector shaft_rad = JointVector::Zero();  ///< Joint angles, as rotary encoders' shafts turn with them.
+  JointVector lever_m = JointVector::Zero();    ///< Of the cylinders on their joints.
 };
 /// What the nodes ask of the machine.
 struct NodeOutputs {
@@ -356,7 +360,7 @@ class CanNodes {
   bool send_emcy(std::uint8_t node, std::uint16_t code) noexcept;
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;
-  void set_estop(bool pressed) noexcept { enable_.set_estop(pressed); }
+  void set_estop(bool pressed) noexcept;
   void set_plain_enable() noexcept { enable_.set_plain(); }
   /// nullptr where there is none.
   [[nodiscard]] NodeProtocol* node(std::uint8_t id) noexcept;
@@ -365,6 +369,7 @@ class CanNodes {
   [[nodiscard]] double noise(double sigma) noexcept { return sigma > 0 ? sigma * normal_(random_) : 0.0; }
   void hear(Time now) noexcept;
   [[nodiscard]] double sensed(const SignalInfo& signal, const MachineSignals& signals) const noexcept;
+  [[nodiscard]] std::uint64_t raw_status(const BroadcastField& field) const noexcept;
   [[nodiscard]] double noise_of(const SignalInfo& signal) noexcept;
   void step_sensors(const MachineSignals& signals) noexcept;
   void step_broadcasts(const MachineSignals& signals) noexcept;
@@ -385,6 +390,8 @@ class CanNodes {
   std::vector<NodeChannel> encoder_signals_;
   NodeChannel tilt_signal_;
   EnableNode enable_;
+  std::optional<OwnController> own_;  // of a machine that is told by frames
+  bool estop_ = false;
   std::vector<BroadcastFrame> broadcasts_;
   std::vector<Time> broadcast_due_;
   std::vector<std::uint64_t> broadcast_count_;

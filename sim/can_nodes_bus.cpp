@@ -49,6 +49,10 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   enable_at_ = all_.size();
   all_.push_back(&enable_.protocol());
   silent_.assign(all_.size(), 0);
+  if (machine.bus.by_frames()) {
+    own_.emplace(machine);
+    silent_[enable_at_] = 1;  // there is none
+  }
   broadcast_due_.assign(broadcasts_.size(), Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
 }
@@ -61,6 +65,7 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < valves_.size(); ++i) step_node(i, valves_[i], spools_of(i));
   step_sensors(signals);
   step_node(enable_at_, enable_);
+  if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa});
   step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
     // The enable node hears its neighbours over the bus, which carries nothing while it is down.
@@ -83,7 +88,14 @@ void CanNodes::hear(Time now) noexcept {
       if (!silent_[i]) all_[i]->receive(frame, now, out_);
     }
     if (!silent_[enable_at_]) enable_.observe(frame);
+    if (own_) own_->hear(frame, now);
   }
+}
+
+void CanNodes::set_estop(bool pressed) noexcept {
+  estop_ = pressed;
+  enable_.set_estop(pressed);
+  if (own_) own_->set_estop(pressed);
 }
 
 /// With the sensor's errors but its noise; of a length or an angle likewise.
@@ -103,6 +115,13 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
       break;
   }
   return 0;
+}
+
+std::uint64_t CanNodes::raw_status(const BroadcastField& field) const noexcept {
+  const bool pilot = own_ ? own_->pilot() : enable_.pilot();
+  const bool yes = field.info().index == kPilotOnIndex ? pilot : !estop_;
+  const std::uint64_t no = field.on == 0 ? 1 : 0;
+  return yes ? field.on : no;
 }
 
 double CanNodes::noise_of(const SignalInfo& signal) noexcept {
@@ -144,6 +163,10 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
     broadcast_due_[i] = now_ + from_seconds(sent.period_s);
     CanFrame frame{.id = sent.id, .size = sent.bytes, .data = {}};
     for (const BroadcastField& field : sent.fields) {
+      if (is_status(field.info())) {
+        write_raw(field.bits, raw_status(field), frame);
+        continue;
+      }
       const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
       write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
     }
@@ -160,6 +183,7 @@ ValveNode::Spools CanNodes::spools_of(std::size_t valve) const noexcept {
 }
 
 NodeOutputs CanNodes::outputs() const noexcept {
+  if (own_) return {own_->spool_demand(), own_->pilot()};
   NodeOutputs out{.pilot = enable_.pilot()};
   for (std::size_t i = 0; i < valves_.size(); ++i)
     for (const NodeChannel& axis : valve_channels_[i])
@@ -168,6 +192,7 @@ NodeOutputs CanNodes::outputs() const noexcept {
 }
 
 std::size_t CanNodes::index_of(std::uint8_t id) const noexcept {
+  if (id == 0) return all_.size();  // of no node
   for (std::size_t i = 0; i < all_.size(); ++i) {
     if (all_[i]->id() == id) return i;
   }

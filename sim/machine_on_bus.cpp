@@ -106,7 +106,7 @@ double SimulatedMachine::ripple_Pa(std::size_t channel) const noexcept {
 
 MachineSignals SimulatedMachine::signals() const noexcept {
   const PlantState& state = plant_.state();
-  MachineSignals signals{state.spool, felt_Pa_, wire_m_, wire_mps_, state.tilt_hull_rad, shaft_rad_};
+  MachineSignals signals{state.spool, felt_Pa_, wire_m_, wire_mps_, state.tilt_hull_rad, shaft_rad_, state.lever_m};
   for (std::size_t i = 0; i < felt_Pa_.size(); ++i) {
     signals.pressure_Pa[i] += plant_.truth().pressure[i].drift_Pa_per_K * state.warmth_K;
   }

@@ -7,12 +7,19 @@
 #include "core/error.h"
 #include "core/frame_words.h"
 #include "machine/description.h"
+#include "machine/reason_text.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::slave {
 namespace {
 
 constexpr double kPeriods = 3;  // two, wherever between two frames it begins
+
+std::string frame_text(std::uint32_t id, const BusDescription& bus) {
+  for (const CommandFrame& frame : bus.commands)
+    if (frame.id == id) return frame.name + " " + id_text(id);
+  return controllers_frame_text(id);
+}
 
 }  // namespace
 
@@ -21,7 +28,9 @@ std::string heard_of_other_controller(const BusDescription& bus, BusAccess& acce
   const std::vector<std::uint32_t> set_points = set_point_ids(bus);
   watched.insert(watched.end(), set_points.begin(), set_points.end());
   std::set<std::uint32_t> heard;
-  const Duration longest = from_seconds(kPeriods * std::max(bus.controller_heartbeat_s, 1 / bus.sync_Hz));
+  double longest_s = std::max(bus.controller_heartbeat_s, 1 / bus.sync_Hz);
+  for (const CommandFrame& frame : bus.commands) longest_s = std::max(longest_s, frame.period_s);
+  const Duration longest = from_seconds(kPeriods * longest_s);
   for (const Time end = access.now() + longest; access.now() < end;) {
     access.wait_until(access.now() + 1ms);
     CanFrame frame;
@@ -30,7 +39,7 @@ std::string heard_of_other_controller(const BusDescription& bus, BusAccess& acce
     }
   }
   std::string text;
-  for (const std::uint32_t id : heard) text += (text.empty() ? "" : ", ") + controllers_frame_text(id);
+  for (const std::uint32_t id : heard) text += (text.empty() ? "" : ", ") + frame_text(id, bus);
   return text;
 }
 
@@ -53,10 +62,14 @@ void refuse_unidentified(const MachineDescription& machine) {
 }
 
 void refuse_broadcasts(const MachineDescription& machine) {
-  if (machine.bus.broadcasts.empty()) return;
-  throw InputError(machine.source + ": key 'bus.broadcast': " + machine.bus.broadcasts.front().name +
-                   ": only machines whose sensors are all CANopen nodes can be commissioned and recovered so far: set "
-                   "zero_rad and sign of its signals by hand, then use knuckle slave");
+  const BusDescription& bus = machine.bus;
+  if (bus.broadcasts.empty() && !bus.by_frames()) return;
+  const bool sends = !bus.broadcasts.empty();
+  throw InputError(
+      machine.source + ": key 'bus." + (sends ? "broadcast" : "command") +
+      "': " + (sends ? bus.broadcasts.front().name : bus.commands.front().name) +
+      ": only machines whose sensors and valves are all CANopen nodes can be commissioned and recovered so "
+      "far: set zero_rad and sign of its signals by hand, then use knuckle slave");
 }
 
 }  // namespace knuckle::slave

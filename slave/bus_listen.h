@@ -23,7 +23,8 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 void refuse_unidentified(const MachineDescription& machine);
 
 /// For who commissions a machine or takes it out of where it is stuck, jogging each valve. @throws InputError in one
-/// line where the machine sends some of its sensors by itself: zero and direction of those are not found.
+/// line where frames of the machine's own controller have its sensors or tell its joints: what moves is not found by
+/// those yet.
 void refuse_broadcasts(const MachineDescription& machine);
 
 }  // namespace knuckle::slave

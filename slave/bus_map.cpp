@@ -6,16 +6,20 @@
 namespace knuckle::slave {
 
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
-  std::vector<PeriodicFrame> map{{canopen::kSyncId, 0, bus.sync_Hz}};
+  std::vector<PeriodicFrame> map;
+  const bool nodes = !bus.without_nodes();
+  if (nodes) map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
   for (const BusFrame& frame : bus_frames(bus)) map.push_back({frame.id, frame.bytes(), frame.rate_Hz(bus.sync_Hz)});
-  map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
+  if (nodes) map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
   for (const NodeDescription& node : bus.nodes)
     map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
   for (const BroadcastFrame& frame : bus.broadcasts) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
+  for (const CommandFrame& frame : bus.commands) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
   return map;
 }
 
 std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
+  if (bus.without_nodes()) return {};
   return {canopen::kNmtId, canopen::kSyncId, canopen::heartbeat_id(bus.controller_id)};
 }
 
@@ -24,6 +28,7 @@ std::vector<std::uint32_t> set_point_ids(const BusDescription& bus) {
   for (const BusFrame& frame : bus_frames(bus)) {
     if (frame.to_node) ids.push_back(frame.id);
   }
+  for (const CommandFrame& frame : bus.commands) ids.push_back(frame.id);
   return ids;
 }
 

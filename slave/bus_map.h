@@ -12,10 +12,10 @@ namespace knuckle::slave {
 /// Every frame of operation with its rate: SYNC, PDOs, heartbeats. EMCY and SDO come and go.
 [[nodiscard]] std::vector<PeriodicFrame> bus_map(const BusDescription& bus);
 
-/// NMT, SYNC and its own heartbeat: what no node sends, and another controller as well.
+/// NMT, SYNC and its own heartbeat: what no node sends, and another controller as well. None on a bus without nodes.
 [[nodiscard]] std::vector<std::uint32_t> controllers_own(const BusDescription& bus);
 
-/// Set-points of the valves and the output of the enable node: what only a controller sends, too.
+/// Set-points of the valves and the output of the enable node, or command frames: what only a controller sends, too.
 [[nodiscard]] std::vector<std::uint32_t> set_point_ids(const BusDescription& bus);
 
 /// Exact identifiers that the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO

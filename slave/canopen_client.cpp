@@ -72,7 +72,11 @@ Reason bus_fault(CanState state) noexcept {
 }  // namespace
 
 CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
-    : description_(machine.bus), bus_(bus), watch_(machine.bus), most_asked_(most_requests(machine.bus)) {
+    : description_(machine.bus),
+      commands_(machine.bus),
+      bus_(bus),
+      watch_(machine.bus),
+      most_asked_(most_requests(machine.bus)) {
   for (NodeScript& entry : node_scripts(machine)) {
     const NodeDescription& node = entry.node;
     if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
@@ -93,7 +97,9 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
   for (const SignalInfo& signal : kSignals) {
     const bool pressure = signal.role == NodeRole::kPressure;
     if (pressure && signal.index / 2 == machine.sensors.without_pressures) continue;
-    if (description_.broadcast(signal.role, signal.index).field != nullptr) continue;
+    if (description_.broadcast(signal.role, signal.index).field != nullptr || is_status(signal)) continue;
+    const bool told = signal.role == NodeRole::kValve || signal.role == NodeRole::kEnable;
+    if (told && description_.by_frames()) continue;
     if (description_.node_of(signal.role, signal.index).id == 0)
       throw InputError(machine.source + ": bus: no node has " + signal.name);
   }
@@ -276,6 +282,7 @@ void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) no
 
 /// Valves' status and the enable node's inputs.
 bool CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
+  if (!spools_seen()) return false;
   for (std::size_t i = 0; i < kJoints; ++i) {
     if (frame.id != description_.spool_id(i)) continue;
     on_valve_status(static_cast<int>(i), frame, now);
@@ -409,6 +416,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
       if (const Reason why = valve_fault(j, now)) return why;
     }
   }
+  if (!spools_seen()) return {};
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
   if (age_s > age_limit_s && tried_ != description_.enable().id) {
@@ -417,15 +425,18 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   return {};
 }
 
-void CanopenClient::end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept {
+void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now) noexcept {
   if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
   commanded_ = true;
   // From the first frame on: what a node was told before this start must not become true again when it is started.
-  send_set_points(phase_ == Phase::kOperational ? commands : PassedCommands(), now);
-  const std::uint8_t output = enable_output && phase_ == Phase::kOperational ? canopen::kOutputEnable : 0;
-  if (output != enable_sent_ || syncs_ % std::uint32_t{BusDescription::kEnableEveryNthSync} == 0) {
-    if (bus_.send(canopen::enable_output_frame(description_.enable().rpdo_id(), output))) enable_sent_ = output;
+  const bool operational = phase_ == Phase::kOperational;
+  if (spools_seen()) {
+    send_set_points(operational ? commands : PassedCommands(), now);
+    send_enable(led && operational);
+  } else {
+    commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
   }
+  if (description_.without_nodes()) return;
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;
   if (heartbeat_due && withheld_ != Withheld::kHeartbeat) {
     bus_.send(canopen::heartbeat_frame(description_.controller_id, canopen::NmtState::kOperational));
@@ -434,6 +445,12 @@ void CanopenClient::end_step(const PassedCommands& commands, bool enable_output,
   // Last, as every sensor answers it at once, with frames that go before set-points.
   if (bus_.send(canopen::sync_frame())) watch_.synced();
   ++syncs_;
+}
+
+void CanopenClient::send_enable(bool on) noexcept {
+  const std::uint8_t output = on ? canopen::kOutputEnable : 0;
+  if (output == enable_sent_ && syncs_ % std::uint32_t{BusDescription::kEnableEveryNthSync} != 0) return;
+  if (bus_.send(canopen::enable_output_frame(description_.enable().rpdo_id(), output))) enable_sent_ = output;
 }
 
 /// A frame that the controller's queue does not take is dropped: the next one is newer.

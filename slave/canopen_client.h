@@ -1,5 +1,6 @@
 // The controller's side of the machine bus: starts all nodes, keeps SYNC and heartbeat going, watches every node, and
-// sends what the safety gate let pass. Non-blocking: everything moves on in begin_step() and end_step().
+// sends what the safety gate let pass, to valves or to the machine's own controller. Non-blocking: everything moves on
+// in begin_step() and end_step(). On a bus without nodes there is nothing to start, and no SYNC and no heartbeat.
 #pragma once
 
 #include <array>
@@ -13,6 +14,7 @@
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "slave/bus_watch.h"
+#include "slave/command_frames.h"
 #include "slave/emergency_log.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
@@ -38,9 +40,10 @@ class CanopenClient {
   bool receive(const CanFrame& frame, Time now) noexcept;
   /// First thing in a loop step, after receiving: start-up, supervision.
   void begin_step(Time now) noexcept;
-  /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once), enable output, the
-  /// controller's heartbeat, which therefore stops with the loop, and SYNC.
-  void end_step(const PassedCommands& commands, bool enable_output, Time now) noexcept;
+  /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once) and enable output, or
+  /// command frames; the controller's heartbeat, which therefore stops with the loop, and SYNC.
+  /// @param led an operator leads the machine: pilot pressure is asked for.
+  void end_step(const PassedCommands& commands, bool led, Time now) noexcept;
   /// Starts all nodes anew; clears the fault. What a node was told before is asked, not told again, and only a node
   /// that does not take what it is told, or keeps an error, is reset, once.
   void restart() noexcept;
@@ -85,12 +88,19 @@ class CanopenClient {
   [[nodiscard]] bool says_stopped(std::uint8_t node) const noexcept;
   /// Whether the node is the device whose guard was proved, as far as it was asked.
   [[nodiscard]] bool same_device(std::uint8_t node) const noexcept;
+  // As the enable node says; false where there is none.
   [[nodiscard]] bool e_stop_open() const noexcept { return inputs_seen_at_ != kNever && !inputs_closed_; }
   [[nodiscard]] bool pilot_on() const noexcept { return pilot_on_; }
-  [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }    ///< Actual, [-1, 1].
-  [[nodiscard]] const JointVector& demand() const noexcept { return demand_; }  ///< As last put on the wire.
+  /// Whether valves tell where their spools are.
+  [[nodiscard]] bool spools_seen() const noexcept { return !description_.by_frames(); }
+  /// Actual, [-1, 1]; 0 where nobody tells.
+  [[nodiscard]] const JointVector& spool() const noexcept { return spool_; }
+  [[nodiscard]] const JointVector& demand() const noexcept {  ///< As last put on the wire.
+    return spools_seen() ? demand_ : commands_.demand();
+  }
+  [[nodiscard]] const CommandFrames& command_frames() const noexcept { return commands_; }
   /// When the controller last took a set-point for a valve; kNever before the first.
-  [[nodiscard]] Time set_points_at() const noexcept { return set_points_at_; }
+  [[nodiscard]] Time set_points_at() const noexcept { return spools_seen() ? set_points_at_ : commands_.sent_at(); }
 
  private:
   static constexpr int kMostToldAtOnce = 2;
@@ -147,8 +157,10 @@ class CanopenClient {
   [[nodiscard]] Reason valve_fault(std::size_t joint, Time now) const noexcept;
   [[nodiscard]] bool excused(const Node& node) const noexcept;
   void send_set_points(const PassedCommands& commands, Time now) noexcept;
+  void send_enable(bool on) noexcept;
 
   BusDescription description_;
+  CommandFrames commands_;
   CanBus& bus_;
   std::vector<Node> nodes_;                // sized once, at construction
   std::array<std::uint8_t, 128> index_{};  // node id -> position in nodes_ + 1

@@ -121,7 +121,7 @@ void CanopenClient::check_errors(Time now) noexcept {
 /// One control word further whenever the valve has followed the last one. A valve in fault gets a reset edge first.
 void CanopenClient::activate(Time now) noexcept {
   bool all_active = true;
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; spools_seen() && j < kJoints; ++j) {
     Valve& valve = valves_[j];
     const auto state = canopen::valve_state(valve.status_word);
     const ValveWords words = valve_words(description_.valve(j).profile);
@@ -152,7 +152,7 @@ void CanopenClient::activate(Time now) noexcept {
       }
     }
   }
-  if (all_active && inputs_seen_at_ != kNever) {
+  if (!spools_seen() || (all_active && inputs_seen_at_ != kNever)) {
     for (Node& node : nodes_) {
       node.errors.restart();
       node.emergency = canopen::kEmcyReset;  // what comes from here on counts beside the answer

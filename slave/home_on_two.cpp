@@ -54,6 +54,10 @@ std::optional<int> HomeOnTwo::cylinder_of(const Reason& fault) const noexcept {
   return std::nullopt;
 }
 
+bool HomeOnTwo::hindered_by(const Reason& fault) const noexcept {
+  return stage_ == Stage::kOffered && is_failure(fault.code);
+}
+
 void HomeOnTwo::note_pressed(bool pressed, Time now) noexcept {
   if (stage_ != Stage::kNothing || now - contradicted_at_ < kDoubted) return;
   pressed_ = pressed;
@@ -82,7 +86,7 @@ void HomeOnTwo::withdraw() noexcept {
 void HomeOnTwo::look(const Machine& machine, Time now) noexcept {
   machine_ = machine;
   const bool stands = (machine.rate_radps.array().abs() <= kModeLimits.machine_radps).all();  // a NaN does not
-  const bool calm = offered() && machine.known && stands && !machine.pressed;
+  const bool calm = offered() && stands && !machine.pressed;
   if (!calm)
     calm_since_ = kNever;
   else if (calm_since_ == kNever)
@@ -104,7 +108,7 @@ Reason HomeOnTwo::refusal() const noexcept {
 }
 
 void HomeOnTwo::choose(unsigned cylinder, Time now) noexcept {
-  if (!offered() || !machine_.known || cylinder != 1U << joint_) return;
+  if (!offered() || cylinder != 1U << joint_) return;
   refused_ = refusal();
   refused_at_ = now;
   if (!refused_ && calm_since_ != kNever && now - calm_since_ >= kLookedAt) stage_ = Stage::kChosen;

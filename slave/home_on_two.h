@@ -31,6 +31,10 @@ class HomeOnTwo {
   /// below the pump's relief: only pressures can hold that.
   [[nodiscard]] std::optional<int> cylinder_of(const Reason& fault) const noexcept;
 
+  /// Whether it has failed beside the cylinder that was acknowledged: nothing is offered then, but that its pressures
+  /// count as not measured can be taken back.
+  [[nodiscard]] bool hindered_by(const Reason& fault) const noexcept;
+
   /// While all pressures are known and believed: whether something is pressed. Before the first time something may be.
   void note_pressed(bool pressed, Time now) noexcept;
   /// A sensor contradicts the others while the machine is led. A transmitter of a cylinder that can be gone without has

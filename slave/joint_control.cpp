@@ -50,7 +50,9 @@ JointControl::JointControl(const MachineDescription& machine, double step_s)
       kinematics_(machine),
       law_(machine),
       step_s_(step_s),
-      dither_steps_(std::max(machine.bus.set_point_every_nth_sync, static_cast<int>(std::lround(kDither_s / step_s)))),
+      dither_steps_(
+          std::max(machine.bus.set_point_every_nth_sync,
+                   static_cast<int>(std::lround(std::max(kDither_s, machine.bus.joint_period_s()) / step_s)))),
       supply_Pa_(machine.hydraulics.load_sensing_margin_Pa),
       load_(kLoadFilter_Hz, step_s, Load::Zero()),
       velocity_(kVelocityFilter_Hz, step_s, JointVector::Zero()),
@@ -254,6 +256,11 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
 }
 
+double JointControl::rate_command(int joint, double rate_radps, bool extend) const noexcept {
+  const double share = std::abs(rate_radps) / machine_.bus.full_rate_radps(joint, extend);
+  return std::copysign(std::min(share, 1.0), extend ? 1.0 : -1.0);
+}
+
 void JointControl::limit_force(const Touch& touch, const estimation::ForceEstimate& force, double assist_N,
                                Output& output) noexcept {
   const PlanarVector force_N = raw_tip_force(touch.tip_jacobian, force);
@@ -296,6 +303,10 @@ JointControl::Output JointControl::step(const estimation::JointState& state, con
     if (!output.assist) output.assist = seen.limiting;
   }
   const JointVector cylinder_mps = state.lever_m.cwiseProduct(output.rate_radps);
+  if (machine_.bus.command_kind == CommandKind::kJointRate) {
+    for (int i = 0; i < kJoints; ++i) output.valve[i] = rate_command(i, output.rate_radps[i], cylinder_mps[i] > 0);
+    return output;
+  }
   if (!running_) load_.reset(load_of(state, force));
   load_.step(load_of(state, force));
   update_supply(cylinder_mps);

@@ -28,7 +28,7 @@ struct JointCommand {
 class JointControl {
  public:
   struct Output {
-    JointVector valve = JointVector::Zero();       ///< Spool commands [-1, 1], positive extends.
+    JointVector valve = JointVector::Zero();  ///< Spool commands or shares of full speed, [-1, 1], positive extends.
     JointVector rate_radps = JointVector::Zero();  ///< Joint rates asked of the valves.
     double contact_compliance = 0;                 ///< SlaveMessage::contact_compliance
     JointVector ahead_rad = JointVector::Zero();   ///< SlaveMessage::ahead_rad
@@ -64,6 +64,8 @@ class JointControl {
   /// Rod speed at full opening under the low-passed pressures load_.
   double full_opening_mps(int joint, bool extend) const noexcept;
   void update_supply(const JointVector& cylinder_mps) noexcept;
+  /// Share of the full speed that the machine's own controller is told.
+  [[nodiscard]] double rate_command(int joint, double rate_radps, bool extend) const noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
   void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
              bool learning) noexcept;

@@ -17,8 +17,15 @@ constexpr Duration kReleasePatience = 100ms;
 
 }  // namespace
 
-OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus) : machine_(machine), bus_(bus) {
+OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus)
+    : machine_(machine), bus_(bus), commands_(machine.bus) {
   for (const NodeDescription& node : machine.bus.nodes) held_.push_back(node.id);
+  // What nobody tells cannot be waited for.
+  pilot_off_ = !tells_pilot();
+}
+
+bool OrderlyStop::tells_pilot() const noexcept {
+  return !machine_.bus.by_frames() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
 }
 
 void OrderlyStop::step(Time now) noexcept {
@@ -26,20 +33,21 @@ void OrderlyStop::step(Time now) noexcept {
   const bool first = phase_since_ == kNever;
   if (first) phase_since_ = now;
   hear();
-  if (phase_ != Phase::kRelease) bus_.send(canopen::sync_frame());
+  if (phase_ != Phase::kRelease && !machine_.bus.without_nodes()) bus_.send(canopen::sync_frame());
   ++syncs_;
   switch (phase_) {
     case Phase::kNeutral:
-      send_commands(&ValveWords::hold, first);
+      send_commands(&ValveWords::hold, first, now);
       if (!first && (at_rest() || now - phase_since_ >= kNeutralPatience)) enter(Phase::kDisable, now);
       break;
     case Phase::kDisable:
       if (!confirmed() && now - phase_since_ < kDisablePatience) {
-        send_commands(&ValveWords::disabled, false);
+        send_commands(&ValveWords::disabled, false, now);
         ask_resting();
         break;
       }
-      bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
+      if (!machine_.bus.without_nodes())
+        bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kStopped));
       enter(Phase::kRelease, now);
       return;
     case Phase::kRelease:
@@ -66,13 +74,21 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
   phase_since_ = now;
   if (phase != Phase::kDisable) return;
   valves_ = {};  // reports from before the command confirm nothing
-  pilot_off_ = false;
+  pilot_off_ = !tells_pilot();
 }
 
 void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
+    if (const auto [sent, field] = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex);
+        sent != nullptr && sent->id == frame.id) {
+      const auto raw = read_raw(field->bits, frame);
+      const bool none = !raw || (field->invalid_from && *raw >= *field->invalid_from) ||
+                        check_frame(sent->closing, std::nullopt, frame).fault != FrameFault::kNone;
+      pilot_off_ = !none && *raw != field->on;
+    }
+    if (machine_.bus.by_frames()) continue;
     const std::uint8_t node = canopen::node_of(frame.id);
     if (const auto state = canopen::parse_heartbeat(frame)) resting_[node] = *state != canopen::NmtState::kOperational;
     if (const auto answer = canopen::parse_sdo_response(frame)) hear_answer(node, *answer);
@@ -103,6 +119,7 @@ void OrderlyStop::hear_answer(std::uint8_t node, const canopen::SdoResponse& ans
 
 /// One question in every other step: a driver of several axes answers one after the other.
 void OrderlyStop::ask_resting() noexcept {
+  if (machine_.bus.by_frames()) return;
   const int turn = syncs_ / 2 % (kJoints + 1);
   if (syncs_ % 2 != 0) return;
   const std::uint8_t enable = machine_.bus.enable().id;
@@ -115,7 +132,8 @@ void OrderlyStop::ask_resting() noexcept {
     bus_.send(canopen::sdo_upload(valve, valve_object(machine_.bus, turn, canopen::kValveStatusWord)));
 }
 
-void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept {
+void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once, Time now) noexcept {
+  if (machine_.bus.by_frames()) return commands_.step(PassedCommands(), false, bus_, now);
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
   for (int j = 0; j < kJoints; ++j) {
@@ -126,11 +144,13 @@ void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once) 
 }
 
 void OrderlyStop::heartbeat(Time now) noexcept {
+  if (machine_.bus.without_nodes()) return;
   if (to_seconds(now - heartbeat_at_) < machine_.bus.controller_heartbeat_s - 1e-6) return;
   bus_.send(canopen::heartbeat_frame(machine_.bus.controller_id, canopen::NmtState::kOperational));
   heartbeat_at_ = now;
 }
 
+/// Where nobody tells it, no spool is known to be.
 bool OrderlyStop::at_rest() const noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
     const ValveDescription& nominal = machine_.cylinders[j].valve;
@@ -148,12 +168,13 @@ bool OrderlyStop::disabled(const Valve& valve) const noexcept {
 }
 
 bool OrderlyStop::confirmed() const noexcept {
+  if (machine_.bus.by_frames()) return pilot_off_;
   return pilot_off_ && std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
 }
 
 PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {
   PerJoint<bool> open{};
-  for (std::size_t j = 0; j < kJoints; ++j) open[j] = !disabled(valves_[j]);
+  for (std::size_t j = 0; j < kJoints; ++j) open[j] = !machine_.bus.by_frames() && !disabled(valves_[j]);
   return open;
 }
 

@@ -1,7 +1,8 @@
 // Takes a running machine out of service: spools to neutral and pilot pressure off, valves disabled, nodes out of their
 // operational state and without a heartbeat to monitor, and only then no more frames. Nodes that have left their
 // operational state by themselves are asked by SDO. Where a node does not confirm, all others stay operational with
-// their watchdogs on, which then switch the outputs off.
+// their watchdogs on, which then switch the outputs off. Of a machine that is told by command frames: neutral for as
+// long as a spool may take, then no more frames; its own controller has nothing more to do by then.
 #pragma once
 
 #include <bitset>
@@ -11,6 +12,7 @@
 #include "core/joints.h"
 #include "core/time.h"
 #include "machine/description_fwd.h"
+#include "slave/command_frames.h"
 #include "slave/valve_frame.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
@@ -22,10 +24,14 @@ class OrderlyStop {
   /// @param bus outlives this.
   OrderlyStop(const MachineDescription& machine, CanBus& bus);
 
+  /// Before the first step: command frames go on where the loop's ended.
+  void go_on_from(const CommandFrames& before) noexcept { commands_.go_on_from(before); }
+
   /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
   void step(Time now) noexcept;
   [[nodiscard]] bool done() const noexcept { return phase_ == Phase::kDone; }
-  /// Valves that did not confirm disabled, and an enable node that did not confirm pilot pressure off.
+  /// Valves that did not confirm disabled, and an enable node, or a machine that tells it, that did not confirm pilot
+  /// pressure off.
   [[nodiscard]] PerJoint<bool> unconfirmed_valves() const noexcept;
   [[nodiscard]] bool unconfirmed_pilot() const noexcept { return !pilot_off_; }
 
@@ -39,15 +45,17 @@ class OrderlyStop {
   void hear() noexcept;
   void hear_answer(std::uint8_t node, const canopen::SdoResponse& answer) noexcept;
   void ask_resting() noexcept;
-  void send_commands(std::uint16_t ValveWords::*state, bool at_once) noexcept;
+  void send_commands(std::uint16_t ValveWords::*state, bool at_once, Time now) noexcept;
   void heartbeat(Time now) noexcept;
   void enter(Phase phase, Time now) noexcept;
+  [[nodiscard]] bool tells_pilot() const noexcept;
   [[nodiscard]] bool at_rest() const noexcept;
   [[nodiscard]] bool confirmed() const noexcept;
   [[nodiscard]] bool disabled(const Valve& valve) const noexcept;
 
   const MachineDescription& machine_;
   CanBus& bus_;
+  CommandFrames commands_;
   std::vector<std::uint8_t> held_;  // node ids still to be released
   Phase phase_ = Phase::kNeutral;
   Time phase_since_ = kNever, heartbeat_at_ = kNever;

@@ -119,7 +119,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
-  const double most = measured ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
+  const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
   if (unseen <= most) return {};
   return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, most);
 }
@@ -173,9 +173,14 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;
   };
-  for (int i = 0; i < kJoints; ++i) {
-    note(frozen(i, measurement, spool[i]));
-    note(moving_while_closed(i, measurement, spool[i]));
+  // A commanded speed says nothing of the valve's opening: MotionMonitor looks at the motion.
+  const bool by_rate = bus_.command_kind == CommandKind::kJointRate;
+  for (int i = 0; !by_rate && i < kJoints; ++i) {
+    for (Reason why : {frozen(i, measurement, spool[i]), moving_while_closed(i, measurement, spool[i])}) {
+      if (why && bus_.command_kind != CommandKind::kSpool)
+        why = {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(i), why.value, why.limit};
+      note(why);
+    }
   }
   for (std::size_t i = 0; i < chambers_.size(); ++i) note(stuck(i, measurement));
   return first;

@@ -57,9 +57,9 @@ class Plausibility {
  public:
   /// @param step_s the fixed time between calls.
   Plausibility(const MachineDescription& machine, double step_s);
-  /// @param spool actual spool positions, [-1, 1], positive = extend.
-  /// @return kSensorImplausible with the node or signal; value and limit in the unit of the rule (m, s or samples). Not
-  /// latched.
+  /// @param spool actual spool positions, [-1, 1], positive = extend; where nobody tells them, where they should be.
+  /// @return kSensorImplausible with the node or signal; value and limit in the unit of the rule (m, s or samples).
+  /// kMotionNotFollowing where it may be the valve as well, because nobody tells its spool. Not latched.
   [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
   void reset() noexcept;
 

@@ -98,7 +98,11 @@ class GateLimiter {
   }
 
   void magnitude() noexcept {
-    for (int i = 0; i < kJoints; ++i) cap(i, limits_.table.command, kLimitMagnitude);
+    for (int i = 0; i < kJoints; ++i) {
+      cap(i, limits_.table.command, kLimitMagnitude);
+      if (const auto rate = full_rate(i); rate && commands_[i] != 0)
+        cap(i, limits_.max_rate_radps[i] / *rate, kLimitVelocity);
+    }
   }
 
   /// Slow, where a cylinder's transmitters failed: nobody knows what it presses.
@@ -118,7 +122,7 @@ class GateLimiter {
       if (direction == 0) continue;
       const double bound = direction > 0 ? limits_.max_rad[i] : limits_.min_rad[i];
       const double left_rad = direction * (bound - state_.angle_rad[i]);
-      if (cap_speed(i, left_rad / limits_.table.range_stop_s, kLimitJointRange)) {
+      if (cap_speed(i, left_rad / (limits_.table.range_stop_s + limits_.frames_stop_s), kLimitJointRange)) {
         const double deg = 180 / std::numbers::pi;
         tell(joint_reason(ReasonCode::kJointLimit, i, state_.angle_rad[i] * deg, bound * deg));
       }
@@ -181,9 +185,15 @@ class GateLimiter {
     return false;
   }
   double worst_load_Pa() const noexcept { return limits_.main_relief_Pa - limits_.load_sensing_margin_Pa; }
-  double dead_band(int i) const noexcept { return valve(i).dead_band(commands_[i] > 0); }
-  /// Of the nominal flow that the command lets through; 0 inside the dead band.
+  double dead_band(int i) const noexcept { return limits_.full_rate_radps ? 0 : valve(i).dead_band(commands_[i] > 0); }
+  /// Where the machine's own controller makes the command a speed, pressures and valves have no part in it [rad/s].
+  [[nodiscard]] std::optional<double> full_rate(int i) const noexcept {
+    if (!limits_.full_rate_radps) return std::nullopt;
+    return (*limits_.full_rate_radps)[commands_[i] > 0 ? 1 : 0][i];
+  }
+  /// Of the flow at full opening that the command lets through; 0 inside the dead band.
   double flow_share(int i) const noexcept {
+    if (limits_.full_rate_radps) return std::abs(commands_[i]);
     return valve(i).flow_share(valve(i).opening(commands_[i]), commands_[i] > 0);
   }
   std::size_t driven_chamber(int i) const noexcept {
@@ -196,20 +206,25 @@ class GateLimiter {
   }
   /// Flow at full opening from what the pump then supplies [m3/s].
   double full_flow(int i) const noexcept {
+    if (const auto rate = full_rate(i)) return *rate * std::abs(state_.lever_m[i]) * driven_area_m2(i);
     const double drop_Pa =
         std::max(limits_.load_sensing_margin_Pa, supply_Pa_ - (known(i) ? state_.pressure_Pa[driven_chamber(i)] : 0));
     return valve(i).nominal_flow_m3ps * std::sqrt(drop_Pa / valve(i).nominal_drop_Pa);
   }
   /// Joint speed at full opening [rad/s].
   double full_speed(int i) const noexcept {
-    const double area = commands_[i] > 0 ? limits_.head_area_m2[i] : limits_.rod_side_area_m2[i];
-    return std::min(full_flow(i), limits_.pump_flow_m3ps) / area / std::abs(state_.lever_m[i]);
+    if (const auto rate = full_rate(i)) return *rate;
+    return std::min(full_flow(i), limits_.pump_flow_m3ps) / driven_area_m2(i) / std::abs(state_.lever_m[i]);
+  }
+  double driven_area_m2(int i) const noexcept {
+    return commands_[i] > 0 ? limits_.head_area_m2[i] : limits_.rod_side_area_m2[i];
   }
 
   /// Joint speed at full opening, whichever edge lets more oil through: the one that the pump feeds, its own flow not
   /// counted, or the other under a load that runs ahead [rad/s]. Nothing that hangs on a cylinder without pressures
   /// weighs more than the pump could lift.
   double fastest_at_full_opening(int i) const noexcept {
+    if (const auto rate = full_rate(i)) return *rate;
     const std::size_t in = driven_chamber(i), out = in ^ 1U;
     const double in_Pa =
         known(i) ? supply_Pa_ - state_.pressure_Pa[in] : known_load_Pa_ + limits_.load_sensing_margin_Pa;
@@ -238,6 +253,7 @@ class GateLimiter {
   /// @param limit_share of the nominal flow; at or below zero nothing may be sent at all.
   bool cap_flow(int i, double limit_share, LimitFlag flag) noexcept {
     if (limit_share <= 0) return cap(i, 0, flag);
+    if (limits_.full_rate_radps) return cap(i, limit_share, flag);
     const double opening = valve(i).opening_for(limit_share, commands_[i] > 0);
     return opening < 1 && cap(i, dead_band(i) + opening * (1 - dead_band(i)), flag);
   }
@@ -253,7 +269,8 @@ class GateLimiter {
       const double lever_m = inward[i] * joint_direction(i);
       if (lever_m <= 0) continue;
       // A third each: three joints together may use up what is left.
-      hit |= cap_speed(i, left_m / (kJoints * limits_.table.wall_stop_s * lever_m), kLimitVirtualWall);
+      hit |= cap_speed(i, left_m / (kJoints * (limits_.table.wall_stop_s + limits_.frames_stop_s) * lever_m),
+                       kLimitVirtualWall);
     }
     if (hit) tell({ReasonCode::kVirtualWall, which, static_cast<float>(seen_m), static_cast<float>(bound_m)});
   }
@@ -305,6 +322,13 @@ GateLimits::GateLimits(const MachineDescription& machine, const GateTable& const
       pump_flow_m3ps(machine.hydraulics.pump_flow_m3ps),
       main_relief_Pa(machine.hydraulics.main_relief_Pa),
       kinematics(machine) {
+  if (machine.bus.by_frames()) frames_stop_s = machine.bus.joint_period_s() + constants.own_controller_s;
+  if (machine.bus.command_kind == CommandKind::kJointRate) {
+    full_rate_radps.emplace();
+    for (const bool extend : {false, true})
+      (*full_rate_radps)[extend ? 1 : 0] =
+          per_joint([&](std::size_t i) { return machine.bus.full_rate_radps(static_cast<int>(i), extend); });
+  }
   if (const int without = machine.sensors.without_pressures; without != SensorDescription::kNone)
     pressures_measured[static_cast<std::size_t>(without)] = false;
 }

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "core/joints.h"
 #include "core/reason.h"
@@ -26,6 +27,7 @@ struct GateTable {
   double range_stop_s = 0.10;      ///< Outward joint speed may be what is left of the range over this: valve delay
                                    ///< plus spool closing time.
   double wall_stop_s = 0.15;       ///< Likewise for the tip at a virtual wall.
+  double own_controller_s = 0.1;   ///< From a command frame to the valves of a machine with a controller of its own.
   double home = 0.3;               ///< Of stroke and of each joint's speed, where a cylinder's transmitters failed.
   double pressure_band_Pa = 10e5;  ///< Opening fades to zero over the last 10 bar: no chatter on sensor noise.
 };
@@ -52,6 +54,11 @@ struct GateLimits {
   PerJoint<bool>
       pressures_measured;  ///< As the file says; a state without one of them is of a machine on its way home.
   PerJoint<ValveDescription> valve;
+  /// On top of GateTable's stopping times, where the machine's own controller is told: its frames' period, and its own
+  /// lag.
+  double frames_stop_s = 0;
+  /// Where the command is the joint's speed: at the full one, for cylinders that retract and extend; else empty.
+  std::optional<std::array<JointVector, 2>> full_rate_radps;
   JointVector head_area_m2, rod_side_area_m2;
   LimitsDescription file;
   double load_sensing_margin_Pa, pump_flow_m3ps, main_relief_Pa;

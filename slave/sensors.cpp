@@ -14,6 +14,8 @@ namespace knuckle::slave {
 
 namespace {
 
+constexpr double kStatusPeriods = 3.5;  // three frames with a status may be lost
+
 /// Of a frame that is long enough.
 double value_in(const BitField& field, const CanFrame& frame) noexcept {
   return read_value(field, frame).value_or(0);
@@ -30,8 +32,10 @@ std::size_t sensor_place(const NodeChannel& channel) noexcept {
       return kSensorPressures + index;
     case NodeRole::kTilt:
       return kSensorPressures + kJoints;
-    case NodeRole::kValve:
     case NodeRole::kEnable:
+      if (is_status(channel.info())) return kStatusPlace + index - kEStopClosedIndex;
+      break;
+    case NodeRole::kValve:
       break;
   }
   return kSensorPlaces;
@@ -80,7 +84,9 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
                                                            .frame_id = frame.id,
                                                            .mapped = frame.bytes,
                                                            .field = field.bits,
-                                                           .invalid_from = field.invalid_from};
+                                                           .invalid_from = field.invalid_from,
+                                                           .on = field.on,
+                                                           .age_limit = from_seconds(kStatusPeriods * frame.period_s)};
     }
   }
 }
@@ -94,8 +100,10 @@ void SensorSet::restart() noexcept {
                            .mapped = before.mapped,
                            .field = before.field,
                            .status = before.status,
-                           .invalid_from = before.invalid_from};
-    if (i < kPressures || i == kTilt) continue;
+                           .invalid_from = before.invalid_from,
+                           .on = before.on,
+                           .age_limit = before.age_limit};
+    if (i < kPressures || i >= kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
     channels_[i].value = before.value;
     channels_[i].at = before.at;
@@ -131,6 +139,7 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
     return accept(channel, 0, false, static_cast<double>(*raw), now);
   if (which < kPressures) return on_pressure(channel, frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
+  if (which >= kStatusPlace) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
   if (tilt_on_boom_)
     on_boom_tilt(channel, frame, now);
   else
@@ -231,7 +240,12 @@ Reason SensorSet::fault(Time now) const noexcept {
             static_cast<float>(to_seconds(limit) * 1e3)};
   };
   const Reason old = stale(oldest(), age_limit_);
-  return old ? old : stale(channels_[kTilt], tilt_age_limit_);
+  if (old) return old;
+  for (std::size_t i = kStatusPlace; i < kChannels; ++i) {
+    if (!counts(i)) continue;
+    if (const Reason why = stale(channels_[i], channels_[i].age_limit)) return why;
+  }
+  return stale(channels_[kTilt], tilt_age_limit_);
 }
 
 Reason SensorSet::impossible(std::size_t which) const noexcept {
@@ -287,7 +301,7 @@ std::uint8_t SensorSet::oldest_subject() const noexcept {
 }
 
 Time SensorSet::newest_at() const noexcept {
-  return std::max_element(channels_.begin(), channels_.end(),
+  return std::max_element(channels_.begin(), channels_.begin() + kStatusPlace,
                           [](const Channel& a, const Channel& b) { return a.at < b.at; })
       ->at;
 }

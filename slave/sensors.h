@@ -37,8 +37,10 @@ struct ValidityLimits {
 };
 inline constexpr ValidityLimits kValidity{};
 
-inline constexpr std::size_t kSensorPressures = 6, kSensorPlaces = kSensorPressures + kJoints + 1;
-/// Place of what a channel measures among pressures, lengths and slope; kSensorPlaces where it measures nothing.
+inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
+                             kSensorPlaces = kStatusPlace + 2;
+/// Place of what a channel measures among pressures, lengths, slope, E-stop and pilot pressure as the machine sends
+/// them; kSensorPlaces where it measures nothing.
 [[nodiscard]] std::size_t sensor_place(const NodeChannel& channel) noexcept;
 
 /// How much older than other values a slope may be: it does not come with every SYNC.
@@ -59,6 +61,11 @@ class SensorSet {
 
   /// From now on the pressures of this joint's cylinder count as measured by nobody, or again as measured.
   void count_pressures(int joint, bool on) noexcept { pressures_count_[static_cast<std::size_t>(joint)] = on; }
+
+  // What the machine says by itself; nullopt where no frame has it, or none has come.
+  [[nodiscard]] std::optional<bool> e_stop_closed() const noexcept { return yes(kStatusPlace); }
+  [[nodiscard]] std::optional<bool> pilot_on() const noexcept { return yes(kStatusPlace + 1); }
+  [[nodiscard]] bool tells_pilot() const noexcept { return counts(kStatusPlace + 1); }
 
   /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
   /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
@@ -87,16 +94,23 @@ class SensorSet {
     BitField field{};                             ///< In its frame.
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
-    double value = 0;                             ///< Last good one, SI.
-    Time at = kNever;                             ///< Its arrival.
-    int bad = 0;                                  ///< Impossible values since.
-    double worst = 0;                             ///< The last impossible one: raw status or SI value.
-    std::optional<std::uint8_t> short_bytes{};    ///< Of the last frame, where that was too short to have a value.
-    double elsewhere = 0;                         ///< Where a length that jumped stands now, ...
-    int settled = 0;                              ///< ... for so many values.
+    std::uint64_t on = 1;                         ///< BroadcastField::on
+    Duration age_limit{};
+    double value = 0;                           ///< Last good one, SI.
+    Time at = kNever;                           ///< Its arrival.
+    int bad = 0;                                ///< Impossible values since.
+    double worst = 0;                           ///< The last impossible one: raw status or SI value.
+    std::optional<std::uint8_t> short_bytes{};  ///< Of the last frame, where that was too short to have a value.
+    double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
+    int settled = 0;                            ///< ... for so many values.
   };
   [[nodiscard]] bool counts(std::size_t which) const noexcept {
+    if (which >= kStatusPlace) return channels_[which].frame_id != 0;
     return which >= kPressures || pressures_count_[which / 2];
+  }
+  [[nodiscard]] std::optional<bool> yes(std::size_t which) const noexcept {
+    const Channel& channel = channels_[which];
+    return channel.at == kNever ? std::nullopt : std::optional(channel.value != 0);
   }
   /// A frame that the machine sends with a counter or a checksum.
   struct ClosedFrame {

@@ -15,6 +15,8 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       sensors_(machine),
       plausibility_(machine, step_s_),
       valve_monitor_(step_s_),
+      assumed_spool_(machine, step_s_),
+      motion_monitor_(machine, step_s_),
       filter_(machine, step_s_, kVelocityCutoff_Hz),
       force_(machine, step_s_),
       payload_(machine, step_s_),
@@ -108,20 +110,30 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
   if (!client_.operational() || !measurement || sensor_fault_) {
     plausibility_.reset();
     valve_monitor_.reset();
+    assumed_spool_.reset();
+    motion_monitor_.reset();
     unasked_since_ = kNever;
     return;
   }
-  sensor_fault_ = plausibility_.step(*measurement, client_.spool());
+  assumed_spool_.step(client_.demand());
+  sensor_fault_ = plausibility_.step(*measurement, spool());
   if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
-  // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
-  valve_reason_ = valve_monitor_.step(client_.demand(), client_.spool());
-  if (!client_.pilot_on() || led(decision_.state.mode))
+  valve_reason_ = watch_valves();
+  const bool pilot_told = client_.spools_seen() || sensors_.tells_pilot();
+  if (!pilot_told || !pilot_on() || led(decision_.state.mode))
     unasked_since_ = kNever;
   else if (unasked_since_ == kNever)
     unasked_since_ = now;
   if (unasked_since_ != kNever && now - unasked_since_ > kPilotFalls) {
     valve_reason_ = {ReasonCode::kPilotStaysOn, 0, 0, 0};
   }
+}
+
+Reason SlaveLoop::watch_valves() noexcept {
+  // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
+  if (client_.spools_seen()) return valve_monitor_.step(client_.demand(), client_.spool());
+  if (!state_) return {};
+  return motion_monitor_.step(client_.demand(), *state_, force_.estimate().contact);
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {
@@ -134,12 +146,12 @@ Reason SlaveLoop::machine_fault() const noexcept {
 
 ModeInputs SlaveLoop::observe(Time now) const noexcept {
   ModeInputs in;
-  in.e_stop_open = client_.e_stop_open();
+  in.e_stop_open = e_stop_open();
   in.machine_fault = machine_fault();
   in.explains_fault = explains(in.machine_fault, decision_.state.fault, client_.bus());
   in.sensor_fault = sensor_fault_ ? sensor_fault_ : home_.blocking(now);
   in.nodes_operational = client_.operational();
-  in.pilot_on = client_.pilot_on();
+  in.pilot_on = pilot_on();
   const MasterMessage& message = operator_.message();
   in.link_lost = operator_.set_point().link;
   // The newest set-point counts where the next step may follow it. Elsewhere it may jump: a device is attached anew.
@@ -216,7 +228,8 @@ bool SlaveLoop::acknowledged() noexcept {
     return std::exchange(asking_, Asking::kReleased) == Asking::kPressed && still_asked(shown);
   } else if (asking_ == Asking::kReleased) {
     const bool question = shown.code == ReasonCode::kLengthElsewhere || shown.code == ReasonCode::kBusOff ||
-                          shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown);
+                          shown.code == ReasonCode::kHomeOffered || home_.cylinder_of(shown) ||
+                          home_.hindered_by(shown);
     asking_ = question ? Asking::kPressed : Asking::kNothing;
     asked_ = shown;
   }
@@ -228,13 +241,13 @@ bool SlaveLoop::stopped() const noexcept {
   return mode == Mode::kSelfTest || mode == Mode::kFault || mode == Mode::kEStop;
 }
 
-/// A transmitter that is silent may be told of by its node's heartbeat or set-up as well, and stands beside a start-up
-/// that is tried again and again.
+/// A node that is silent may be told of by its sensors, its heartbeat or its set-up, and stands beside a start-up that
+/// is tried again and again.
 bool SlaveLoop::still_asked(const Reason& shown) const noexcept {
-  if (const auto joint = home_.cylinder_of(asked_)) {
-    const bool beside = shown.code == ReasonCode::kStartingUp;
+  const bool beside = shown.code == ReasonCode::kStartingUp;
+  if (const auto joint = home_.cylinder_of(asked_))
     return home_.cylinder_of(beside ? decision_.state.fault : shown) == joint;
-  }
+  if (home_.hindered_by(asked_)) return beside || home_.hindered_by(shown);
   const bool elsewhere = shown.code == ReasonCode::kLengthElsewhere;
   return same_cause(shown, asked_) && (!elsewhere || std::abs(shown.value - asked_.value) <= shown.limit);
 }
@@ -247,7 +260,7 @@ void SlaveLoop::go_on_if_asked(Time now) noexcept {
   if (!acknowledged()) return;
   if (asked_.code == ReasonCode::kLengthElsewhere) sensors_.believe_settled_length(asked_, now);
   if (asked_.code == ReasonCode::kBusOff) bus_.acknowledge();
-  if (asked_.code == ReasonCode::kHomeOffered) {
+  if (asked_.code == ReasonCode::kHomeOffered || home_.hindered_by(asked_)) {
     home_.withdraw();
     need_pressures(home_.joint(), true);
   } else if (const auto joint = home_.cylinder_of(asked_)) {
@@ -269,7 +282,7 @@ void SlaveLoop::go_home_if_chosen(Time now) noexcept {
   const bool known = client_.operational() && state_ && !sensor_fault_;
   home_.look({known, operator_.enable(), rest_rate_.value(), force_.estimate().contact}, now);
   const LossDecision& link = operator_.set_point();
-  if (operator_.home() == nullptr || link.link || link.hold || operator_.stop() || client_.e_stop_open()) return;
+  if (operator_.home() == nullptr || link.link || link.hold || operator_.stop() || e_stop_open()) return;
   home_.choose(operator_.home()->cylinder, now);
 }
 

@@ -18,10 +18,12 @@
 #include "slave/home_on_two.h"
 #include "slave/joint_control.h"
 #include "slave/modes.h"
+#include "slave/motion_monitor.h"
 #include "slave/operator_input.h"
 #include "slave/plausibility.h"
 #include "slave/safety_gate.h"
 #include "slave/sensors.h"
+#include "slave/unseen_spool.h"
 #include "slave/valve_monitor.h"
 #include "transport/can_bus.h"
 #include "transport/link.h"
@@ -65,6 +67,18 @@ class SlaveLoop {
   [[nodiscard]] SlaveMessage message(Time now) const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
+  /// Of the valves, [-1, 1]: as they tell; where they do not, where they should be by what they were told.
+  [[nodiscard]] const JointVector& spool() const noexcept {
+    return client_.spools_seen() ? client_.spool() : assumed_spool_.value();
+  }
+  // As the enable node says, or the machine by itself.
+  [[nodiscard]] bool e_stop_open() const noexcept {
+    return client_.e_stop_open() || !sensors_.e_stop_closed().value_or(true);
+  }
+  /// True where nobody tells.
+  [[nodiscard]] bool pilot_on() const noexcept {
+    return client_.spools_seen() ? client_.pilot_on() : sensors_.pilot_on().value_or(!sensors_.tells_pilot());
+  }
   [[nodiscard]] const HomeOnTwo& home() const noexcept { return home_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }
   /// Cumulative energy that the world put into the moving arm, while led and as far as the force is significant; only
@@ -84,6 +98,7 @@ class SlaveLoop {
   void restart_motion() noexcept;
   void watch_digging() noexcept;
   void watch_sensors(Time now) noexcept;
+  [[nodiscard]] Reason watch_valves() noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe(Time now) const noexcept;
   void command(Time now) noexcept;
@@ -103,6 +118,8 @@ class SlaveLoop {
   SensorSet sensors_;
   Plausibility plausibility_;
   ValveMonitor valve_monitor_;
+  AssumedSpool assumed_spool_;
+  MotionMonitor motion_monitor_;
   estimation::JointStateFilter filter_;
   estimation::ForceEstimator force_;
   estimation::PayloadEstimator payload_;

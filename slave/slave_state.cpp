@@ -15,8 +15,8 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.fault = slave.fault();
   state.limits = slave.limits();
   state.operational = slave.client().operational();
-  state.pilot_on = slave.client().pilot_on();
-  state.e_stop_open = slave.client().e_stop_open();
+  state.pilot_on = slave.pilot_on();
+  state.e_stop_open = slave.e_stop_open();
   if (const auto measurement = slave.sensors().measurement()) {
     state.measured = true;
     state.pressure_Pa = measurement->pressure_Pa;
@@ -72,7 +72,7 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
   state.ahead_rad = slave.control_output().ahead_rad;
   state.wanted = slave.wanted();
   state.valve_command = slave.commands();
-  state.spool = slave.client().spool();
+  state.spool = slave.spool();
   return state;
 }
 

@@ -66,7 +66,7 @@ struct SlaveState {
   JointVector ahead_rad = JointVector::Zero();
   JointVector wanted = JointVector::Zero();         ///< Before the gate, [-1, 1].
   JointVector valve_command = JointVector::Zero();  ///< After it.
-  JointVector spool = JointVector::Zero();          ///< As the valves report.
+  JointVector spool = JointVector::Zero();          ///< SlaveLoop::spool()
 
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {

@@ -27,7 +27,9 @@ OilDemand oil_demand(const MachineDescription& machine, const estimation::JointS
     const bool extends = speed_mps > 0;
     const CylinderDescription& cylinder = machine.cylinders[joint];
     const ValveDescription& valve = cylinder.valve;
-    if (extends ? spool[i] <= valve.dead_band_extend : spool[i] >= -valve.dead_band_retract) continue;
+    // A share of speed has no dead band.
+    const double shut = machine.bus.command_kind == CommandKind::kJointRate ? 0 : valve.dead_band(extends);
+    if (extends ? spool[i] <= shut : spool[i] >= -shut) continue;
     const double area_m2 = extends ? cylinder.head_area_m2() : cylinder.rod_side_area_m2();
     const double flow_m3ps = area_m2 * std::abs(speed_mps);
     demand.flow_m3ps += flow_m3ps;
@@ -54,8 +56,8 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   note_health();
   status_.stamp = slave.operator_input().session().stamp(status_.stamp.sequence + 1, now);
   status_.valve_command = slave.commands();
-  status_.spool = slave.client().spool();
-  status_.pilot_on = slave.client().pilot_on();
+  status_.spool = slave.spool();
+  status_.pilot_on = slave.pilot_on();
   const bool fresh = slave.state() && !slave.sensors().fault(now);  // the state outlives its sensors
   const OilDemand oil = fresh ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
   status_.oil_flow_m3ps = oil.flow_m3ps;

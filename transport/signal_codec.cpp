@@ -43,8 +43,8 @@ std::uint64_t raw_of(const BitField& field, double value) noexcept {
   return std::bit_cast<std::uint32_t>(static_cast<float>(number));
 }
 
-// Frames are written by tests alone: the simulator's nodes have an encoder of their own, so that no error is on both
-// sides.
+// Command frames and the simulated machine's own frames are written with it; tests read both with decoders of their
+// own.
 void write_raw(const BitField& field, std::uint64_t raw, CanFrame& frame) noexcept {
   if (!fits_a_frame(field)) return;
   const std::uint64_t mask = mask_of(field);

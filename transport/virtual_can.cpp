@@ -32,7 +32,7 @@ bool VirtualCanBus::Port::send(const CanFrame& frame) noexcept {
     ++dropped_;
     return false;
   }
-  sending_[waiting_++] = {arbitration(frame.id) << 32 | bus_->order_++, frame};
+  sending_[waiting_++] = {arbitration(frame.id) << 32 | (bus_->order_++ & 0xFFFFFFFFU), frame};
   ++bus_->waiting_;
   return true;
 }

@@ -113,6 +113,7 @@ class Doctor {
     }
     if (machine_ == nullptr) return std::move(result_);
     for (const BroadcastFrame& frame : machine_->bus.broadcasts) judge_broadcast(frame);
+    for (const CommandFrame& frame : machine_->bus.commands) judge_command(frame);
     judge_frames();
     return std::move(result_);
   }
@@ -171,8 +172,10 @@ class Doctor {
   }
 
   [[nodiscard]] bool of_machine(std::uint32_t id) const {
-    const auto& own = machine_->bus.broadcasts;
-    if (std::any_of(own.begin(), own.end(), [id](const BroadcastFrame& frame) { return frame.id == id; })) return true;
+    const auto has = [id](const auto& frames) {
+      return std::any_of(frames.begin(), frames.end(), [id](const auto& frame) { return frame.id == id; });
+    };
+    if (has(machine_->bus.broadcasts) || has(machine_->bus.commands)) return true;
     if (id > kMostId) return false;
     const std::uint8_t node = canopen::node_of(id);
     const std::uint32_t function = canopen::function_of(id);
@@ -444,13 +447,27 @@ class Doctor {
     }
     const double seen_ms = 1e3 * survey_.listened_s / static_cast<double>(heard->second.count);
     const bool is_short = heard->second.newest.size < frame.bytes;
-    const bool late = seen_ms > 1e3 * machine_->bus.sensor_age_limit_s / 2;
+    const bool only_status = std::all_of(frame.fields.begin(), frame.fields.end(),
+                                         [](const BroadcastField& field) { return is_status(field.info()); });
+    // What only says yes or no may come as often as the file says, and a little later.
+    constexpr double kStatusLate = 1.5;
+    const double most_ms = 1e3 * (only_status ? kStatusLate * frame.period_s : machine_->bus.sensor_age_limit_s / 2);
+    const bool late = seen_ms > most_ms;
     const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes", seen_ms, heard->second.newest.size);
     say(is_short || late ? Level::kFault : Level::kOk, about,
         is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)
-        : late   ? every + fmt::format("; must be at most {} ms, half of bus.sensor_age_limit_ms",
-                                       number_text(1e3 * machine_->bus.sensor_age_limit_s / 2))
+        : late   ? every + fmt::format("; must be at most {} ms, {}", number_text(most_ms),
+                                     only_status ? "one and a half of period_ms" : "half of bus.sensor_age_limit_ms")
                  : every);
+  }
+
+  /// What nobody but Knuckle may send.
+  void judge_command(const CommandFrame& frame) {
+    const auto heard = survey_.heard.find(frame.id);
+    if (heard == survey_.heard.end()) return;
+    say(Level::kNote, fmt::format("{} ({})", frame.name, id_text(frame.id)),
+        fmt::format("comes {:.0f} times a second: another sender tells the machine what to do",
+                    static_cast<double>(heard->second.count) / survey_.listened_s));
   }
 
   /// Identifiers that no node of the file sends.
@@ -458,6 +475,7 @@ class Doctor {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
     for (const BusFrame& frame : frames_) known.insert(frame.id);
     for (const BroadcastFrame& frame : machine_->bus.broadcasts) known.insert(frame.id);
+    for (const CommandFrame& frame : machine_->bus.commands) known.insert(frame.id);
     for (const auto& [id, frames] : survey_.heard) {
       const std::uint32_t function = canopen::function_of(id);
       const bool service = id <= kMostId && (function == 0x080 || function >= 0x580);

@@ -258,7 +258,7 @@ namespace {
 struct BusOptions {
   std::string action, file, id, as, machine, can, from;
   std::optional<std::uint32_t> serial;
-  std::vector<std::string> by_objects, signals;
+  std::vector<std::string> by_objects, signals, commands, constants, counters;
 };
 
 /// "0x20F0" or "0x20F0:01", the sub-index in hexadecimal.
@@ -341,14 +341,20 @@ int migrate(const std::string& machine) {
 }
 
 int import_dbc(const BusOptions& o) {
-  std::vector<WantedSignal> wanted;
-  for (const std::string& one : o.signals) wanted.push_back(wanted_signal(one));
+  std::vector<WantedSignal> signals;
+  for (const std::string& one : o.signals) signals.push_back(wanted_signal(one));
+  WantedFrames told;
+  for (const std::string& one : o.commands) told.commands.push_back(wanted_command(one));
+  for (const std::string& one : o.constants) told.constants.push_back(wanted_constant(one));
+  for (const std::string& one : o.counters) told.counters.push_back(wanted_counter(one));
+  if (signals.empty() && told.commands.empty())
+    cli::refuse_option("--signal", "", "is required by bus import, or --command is");
   cli::check_readable("FILE", o.file);
   cli::Places places;
   places.input("FILE", o.file);
   const std::string before = text_to_change(o.machine, places);
   const DbcFile dbc = read_dbc(o.file);
-  const Import import = with_broadcasts(before, o.machine, dbc, wanted);
+  const Import import = with_frames(before, o.machine, dbc, signals, told);
   for (const std::string& slip : dbc.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
   const std::string kept = write_keeping_older(o.machine, import.text);
   for (const std::string& frame : import.frames) std::cout << frame << '\n';
@@ -421,7 +427,10 @@ void check_options(const BusOptions& o) {
         {"--id", !o.id.empty(), o.id, add + assign, add + assign},
         {"--as", !o.as.empty(), o.as, add, add},
         {"--machine", !o.machine.empty(), o.machine, add + import + migrate, add + import + migrate + assign},
-        {"--signal", !o.signals.empty(), "", import, import},
+        {"--signal", !o.signals.empty(), "", "", import},
+        {"--command", !o.commands.empty(), "", "", import},
+        {"--constant", !o.constants.empty(), "", "", import},
+        {"--counter", !o.counters.empty(), "", "", import},
         {"--can", !o.can.empty(), o.can, assign, assign},
         {"--from", !o.from.empty(), o.from, "", assign},
         {"--serial", o.serial.has_value(), "", "", assign},
@@ -449,10 +458,11 @@ cli::Command bus_entry() {
       [](const cli::OptionList& command) {
         const auto o = std::make_shared<BusOptions>();
         command
-            .add_option("ACTION", o->action,
-                        "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
-                        "import: puts frames that the machine sends by itself into it. migrate: writes [bus.nodes] as "
-                        "[[bus.node]] tables")
+            .add_option(
+                "ACTION", o->action,
+                "assign-id: gives the device on the bus a node id. add: puts a device into the machine file. "
+                "import: puts frames from and to the machine's own controller into it. migrate: writes [bus.nodes] as "
+                "[[bus.node]] tables")
             .required()
             .one_of({"assign-id", "add", "import", "migrate"});
         command.add_option(
@@ -464,6 +474,20 @@ cli::Command bus_entry() {
             .add_option(
                 "--signal", o->signals,
                 "import: a signal and where it is: boom_angle=MESSAGE.SIGNAL, as the DBC calls them (repeatable)")
+            .one_value_each();
+        command
+            .add_option("--command", o->commands,
+                        "import: what moves a joint, with its values at full speed: "
+                        "boom=MESSAGE.SIGNAL:extend=0.4,retract=-0.4 (repeatable)")
+            .one_value_each();
+        command
+            .add_option("--constant", o->constants,
+                        "import: what another signal of such a message rests at: MESSAGE.SIGNAL=NEUTRAL, or "
+                        "NEUTRAL,LED where it is LED while an operator leads; MESSAGE=NEUTRAL for all others "
+                        "(repeatable)")
+            .one_value_each();
+        command
+            .add_option("--counter", o->counters, "import: the counter of such a message: MESSAGE.SIGNAL (repeatable)")
             .one_value_each();
         command.add_option(
             "--machine", o->machine,

@@ -8,10 +8,12 @@
 #include <sstream>
 #include <utility>
 
-#include "app/cli/options.h"
+#include "app/cli/command.h"
+#include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
+#include "machine/load_broadcasts.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 
@@ -21,14 +23,8 @@ namespace {
 constexpr const char* kNodeTable = "[[bus.node]]";
 
 const SignalInfo& signal_info(const std::string& name) {
-  const auto found = std::find_if(kSignals.begin(), kSignals.end(), [&](const SignalInfo& signal) {
-    return signal.name == name && signal.role != NodeRole::kValve && signal.role != NodeRole::kEnable;
-  });
-  if (found != kSignals.end()) return *found;
-  std::vector<std::string> names;
-  for (const SignalInfo& signal : kSignals)
-    if (signal.role != NodeRole::kValve && signal.role != NodeRole::kEnable) names.emplace_back(signal.name);
-  cli::refuse_option("--signal", name, fmt::format("must be one of {}", fmt::join(names, ", ")));
+  if (const auto place = measured_signal(name)) return kSignals[*place];
+  cli::refuse_option("--signal", name, fmt::format("must be one of {}", fmt::join(measured_signal_names(), ", ")));
 }
 
 /// As machine files write it; empty where they know none such.
@@ -47,21 +43,15 @@ std::string invalid_text(const DbcMessage& message, const BitField& field) {
   return "";
 }
 
-std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal) {
-  const std::string at = fmt::format("{}:{}: signal {} of {}", dbc.source, signal.line, signal.name, message.name);
-  if (signal.condition) throw InputError(at + " is multiplexed: must be in every frame of the message");
+std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info) {
+  if (is_status(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
   const std::string unit = unit_name(signal.unit);
   if (unit.empty())
     throw InputError(
-        fmt::format("{} has the unit \"{}\": must be bar, Pa, kPa, MPa, mm, m, rad or deg", at, signal.unit));
-  const BitField& field = signal.field;
-  std::string text = fmt::format("{{ start = {}, bits = {}", field.start_bit, field.bits);
-  if (field.order == BitField::Order::kBigEndian) text += ", order = \"big\"";
-  if (field.type == BitField::Type::kSigned) text += ", type = \"signed\"";
-  if (field.type == BitField::Type::kFloat) text += ", type = \"float\"";
-  text += fmt::format(", scale = {}", field.scale);
-  if (field.offset != 0) text += fmt::format(", offset = {}", field.offset);
-  return text + ", unit = \"" + unit + '"' + invalid_text(message, field) + " }";
+        fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be bar, Pa, kPa, MPa, mm, m, rad or deg",
+                    dbc.source, signal.line, signal.name, message.name, signal.unit));
+  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + '"' +
+         invalid_text(message, signal.field) + " }";
 }
 
 /// One message with what is wanted of it.
@@ -75,13 +65,7 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
   for (const WantedSignal& one : wanted) {
     (void)signal_info(one.signal);
     const DbcMessage& message = dbc.usable(one.message);
-    const DbcSignal* const signal = message.find(one.source);
-    if (signal == nullptr) {
-      std::vector<std::string> names;
-      for (const DbcSignal& has : message.signals) names.push_back(has.name);
-      throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name,
-                                   one.source, fmt::join(names, ", ")));
-    }
+    const DbcSignal* const signal = &signal_of(dbc, message, one.source);
     auto frame = std::find_if(frames.begin(), frames.end(), [&](const Frame& f) { return f.message == &message; });
     if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, {}});
     for (const Frame& other : frames) {
@@ -94,23 +78,13 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
 }
 
 std::string table_of(const DbcFile& dbc, const Frame& frame) {
-  const DbcMessage& message = *frame.message;
-  if (!message.period_s)
-    throw InputError(
-        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
-                    dbc.source, message.line, message.name));
-  const bool extended = (message.id & kExtendedId) != 0;
-  const std::uint32_t id = message.id & ~kExtendedId;
-  std::string text = fmt::format("[[bus.broadcast]]\nname = \"{}\"\nid = {}\n", message.name, id_text(message.id));
-  if (extended && id <= kMostId) text += "extended = true\n";
-  text += fmt::format("bytes = {}\nperiod_ms = {}\n[bus.broadcast.signals]\n", message.size,
-                      number_text(1e3 * *message.period_s));
+  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]") + "[bus.broadcast.signals]\n";
   for (const auto& [name, signal] : frame.signals)
-    text += fmt::format("{} = {}\n", name, field_text(dbc, message, *signal));
+    text += fmt::format("{} = {}\n", name, field_text(dbc, *frame.message, *signal, signal_info(name)));
   return text;
 }
 
-/// From its header to the next one; the signals of a broadcast are within its table.
+/// From its header to the next one; signals of a broadcast and fields of a command are within its table.
 struct Table {
   std::string kind;  ///< Its header; empty before the first.
   std::vector<std::string> lines;
@@ -120,7 +94,8 @@ std::vector<Table> tables_of(const std::string& text) {
   std::vector<Table> tables(1);
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) {
-    const bool begins = line.starts_with('[') && !line.starts_with("[bus.broadcast.");
+    const bool begins =
+        line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
     if (begins) tables.push_back({line.substr(0, line.find_first_of("# \t\r")), {}});
     tables.back().lines.push_back(line);
   }
@@ -134,11 +109,16 @@ std::string text_of(const std::vector<Table>& tables) {
   return text;
 }
 
-/// Nodes all of whose signals the frames have. @throws InputError where a node would lose but some.
+/// Nodes all of whose signals the frames have, or which are told what the frames tell. @throws InputError where a node
+/// would lose but some.
 std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::vector<WantedSignal>& wanted,
-                                        const std::string& source) {
+                                        bool commands, const std::string& source) {
   std::vector<std::string> names;
   for (const NodeDescription& node : bus.nodes) {
+    if (commands && node.is_told()) {
+      names.push_back(node.name);
+      continue;
+    }
     std::string kept;
     std::size_t lost = 0;
     for (const NodeChannel& channel : node.channels) {
@@ -190,6 +170,56 @@ std::vector<std::string> names_in(const std::string& text, const std::string& so
   return names;
 }
 
+/// What a person may have changed is not replaced.
+void refuse_again(const std::string& text, const std::string& source, const std::string& kind,
+                  const std::string& name) {
+  const std::vector<std::string> there = names_in(text, source, kind.c_str());
+  if (std::find(there.begin(), there.end(), name) == there.end()) return;
+  throw InputError(source + ": has a " + kind + " '" + name +
+                   "' already, perhaps with values set by hand: take its table out first");
+}
+
+/// What it has, and what a DBC does not say of it.
+void note(const Frame& frame, Import& import) {
+  const std::string& message = frame.message->name;
+  if (frame.message->j1939)
+    import.to_do.push_back(message +
+                           ": the identifier's last byte is the sender's address: set id as it is on the bus");
+  else if ((frame.message->id & kExtendedId) != 0)
+    import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
+  std::vector<std::string> names;
+  for (const auto& [name, signal] : frame.signals) names.push_back(name);
+  import.frames.push_back(fmt::format("{} ({}): {}", message, id_text(frame.message->id), fmt::join(names, ", ")));
+  for (const std::string& name : names) {
+    if (name.ends_with("_angle") || name == "slope")
+      import.to_do.push_back(name +
+                             ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
+    if (is_status(signal_info(name)))
+      import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
+  }
+}
+
+/// The file's text with these tables behind the last one of the bus, and without these nodes.
+std::string with_tables(const std::string& text, const std::string& source, const std::vector<std::string>& added,
+                        const std::vector<std::string>& nodes, const std::vector<std::string>& gone) {
+  std::vector<Table> tables = tables_of(text);
+  const bool found = erase_nodes(tables, nodes, gone);
+  const auto last = std::find_if(tables.rbegin(), tables.rend(), [](const Table& table) {
+    return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
+  });
+  if (!found || last == tables.rend())
+    throw InputError(source + ": its [[bus.node]] headers must each begin a line, written as here");
+  const std::string line_end = text.find("\r\n") != std::string::npos ? "\r" : "";
+  std::vector<std::string> lines;
+  for (const std::string& table : added) {
+    lines.push_back(line_end);
+    std::istringstream in(table);
+    for (std::string line; std::getline(in, line);) lines.push_back(line + line_end);
+  }
+  last->lines.insert(end_of_values(*last), lines.begin(), lines.end());
+  return text_of(tables);
+}
+
 }  // namespace
 
 WantedSignal wanted_signal(const std::string& text) {
@@ -200,54 +230,42 @@ WantedSignal wanted_signal(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1), text.substr(point + 1)};
 }
 
-Import with_broadcasts(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                       const std::vector<WantedSignal>& wanted) {
+Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
+                   const std::vector<WantedSignal>& signals, const WantedFrames& commands) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
-  const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
-  if (nodes.empty())
+  if (TomlTable::parse(machine_text, machine_source).table("bus").has("nodes"))
     throw InputError(machine_source + ": needs [[bus.node]] tables: write them by knuckle bus migrate");
-  const std::vector<Frame> frames = frames_of(dbc, wanted);
+  const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
+  const std::vector<Frame> frames = frames_of(dbc, signals);
+  const std::vector<CommandTable> told = command_tables(dbc, commands);
+  for (const CommandTable& table : told) {
+    for (const Frame& frame : frames)
+      if (dbc.usable(table.name).sender == frame.message->sender)
+        throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
+                                     table.name, frame.message->sender, frame.message->name));
+  }
   Import import;
-  import.gone_nodes = nodes_in_place(before, wanted, machine_source);
+  import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   std::vector<std::string> added;
-  const std::vector<std::string> there = names_in(machine_text, machine_source, "broadcast");
   for (const Frame& frame : frames) {
-    if (std::find(there.begin(), there.end(), frame.message->name) != there.end())
-      throw InputError(machine_source + ": has a broadcast '" + frame.message->name +
-                       "' already, perhaps with sign, zero_rad or checksum set by hand: take its table out first");
+    refuse_again(machine_text, machine_source, "broadcast", frame.message->name);
     added.push_back(table_of(dbc, frame));
-    const std::string& message = frame.message->name;
-    if (frame.message->j1939)
-      import.to_do.push_back(message +
-                             ": the identifier's last byte is the sender's address: set id as it is on the bus");
-    else if ((frame.message->id & kExtendedId) != 0)
-      import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
-    std::vector<std::string> names;
-    for (const auto& [name, signal] : frame.signals) names.push_back(name);
-    import.frames.push_back(
-        fmt::format("{} ({}): {}", frame.message->name, id_text(frame.message->id), fmt::join(names, ", ")));
-    for (const std::string& name : names) {
-      if (name.ends_with("_angle") || name == "slope")
-        import.to_do.push_back(
-            name + ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
-    }
+    note(frame, import);
   }
-  std::vector<Table> tables = tables_of(machine_text);
-  const bool found = erase_nodes(tables, nodes, import.gone_nodes);
-  const auto last = std::find_if(tables.rbegin(), tables.rend(), [](const Table& table) {
-    return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
-  });
-  if (!found || last == tables.rend())
-    throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
-  const std::string line_end = machine_text.find("\r\n") != std::string::npos ? "\r" : "";
-  std::vector<std::string> lines;
-  for (const std::string& table : added) {
-    lines.push_back(line_end);
-    std::istringstream in(table);
-    for (std::string line; std::getline(in, line);) lines.push_back(line + line_end);
+  for (const CommandTable& table : told) {
+    refuse_again(machine_text, machine_source, "command", table.name);
+    added.push_back(table.text);
+    import.frames.push_back(table.summary);
   }
-  last->lines.insert(end_of_values(*last), lines.begin(), lines.end());
-  import.text = text_of(tables);
+  if (!told.empty()) {
+    import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");
+    import.to_do.emplace_back(
+        "commands: set send = \"while_led\" where a frame may not come while nobody leads, and counter and checksum "
+        "where the machine's controller wants them");
+    import.to_do.emplace_back(
+        "valve_watchdog_ms: must be how long the machine's controller waits for command frames before it stops");
+  }
+  import.text = with_tables(machine_text, machine_source, added, nodes, import.gone_nodes);
   try {
     (void)parse_machine(import.text, machine_source);
   } catch (const FileErrors& errors) {

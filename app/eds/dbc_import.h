@@ -1,10 +1,11 @@
-// `knuckle bus import`: frames of the machine's own controller, described by its DBC, become [[bus.broadcast]] tables
-// of a machine file, which is whole by itself from then on.
+// `knuckle bus import`: frames from and to the machine's own controller, described by its DBC, become
+// [[bus.broadcast]] and [[bus.command]] tables of a machine file, which is whole by itself from then on.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "app/eds/dbc_commands.h"
 #include "app/eds/dbc_file.h"
 
 namespace knuckle::eds {
@@ -23,11 +24,10 @@ struct Import {
   std::vector<std::string> gone_nodes;  ///< Whose signals these frames have now.
   std::vector<std::string> to_do;       ///< What a DBC does not say.
 };
-/// The machine file's text with these signals as broadcasts, in place of the nodes that had them; all else as it
-/// was.
+/// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was.
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
-[[nodiscard]] Import with_broadcasts(const std::string& machine_text, const std::string& machine_source,
-                                     const DbcFile& dbc, const std::vector<WantedSignal>& wanted);
+[[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
+                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands);
 
 }  // namespace knuckle::eds

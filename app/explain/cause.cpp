@@ -79,6 +79,22 @@ Cause by_operator(const Stop& stop, const char* id, const std::string& text) {
   return Cause{id, text, {}, {}, stop.at};
 }
 
+/// Who says whether E-stop and pilot pressure are as they should be: the enable node, or a frame of the machine.
+std::string teller_text(const BusDescription& bus, int index) {
+  const BroadcastFrame* const frame = bus.broadcast(NodeRole::kEnable, index).frame;
+  return frame == nullptr ? node_text(bus.enable()) : frame->name + " (" + id_text(frame->id) + ")";
+}
+
+std::optional<Cause> motion(const Stop& stop) {
+  if (stop.reason.code != ReasonCode::kMotionNotFollowing || stop.reason.subject >= kJoints) return std::nullopt;
+  return Cause{"motion_not_following",
+               std::string("the ") + kJointNames[stop.reason.subject] + " did not move as the machine was told",
+               {"its angle or length went further than it was told, or stood while nothing held it"},
+               {"nobody tells where the spools of this machine are: a valve that sticks, a position sensor that stands "
+                "still and a fault of the machine's own controller look the same from here"},
+               stop.at};
+}
+
 std::optional<Cause> e_stop(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
   if (stop.reason.code != ReasonCode::kEmergencyStop) return std::nullopt;
   const Time at = evidence.e_stop_opened.value_or(stop.at);
@@ -88,8 +104,8 @@ std::optional<Cause> e_stop(const Stop& stop, const Evidence& evidence, const Ma
               {},
               {"a pressed button and a broken wire of the chain look the same from here"},
               at};
-  cause.supports.push_back("the input \"E-stop chain closed\" of " + node_text(machine.bus.enable()) + " went off" +
-                           (evidence.e_stop_opened ? " at " + at_text(at) : ""));
+  cause.supports.push_back("the input \"E-stop chain closed\" of " + teller_text(machine.bus, kEStopClosedIndex) +
+                           " went off" + (evidence.e_stop_opened ? " at " + at_text(at) : ""));
   const bool all = std::none_of(evidence.nodes.begin(), evidence.nodes.end(),
                                 [](const NodeSeen& seen) { return seen.silent() || !seen.emergencies.empty(); });
   if (all) cause.supports.emplace_back("no node was silent or reported an emergency: no fault of the bus");
@@ -117,8 +133,8 @@ std::optional<Cause> asked_for(const Stop& stop, const Window& window, const Evi
       return by_operator(stop, "hand_left", "the hand left the device while enable was held");
     case ReasonCode::kPilotOff: {
       Cause cause = by_operator(stop, "pilot_lost", "pilot pressure went away although the enable output was on");
-      cause.supports.push_back("the input \"pilot pressure on\" of " + node_text(machine.bus.enable()) + " went off" +
-                               (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
+      cause.supports.push_back("the input \"pilot pressure on\" of " + teller_text(machine.bus, kPilotOnIndex) +
+                               " went off" + (evidence.pilot_lost ? " at " + at_text(*evidence.pilot_lost) : ""));
       cause.against.emplace_back("the E-stop chain stayed closed");
       return cause;
     }
@@ -138,6 +154,7 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = controller_off(evidence)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;
+  if (auto cause = motion(stop)) return *cause;
   if (auto cause = node_cause(stop, window, evidence, machine)) return *cause;
   return Cause{"unclear",
                "as the loop says: " + reason_text(machine, stop.reason),

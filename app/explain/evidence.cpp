@@ -148,10 +148,25 @@ NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machin
   return seen;
 }
 
+/// What the enable node, or the machine by itself, says of E-stop and pilot pressure. @param last what it said before
+std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescription& bus, std::uint8_t last) {
+  if (!bus.by_frames()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
+  std::optional<std::uint8_t> said;
+  const auto take = [&](int index, std::uint8_t bit) {
+    const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);
+    if (sent == nullptr || sent->id != frame.id) return;
+    const bool yes = read_raw(field->bits, frame) == field->on;
+    const unsigned others = said.value_or(last) & ~unsigned{bit};
+    said = static_cast<std::uint8_t>(others | (yes ? bit : 0U));
+  };
+  take(kEStopClosedIndex, canopen::kInputEStopClosed);
+  take(kPilotOnIndex, canopen::kInputPilotOn);
+  return said;
+}
+
 void note_enable(const CanSeen& can, const MachineDescription& machine, std::uint8_t& inputs, bool& any,
                  Evidence& evidence) {
-  if (can.frame.id != machine.bus.enable().tpdo_id()) return;
-  const auto now = canopen::parse_enable(can.frame);
+  const auto now = inputs_in(can.frame, machine.bus, inputs);
   if (!now) return;
   const auto fell = [&](std::uint8_t bit) { return any && (inputs & bit) != 0 && (*now & bit) == 0; };
   if (fell(canopen::kInputEStopClosed)) evidence.e_stop_opened = can.at;
@@ -297,7 +312,7 @@ Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescri
   Evidence evidence;
   for (const NodeDescription& node : machine.bus.nodes)
     evidence.nodes.push_back(node_seen(node, machine, stop, window, evidence));
-  note_valves(stop, window, evidence);
+  if (!machine.bus.by_frames()) note_valves(stop, window, evidence);  // else nobody tells where spools are
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);
   note_device(stop, window, evidence);

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/reason_text.h"
-#include "transport/canopen.h"
+#include "machine/set_points.h"
 
 namespace knuckle::explain {
 namespace {
@@ -23,14 +23,14 @@ class ValveCommands {
   explicit ValveCommands(const MachineDescription& machine) : bus_(machine.bus) {}
   /// @return whether it was one for a valve.
   bool take(const CanFrame& frame) {
-    for (std::size_t joint = 0; joint < kJoints; ++joint) {
-      if (frame.id != bus_.set_point_id(joint)) continue;
-      if (const auto command = canopen::parse_valve_command(frame, bus_.wire.valve_full_stroke))
-        open_[joint] =
-            (command->control_word & canopen::kControlActive) == canopen::kControlActive && command->set_point != 0;
-      return true;
+    bool any = false;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      const auto told = set_point_in(frame, joint, bus_);
+      if (!told) continue;
+      open_[static_cast<std::size_t>(joint)] = *told != 0;
+      any = true;
     }
-    return false;
+    return any;
   }
   [[nodiscard]] bool neutral() const {
     return std::none_of(open_.begin(), open_.end(), [](bool open) { return open; });
@@ -98,7 +98,7 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
   for (const slave::SlaveState& state : window.machine) {
     if (state.at <= stop.at) home_before = state.home_on_two;
     pilot.see(state.at, !state.pilot_on, stop.at, after.pilot_off);
-    spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
+    if (!machine.bus.by_frames()) spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
     if (state.at > stop.at && !after.resumed) {
       if (!state.enable && enable) after.released = state.at;
       if (state.enable && !enable) after.pressed = state.at;
@@ -111,6 +111,7 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
     enable = state.enable;
   }
   note_commands(stop, window, machine, after);
+  after.spools_told = !machine.bus.by_frames();
   return after;
 }
 
@@ -122,7 +123,8 @@ std::vector<std::string> lines_of(const WhatFollowed& after, const Stop& stop) {
         "removes pilot pressure");
   else
     lines.push_back(when("valve commands neutral on the wire", after.commands_neutral, stop, after.known_until));
-  lines.push_back(when("spools in their dead bands, first reported", after.spools_neutral, stop, after.known_until));
+  if (after.spools_told)
+    lines.push_back(when("spools in their dead bands, first reported", after.spools_neutral, stop, after.known_until));
   lines.push_back(when("pilot pressure off, first reported", after.pilot_off, stop, after.known_until));
   if (after.moved_unasked) lines.emplace_back("A VALVE WAS COMMANDED AGAIN before the machine was engaged");
   std::string how =

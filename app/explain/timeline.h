@@ -20,6 +20,7 @@ struct WhatFollowed {
   std::optional<Time> commands_neutral;   ///< The last valve was commanded to neutral; before the stop: it was already.
   std::optional<Time> pilot_off;          ///< The enable node reported that pilot pressure is off; likewise.
   std::optional<Time> spools_neutral;     ///< All spools were reported within their dead bands; likewise.
+  bool spools_told = true;                ///< The machine tells where its spools are.
   bool sent_nothing = false;              ///< No frame to a valve got out any more.
   std::optional<Time> released, pressed;  ///< Enable, before it moved again.
   std::optional<Time> resumed;            ///< Engaged again.

@@ -39,8 +39,10 @@ Cause by_foreign(const char* id, const std::string& text, const HeardById& frame
   Cause cause{id, text, {}, {}, stopped};
   for (const auto& [identifier, one] : frames) {
     cause.since = std::min(cause.since, one.first);
-    cause.supports.push_back(fmt::format("{} arrived {} time{}, first at {}", controllers_frame_text(identifier),
-                                         one.times, one.times == 1 ? "" : "s", at_text(one.first)));
+    cause.supports.push_back(
+        fmt::format("{} arrived {} time{}, first at {}",
+                    identifier > kMostId ? id_text(identifier) : controllers_frame_text(identifier), one.times,
+                    one.times == 1 ? "" : "s", at_text(one.first)));
   }
   cause.supports.emplace_back("the controller does not receive its own frames: somebody else sent these");
   cause.against.emplace_back("another program on this computer and another device on the bus look the same");

@@ -16,6 +16,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"
+#include "machine/toml_reader.h"
 #include "slave/bus_map.h"
 #include "slave/sensors.h"
 #include "transport/canopen.h"
@@ -243,6 +244,11 @@ std::vector<Signal> sdo() {
 /// Angles with sign and zero of their installation.
 Signal broadcast(const BroadcastField& field) {
   const SignalInfo& info = field.info();
+  if (is_status(info)) {
+    Signal status = whole(info.name, field.bits.start_bit, field.bits.bits, fmt::format("{}: yes", field.on));
+    status.order = field.bits.order;
+    return status;
+  }
   const bool angle = info.is_angle || info.role == NodeRole::kTilt, pressure = info.role == NodeRole::kPressure;
   const double unit = pressure ? kBar : 1;
   Signal signal{.type = field.bits.type,
@@ -259,16 +265,47 @@ Signal broadcast(const BroadcastField& field) {
   return signal;
 }
 
-std::vector<Signal> broadcast(const BroadcastFrame& frame) {
-  std::vector<Signal> all;
-  for (const BroadcastField& field : frame.fields) all.push_back(broadcast(field));
+/// In rad/s, bar, A or as the file has it.
+Signal command(const CommandField& field, CommandKind kind) {
+  const bool moves = field.joint.has_value(), pressure = moves && kind == CommandKind::kPilotPressure;
+  const double unit = pressure ? kBar : 1;
+  const char* const name = pressure ? "bar" : kind == CommandKind::kCurrent ? "A" : "rad/s";
+  std::string about = fmt::format("neutral {}", number_text(field.neutral / unit));
+  if (field.led != field.neutral && !moves) about += fmt::format(", {} while led", number_text(field.led));
+  if (field.extend) about += fmt::format(", {} extends at full speed", number_text(*field.extend / unit));
+  if (field.retract) about += fmt::format(", {} retracts at full speed", number_text(*field.retract / unit));
+  return {.type = field.bits.type,
+          .order = field.bits.order,
+          .name = field.name,
+          .start_bit = field.bits.start_bit,
+          .bits = field.bits.bits,
+          .factor = rounded(field.bits.scale / unit),
+          .offset = rounded(field.bits.offset / unit),
+          .unit = moves ? name : "",
+          .about = std::move(about)};
+}
+
+void add_closing(const FrameClosing& closing, std::vector<Signal>& all) {
   const auto closes = [&](const char* name, const BitField& bits) {
     Signal signal = whole(name, bits.start_bit, bits.bits);
     signal.order = bits.order;
     all.push_back(std::move(signal));
   };
-  if (frame.closing.counter) closes("counter", frame.closing.counter->field);
-  if (frame.closing.checksum) closes("checksum", frame.closing.checksum->field);
+  if (closing.counter) closes("counter", closing.counter->field);
+  if (closing.checksum) closes("checksum", closing.checksum->field);
+}
+
+std::vector<Signal> broadcast(const BroadcastFrame& frame) {
+  std::vector<Signal> all;
+  for (const BroadcastField& field : frame.fields) all.push_back(broadcast(field));
+  add_closing(frame.closing, all);
+  return all;
+}
+
+std::vector<Signal> command(const CommandFrame& frame, CommandKind kind) {
+  std::vector<Signal> all;
+  for (const CommandField& field : frame.fields) all.push_back(command(field, kind));
+  add_closing(frame.closing, all);
   return all;
 }
 
@@ -279,10 +316,13 @@ class Messages {
       : machine_(machine), periodic_(slave::bus_map(machine.bus)), frames_(bus_frames(machine.bus, machine.sensors)) {}
 
   std::vector<Message> all() {
-    add_network();
+    if (!machine_.bus.without_nodes()) add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
     for (const BroadcastFrame& frame : machine_.bus.broadcasts)
       add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame), "Sent by the machine itself");
+    for (const CommandFrame& frame : machine_.bus.commands)
+      add(frame.id, frame.name, kController, {kMachine}, frame.bytes, command(frame, machine_.bus.command_kind),
+          frame.always ? "Also while nobody leads the machine" : "Only while an operator leads the machine");
     return std::move(messages_);
   }
 
@@ -438,7 +478,7 @@ void write_dbc(const MachineDescription& read, std::ostream& out) {
   const std::vector<Message> messages = bus_messages(machine);
   out << "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: " << kController;
   for (const NodeDescription& node : machine.bus.nodes) out << ' ' << node.name;
-  if (!machine.bus.broadcasts.empty()) out << ' ' << kMachine;
+  if (!machine.bus.broadcasts.empty() || machine.bus.by_frames()) out << ' ' << kMachine;
   out << "\n\n";
   for (const Message& message : messages) write_message(out, message);
   write_comments(out, machine, messages);

@@ -39,12 +39,12 @@ struct Message {
 
 /// The name of the node that Knuckle is.
 inline constexpr const char* kController = "controller";
-/// The one that sends what the machine sends by itself.
+/// The one that sends what the machine sends by itself, and is told by command frames.
 inline constexpr const char* kMachine = "machine_controller";
 
-/// NMT, SYNC and the controller's heartbeat; then for each node of the machine file its PDOs, heartbeat, EMCY and SDO.
-/// Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers), NODE_SDO_rx (requests). Broadcasts
-/// at last, by their names, their signals by Knuckle's.
+/// Where there are nodes, NMT, SYNC and the controller's heartbeat; then for each node of the machine file its PDOs,
+/// heartbeat, EMCY and SDO. Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers),
+/// NODE_SDO_rx (requests). Broadcasts and commands at last, by their names; signals of broadcasts by Knuckle's.
 /// @param machine as calibrated() gives it.
 [[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);
 

@@ -187,7 +187,9 @@ Identified identify(const IdentifyData& given, std::optional<Paper> paper, const
     }
     done(0.8);
     const auto commanded = [](const Recording& recording) { return !recording.valve.empty(); };
-    if (result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
+    // A commanded speed tells nothing of the valve behind it.
+    const bool tells_opening = machine.bus.command_kind != CommandKind::kJointRate;
+    if (tells_opening && result.summary.usable && std::all_of(data.training.begin(), data.training.end(), commanded))
       result.valves = learn_valves(result.machine, data.training);
   }
   result.machine.calibration_provenance = {result.method, cli::now_utc(), data.sha256, data.source,

@@ -79,8 +79,10 @@ void PathLeader::hear(Time now) noexcept {
 void PathLeader::lead(Time now) noexcept {
   if (!machine_) return;
   // Enable counts only when pressed once the machine asks for it; a fault is never cleared from here.
-  if (machine_->mode == Mode::kReady && machine_->blocking.code == ReasonCode::kEnableNotPressed && !led_) {
-    sent_.enable = true;
+  if (machine_->mode == Mode::kReady && !led_) {
+    if (machine_->blocking.code == ReasonCode::kEnableNotPressed) sent_.enable = true;
+    // One that is ready at once had not seen it released.
+    if (machine_->blocking.code == ReasonCode::kEnableHeld) sent_.enable = false;
   }
   if (!engaged() || sent_.clutch) {
     sent_.position_rad = machine_->position_rad;

@@ -181,15 +181,16 @@ void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
   side_.can.stamp(now);
   const bool commanded = side_.slave.client().commanded();
-  if (commanded) stop_.step(now);
   if (!said_off_) {
     said_off_ = true;
+    stop_.go_on_from(side_.slave.client().command_frames());
     farewell_ = side_.slave.message(now);
     farewell_.mode = Mode::kOff;
     farewell_.blocking = farewell_.fault = {};
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
+  if (commanded) stop_.step(now);
   farewell_.stamp = side_.slave.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
   side_.link.send(encode(farewell_).view());
   side_.tap.end_step(now, ReasonCode::kNone);
@@ -207,6 +208,10 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
                           emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
+  const BusDescription& bus = machine_.bus;
+  outcome.by_frames = bus.by_frames();
+  if (outcome.by_frames && stop_.unconfirmed_pilot())
+    outcome.unconfirmed.emplace_back(bus.broadcast(NodeRole::kEnable, kPilotOnIndex).frame->name);
   const auto valves = stop_.unconfirmed_valves();
   for (const NodeDescription& node : machine_.bus.nodes) {
     const bool valve = node.role == NodeRole::kValve &&
@@ -220,6 +225,8 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
 
 std::string stop_text(const SlaveOutcome& outcome) {
   if (!outcome.commanded) return "stopped: nothing was commanded, so nothing was sent";
+  if (outcome.unconfirmed.empty() && outcome.by_frames)
+    return "stopped: neutral was told until every valve had time to close, and no command frame is sent any more";
   if (outcome.unconfirmed.empty()) return "stopped: valves disabled, pilot pressure off";
   std::string open;
   for (const std::string& node : outcome.unconfirmed) open += (open.empty() ? "" : ", ") + node;

@@ -70,7 +70,8 @@ struct SlaveOutcome {
   std::uint32_t malformed_datagrams = 0;
   std::uint64_t records_lost = 0;  ///< Frames, rows, events, set-up failures, emergencies: no room for them.
   bool commanded = true;           ///< False where nothing was sent, as the machine was somebody else's all the time.
-  std::vector<std::string> unconfirmed;  ///< Nodes that did not say that they are off, by their names in the file.
+  bool by_frames = false;          ///< The machine's own controller was told by command frames.
+  std::vector<std::string> unconfirmed;  ///< Nodes and frames that did not say that all is off, by their names.
   [[nodiscard]] bool stop_confirmed() const noexcept { return commanded && unconfirmed.empty(); }
   /// @return whether it is the first of its node and code. Beyond kMostEmergencies such kinds it is lost, and counted.
   bool add(const slave::EmergencyRecord& record);

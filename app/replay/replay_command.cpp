@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/cli/command.h"
 #include "app/cli/interrupt.h"
+#include "app/replay/force_comparison.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
@@ -85,6 +87,7 @@ struct Options {
   std::vector<std::string> with;
   std::string control;
   std::string contact_model;
+  std::string true_force;
 };
 
 void print(const recording::Divergence& first) {
@@ -106,12 +109,22 @@ void print_fields(const recording::SideResult& side) {
 }
 
 int run(const Options& o) {
+  if (!o.true_force.empty() && o.contact_model.empty())
+    cli::refuse_option("--true-force", o.true_force, "only goes with --contact-model");
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   recording::ReplaySetup setup = recording::setup_of(recording);
+  const ContactModel recorded_model = setup.machine.force.contact_model;
   change(setup, {o.with, o.control, o.contact_model});
   const auto watch = [](Time, const auto& /*loop*/) { cli::check_interrupt(); };
-  const recording::ReplayResult result = recording::replay(recording, setup, {watch, watch});
+  recording::ReplayTaps taps{watch, watch};
+  std::optional<ForceComparison> forces;
+  if (!o.contact_model.empty()) {
+    forces.emplace(recorded_model, setup.machine.force.contact_model, o.true_force);
+    taps.machine_states = [&forces](const auto& recorded, const auto& replayed) { forces->add(recorded, replayed); };
+  }
+  const recording::ReplayResult result = recording::replay(recording, setup, std::move(taps));
+  const std::string comparison = forces ? forces->text() : "";
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle replay: " << remark << '\n';
   for (std::size_t i = 0; i < result.sides.size(); ++i) {
     const recording::SideResult& side = result.sides[i];
@@ -124,6 +137,7 @@ int run(const Options& o) {
     if (side.first) print(*side.first);
     print_fields(side);
   }
+  std::cout << comparison;
   if (!result.changes.empty()) std::cout << "what was held of the machine:\n";
   for (const recording::Change& change : result.changes)
     std::cout << fmt::format("  {:>10.3f} s  {}: recorded \"{}\", replayed \"{}\"\n", to_seconds(change.at),
@@ -151,7 +165,12 @@ cli::Command replay_entry() {
             "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
         command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
         command.add_option("--contact-model", options->contact_model,
-                           "Contact model in place of the recorded one: what would have been felt?");
+                           "Contact model in place of the recorded one: what would have been felt? A table compares "
+                           "the forces of the two");
+        command.add_option(
+            "--true-force", options->true_force,
+            "With --contact-model: CSV table of the same session, by knuckle simulate --csv, to tell how "
+            "far each model is off the true force");
         command.add_note(
             "A change is compared open loop: hand and machine move as recorded, whatever the changed loops command. A "
             "changed gain shows other commands and forces, not the motion that it would lead to; for that run knuckle "

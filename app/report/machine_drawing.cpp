@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/report/result_text.h"
+#include "estimation/line_of_action.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 
@@ -127,6 +128,8 @@ struct Stage {
   double size_m = 1, ground_m = 0;
   double metres_per_N = 0;
 
+  [[nodiscard]] double head_m() const { return 0.035 * size_m; }  ///< Of an arrow.
+
   Stage(const session::SessionResult& session, const std::vector<Moment>& moments) : size_m(reach_m(session.machine)) {
     ground_m = ground_level(session.scene, session.machine);
     box.extend(PlanarVector(-0.58 * size_m, ground_m - 0.06 * size_m));
@@ -193,17 +196,62 @@ void draw_scene(SvgCanvas& canvas, const session::Scene& scene, const Stage& sta
   }
 }
 
-/// An arrow from the tip along the force: a wall's push points out of the wall, where it can be seen.
-void draw_force(SvgCanvas& canvas, const char* shaft, const char* head, const PlanarVector& tip_m,
-                const PlanarVector& force_N, const Stage& stage) {
-  const double head_m = 0.035 * stage.size_m;
-  if (stage.metres_per_N * force_N.norm() < 1.5 * head_m) return;  // too small to be drawn
+bool is_drawn(const PlanarVector& force_N, const Stage& stage) {
+  return stage.metres_per_N * force_N.norm() >= 1.5 * stage.head_m();
+}
+
+PlanarVector left_of(const PlanarVector& force_N) {
   const PlanarVector along = force_N.normalized();
-  const PlanarVector aside(-along.y(), along.x());
-  const PlanarVector point = tip_m + stage.metres_per_N * force_N;
-  const PlanarVector neck = point - head_m * along;
-  canvas.polyline(shaft, {tip_m, neck});
-  canvas.polygon(head, {point, neck + 0.45 * head_m * aside, neck - 0.45 * head_m * aside});
+  return {-along.y(), along.x()};
+}
+
+/// An arrow from where the force acts: a wall's push points out of the wall, where it can be seen.
+void draw_force(SvgCanvas& canvas, const char* shaft, const char* head, const PlanarVector& from_m,
+                const PlanarVector& force_N, const Stage& stage) {
+  if (!is_drawn(force_N, stage)) return;
+  const PlanarVector aside = 0.45 * stage.head_m() * left_of(force_N);
+  const PlanarVector point = from_m + stage.metres_per_N * force_N;
+  const PlanarVector neck = point - stage.head_m() * force_N.normalized();
+  canvas.polyline(shaft, {from_m, neck});
+  canvas.polygon(head, {point, neck + aside, neck - aside});
+}
+
+/// Where the estimated force's line of action comes into the bucket, drawn at this pose: there the world pushes. Of a
+/// line that passes the bucket by, its point nearest to the tip; without a line the tip.
+PlanarVector pushed_at(const MachineDescription& machine, const MachinePose& pose, const slave::SlaveState& state) {
+  if (state.line_sigma_m == 0) return pose.tip_m;
+  const PlanarVector left = left_of(state.tip_force_N);
+  const PlanarVector at = pose.tip_m + state.line_offset_m * left;
+  const auto corners = bucket_outline(machine);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const PlanarVector corner = pose.bucket * corners[i], next = pose.bucket * corners[(i + 1) % corners.size()];
+    const double before = left.dot(corner - at), after = left.dot(next - at);
+    // Counter-clockwise along the outline the line comes in where the corners change from its left to its right.
+    if (before >= 0 && after < 0) return corner + before / (before - after) * (next - corner);
+  }
+  return at;
+}
+
+/// Along the line of action, as wide as 95 % of it.
+void draw_line_of_action(SvgCanvas& canvas, const PlanarVector& at_m, const slave::SlaveState& state,
+                         const Stage& stage) {
+  if (state.line_sigma_m == 0 || !is_drawn(state.tip_force_N, stage)) return;
+  const PlanarVector along = 0.15 * stage.size_m * state.tip_force_N.normalized();
+  const PlanarVector aside = kTwoSided95 * state.line_sigma_m * left_of(state.tip_force_N);
+  canvas.polygon("line", {at_m - along + aside, at_m - along - aside, at_m + along - aside, at_m + along + aside});
+}
+
+/// What the machine knew beyond the size of a force that is drawn; empty where it knew nothing.
+std::string force_text(const slave::SlaveState& state, const Stage& stage) {
+  if (state.tip_torque_sigma_Nm == 0 || !is_drawn(state.tip_force_N, stage)) return {};
+  const std::string text = "estimated torque about the tip " + number_text(state.tip_torque_Nm) + " ± " +
+                           shown(kTwoSided95 * state.tip_torque_sigma_Nm, "N m");
+  const auto side = std::ranges::max_element(state.touched_share);
+  if (state.line_sigma_m == 0) return text + "; line of action not known";
+  if (*side == 0) return text + "; its line of action passes the bucket by";
+  return text + "; most likely touched: " +
+         estimation::kBucketSideNames[static_cast<std::size_t>(side - state.touched_share.begin())] + " (" +
+         number_text(100 * *side, 2) + " %)";
 }
 
 std::vector<PlanarVector> trail(const session::SessionRecord& record, std::size_t row) {
@@ -234,8 +282,13 @@ std::string frame_svg(const session::SessionResult& session, const Stage& stage,
   draw_scene(canvas, session.scene, stage, s.t_s);
   canvas.polyline("trail", trail(session.record, row));
   draw_machine(canvas, session.machine, s.truth.joint_rad, stage.ground_m);
-  draw_force(canvas, "truth", "truthhead", s.truth.tip_m, s.truth.tip_force_N, stage);
-  draw_force(canvas, "estimate", "estimatehead", s.truth.tip_m, s.machine.tip_force_N, stage);
+  const MachinePose pose = pose_of(session.machine, s.truth.joint_rad);
+  const PlanarVector estimated_m = pushed_at(session.machine, pose, s.machine);
+  draw_line_of_action(canvas, estimated_m, s.machine, stage);
+  const bool acts = !s.truth.contact_m.isZero(0);
+  draw_force(canvas, "truth", "truthhead", acts ? PlanarVector(pose.bucket * s.truth.contact_m) : s.truth.tip_m,
+             s.truth.tip_force_N, stage);
+  draw_force(canvas, "estimate", "estimatehead", estimated_m, s.machine.tip_force_N, stage);
   draw_scale_bar(svg, stage);
   svg << "</svg>";
   return svg.str();
@@ -288,7 +341,8 @@ std::vector<Frame> filmstrip(const session::SessionResult& session) {
   const std::vector<Moment> moments = key_moments(session.record);
   const Stage stage(session, moments);
   for (const Moment& m : moments)
-    frames.push_back({session.record.samples[m.row].t_s, m.label, frame_svg(session, stage, m.row)});
+    frames.push_back({session.record.samples[m.row].t_s, m.label, frame_svg(session, stage, m.row),
+                      force_text(session.record.samples[m.row].machine, stage)});
   return frames;
 }
 
@@ -304,6 +358,7 @@ std::string filmstrip_css() {
 .frame .barrel{fill:none;stroke:var(--edge);stroke-linecap:butt}.frame .rod{fill:none;stroke:var(--rod);stroke-linecap:butt}
 .frame .rocker{fill:none;stroke:var(--edge)}.frame .pin{fill:var(--paper);stroke:var(--edge);stroke-width:.01}
 .frame .truth{fill:none;stroke:var(--vermilion);stroke-width:.045}.frame .truthhead{fill:var(--vermilion)}
+.frame .line{fill:var(--blue);fill-opacity:.22;stroke:none}
 .frame .estimate{fill:none;stroke:var(--blue);stroke-width:.018}.frame .estimatehead{fill:var(--blue)}
 .frame path.scale{fill:none;stroke:var(--ink);stroke-width:.014}.frame text.scale{fill:var(--ink)}
 )";

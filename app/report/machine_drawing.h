@@ -53,7 +53,8 @@ inline constexpr std::size_t kMostMoments = 9;
 struct Frame {
   double t_s = 0;
   std::string label;
-  std::string svg;  ///< For use inside HTML; classes are styled by filmstrip_css().
+  std::string svg;    ///< For use inside HTML; classes are styled by filmstrip_css().
+  std::string force;  ///< In words, what was known of an estimated force beyond its arrow; empty where nothing.
 };
 /// All frames show the same part of the world at the same scale, with a bar of one metre.
 [[nodiscard]] std::vector<Frame> filmstrip(const session::SessionResult& session);

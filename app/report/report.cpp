@@ -194,15 +194,16 @@ void write_happenings(std::ostream& out, const session::SessionResult& s) {
 }
 
 void write_filmstrip(std::ostream& out, const session::SessionResult& session) {
-  out << "<section><h2>Key moments</h2><p class=\"soft\">Drawn to scale. Arrows: contact force, from the tip wherever "
-         "the bucket is touched,"
-         "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true force"
-         "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated. Blue line: path of the tip in the last 4 "
+  out << "<section><h2>Key moments</h2><p class=\"soft\">Drawn to scale. Arrows: contact force,"
+         "<span class=\"key\" style=\"color:var(--vermilion)\"></span>true, from where it acts,"
+         "<span class=\"key\" style=\"color:var(--blue)\"></span>estimated, from where its line of action meets the "
+         "bucket, with a pale band as wide as the line is unsure (95 %); from the tip where no line is known.  "
+         "Intervals (±) are of 95 %; a torque is positive counter-clockwise. Blue line: path of the tip in the last 4 "
          "s.</p><div "
          "class=\"strip\">\n";
   for (const Frame& frame : filmstrip(session)) {
-    out << "<figure>" << frame.svg
-        << fmt::format("<figcaption><b>{:.1f} s</b> {}</figcaption></figure>\n", frame.t_s, escaped(frame.label));
+    out << "<figure>" << frame.svg << fmt::format("<figcaption><b>{:.1f} s</b> {}", frame.t_s, escaped(frame.label))
+        << (frame.force.empty() ? "" : "<br>" + escaped(frame.force)) << "</figcaption></figure>\n";
   }
   out << "</div></section>\n";
 }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "app/report/plots.h"
+#include "app/report/result_text.h"
 #include "app/session/record_windows.h"
 
 namespace knuckle::report {
@@ -106,7 +107,6 @@ PageFigure valves(const session::SessionRecord& record, const Marks& marks) {
 }
 
 PageFigure forces(const session::SessionRecord& record, const Marks& marks) {
-  constexpr double kTwoSided95 = 1.96;
   const auto estimated = [](const session::Sample& s, double force_N) {
     return s.machine.measured ? 1e-3 * force_N : std::nan("");
   };

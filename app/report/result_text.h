@@ -16,6 +16,9 @@ namespace knuckle::report {
 /// where it is not finite.
 [[nodiscard]] std::string number_text(double value, int significant = 3);
 
+/// Standard deviations to each side of an interval of 95 %.
+inline constexpr double kTwoSided95 = 1.96;
+
 // Metrics as text, for people who do not know their names.
 
 /// "felt force, error of a hold" of "hold_error_N"; docs/scenarios.md says exactly how each is measured. The name

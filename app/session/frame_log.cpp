@@ -4,6 +4,7 @@
 #include <array>
 
 #include "machine/description.h"
+#include "machine/set_points.h"
 #include "transport/canopen.h"
 
 namespace knuckle::session {
@@ -17,11 +18,12 @@ FrameLog::const_iterator first_at(const FrameLog& log, Time at) {
   return std::lower_bound(log.begin(), log.end(), at, [](const TimedFrame& f, Time t) { return f.at < t; });
 }
 
-std::optional<std::size_t> valve_told(std::uint32_t id, const MachineDescription& machine) {
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    if (id == machine.bus.set_point_id(i)) return i;
-  }
-  return std::nullopt;
+bool tells_joint(std::uint32_t id, const BusDescription& bus) {
+  for (const CommandFrame& frame : bus.commands)
+    if (frame.id == id) return true;
+  for (int joint = 0; joint < kJoints; ++joint)
+    if (id == bus.set_point_id(joint)) return true;
+  return false;
 }
 
 std::optional<std::size_t> valve_heard(std::uint32_t id, const MachineDescription& machine) {
@@ -31,10 +33,6 @@ std::optional<std::size_t> valve_heard(std::uint32_t id, const MachineDescriptio
   return std::nullopt;
 }
 
-bool neutral(const canopen::ValveCommand& command) {
-  return command.set_point == 0 || (command.control_word & 0x7) != canopen::kControlActive;
-}
-
 bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, std::size_t joint) {
   const ValveDescription& valve = machine.cylinders[joint].valve;
   const auto status = canopen::parse_valve_status(frame, machine.bus.wire.valve_full_stroke);
@@ -42,9 +40,11 @@ bool inside_dead_band(const CanFrame& frame, const MachineDescription& machine, 
 }
 
 bool from_controller(const CanFrame& frame, const MachineDescription& machine) {
+  if (tells_joint(frame.id, machine.bus)) return true;
+  if (machine.bus.without_nodes()) return false;
   return frame.id == canopen::kNmtId || frame.id == canopen::kSyncId ||
          frame.id == canopen::heartbeat_id(machine.bus.controller_id) || frame.id == machine.bus.enable().rpdo_id() ||
-         valve_told(frame.id, machine) || canopen::function_of(frame.id) == 0x600;
+         canopen::function_of(frame.id) == 0x600;
 }
 
 /// When the controller broke a silence that began at `from` and lasted for longer than the valves bear. nullopt: it was
@@ -62,6 +62,12 @@ std::optional<Time> end_of_silence(const FrameLog& log, const MachineDescription
   return Time::max();
 }
 
+/// A controller that said nothing until the spools were neutral gave no command to judge. @param spoke end_of_silence()
+void note_silence(const std::optional<Time>& spoke, NeutralTimes& times) {
+  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
+  if (times.controller_silent) times.command.reset();
+}
+
 /// The enable node says that there is no pilot pressure: nothing can hold a spool open.
 bool pilot_off(const CanFrame& frame) {
   const auto inputs = canopen::parse_enable(frame);
@@ -70,6 +76,27 @@ bool pilot_off(const CanFrame& frame) {
 
 bool all(const PerJoint<bool>& flags) {
   return std::all_of(flags.begin(), flags.end(), [](bool b) { return b; });
+}
+
+/// Of a machine that does not tell where its spools are: by the simulated ones.
+std::optional<Time> closed_since(const std::vector<Sample>& samples, const MachineDescription& machine, Time from,
+                                 Time until) {
+  std::optional<Time> since;
+  for (const Sample& sample : samples) {
+    const Time at{from_seconds(sample.t_s)};
+    if (at < from || at >= until) continue;
+    bool closed = true;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      const ValveDescription& valve = machine.cylinders[static_cast<std::size_t>(joint)].valve;
+      const double spool = sample.truth.spool[joint];
+      closed = closed && spool <= valve.dead_band_extend && spool >= -valve.dead_band_retract;
+    }
+    if (!closed)
+      since.reset();
+    else if (!since)
+      since = at;
+  }
+  return since;
 }
 
 }  // namespace
@@ -88,10 +115,9 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
   };
   for (const TimedFrame& f : log) {
     if (f.at >= until) break;
-    if (const auto i = valve_told(f.frame.id, machine)) {
-      if (const auto told = canopen::parse_valve_command(f.frame, machine.bus.wire.valve_full_stroke))
-        command[*i] = neutral(*told);
-    }
+    for (int joint = 0; joint < kJoints; ++joint)
+      if (const auto told = set_point_in(f.frame, joint, machine.bus))
+        command[static_cast<std::size_t>(joint)] = *told == 0;
     if (const auto i = valve_heard(f.frame.id, machine)) {
       spool[*i] = inside_dead_band(f.frame, machine, *i);
       spool_at[*i] = f.at;
@@ -110,9 +136,7 @@ NeutralTimes neutral_times(const FrameLog& log, const MachineDescription& machin
     note(times.command, command, f.at);
     note(times.spool, spool, f.at);
   }
-  const std::optional<Time> spoke = end_of_silence(log, machine, from, until);
-  times.controller_silent = times.spool && spoke && *spoke > *times.spool;
-  if (times.controller_silent) times.command.reset();
+  note_silence(end_of_silence(log, machine, from, until), times);
   return times;
 }
 
@@ -147,9 +171,10 @@ std::optional<Time> last_following(const FrameLog& log, const MachineDescription
 int commands_not_neutral(const FrameLog& log, const MachineDescription& machine, Time from, Time until) {
   int count = 0;
   for (auto it = first_at(log, from); it != log.end() && it->at < until; ++it) {
-    if (!valve_told(it->frame.id, machine)) continue;
-    const auto told = canopen::parse_valve_command(it->frame);
-    if (told && !neutral(*told)) ++count;
+    bool moves = false;
+    for (int joint = 0; joint < kJoints; ++joint)
+      moves = moves || set_point_in(it->frame, joint, machine.bus).value_or(0) != 0;
+    count += moves ? 1 : 0;
   }
   return count;
 }
@@ -171,7 +196,11 @@ void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine
   for (const Latched& latch : latched_) {
     const auto [last_good, injected_at] = cause_of(latch.at);
     const Time until = std::min(latch.resumed_at, end);
-    const NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
+    NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
+    if (machine.bus.by_frames()) {
+      neutral.spool = closed_since(record.samples, machine, last_good, until);
+      note_silence(end_of_silence(frames, machine, last_good, until), neutral);
+    }
     record.faults.push_back({latch.reason,
                              to_seconds(latch.at),
                              to_seconds(last_good),

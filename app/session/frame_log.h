@@ -20,9 +20,10 @@ using FrameLog = std::vector<TimedFrame>;
 /// Since when the valves were told to be neutral, and since when their spools were, to stay so. nullopt: not by
 /// `until`.
 struct NeutralTimes {
-  std::optional<Time> command;     ///< Each valve's newest RPDO is a zero set-point or not ACTIVE.
+  std::optional<Time> command;     ///< The newest frame for each joint tells it 0, or its valve not to be ACTIVE.
   std::optional<Time> spool;       ///< Each valve's newest TPDO shows a spool inside its nominal dead band; of a valve
                                    ///< that has gone silent: pilot pressure has been off for 100 ms.
+                                   ///< Of a machine that tells no spools nothing here.
   bool controller_silent = false;  ///< From `from` the controller put nothing on the wire for as long as the valves'
                                    ///< watchdog, nor before the spools were neutral: there was no command to judge,
                                    ///< the nodes acted by themselves.

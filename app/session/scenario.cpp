@@ -218,6 +218,9 @@ sim::WorldDescription read_world(TomlTable& file, const Scale& scale, const Mach
 
 /// Id of the node that a fault is about; 0 where it is about none.
 int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& bus) {
+  const bool by_sync = kind == sim::FaultKind::kOtherController || kind == sim::FaultKind::kSyncDropped;
+  table.require(!by_sync || !bus.without_nodes(), "kind",
+                "needs a machine with CANopen nodes: there is no SYNC on this one");
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
   if (kind == sim::FaultKind::kEncoderBroken) {
@@ -225,7 +228,11 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
     table.require(id != 0, "joint", "has an encoder that is no node of the machine's bus");
     return id;
   }
-  if (kind == sim::FaultKind::kValveStuck) return bus.valve(joint()).id;
+  if (kind == sim::FaultKind::kValveStuck) {
+    const std::uint8_t id = bus.valve(joint()).id;
+    table.require(id != 0, "joint", "has a valve that is no node of the machine's bus");
+    return id;
+  }
   const NodeDescription* const found = bus.find(table.text("node"));
   if (!table.require(found != nullptr, "node", "must be one of " + bus.node_names())) return 0;
   const std::uint8_t node = found->id;

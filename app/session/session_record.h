@@ -101,7 +101,8 @@ struct FaultRecord {
   double at_s = 0;                 ///< When it latched.
   double last_good_input_s = 0;    ///< In the time base of --candump.
   double command_neutral_s = 0;    ///< First zero set-point or non-ACTIVE control word on the wire; 0: never.
-  double spool_neutral_s = 0;      ///< Actual spool 0x6301 inside its dead band; 0: never.
+  double spool_neutral_s = 0;      ///< Actual spool 0x6301 inside its dead band, or the simulated one where none is
+                                   ///< told; 0: never.
   bool controller_silent = false;  ///< It put nothing on the wire until the spools were neutral: no command to judge.
   std::optional<double> injected_s{};  ///< When what is taken as the cause was broken on purpose; null: nothing was.
 };

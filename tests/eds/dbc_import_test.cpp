@@ -50,7 +50,7 @@ std::string text_before_import() {
 Import imported_into(const std::vector<std::string>& wanted, const std::string& machine = text_before_import()) {
   std::vector<WantedSignal> all;
   for (const std::string& one : wanted) all.push_back(wanted_signal(one));
-  return with_broadcasts(machine, "m.toml", parse_dbc(kImportedDbc, "m.dbc"), all);
+  return with_frames(machine, "m.toml", parse_dbc(kImportedDbc, "m.dbc"), all, {});
 }
 
 const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm",

@@ -95,4 +95,21 @@ machine_alone() {
 machine_alone vcan vcan0 vcan0
 machine_alone sja1000 can0 can1
 check "sja1000: neither controller saw an error" sh -c '! ip -details link show | grep -e "can state" | grep -v ERROR-ACTIVE'
+
+# A machine without nodes, led through its own controller: identifiers of 29 bits pass the filters, nobody sends SYNC.
+record own vcan0
+start own.node knuckle node --machine standard200 --can vcan0
+start own.slave knuckle slave --machine standard200 --can vcan0 --listen 127.0.0.1:5683 --insecure --json "$result/own.json"
+check "own: all sensors come by themselves" within 3 holds "$result/own.slave.log" 'ready'
+sleep 2
+stop own.slave
+check "own: it ends in order" json own '.stop.confirmed'
+stop own.node
+stop recorder
+check "own: no fault" json own '.faults == []'
+check "own: the machine is told 100 times a second ..." at_least own 196 '18FF0105#'
+neutral_only() { ! grep -e ' 18FF0105#' "$result/own.candump.log" | grep -qv -e '#007D007D007D007D$'; }
+check "own: ... and never to move" neutral_only
+check "own: nobody leads it" never own '18FF0205#...[^0]'
+check "own: no SYNC, no heartbeat, no NMT" never own '\(080\|000\|701\)#'
 plan

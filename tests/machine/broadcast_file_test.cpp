@@ -94,7 +94,7 @@ TEST(BroadcastFile, WhatCannotBeIsRefusedInOneLine) {
            {"id = 0x1A5", "id = 0x080", "has 0x080, the identifier of SYNC"},
            {"id = 0x1A5", "id = 0x20000000", "must be a whole number within [0, 536870911]"},
            {"id = 0x18FF1021", "id = 0x18FF1021\nextended = false", "must be true: id is above 0x7FF"},
-           {"name = \"body\"", "name = \"front_angle\"", "is the name of another broadcast"},
+           {"name = \"body\"", "name = \"front_angle\"", "is the name of another frame"},
            {"scale = 0.2, offset = -10, unit = \"MPa\"", "scale = 0.4, offset = -10, unit = \"MPa\"",
             "is 4 bar a step: must be at most sensors.pressure_step_bar, 2"},
            {"invalid_from = 0xFB", "invalid_from = 0xC0",

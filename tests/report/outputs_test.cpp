@@ -1,6 +1,8 @@
 // What a session leaves behind: criteria, JSON, CSV, digest, report, and files that are whole or absent.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -10,6 +12,7 @@
 #include "app/report/result_files.h"
 #include "app/report/result_text.h"
 #include "core/error.h"
+#include "machine/kinematics.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
@@ -215,6 +218,111 @@ TEST(Filmstrip, ShowsTheFirstEventOfEachKindInTimeOrderAndTheEnd) {
   const auto broke = std::find_if(moments.begin(), moments.end(),
                                   [](const Moment& m) { return m.label.find("piece broke") != std::string::npos; });
   EXPECT_NE(broke, moments.end());
+}
+
+/// The made-up session while it presses on the wall, as a machine knows it that learns of a force beside the tip.
+session::SessionResult pressing_beside_the_tip(double line_offset_m) {
+  session::SessionResult session = session::synthetic_session();
+  for (session::Sample& s : session.record.samples) {
+    s.machine.tip_force_N = s.truth.tip_force_N;
+    s.machine.line_offset_m = line_offset_m;
+    s.machine.line_sigma_m = 0.05;
+    s.machine.tip_torque_Nm = -line_offset_m * s.truth.tip_force_N.norm();
+    s.machine.tip_torque_sigma_Nm = 100;
+    s.machine.touched_share = {0.1, 0.72, 0.1, 0, 0, 0};
+    s.truth.contact_m = bucket_outline(session.machine)[1];
+  }
+  return session;
+}
+
+/// While the operator holds the press.
+Frame frame_of_hold(const session::SessionResult& session) {
+  for (const Frame& frame : filmstrip(session))
+    if (std::abs(frame.t_s - 10) < 0.01) return frame;
+  return {};
+}
+
+/// Where an arrow begins, frame M.
+PlanarVector beginning(const std::string& svg, const std::string& arrow) {
+  const std::string points = "<polyline class=\"" + arrow + "\" points=\"";
+  const std::size_t at = svg.find(points);
+  EXPECT_NE(at, std::string::npos) << arrow;
+  std::istringstream in(svg.substr(at + points.size()));
+  double x = 0, y = 0;
+  char comma = 0;
+  in >> x >> comma >> y;
+  return {x, -y};
+}
+
+double distance_to_side(const PlanarVector& p, const PlanarVector& a, const PlanarVector& b) {
+  const double share = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+  return (p - a - share * (b - a)).norm();
+}
+
+constexpr double kDrawn_m = 2e-3;  // coordinates have four digits
+
+TEST(Filmstrip, DrawsTheEstimatedForceFromWhereItsLineOfActionMeetsTheBucket) {
+  const session::SessionResult tip = pressing_beside_the_tip(0);
+  const session::Sample& sample = tip.record.samples[2000];
+  const MachinePose pose = pose_of(tip.machine, sample.truth.joint_rad);
+  const PlanarVector along = sample.truth.tip_force_N.normalized(), left(-along.y(), along.x());
+  std::vector<PlanarVector> corners;
+  double low_m = 0, high_m = 0;  // the tip is a corner
+  for (const PlanarVector& corner : bucket_outline(tip.machine)) {
+    corners.push_back(pose.bucket * corner);
+    low_m = std::min(low_m, left.dot(corners.back() - pose.tip_m));
+    high_m = std::max(high_m, left.dot(corners.back() - pose.tip_m));
+  }
+  ASSERT_GT(high_m - low_m, 0.1);
+  for (const double share : {0.2, 0.5, 0.8}) {
+    const double offset_m = low_m + share * (high_m - low_m);
+    const PlanarVector from = beginning(frame_of_hold(pressing_beside_the_tip(offset_m)).svg, "estimate");
+    EXPECT_NEAR(left.dot(from - pose.tip_m), offset_m, kDrawn_m);
+    double nearest_m = 1;
+    const PlanarVector ahead = from + 0.02 * along;
+    bool inside = true;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const PlanarVector a = corners[i], side = corners[(i + 1) % corners.size()] - a;
+      nearest_m = std::min(nearest_m, distance_to_side(from, a, a + side));
+      inside = inside && side.x() * (ahead - a).y() > side.y() * (ahead - a).x();
+    }
+    EXPECT_LT(nearest_m, kDrawn_m) << share;
+    EXPECT_TRUE(inside) << share << ": the world pushes, so the bucket is ahead of where it touches";
+  }
+  // A line that passes the bucket by.
+  const PlanarVector from = beginning(frame_of_hold(pressing_beside_the_tip(high_m + 0.2)).svg, "estimate");
+  EXPECT_LT((from - pose.tip_m - (high_m + 0.2) * left).norm(), kDrawn_m);
+}
+
+TEST(Filmstrip, DrawsTheTrueForceFromWhereItActs) {
+  session::SessionResult session = pressing_beside_the_tip(0.1);
+  const session::Sample& sample = session.record.samples[2000];
+  const MachinePose pose = pose_of(session.machine, sample.truth.joint_rad);
+  EXPECT_LT((beginning(frame_of_hold(session).svg, "truth") - pose.bucket * sample.truth.contact_m).norm(), kDrawn_m);
+  for (session::Sample& s : session.record.samples) s.truth.contact_m.setZero();
+  EXPECT_LT((beginning(frame_of_hold(session).svg, "truth") - pose.tip_m).norm(), kDrawn_m);
+}
+
+TEST(Filmstrip, DrawsAForceWithoutALineOfActionFromTheTip) {
+  session::SessionResult session = pressing_beside_the_tip(0.1);
+  EXPECT_NE(frame_of_hold(session).svg.find("class=\"line\""), std::string::npos);
+  for (session::Sample& s : session.record.samples) s.machine.line_offset_m = s.machine.line_sigma_m = 0;
+  const Frame frame = frame_of_hold(session);
+  EXPECT_LT((beginning(frame.svg, "estimate") - session.record.samples[2000].truth.tip_m).norm(), kDrawn_m);
+  EXPECT_EQ(frame.svg.find("class=\"line\""), std::string::npos);
+  EXPECT_EQ(frame.force, "estimated torque about the tip -202 ± 196 N m; line of action not known");
+}
+
+TEST(Filmstrip, SaysTheTorqueAboutTheTipAndTheSideThatIsMostLikelyTouched) {
+  const session::SessionResult session = pressing_beside_the_tip(0.1);
+  EXPECT_EQ(frame_of_hold(session).force,
+            "estimated torque about the tip -202 ± 196 N m; most likely touched: floor (72 %)");
+  std::ostringstream out;
+  write_report(session::judge(session), {}, out);
+  EXPECT_NE(out.str().find("hold<br>estimated torque about the tip -202"), std::string::npos);
+  for (const Frame& frame : filmstrip(session))
+    EXPECT_EQ(frame.force.empty(), frame.svg.find("\"estimatehead\"") == std::string::npos) << frame.t_s;
+  for (const Frame& frame : filmstrip(session::synthetic_session())) EXPECT_EQ(frame.force, "") << "nothing is known";
 }
 
 }  // namespace

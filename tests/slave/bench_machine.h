@@ -230,6 +230,7 @@ class BenchMachine {
       signals.cylinder_m[i] =
           std::clamp(signals.cylinder_m[i] + signals.cylinder_mps[i] * 1e-3, c.min_length_m, c.max_length_m);
       signals.shaft_rad[i] = kinematics.joint_at(i, signals.cylinder_m[i]).value_or(signals.shaft_rad[i]);
+      if (const auto cylinder = kinematics.cylinder_at(i, signals.shaft_rad[i])) signals.lever_m[i] = cylinder->lever_m;
     }
   }
 };

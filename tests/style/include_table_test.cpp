@@ -44,9 +44,8 @@ const Table kOutsideApp{
 /// neighbours.
 const std::vector<std::set<std::string>> kFloorsOfApp{
     {"app/cli"},
-    {"app/pairing", "app/rendezvous", "app/audit", "app/motion", "app/recordings", "app/replay", "app/explain",
-     "app/operators"},
-    {"app/session", "app/bringup", "app/eds"},
+    {"app/pairing", "app/rendezvous", "app/audit", "app/motion", "app/recordings", "app/explain", "app/operators"},
+    {"app/session", "app/bringup", "app/eds", "app/replay"},
     {"app/report"},
     {"app/battery", "app/identify", "app/export"},
     {"app/check", "app/programs", "app/studies"},

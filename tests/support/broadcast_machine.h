@@ -46,8 +46,9 @@ checksum = { kind = "crc8-j1850", start = 24, bits = 8, data_id = [0x5A] }
 slope = { start = 0, bits = 16, type = "signed", scale = 0.01, unit = "deg" }
 )";
 
-/// @param broadcasts in place of kBroadcasts
-inline std::string broadcast_text(const std::string& broadcasts = kBroadcasts) {
+/// @param frames in place of kBroadcasts @param with_valves valves and enable; else frames must tell the joints what to
+/// do
+inline std::string broadcast_text(const std::string& frames = kBroadcasts, bool with_valves = true) {
   std::string text = whole_file(source_dir() + "/config/machines/solar015.toml", 1);
   const auto set = [&text](const std::string& key, const std::string& value) {
     const std::size_t at = text.find("\n" + key + " = ") + key.size() + 4;
@@ -66,7 +67,7 @@ inline std::string broadcast_text(const std::string& broadcasts = kBroadcasts) {
   nodes +=
       "[[bus.node]]\nname = \"enable\"\nprofile = \"cia401\"\nid = 0x40\ndevice_type = 0x0191\n"
       "vendor = 0x4B4E\nproduct = 0x0401\nchannels = { 1 = \"machine_enable\" }\n";
-  return with_nodes(text, nodes + broadcasts);
+  return with_nodes(text, with_valves ? nodes + frames : frames);
 }
 
 /// With `to` in place of the first `from` of its broadcasts.

@@ -1,0 +1,194 @@
+#include "app/eds/dbc_commands.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/cli/command.h"
+#include "app/eds/dbc_text.h"
+#include "app/eds/dbc_to_machine.h"
+#include "core/error.h"
+#include "core/joints.h"
+#include "machine/reason_text.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle::eds {
+namespace {
+
+/// MESSAGE.SIGNAL, or MESSAGE alone.
+PlaceInDbc place_in(const std::string& text) {
+  const auto point = text.find('.');
+  if (point == std::string::npos) return {text, ""};
+  return {text.substr(0, point), text.substr(point + 1)};
+}
+
+bool is(const PlaceInDbc& place, const DbcMessage& message, const DbcSignal& signal) {
+  return place.message == message.name && place.signal == signal.name;
+}
+
+template <typename Wanted>
+const Wanted* find(const std::vector<Wanted>& all, const DbcMessage& message, const DbcSignal& signal) {
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const Wanted& one) { return is(one.place, message, signal); });
+  return found == all.end() ? nullptr : &*found;
+}
+
+/// Messages in the order in which they are named; each place must be there.
+class NamedMessages {
+ public:
+  explicit NamedMessages(const DbcFile& dbc) : dbc_(dbc) {}
+  void add(const PlaceInDbc& place) {
+    const DbcMessage& message = dbc_.usable(place.message);
+    if (!place.signal.empty()) (void)signal_of(dbc_, message, place.signal);
+    if (std::find(all.begin(), all.end(), &message) == all.end()) all.push_back(&message);
+  }
+  std::vector<const DbcMessage*> all;
+
+ private:
+  const DbcFile& dbc_;
+};
+
+class TableWriter {
+ public:
+  TableWriter(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted)
+      : dbc_(dbc), message_(message), wanted_(wanted) {}
+
+  [[nodiscard]] CommandTable table() {
+    for (const DbcSignal& signal : message_.signals) add(signal);
+    std::string text = head_text(dbc_, message_, "[[bus.command]]") + "send = \"always\"\n" + counter_ +
+                       "[bus.command.fields]\n" + fields_;
+    std::string summary = fmt::format("{} ({})", message_.name, id_text(message_.id));
+    if (!moves_.empty()) summary += fmt::format(": {}", fmt::join(moves_, ", "));
+    if (!rests_.empty()) summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
+    return {message_.name, std::move(text), std::move(summary)};
+  }
+
+ private:
+  void add(const DbcSignal& signal) {
+    if (signal.condition || signal.is_multiplexer)
+      throw InputError(fmt::format("{}:{}: {} is multiplexed by {}: command frames must always be the same",
+                                   dbc_.source, message_.line, message_.name, signal.name));
+    const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
+                                    [&](const PlaceInDbc& place) { return is(place, message_, signal); });
+    if (counts) {
+      counter_ += fmt::format("counter = {{ {} }}\n", bits_text(signal.field));
+      return;
+    }
+    std::string line = signal.name + " = { " + bits_text(signal.field) + scale_text(signal.field);
+    if (const WantedCommand* const command = find(wanted_.commands, message_, signal)) {
+      line += fmt::format(", unit = \"{}\", joint = \"{}\", neutral = 0", signal.unit, command->joint);
+      if (command->extend) line += ", extend = " + number_text(*command->extend);
+      if (command->retract) line += ", retract = " + number_text(*command->retract);
+      moves_.push_back(command->joint);
+    } else {
+      const WantedConstant& constant = constant_of(signal);
+      line += ", neutral = " + number_text(constant.neutral);
+      if (constant.led) line += ", led = " + number_text(*constant.led);
+      rests_.push_back(signal.name);
+    }
+    fields_ += line + " }\n";
+  }
+
+  [[nodiscard]] const WantedConstant& constant_of(const DbcSignal& signal) const {
+    if (const WantedConstant* const own = find(wanted_.constants, message_, signal)) return *own;
+    const auto all = std::find_if(wanted_.constants.begin(), wanted_.constants.end(), [&](const WantedConstant& one) {
+      return one.place.message == message_.name && one.place.signal.empty();
+    });
+    if (all != wanted_.constants.end()) return *all;
+    throw InputError(
+        fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "
+                    "{}=VALUE for all that nothing else is said of",
+                    dbc_.source, signal.line, signal.name, message_.name, message_.name, signal.name, message_.name));
+  }
+
+  const DbcFile& dbc_;
+  const DbcMessage& message_;
+  const WantedFrames& wanted_;
+  std::string counter_, fields_;
+  std::vector<std::string> moves_, rests_;
+};
+
+/// Of two, one would be lost.
+void refuse_twice(const WantedFrames& wanted) {
+  std::set<std::string> said;
+  const auto say = [&](const PlaceInDbc& place, const char* option) {
+    const std::string text = place.message + (place.signal.empty() ? "" : "." + place.signal);
+    if (!said.insert(text).second) cli::refuse_option(option, text, "is said twice");
+  };
+  for (const WantedCommand& one : wanted.commands) say(one.place, "--command");
+  for (const WantedConstant& one : wanted.constants) say(one.place, "--constant");
+  for (const PlaceInDbc& one : wanted.counters) {
+    say(one, "--counter");
+    say({one.message + " (counter)", ""}, "--counter");
+  }
+}
+
+}  // namespace
+
+WantedCommand wanted_command(const std::string& text) {
+  const auto refuse = [&]() -> WantedCommand {
+    cli::refuse_option("--command", text, "must be such as boom=MESSAGE.SIGNAL:extend=0.4,retract=-0.4");
+  };
+  const auto equals = text.find('='), colon = text.find(':');
+  if (equals == std::string::npos || colon == std::string::npos || colon < equals) return refuse();
+  WantedCommand wanted;
+  wanted.joint = text.substr(0, equals);
+  if (std::find(kJointNames.begin(), kJointNames.end(), wanted.joint) == kJointNames.end())
+    cli::refuse_option("--command", text, fmt::format("must begin with one of {}", fmt::join(kJointNames, ", ")));
+  wanted.place = place_in(text.substr(equals + 1, colon - equals - 1));
+  if (wanted.place.message.empty() || wanted.place.signal.empty()) return refuse();
+  std::string rest = text.substr(colon + 1);
+  while (!rest.empty()) {
+    const auto comma = rest.find(',');
+    const std::string one = rest.substr(0, comma);
+    rest = comma == std::string::npos ? "" : rest.substr(comma + 1);
+    const auto value = one.find('=');
+    const std::string key = one.substr(0, value);
+    const auto number = value == std::string::npos ? std::nullopt : number_in<double>(one.substr(value + 1));
+    std::optional<double>* const to = key == "extend" ? &wanted.extend : key == "retract" ? &wanted.retract : nullptr;
+    if (!number || to == nullptr || *to) return refuse();
+    *to = number;
+  }
+  return wanted.extend || wanted.retract ? wanted : refuse();
+}
+
+WantedConstant wanted_constant(const std::string& text) {
+  const auto equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
+  const bool has_led = comma != std::string::npos;
+  const std::string first = equals == std::string::npos ? "" : text.substr(equals + 1, comma - equals - 1);
+  const auto neutral = number_in<double>(first);
+  const auto led = has_led ? number_in<double>(text.substr(comma + 1)) : std::nullopt;
+  const PlaceInDbc place = place_in(text.substr(0, equals));
+  if (place.message.empty() || !neutral || (has_led && (!led || place.signal.empty())))
+    cli::refuse_option("--constant", text, "must be such as MESSAGE.SIGNAL=0, MESSAGE.SIGNAL=0,2 or MESSAGE=0");
+  return {place, *neutral, led};
+}
+
+PlaceInDbc wanted_counter(const std::string& text) {
+  const PlaceInDbc place = place_in(text);
+  if (place.message.empty() || place.signal.empty())
+    cli::refuse_option("--counter", text, "must be such as MESSAGE.SIGNAL");
+  return place;
+}
+
+std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted) {
+  refuse_twice(wanted);
+  NamedMessages messages(dbc);
+  for (const WantedCommand& one : wanted.commands) messages.add(one.place);
+  for (const WantedConstant& one : wanted.constants) messages.add(one.place);
+  for (const PlaceInDbc& one : wanted.counters) messages.add(one);
+  for (const DbcMessage* const message : messages.all) {
+    const DbcMessage& first = *messages.all.front();
+    if (message->sender != first.sender)
+      throw InputError(fmt::format("{}:{}: {} is sent by {}, and {} by {}: what Knuckle sends has one sender",
+                                   dbc.source, message->line, message->name, message->sender, first.name,
+                                   first.sender));
+  }
+  std::vector<CommandTable> tables;
+  for (const DbcMessage* const message : messages.all) tables.push_back(TableWriter(dbc, *message, wanted).table());
+  return tables;
+}
+
+}  // namespace knuckle::eds

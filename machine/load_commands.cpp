@@ -1,0 +1,201 @@
+#include "machine/load_commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/joints.h"
+#include "core/units.h"
+#include "machine/load_frames.h"
+
+namespace knuckle {
+namespace {
+
+constexpr double kMost = 1e9;
+constexpr double kSlowestJoint_s = 0.02;
+constexpr double kLeastSteps = 100;  // from neutral to full: what a gate lets pass is said to a hundredth
+
+/// The unit of a value that moves a joint says what kind of command it is.
+struct CommandUnit {
+  Unit unit;
+  CommandKind kind;
+};
+constexpr std::array kCommandUnits{
+    CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},      CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
+    CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure}, CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
+    CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},  CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
+    CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},      CommandUnit{{"A", 1}, CommandKind::kCurrent}};
+
+class CommandReader {
+ public:
+  CommandReader(const TomlTable& file, BusDescription& bus) : file_(file), bus_(bus) {
+    for (const BroadcastFrame& frame : bus.broadcasts) heads_.push_back({frame.name, frame.id, frame.bytes, 0});
+  }
+
+  void read(TomlTable& file) {
+    const FrameHead head = read_frame_head(file, heads_);
+    CommandFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
+    frame.always = file.choice("send", {"always", "while_led"}) == 0;
+    file.require(2 * frame.period_s <= bus_.valve_watchdog_s * (1 + 1e-9), "period_ms",
+                 fmt::format("must be at most {}, half of bus.valve_watchdog_ms",
+                             number_text(bus_.valve_watchdog_s / kMilli / 2)),
+                 {".bus.valve_watchdog_ms"});
+    file.require(frame.period_s * bus_.sync_Hz >= 1 - 1e-9, "period_ms",
+                 fmt::format("must be at least {}, the loop's period", number_text(1 / bus_.sync_Hz / kMilli)),
+                 {".bus.sync_Hz"});
+    std::vector<UsedBits> used;
+    read_fields(file.table("fields"), frame, used);
+    file.require(
+        !moves_joint(frame) || frame.period_s <= kSlowestJoint_s * (1 + 1e-9), "period_ms",
+        fmt::format("must be at most {} of a frame that moves a joint", number_text(kSlowestJoint_s / kMilli)));
+    frame.closing = read_frame_closing(file, frame.bytes, used);
+    heads_.push_back(head);
+    bus_.commands.push_back(std::move(frame));
+  }
+
+  /// Once all frames are known.
+  void check_joints() {
+    if (kind_) bus_.command_kind = *kind_;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      for (const bool extend : {true, false}) {
+        if (bus_.command(joint, extend) != nullptr) continue;
+        file_.require(false, "command",
+                      fmt::format("no field {} the {}: one must have joint = \"{}\" with {}",
+                                  extend ? "extends" : "retracts", kJointNames[static_cast<std::size_t>(joint)],
+                                  kJointNames[static_cast<std::size_t>(joint)], extend ? "extend" : "retract"));
+      }
+    }
+  }
+
+ private:
+  void read_fields(TomlTable fields, CommandFrame& frame, std::vector<UsedBits>& used) {
+    const std::vector<std::string> keys = fields.keys();
+    if (keys.empty()) fields.require(false, "", "must have at least one field");
+    for (const std::string& key : keys) {
+      check_name(fields, key);
+      CommandField field = read_field(fields.table(key), frame.bytes);
+      field.name = key;
+      if (fields.sound({key})) {
+        for (const UsedBits& other : used)
+          fields.require(!overlap(field.bits, other.bits), key, "has bits of " + other.whose);
+        check_beside(fields, key, field, frame);
+      }
+      used.push_back({field.bits, key});
+      frame.fields.push_back(std::move(field));
+    }
+  }
+
+  static void check_name(const TomlTable& fields, const std::string& name) {
+    constexpr std::size_t kLongest = 32;  // of a signal in a DBC
+    const bool plain =
+        !name.empty() && name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+    fields.require(plain, name, "its name must be a letter and up to 31 letters, digits and _");
+  }
+
+  /// What moves a joint is one thing each way, and one kind everywhere.
+  void check_beside(const TomlTable& fields, const std::string& key, const CommandField& field,
+                    const CommandFrame& frame) const {
+    if (!field.joint) return;
+    const auto look = [&](const CommandFrame& at) {
+      for (const CommandField& other : at.fields) {
+        fields.require(&at == &frame || other.joint != field.joint, key,
+                       fmt::format("moves the {} as {} of '{}' does: a joint's two ways must be in one frame",
+                                   kJointNames[static_cast<std::size_t>(*field.joint)], other.name, at.name));
+        const bool same =
+            other.joint == field.joint && ((other.extend && field.extend) || (other.retract && field.retract));
+        fields.require(!same, key, fmt::format("moves the joint as {} of '{}' does", other.name, at.name));
+      }
+    };
+    look(frame);
+    for (const CommandFrame& at : bus_.commands) look(at);
+  }
+
+  CommandField read_field(TomlTable file, std::uint8_t frame_bytes) {
+    CommandField field;
+    field.bits = read_bits(file, frame_bytes);
+    double unit = 1;
+    if (file.has("joint")) {
+      field.joint = file.choice("joint", kJointNames);
+      unit = read_unit(file);
+    }
+    field.bits.scale = (file.has("scale") ? file.number("scale", -kMost, kMost) : 1) * unit;
+    file.require(field.bits.scale != 0, "scale", "must not be 0");
+    if (file.has("offset")) field.bits.offset = file.number("offset", -kMost, kMost) * unit;
+    field.neutral = read_value(file, "neutral", field.bits, unit);
+    field.led = field.neutral;
+    if (!field.joint) {
+      if (file.has("led")) field.led = read_value(file, "led", field.bits, unit);
+      return field;
+    }
+    if (file.has("extend")) field.extend = read_value(file, "extend", field.bits, unit);
+    if (file.has("retract")) field.retract = read_value(file, "retract", field.bits, unit);
+    check_ways(file, field);
+    return field;
+  }
+
+  double read_unit(TomlTable& file) {
+    std::vector<const char*> names;
+    for (const CommandUnit& one : kCommandUnits) names.push_back(one.unit.name);
+    const CommandUnit& unit = kCommandUnits[static_cast<std::size_t>(file.choice("unit", names))];
+    if (!file.sound({"unit"})) return unit.unit.si;
+    file.require(!kind_ || *kind_ == unit.kind, "unit",
+                 "is another kind of command than that of another joint's field");
+    kind_ = unit.kind;
+    return unit.unit.si;
+  }
+
+  /// In the file's unit; noted where the field's bits cannot say it. A speed that is nearly 0 is no neutral.
+  static double read_value(TomlTable& file, const char* key, const BitField& bits, double unit) {
+    constexpr double kExact = 1e-6;  // of a step
+    const double value = file.number(key, -kMost, kMost) * unit;
+    if (bits.scale == 0 || !file.sound({"start", "bits", "order", "type", "scale", "offset"})) return value;
+    const double said = value_of(bits, raw_of(bits, value));
+    const bool is_float = bits.type == BitField::Type::kFloat;
+    const double most = is_float ? kExact * std::max(1.0, std::abs(value)) : kExact * std::abs(bits.scale);
+    file.require(std::abs(said - value) <= most, key,
+                 fmt::format("cannot be said by these bits: nearest is {}", number_text(said / unit)),
+                 {"start", "bits", "order", "type", "scale", "offset"});
+    return value;
+  }
+
+  void check_ways(TomlTable& file, const CommandField& field) const {
+    const double extend = field.extend.value_or(field.neutral) - field.neutral,
+                 retract = field.retract.value_or(field.neutral) - field.neutral;
+    file.require(field.extend || field.retract, "joint", "moves it no way: must have extend or retract, or both");
+    const double least = field.bits.type == BitField::Type::kFloat ? 0 : kLeastSteps * std::abs(field.bits.scale);
+    const auto far = [&](const std::optional<double>& full, double way, const char* key) {
+      file.require(!full || (way != 0 && std::abs(way) >= least * (1 - 1e-9)), key,
+                   fmt::format("must be at least {} steps of scale from neutral", number_text(kLeastSteps)),
+                   {"neutral", "scale", "unit"});
+    };
+    far(field.extend, extend, "extend");
+    far(field.retract, retract, "retract");
+    file.require(!field.extend || !field.retract || extend * retract < 0, "retract",
+                 "must be on neutral's other side than extend", {"neutral", "extend"});
+    const bool rate = kind_ == CommandKind::kJointRate;
+    file.require(!rate || (field.extend && field.retract), "joint", "of a speed it must have extend and retract",
+                 {"unit"});
+    file.require(!rate || field.neutral == 0, "neutral", "of a speed must be 0", {"unit"});
+  }
+
+  const TomlTable& file_;
+  BusDescription& bus_;
+  std::vector<FrameHead> heads_;
+  std::optional<CommandKind> kind_;
+};
+
+}  // namespace
+
+void read_commands(const TomlTable& file, std::vector<TomlTable> files, BusDescription& bus) {
+  CommandReader reader(file, bus);
+  for (TomlTable& one : files) reader.read(one);
+  if (file.sound({"command"})) reader.check_joints();
+}
+
+}  // namespace knuckle

@@ -1,0 +1,150 @@
+#include "machine/load_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+
+#include "core/units.h"
+#include "machine/reason_text.h"
+#include "transport/canopen.h"
+
+namespace knuckle {
+namespace {
+
+FrameCounter read_counter(TomlTable file, std::uint8_t frame_bytes) {
+  constexpr int kMostBits = 32;
+  FrameCounter counter{.field = read_bits(file, frame_bytes), .modulus = 0};
+  file.require(counter.field.type == BitField::Type::kUnsigned && counter.field.bits <= kMostBits, "bits",
+               "must be at most 32 of an unsigned", {"type"});
+  const std::int64_t most = std::int64_t{1} << std::min<int>(counter.field.bits, kMostBits);
+  if (file.has("modulus")) counter.modulus = static_cast<std::uint64_t>(file.integer("modulus", 2, most));
+  return counter;
+}
+
+/// Over all bytes of the frame but its own where the file does not say which.
+FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
+  constexpr unsigned kByte = 8;
+  FrameChecksum checksum;
+  checksum.kind = static_cast<FrameChecksum::Kind>(file.choice("kind", {"sum", "xor", "crc8-j1850", "crc8-h2f"}));
+  checksum.field = read_bits(file, frame_bytes);
+  file.require(checksum.field.bits <= kByte, "bits", "must be at most 8", {"type"});
+  const std::uint8_t own = checksum.field.start_bit / kByte;
+  std::vector<double> bytes;
+  if (file.has("bytes")) {
+    bytes = file.list("bytes", 1, 8, 0, frame_bytes - 1.0);
+  } else {
+    for (std::uint8_t byte = 0; byte < frame_bytes; ++byte)
+      if (byte != own) bytes.push_back(byte);
+  }
+  for (const double byte : bytes) {
+    file.require(byte == std::floor(byte), "bytes", "must be whole numbers");
+    file.require(byte != own || checksum.field.bits < kByte, "bytes",
+                 "have the checksum's own: it cannot cover itself");
+    checksum.bytes[checksum.byte_count++] = static_cast<std::uint8_t>(byte);
+  }
+  if (file.has("data_id")) {
+    for (const double byte : file.list("data_id", 1, 2, 0, 255)) {
+      file.require(byte == std::floor(byte), "data_id", "must be whole numbers");
+      checksum.data_id[checksum.data_id_count++] = static_cast<std::uint8_t>(byte);
+    }
+    if (file.has("data_id_first")) checksum.data_id_first = file.boolean("data_id_first");
+  }
+  return checksum;
+}
+
+/// Of 29 bits where it needs them or is said to have them.
+std::uint32_t read_id(TomlTable& file) {
+  const auto id = static_cast<std::uint32_t>(file.integer("id", 0, kMostExtendedId));
+  bool extended = id > kMostId;
+  if (file.has("extended")) {
+    const bool said = file.boolean("extended");
+    file.require(said || !extended, "extended", fmt::format("must be true: id is above 0x{:03X}", kMostId), {"id"});
+    extended = extended || said;
+  }
+  return extended ? id | kExtendedId : id;
+}
+
+void check_name(const TomlTable& file, const std::string& name, const std::vector<FrameHead>& others) {
+  constexpr std::size_t kLongest = 32;  // of a message in a DBC
+  if (name.empty()) return;             // noted
+  const bool plain =
+      name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+      std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+  file.require(plain, "name", "must be a letter and up to 31 letters, digits and _");
+  const auto same = [&](const FrameHead& other) { return other.name == name; };
+  file.require(std::none_of(others.begin(), others.end(), same), "name", "is the name of another frame");
+}
+
+}  // namespace
+
+FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others) {
+  FrameHead head;
+  head.name = file.text("name");
+  check_name(file, head.name, others);
+  head.id = read_id(file);
+  const auto twin =
+      std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return other.id == head.id; });
+  file.require(twin == others.end(), "id", twin == others.end() ? "" : "is taken by '" + twin->name + "'",
+               {"extended"});
+  head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, 8));
+  head.period_s = file.number("period_ms", 1, 1000, kMilli);
+  return head;
+}
+
+BitField read_bits(TomlTable& file, std::uint8_t frame_bytes) {
+  BitField bits;
+  bits.start_bit = static_cast<std::uint8_t>(file.integer("start", 0, 63));
+  bits.bits = static_cast<std::uint8_t>(file.integer("bits", 1, 64));
+  if (file.has("type")) bits.type = static_cast<BitField::Type>(file.choice("type", {"unsigned", "signed", "float"}));
+  if (file.has("order")) bits.order = static_cast<BitField::Order>(file.choice("order", {"little", "big"}));
+  file.require(bits.type != BitField::Type::kFloat || bits.bits == 32 || bits.bits == 64, "bits",
+               "must be 32 or 64 of a float", {"type"});
+  file.require(bytes_of(bits) <= frame_bytes, "start",
+               fmt::format("with {} bits it ends outside the frame's {} bytes", bits.bits, frame_bytes),
+               {"bits", "order"});
+  return bits;
+}
+
+FrameClosing read_frame_closing(TomlTable& file, std::uint8_t frame_bytes, const std::vector<UsedBits>& used) {
+  FrameClosing closing;
+  if (file.has("counter")) closing.counter = read_counter(file.table("counter"), frame_bytes);
+  if (file.has("checksum")) closing.checksum = read_checksum(file.table("checksum"), frame_bytes);
+  const auto apart = [&](const char* key, const BitField& bits, const BitField& other, const std::string& whose) {
+    file.require(!overlap(bits, other), key, "has bits of " + whose);
+  };
+  for (const UsedBits& one : used) {
+    if (closing.counter) apart("counter", closing.counter->field, one.bits, one.whose);
+    if (closing.checksum) apart("checksum", closing.checksum->field, one.bits, one.whose);
+  }
+  if (closing.counter && closing.checksum)
+    apart("checksum", closing.checksum->field, closing.counter->field, "the counter");
+  return closing;
+}
+
+void check_frames_beside_nodes(const TomlTable& file, const BusDescription& bus) {
+  const auto check = [&](const std::string& key, std::uint32_t id) {
+    std::string whose;
+    if (id == canopen::kNmtId) whose = "NMT";
+    // Also where there is no node: who looks for devices asks under these.
+    constexpr std::uint32_t kLastNode = 127, kLssAnswerId = 0x7E4, kLssRequestId = 0x7E5;  // CiA 305
+    if (id >= canopen::sdo_request_id(0) && id <= canopen::sdo_request_id(kLastNode)) whose = "SDO requests";
+    if (id == kLssAnswerId || id == kLssRequestId) whose = "LSS";
+    const bool nodes = !bus.without_nodes();
+    if (nodes && id == canopen::kSyncId) whose = "SYNC";
+    if (nodes && id == canopen::heartbeat_id(bus.controller_id)) whose = "the controller's heartbeat";
+    for (const NodeDescription& node : bus.nodes) {
+      for (const std::uint32_t own : {canopen::emcy_id(node.id), canopen::sdo_response_id(node.id),
+                                      canopen::sdo_request_id(node.id), canopen::heartbeat_id(node.id)})
+        if (id == own) whose = "a service of '" + node.name + "'";
+    }
+    file.require(whose.empty(), key, "has " + id_text(id) + ", the identifier of " + whose);
+  };
+  for (std::size_t i = 0; i < bus.broadcasts.size(); ++i)
+    check(fmt::format("broadcast[{}].id", i), bus.broadcasts[i].id);
+  for (std::size_t i = 0; i < bus.commands.size(); ++i) check(fmt::format("command[{}].id", i), bus.commands[i].id);
+}
+
+}  // namespace knuckle

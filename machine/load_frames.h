@@ -1,0 +1,45 @@
+// What [[bus.broadcast]] and [[bus.command]] of a machine file have in common: a frame's identifier, length and period,
+// where a number is in it, and what it is closed with.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "machine/bus_description.h"
+#include "machine/toml_reader.h"
+
+namespace knuckle {
+
+/// A unit of the file.
+struct Unit {
+  const char* name;
+  double si;
+};
+
+struct FrameHead {
+  std::string name;
+  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint8_t bytes = 8;
+  double period_s = 0;
+};
+/// Notes a name or an identifier that one of the others has.
+[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others);
+
+/// start, bits, type and order.
+[[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);
+
+/// Bits of a frame that have a meaning, and whose they are.
+struct UsedBits {
+  BitField bits;
+  std::string whose;
+};
+/// counter and checksum, where there are. Notes what has bits of others.
+[[nodiscard]] FrameClosing read_frame_closing(TomlTable& file, std::uint8_t frame_bytes,
+                                              const std::vector<UsedBits>& used);
+
+/// Notes an identifier of a broadcast or a command that CANopen gives to a service of the controller or of a node.
+/// @param file the table [bus]
+void check_frames_beside_nodes(const TomlTable& file, const BusDescription& bus);
+
+}  // namespace knuckle

@@ -1,0 +1,91 @@
+#include "slave/motion_monitor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace knuckle::slave {
+namespace {
+
+constexpr MotionLimits kLimits = kMotion;
+
+Reason not_following(int joint, double seen_rad, double limit_rad) noexcept {
+  constexpr double kDeg = 180 / std::numbers::pi;
+  return {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(joint), static_cast<float>(kDeg * seen_rad),
+          static_cast<float>(kDeg * limit_rad)};
+}
+
+}  // namespace
+
+MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s) noexcept
+    : step_s_(step_s),
+      lag_steps_(std::clamp<std::size_t>(static_cast<std::size_t>(kLimits.lag_s / step_s), 1, kSlots)),
+      held_Pa_(kLimits.held * machine.hydraulics.main_relief_Pa),
+      by_rate_(machine.bus.command_kind == CommandKind::kJointRate) {
+  for (int i = 0; i < kJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    for (const bool extend : {false, true}) {
+      full_radps_[extend ? 1 : 0][i] =
+          by_rate_ ? machine.bus.full_rate_radps(i, extend) : kLimits.any_speed * machine.links[joint].max_rate_radps;
+      shut_[extend ? 1 : 0][i] = by_rate_ ? 0 : machine.cylinders[joint].valve.dead_band(extend);
+    }
+  }
+}
+
+void MotionMonitor::reset() noexcept {
+  axes_ = {};
+  next_ = seen_ = 0;
+}
+
+double MotionMonitor::told_radps(int joint, double demand, double lever_m) const noexcept {
+  const std::size_t way = demand > 0 ? 1 : 0;
+  const double full = full_radps_[way][joint];
+  const double rate = by_rate_ ? std::abs(demand) * full : std::abs(demand) > shut_[way][joint] ? full : 0;
+  return std::copysign(rate, demand * lever_m);
+}
+
+Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_stand, double missing_limit_rad) noexcept {
+  Reason why;
+  for (const int sign : {-1, 1}) {
+    Way& way = axis.ways[sign > 0 ? 1 : 0];
+    double most = 0, least = std::abs(axis.told_radps[0]);
+    for (std::size_t i = 0; i < lag_steps_; ++i) {
+      const double told = sign * axis.told_radps[i];
+      most = std::max(most, told);
+      least = std::min(least, std::max(0.0, told));
+    }
+    const double moved = sign * moved_rad;
+    way.beyond_rad = std::max(0.0, way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_);
+    // Against the command it may swing: that is the other sum's.
+    const double came = std::max(0.0, moved);
+    const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - came);
+    const bool told_all_the_while = least > 0 && !may_stand;
+    way.missing_rad = told_all_the_while ? missing : std::min(missing, way.missing_rad);
+    const double most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
+    if (way.beyond_rad > most_rad) why = not_following(joint, way.beyond_rad, most_rad);
+    if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
+  }
+  return why;
+}
+
+Reason MotionMonitor::step(const JointVector& demand, const estimation::JointState& state, bool pressed) noexcept {
+  Reason first;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    Axis& axis = axes_[joint];
+    axis.told_radps[next_] = told_radps(i, demand[i], state.lever_m[i]);
+    const double moved_rad = seen_ == 0 ? 0 : state.angle_rad[i] - axis.last_rad;
+    axis.last_rad = state.angle_rad[i];
+    if (seen_ < lag_steps_) continue;
+    const bool known = state.pressures_known[joint];
+    const double driven_Pa = state.pressure_Pa[2 * joint + (demand[i] > 0 ? 0 : 1)];
+    const bool may_stand = pressed || (known && driven_Pa > held_Pa_);
+    const Reason why = look(axis, i, moved_rad, may_stand, (known ? 1 : 2) * kLimits.missing_rad);
+    if (!first) first = why;
+  }
+  next_ = (next_ + 1) % lag_steps_;
+  seen_ = std::min(seen_ + 1, lag_steps_);
+  return first;
+}
+
+}  // namespace knuckle::slave

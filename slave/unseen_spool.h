@@ -1,0 +1,57 @@
+// What stands in for spools whose places nobody tells: where they should be by what they were told.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "core/joints.h"
+#include "machine/description.h"
+
+namespace knuckle::slave {
+
+/// Commands behind the delay and the lag that the machine file gives the valves, and a period of the frames that tell
+/// them.
+class AssumedSpool {
+ public:
+  AssumedSpool(const MachineDescription& machine, double step_s) noexcept {
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const ValveDescription& valve = machine.cylinders[i].valve;
+      const double delay_s = valve.delay_s + machine.bus.joint_period_s();
+      delay_[i] = std::min(kSlots - 1, static_cast<std::size_t>(std::lround(delay_s / step_s)));
+      // A second-order lag has the delay 2 zeta / omega.
+      const double lag_s = valve.damping_ratio / (std::numbers::pi * valve.natural_frequency_Hz);
+      share_[static_cast<int>(i)] = 1 - std::exp(-step_s / lag_s);
+    }
+  }
+  void reset() noexcept {
+    demands_.fill(JointVector::Zero());
+    spool_.setZero();
+  }
+  /// @param demand as on the wire, [-1, 1]
+  const JointVector& step(const JointVector& demand) noexcept {
+    demands_[next_] = demand;
+    for (int i = 0; i < kJoints; ++i) {
+      const std::size_t then = (next_ + kSlots - delay_[static_cast<std::size_t>(i)]) % kSlots;
+      spool_[i] += share_[i] * (demands_[then][i] - spool_[i]);
+    }
+    next_ = (next_ + 1) % kSlots;
+    return spool_;
+  }
+  [[nodiscard]] const JointVector& value() const noexcept { return spool_; }
+
+ private:
+  static constexpr std::size_t kSlots = 32;  // 125 ms at 250 Hz
+  PerJoint<std::size_t> delay_{};
+  JointVector share_ = JointVector::Zero(), spool_ = JointVector::Zero();
+  std::array<JointVector, kSlots> demands_ = [] {
+    std::array<JointVector, kSlots> zeros;
+    zeros.fill(JointVector::Zero());
+    return zeros;
+  }();
+  std::size_t next_ = 0;
+};
+
+}  // namespace knuckle::slave

@@ -1,0 +1,152 @@
+// `knuckle bus import`: what the machine's own controller is told, from a DBC and what a person says of it.
+#include "app/eds/dbc_commands.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "app/eds/dbc_import.h"
+#include "machine/file_text.h"
+#include "machine/load.h"
+#include "tests/support/command_machine.h"
+#include "tests/support/places.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle::eds {
+namespace {
+
+constexpr const char* kToldDbc = R"(VERSION ""
+BU_: Machine Knuckle
+BO_ 2566848773 Rates: 8 Knuckle
+ SG_ boom : 0|16@1+ (0.0005,-16) [-16|16] "rad/s" Machine
+ SG_ arm : 16|16@1+ (0.0005,-16) [-16|16] "rad/s" Machine
+ SG_ bucket : 39|16@0- (0.1,0) [-100|100] "deg/s" Machine
+ SG_ slew : 48|16@1+ (0.0005,-16) [-16|16] "rad/s" Machine
+BO_ 422 Setting: 8 Knuckle
+ SG_ mode : 8|4@1+ (1,0) [0|15] "" Machine
+ SG_ horn : 16|2@1+ (1,0) [0|3] "" Machine
+ SG_ alive : 48|8@1+ (1,0) [0|255] "" Machine
+BO_ 424 Own: 8 Machine
+ SG_ mode : 8|4@1+ (1,0) [0|15] "" Knuckle
+BO_ 423 Rare: 8 Knuckle
+ SG_ mode : 8|4@1+ (1,0) [0|15] "" Machine
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_ "GenMsgCycleTime" BO_ 2566848773 10;
+BA_ "GenMsgCycleTime" BO_ 422 20;
+BA_ "GenMsgCycleTime" BO_ 424 20;
+)";
+
+std::string slow_solar_text() {
+  std::string text = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
+  for (const auto& [key, value] : {std::pair<std::string, std::string>{"sensor_age_limit_ms", "50"},
+                                   {"valve_watchdog_ms", "100"},
+                                   {"pressure_step_bar", "2"},
+                                   {"pressure_range_bar", "350"}}) {
+    const std::size_t at = text.find("\n" + key + " = ") + key.size() + 4;
+    text.replace(at, text.find_first_of(" \n", at) - at, value);
+  }
+  return text;
+}
+
+struct Asked {
+  std::vector<std::string> commands{"boom=Rates.boom:extend=0.6,retract=-0.6", "arm=Rates.arm:extend=-0.9,retract=0.9",
+                                    "bucket=Rates.bucket:extend=-70,retract=70"};
+  std::vector<std::string> constants{"Rates.slew=0", "Setting.mode=0,2", "Setting=3"};
+  std::vector<std::string> counters{"Setting.alive"};
+  [[nodiscard]] WantedFrames frames() const {
+    WantedFrames wanted;
+    for (const std::string& one : commands) wanted.commands.push_back(wanted_command(one));
+    for (const std::string& one : constants) wanted.constants.push_back(wanted_constant(one));
+    for (const std::string& one : counters) wanted.counters.push_back(wanted_counter(one));
+    return wanted;
+  }
+};
+
+Import told_of(const Asked& asked, const std::vector<WantedSignal>& signals = {}) {
+  return with_frames(slow_solar_text(), "m.toml", parse_dbc(kToldDbc, "m.dbc"), signals, asked.frames());
+}
+
+TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
+  const Import import = told_of({});
+  EXPECT_EQ(import.frames, (std::vector<std::string>{"Rates (0x18FF0105): boom, arm, bucket; constant: slew",
+                                                     "Setting (0x1A6): constant: mode, horn"}));
+  EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_valve", "arm_valve", "bucket_valve", "enable"}));
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 2U);
+  EXPECT_EQ(bus.command_kind, CommandKind::kJointRate);
+  EXPECT_NEAR(bus.full_rate_radps(kArm, true), 0.9, 1e-12);
+  EXPECT_EQ(bus.command(kBucket, true)->bits.order, BitField::Order::kBigEndian);
+  const std::vector<CommandField>& setting = bus.commands[1].fields;
+  EXPECT_EQ(setting[0].name, "horn");
+  EXPECT_EQ(setting[0].neutral, 3) << "as all that nothing else is said of";
+  EXPECT_EQ(setting[1].led, 2);
+  EXPECT_EQ(bus.commands[1].closing.counter->field.start_bit, 48);
+  EXPECT_EQ(bus.nodes.size(), 10U) << "sensors are nodes still";
+}
+
+TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
+  struct Case {
+    Asked asked;
+    const char* said;
+  };
+  for (const Case& c : {
+           Case{{.constants = {"Setting=3"}},
+                "m.dbc:7: signal slew of Rates has no value to rest at: give --constant "
+                "Rates.slew=VALUE, or Rates=VALUE"},
+           {{.commands = {"boom"}}, "--command boom: must be such as boom=MESSAGE.SIGNAL:extend="},
+           {{.commands = {"stick=Rates.boom:extend=1"}}, "must begin with one of boom, arm, bucket"},
+           {{.commands = {"boom=Rates.boom:extend=fast"}}, "must be such as"},
+           {{.commands = {"boom=Rates.boom:"}}, "must be such as"},
+           {{.commands = {"boom=Rates.stick:extend=1"}}, "Rates has no signal stick; it has boom, arm, bucket, slew"},
+           {{.commands = {"boom=Rates.boom:extend=0.6,retract=-0.6"}, .constants = {"Rates=0", "Setting=0"}},
+            "no field extends the arm"},
+           {{.constants = {"Rates.slew=0", "Setting=9"}},
+            "horn.neutral' = 9: cannot be said by these bits: nearest is 3"},
+           {{.constants = {"Rates.slew=0", "Setting=1", "Rare.mode=1"}}, "Rare has no cycle time"},
+           {{.constants = {"Rates.slew=0,1,2"}}, "--constant Rates.slew=0,1,2: must be such as"},
+           {{.constants = {"Rates=0,1"}}, "--constant Rates=0,1: must be such as"},
+           {{.constants = {"Rates.slew=0", "Setting=1", "Own.mode=1"}}, "Own is sent by Machine, and Rates by Knuckle"},
+           {{.constants = {"Rates.slew=0", "Setting=1", "Setting=2"}}, "--constant Setting: is said twice"},
+           {{.counters = {"Setting.alive", "Setting.horn"}}, "--counter Setting (counter): is said twice"},
+           {{.counters = {"Setting"}}, "--counter Setting: must be such as MESSAGE.SIGNAL"},
+       }) {
+    const std::string line = test::refusal([&] { (void)told_of(c.asked); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+}
+
+TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
+  const std::string path = test::source_dir() + "/../shared/data/devices/zx200.dbc";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "zx200.dbc is not here";
+  std::vector<WantedSignal> signals;
+  for (const char* one : {"boom_angle=Front_Angle.boom_relative_angle", "arm_angle=Front_Angle.arm_relative_angle",
+                          "bucket_angle=Front_Angle.bucket_relative_angle", "slope=Roll_Pitch_Angle.pitch_angle",
+                          "boom_head_pressure=Pressure_1.boom_cylinder_bottom_pressure",
+                          "boom_rod_pressure=Pressure_1.boom_cylinder_rod_pressure",
+                          "arm_head_pressure=Pressure_1.arm_cylinder_bottom_pressure",
+                          "arm_rod_pressure=Pressure_1.arm_cylinder_rod_pressure",
+                          "bucket_head_pressure=Pressure_1.bucket_cylinder_bottom_pressure",
+                          "bucket_rod_pressure=Pressure_1.bucket_cylinder_rod_pressure",
+                          "pilot_on=Machine_State.pilot_shutoff_valve_state"})
+    signals.push_back(wanted_signal(one));
+  Asked asked;
+  asked.commands = {"boom=Velocity_Cmd_1.boom_target_anguler_velocity:extend=0.6,retract=-0.6",
+                    "arm=Velocity_Cmd_1.arm_target_anguler_velocity:extend=-0.9,retract=0.9",
+                    "bucket=Velocity_Cmd_1.bucket_target_anguler_velocity:extend=-1.2,retract=1.2"};
+  asked.constants = {"Velocity_Cmd_1=0", "Machine_Setting_Cmd.engine_rpm=900,1800",
+                     "Machine_Setting_Cmd.working_mode_notice=0,1",
+                     "Machine_Setting_Cmd.front_signal_switch_command=0,2", "Machine_Setting_Cmd=0"};
+  asked.counters = {"Machine_Setting_Cmd.alive_counter"};
+  const Import import = with_frames(slow_solar_text(), "m.toml", read_dbc(path), signals, asked.frames());
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  EXPECT_TRUE(bus.nodes.empty());
+  EXPECT_EQ(bus.broadcasts.size(), 4U);
+  EXPECT_EQ(bus.commands.size(), 2U);
+  EXPECT_EQ(bus.commands[0].fields.size(), 4U);
+  EXPECT_EQ(bus.commands[1].fields.size(), 8U);
+}
+
+}  // namespace
+}  // namespace knuckle::eds

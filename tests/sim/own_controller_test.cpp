@@ -1,0 +1,122 @@
+// The controller that a simulated machine has by itself: what it takes for a command, and when it stops.
+#include "sim/own_controller.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "tests/support/command_machine.h"
+
+namespace knuckle::sim {
+namespace {
+
+constexpr std::uint32_t kFront = 0x18FF0105U | kExtendedId, kSetting = 0x1A6, kPilot = 0x18FF0305U | kExtendedId;
+
+std::uint8_t h2f(const std::array<std::uint8_t, 8>& data) {
+  unsigned crc = 0xFF;
+  const auto add = [&](unsigned byte) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x80) != 0 ? (crc << 1 ^ 0x2F) & 0xFF : crc << 1;
+  };
+  for (std::size_t i = 0; i < 7; ++i) add(data[i]);
+  add(0x21);
+  return static_cast<std::uint8_t>(crc ^ 0xFF);
+}
+
+/// A joint that turns as its spool opens, and who tells the controller.
+struct Commanded {
+  explicit Commanded(const char* commands = test::kRateCommands)
+      : machine(test::command_machine(commands)), controller(machine) {}
+  void tick() {
+    if (front && ticks % 10 == 0) controller.hear(*front, now);
+    if (setting && ticks % 20 == 0) {
+      std::array<std::uint8_t, 8> data{0, mode, 3, 0, 0, 0, count, 0};
+      data[7] = static_cast<std::uint8_t>(h2f(data) + spoilt);
+      controller.hear({kSetting, 8, data}, now);
+      if (counts) count = static_cast<std::uint8_t>((count + 1) % 15);
+    }
+    const JointVector opening = controller.pilot() ? controller.spool_demand() : JointVector::Zero();
+    for (int i = 0; i < kJoints; ++i) {
+      const double open = std::max(0.0, std::abs(opening[i]) - 0.1);
+      cylinder_mps[i] = std::copysign(gain_mps * open, opening[i]);
+      shaft_rad[i] += (i == kBoom ? 1 : -1) * cylinder_mps[i] / 0.3 * 1e-3;
+    }
+    controller.step(now, {shaft_rad, cylinder_mps, JointVector(0.3, -0.3, -0.3), {60e5, 20e5, 60e5, 20e5, 60e5, 20e5}});
+    now += 1ms;
+    ++ticks;
+  }
+  void run(Duration time) {
+    for (const Time end = now + time; now < end;) tick();
+  }
+  MachineDescription machine;
+  OwnController controller;
+  // Boom 0, arm -0.45 rad/s, which extends; bucket and slew 0.
+  std::optional<CanFrame> front = CanFrame{kFront, 8, {0x00, 0x7D, 0x7C, 0x79, 0, 0, 0x00, 0x7D}};
+  bool setting = true, counts = true;
+  std::uint8_t mode = 2, count = 0, spoilt = 0;
+  double gain_mps = 0.3;
+  JointVector shaft_rad = JointVector::Zero(), cylinder_mps = JointVector::Zero();
+  Time now{1s};
+  long ticks = 0;
+};
+
+TEST(OwnController, OpensFurtherWhereTheJointIsSlowerThanToldAndLessWhereItIsFaster) {
+  for (const double gain_mps : {0.0, 3.0}) {
+    Commanded machine;
+    machine.gain_mps = gain_mps;
+    machine.run(1s);
+    const double before = machine.controller.spool_demand()[kArm];
+    EXPECT_GT(before, 0.1) << "out of the dead band";
+    machine.run(1s);
+    const double after = machine.controller.spool_demand()[kArm];
+    EXPECT_TRUE(gain_mps == 0 ? after > before : after < before) << before << " -> " << after;
+    EXPECT_EQ(machine.shaft_rad[kBoom], 0);
+    EXPECT_EQ(machine.shaft_rad[kBucket], 0);
+  }
+}
+
+TEST(OwnController, MovesNothingUnlessEveryConstantSaysThatItIsLed) {
+  Commanded machine;
+  machine.mode = 1;
+  machine.run(500ms);
+  EXPECT_FALSE(machine.controller.pilot());
+  EXPECT_EQ(machine.shaft_rad, JointVector::Zero());
+  machine.mode = 2;
+  machine.run(100ms);
+  EXPECT_TRUE(machine.controller.pilot());
+}
+
+TEST(OwnController, StopsByItselfWhenFramesEndOrSayNothingNew) {
+  struct Case {
+    const char* what;
+    void (*spoil)(Commanded&);
+  };
+  for (const Case& c : {Case{"no speeds", [](Commanded& m) { m.front.reset(); }},
+                        {"no setting", [](Commanded& m) { m.setting = false; }},
+                        {"a counter that stands", [](Commanded& m) { m.counts = false; }},
+                        {"a wrong checksum", [](Commanded& m) { m.spoilt = 1; }},
+                        {"short frames", [](Commanded& m) { m.front->size = 7; }},
+                        {"E-stop", [](Commanded& m) { m.controller.set_estop(true); }}}) {
+    Commanded machine;
+    machine.run(1s);
+    ASSERT_TRUE(machine.controller.pilot()) << c.what;
+    c.spoil(machine);
+    machine.run(90ms);  // the newest frame is up to 20 ms old, and 60 ms is as long as three of them
+    EXPECT_FALSE(machine.controller.pilot()) << c.what;
+    EXPECT_EQ(machine.controller.spool_demand(), JointVector::Zero()) << c.what;
+  }
+}
+
+TEST(OwnController, MovesPilotValvesAsFarAsItIsTold) {
+  Commanded machine(test::kPilotCommands);
+  machine.front = CanFrame{kPilot, 6, {0, 100, 50, 0, 0, 200}};
+  machine.setting = false;
+  machine.run(100ms);
+  EXPECT_TRUE(machine.controller.pilot());
+  EXPECT_NEAR(machine.controller.spool_demand()[kBoom], -0.5, 1e-9) << "20 of 40 bar";
+  EXPECT_NEAR(machine.controller.spool_demand()[kArm], 0.25, 1e-9);
+  EXPECT_NEAR(machine.controller.spool_demand()[kBucket], -1, 1e-9);
+}
+
+}  // namespace
+}  // namespace knuckle::sim

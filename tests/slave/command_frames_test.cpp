@@ -1,0 +1,205 @@
+// Frames that tell the machine's own controller what to do: what is in them, when they go out, and that all that is not
+// asked for rests. Decoded bit by bit, without the program's codec.
+#include "slave/command_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "slave/safety_gate.h"
+#include "tests/support/command_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr std::uint32_t kFront = 0x18FF0105U | kExtendedId, kSetting = 0x1A6, kPilot = 0x18FF0305U | kExtendedId;
+
+class KeptBus final : public CanBus {
+ public:
+  bool send(const CanFrame& frame) noexcept override {
+    if (full) return false;
+    sent.push_back(frame);
+    return true;
+  }
+  bool receive(CanFrame&) noexcept override { return false; }
+  CanState state() const noexcept override { return CanState::kActive; }
+  std::uint64_t errors() const noexcept override { return 0; }
+  std::vector<CanFrame> take(std::uint32_t id) {
+    std::vector<CanFrame> found;
+    std::copy_if(sent.begin(), sent.end(), std::back_inserter(found), [id](const auto& f) { return f.id == id; });
+    return found;
+  }
+  std::vector<CanFrame> sent;
+  bool full = false;
+};
+
+/// Bits from the first, least significant first.
+std::uint64_t intel(const CanFrame& frame, unsigned start, unsigned bits) {
+  std::uint64_t raw = 0;
+  for (unsigned i = 0; i < bits; ++i) raw |= std::uint64_t(frame.data[(start + i) / 8] >> (start + i) % 8 & 1) << i;
+  return raw;
+}
+
+std::uint8_t h2f(const CanFrame& frame) {
+  unsigned crc = 0xFF;
+  const auto add = [&](unsigned byte) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 0x80) != 0 ? (crc << 1 ^ 0x2F) & 0xFF : crc << 1;
+  };
+  for (int i = 0; i < 7; ++i) add(frame.data[static_cast<std::size_t>(i)]);
+  add(0x21);
+  return static_cast<std::uint8_t>(crc ^ 0xFF);
+}
+
+struct Told {
+  explicit Told(const char* commands = test::kRateCommands) : machine(test::command_machine(commands)) {}
+  /// As a gate lets it pass; at most 0.35.
+  [[nodiscard]] PassedCommands passed(int joint, double value) const {
+    JogState state;
+    state.joint = joint;
+    state.since = state.oldest_at = now;
+    JointVector wanted = JointVector::Zero();
+    wanted[joint] = value;
+    return jog_gate(wanted, state, {wanted, now}, GateLimits(machine), now).commands;
+  }
+  void step(const PassedCommands& commands, bool led) {
+    frames.step(commands, led, bus, now);
+    now += 5ms;
+  }
+  MachineDescription machine;
+  KeptBus bus;
+  CommandFrames frames{machine.bus};
+  Time now{1s};
+};
+
+TEST(CommandFrames, SayTheJointsSpeedsAndRestElsewhere) {
+  Told told;
+  told.step(told.passed(kArm, 0.3), true);
+  const CanFrame front = told.bus.take(kFront).at(0), setting = told.bus.take(kSetting).at(0);
+  EXPECT_EQ(front.size, 8);
+  EXPECT_EQ(intel(front, 0, 16), 32000U) << "boom at 0";
+  EXPECT_EQ(intel(front, 16, 16), 31460U) << "0.3 of -0.9 rad/s";
+  EXPECT_EQ(front.data[4] << 8 | front.data[5], 0) << "bucket at 0";
+  EXPECT_EQ(intel(front, 48, 16), 32000U) << "slew";
+  EXPECT_EQ(intel(setting, 8, 4), 2U) << "led";
+  EXPECT_EQ(intel(setting, 16, 2), 3U) << "horn";
+  EXPECT_EQ(setting.data[7], h2f(setting));
+  EXPECT_EQ(told.frames.demand(), JointVector(0, 0.3, 0));
+}
+
+TEST(CommandFrames, ComeByTheirPeriodsAndCount) {
+  Told told;
+  for (int i = 0; i < 200; ++i) told.step({}, false);
+  EXPECT_EQ(told.bus.take(kFront).size(), 100U);
+  const std::vector<CanFrame> settings = told.bus.take(kSetting);
+  ASSERT_EQ(settings.size(), 50U);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    EXPECT_EQ(intel(settings[i], 48, 4), i % 15) << i;
+    EXPECT_EQ(intel(settings[i], 8, 4), 1U) << "nobody leads";
+    EXPECT_EQ(settings[i].data[7], h2f(settings[i])) << i;
+  }
+}
+
+TEST(CommandFrames, AStopDoesNotWaitForThePeriod) {
+  Told told;
+  told.step(told.passed(kBoom, -0.3), true);
+  ASSERT_NE(intel(told.bus.take(kFront).back(), 0, 16), 32000U);
+  told.bus.sent.clear();
+  told.step({}, true);
+  ASSERT_EQ(told.bus.take(kFront).size(), 1U) << "5 ms after the last";
+  EXPECT_EQ(intel(told.bus.take(kFront)[0], 0, 16), 32000U);
+  EXPECT_EQ(told.bus.take(kSetting).size(), 0U) << "which says nothing of joints";
+  told.bus.sent.clear();
+  told.step({}, false);
+  ASSERT_EQ(told.bus.take(kSetting).size(), 1U) << "the operator has let go";
+  EXPECT_EQ(intel(told.bus.take(kSetting)[0], 8, 4), 1U);
+}
+
+TEST(CommandFrames, AStopThatTheBusDidNotTakeIsSentAgain) {
+  Told told;
+  told.step(told.passed(kBoom, 0.3), true);
+  told.bus.full = true;
+  told.step({}, false);
+  EXPECT_NE(told.frames.demand()[kBoom], 0) << "nobody has been told";
+  told.bus.full = false;
+  told.bus.sent.clear();
+  told.step({}, false);
+  ASSERT_EQ(told.bus.take(kFront).size(), 1U);
+  EXPECT_EQ(told.frames.demand(), JointVector::Zero());
+}
+
+TEST(CommandFrames, TakingOverIsToldAtOnce) {
+  Told told;
+  told.step({}, false);
+  told.bus.sent.clear();
+  told.step({}, true);
+  ASSERT_EQ(told.bus.take(kSetting).size(), 1U) << "5 ms after the last";
+  EXPECT_EQ(intel(told.bus.take(kSetting)[0], 8, 4), 2U);
+}
+
+TEST(CommandFrames, GoOnCountingWhereAnotherEnded) {
+  Told told;
+  for (int i = 0; i < 5; ++i) told.step({}, false);
+  const std::uint64_t last = intel(told.bus.take(kSetting).back(), 48, 4);
+  CommandFrames next(told.machine.bus);
+  next.go_on_from(told.frames);
+  told.bus.sent.clear();
+  next.step({}, false, told.bus, told.now);
+  EXPECT_EQ(intel(told.bus.take(kSetting).at(0), 48, 4), last + 1);
+}
+
+TEST(CommandFrames, OfALedMachineAloneEndWithNeutral) {
+  Told told(test::kPilotCommands);
+  for (int i = 0; i < 20; ++i) told.step({}, false);
+  ASSERT_EQ(told.bus.take(kPilot).size(), 1U) << "once: whatever was told before is over";
+  for (int i = 0; i < 20; ++i) told.step(told.passed(kBucket, -0.35), true);
+  const std::vector<CanFrame> led = told.bus.take(kPilot);
+  EXPECT_EQ(led.size(), 11U);
+  EXPECT_EQ(led.back().data, (std::array<std::uint8_t, 8>{0, 0, 0, 0, 0, 70, 0, 0})) << "0.35 of 40 bar";
+  told.bus.sent.clear();
+  for (int i = 0; i < 20; ++i) told.step({}, false);
+  const std::vector<CanFrame> rest = told.bus.take(kPilot);
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest[0].data, (std::array<std::uint8_t, 8>{}));
+}
+
+/// Seeded: whatever is commanded, from step to step, what is not a joint that a gate has let move rests.
+TEST(CommandFrames, WhatNoGateLetPassIsNeutral) {
+  std::mt19937 random(60);
+  std::uniform_real_distribution<> value(-0.35, 0.35);
+  std::bernoulli_distribution coin(0.5), full(0.1);
+  Told told;
+  for (int i = 0; i < 20000; ++i) {
+    const bool led = coin(random);
+    const auto joint = static_cast<int>(random() % kJoints);
+    const double asked = led && coin(random) ? value(random) : 0;
+    told.bus.full = full(random);
+    told.bus.sent.clear();
+    told.step(led ? told.passed(joint, asked) : PassedCommands(), led);
+    for (const CanFrame& frame : told.bus.sent) {
+      if (frame.id == kSetting) {
+        ASSERT_EQ(intel(frame, 8, 4), led ? 2U : 1U);
+        ASSERT_EQ(intel(frame, 16, 2), 3U);
+        ASSERT_EQ(frame.data[7], h2f(frame));
+        continue;
+      }
+      ASSERT_EQ(frame.id, kFront);
+      ASSERT_EQ(intel(frame, 48, 16), 32000U);
+      const auto bucket = static_cast<std::int16_t>(frame.data[4] << 8 | frame.data[5]);
+      const JointVector said((double(intel(frame, 0, 16)) - 32000) * 0.0005 / 0.6,
+                             (double(intel(frame, 16, 16)) - 32000) * 0.0005 / -0.9, bucket * 0.1 / -70);
+      for (int j = 0; j < kJoints; ++j) {
+        const double want = j == joint ? asked : 0;
+        ASSERT_NEAR(said[j], want, 0.0015) << i;
+        ASSERT_LE(std::abs(said[j]), std::abs(want) + 1e-9) << i << ": rounded beyond what a gate has capped";
+        ASSERT_TRUE(want != 0 || said[j] == 0) << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace knuckle::slave

@@ -1,0 +1,102 @@
+// Joints whose valves tell nothing, held against what the machine's own controller was told.
+#include "slave/motion_monitor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/command_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+/// An arm of 0.9 rad/s at the full command. Its lever is positive: what extends turns it up.
+struct WatchedArm {
+  explicit WatchedArm(const char* commands = test::kRateCommands) : machine(test::command_machine(commands)) {
+    state.lever_m.setConstant(0.3);
+    state.pressure_Pa.fill(50e5);
+  }
+  Reason step(double demand, double rate_radps, bool pressed = false) {
+    state.angle_rad[kArm] += rate_radps * 5e-3;
+    return monitor.step(JointVector(0, demand, 0), state, pressed);
+  }
+  /// Seconds until a fault; 0 where there is none in a minute.
+  double until_fault(double demand, double rate_radps, bool pressed = false) {
+    for (int i = 1; i <= 12000; ++i) {
+      const Reason why = step(demand, rate_radps, pressed);
+      if (!why) continue;
+      EXPECT_EQ(why.code, ReasonCode::kMotionNotFollowing);
+      EXPECT_EQ(why.subject, kArm);
+      return i * 5e-3;
+    }
+    return 0;
+  }
+  MachineDescription machine;
+  MotionMonitor monitor{machine, 5e-3};
+  estimation::JointState state;
+};
+
+TEST(MotionMonitor, SaysNothingOfASoundJoint) {
+  for (const double gain : {0.75, 1.25}) {
+    WatchedArm arm;
+    std::mt19937 random(7);
+    std::normal_distribution<> noise(0, 2e-4);
+    double lagged = 0, angle = 0;
+    for (int i = 0; i < 24000; ++i) {
+      const double demand = 0.8 * std::sin(0.02 * i) * std::sin(0.0007 * i);
+      lagged += 5e-3 / 0.15 * (gain * 0.9 * demand - lagged);
+      angle += lagged * 5e-3;
+      arm.state.angle_rad[kArm] = angle + noise(random);
+      ASSERT_FALSE(arm.monitor.step(JointVector(0, demand, 0), arm.state, false)) << i;
+    }
+  }
+}
+
+TEST(MotionMonitor, FindsMotionThatNobodyAskedForHoweverSlow) {
+  for (const double rate : {0.05, 0.2, 0.5, -0.05, -0.2, -0.5}) {
+    WatchedArm arm;
+    ASSERT_EQ(WatchedArm().until_fault(0, 0), 0);
+    const double found_s = arm.until_fault(0, rate);
+    EXPECT_GT(found_s, 0) << rate;
+    EXPECT_LE(std::abs(rate) * found_s, 0.15 + 0.02 * found_s + std::abs(rate) * 0.41) << rate;
+  }
+  EXPECT_EQ(WatchedArm().until_fault(0, 0.015), 0) << "a load that sinks";
+}
+
+TEST(MotionMonitor, FindsMotionAgainstTheCommand) {
+  for (const char* commands : {test::kRateCommands, test::kPilotCommands}) {
+    WatchedArm arm(commands);
+    const double found_s = arm.until_fault(0.5, -0.3);
+    EXPECT_GT(found_s, 0);
+    EXPECT_LT(found_s, 1);
+  }
+  EXPECT_EQ(WatchedArm(test::kPilotCommands).until_fault(0.5, 0.5), 0) << "how fast is not known";
+}
+
+TEST(MotionMonitor, FindsAJointThatStandsUnlessSomethingHoldsIt) {
+  const double found_s = WatchedArm().until_fault(0.3, 0);
+  EXPECT_GT(found_s, 0);
+  EXPECT_LT(found_s, 1.1);
+  EXPECT_GT(WatchedArm().until_fault(0.02, 0), 0) << "however slowly it was told";
+  EXPECT_EQ(WatchedArm().until_fault(0.3, 0, true), 0) << "pressed";
+  WatchedArm held;
+  held.state.pressure_Pa[2] = 300e5;
+  EXPECT_EQ(held.until_fault(0.3, 0), 0);
+  WatchedArm unknown;
+  unknown.state.pressures_known[kArm] = false;
+  const double later_s = unknown.until_fault(0.3, 0);
+  EXPECT_GT(later_s, found_s) << "nobody knows what holds it";
+  EXPECT_LT(later_s, 2);
+}
+
+TEST(MotionMonitor, BeginsAnewAfterAReset) {
+  WatchedArm arm;
+  for (int i = 0; i < 120; ++i) (void)arm.step(0, 0.2);
+  arm.monitor.reset();
+  arm.state.angle_rad[kArm] += 1;
+  for (int i = 0; i < 200; ++i) ASSERT_FALSE(arm.step(0, 0));
+}
+
+}  // namespace
+}  // namespace knuckle::slave
