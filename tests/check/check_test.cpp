@@ -82,7 +82,9 @@ TEST_F(Check, EveryShippedFileIsOfItsKindAndRight) {
     if (entry.path().extension() != ".toml") continue;
     const FileCheck found = check_file(entry.path().string(), "");
     EXPECT_EQ(found.errors, std::vector<std::string>{}) << entry.path();
-    EXPECT_EQ(found.notes, std::vector<std::string>{}) << entry.path();
+    // What a machine without nodes does not tell is said of it; nothing else is noted.
+    const bool tells_less = entry.path().stem() == "standard200";
+    EXPECT_EQ(found.notes.size(), tells_less ? 2U : 0U) << entry.path();
     EXPECT_EQ(found.kind + (found.kind == "truth" ? "" : "s"),
               found.kind == "mapping" ? "mappings" : entry.path().parent_path().filename().string());
     ++files;

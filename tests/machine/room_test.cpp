@@ -16,7 +16,8 @@ MachineDescription machine_named(const std::string& name) {
 
 TEST(Room, ShippedMachinesHaveWallsOutsideTheirWorkingRange) {
   for (const char* name : {"solar015", "compact080", "standard200"}) {
-    for (const std::string& note : machine_notes(machine_named(name))) EXPECT_EQ(note.find("limits."), note.npos) << note;
+    for (const std::string& note : machine_notes(machine_named(name)))
+      EXPECT_EQ(note.find("limits."), note.npos) << note;
   }
 }
 
