@@ -8,6 +8,7 @@ namespace knuckle::slave {
 namespace {
 
 constexpr MotionLimits kLimits = kMotion;
+constexpr double kRemembered = 1.1;  // of a limit
 
 Reason not_following(int joint, double seen_rad, double limit_rad) noexcept {
   constexpr double kDeg = 180 / std::numbers::pi;
@@ -54,14 +55,16 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_sta
       most = std::max(most, told);
       least = std::min(least, std::max(0.0, told));
     }
-    const double moved = sign * moved_rad;
-    way.beyond_rad = std::max(0.0, way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_);
+    const double moved = sign * moved_rad, most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
+    // Kept just above its limit, so that it is forgotten soon after the joint has come to rest.
+    way.beyond_rad = std::clamp(way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_, 0.0,
+                                kRemembered * most_rad);
     // Against the command it may swing: that is the other sum's.
     const double came = std::max(0.0, moved);
     const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - came);
     const bool told_all_the_while = least > 0 && !may_stand;
     way.missing_rad = told_all_the_while ? missing : std::min(missing, way.missing_rad);
-    const double most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
+    if (most == 0) way.missing_rad = 0;  // nobody asks for it any more
     if (way.beyond_rad > most_rad) why = not_following(joint, way.beyond_rad, most_rad);
     if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
   }

@@ -9,6 +9,7 @@
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/command_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/solar.h"
 #include "transport/canopen.h"
@@ -51,6 +52,15 @@ TEST(LedMachine, GoesToAPoseAndRestsThere) {
   bench.led.rest(1500ms);
   EXPECT_LT((bench.simulated->plant().joint_rad - kAway).cwiseAbs().maxCoeff(), 0.03);
   EXPECT_LT(bench.simulated->plant().joint_radps.norm(), 0.01);
+}
+
+TEST(LedMachine, EngagesAMachineThatIsReadyBeforeItIsHeard) {
+  const MachineDescription machine = test::command_machine();
+  const auto simulated =
+      std::make_shared<sim::MachineOnBus>(sim::nominal_truth(machine), sim::WorldDescription{}, kStart, 1);
+  BusAccess access = sim::access_to(simulated);
+  LedMachine led(machine, access, {});
+  EXPECT_NO_THROW(led.engage());
 }
 
 TEST(LedMachine, RecordsOneSampleAStep) {

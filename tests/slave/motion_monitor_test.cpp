@@ -90,6 +90,18 @@ TEST(MotionMonitor, FindsAJointThatStandsUnlessSomethingHoldsIt) {
   EXPECT_LT(later_s, 2);
 }
 
+/// Else nobody could ever go on without starting anew.
+TEST(MotionMonitor, ForgetsOnceTheJointStandsAndNobodyAsksForMotion) {
+  for (const auto& [demand, rate] : {std::pair(0.3, 0.0), {0.0, 0.5}}) {
+    WatchedArm arm;
+    ASSERT_GT(arm.until_fault(demand, rate), 0);
+    for (int i = 0; i < 200; ++i) (void)arm.step(demand, rate);  // it goes on for a second
+    int steps = 0;
+    while (arm.step(0, 0) && steps < 12000) ++steps;
+    EXPECT_LT(steps * 5e-3, 2) << demand;
+  }
+}
+
 TEST(MotionMonitor, BeginsAnewAfterAReset) {
   WatchedArm arm;
   for (int i = 0; i < 120; ++i) (void)arm.step(0, 0.2);

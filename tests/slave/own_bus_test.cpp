@@ -95,6 +95,11 @@ TEST_P(OwnBusOf, AValveThatDoesNotMoveIsFoundByTheMotion) {
   m.move(JointVector(0, -0.3, 0), 2500ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(m.fault().rfind("motion_not_following: arm: does not move as it was told", 0), 0U) << m.fault();
+  // Mended, and not before the operator has let go and pressed again.
+  m.blocked[kArm] = false;
+  m.run(1s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_TRUE(m.engage()) << m.fault();
 }
 
 TEST_P(OwnBusOf, AValveThatStaysOpenIsFoundByTheMotion) {
