@@ -241,6 +241,7 @@ struct BusDescription {
   std::vector<BroadcastFrame> broadcasts;
   std::vector<CommandFrame> commands;  ///< Empty: valves are nodes.
   CommandKind command_kind = CommandKind::kSpool;
+  GuardProof commands_guard;  ///< That the machine's own controller ends all motion when command frames stop.
 
   // The one that has this signal; of no id where it is none's: a broadcast, or a command.
   [[nodiscard]] const NodeDescription& node_of(NodeRole role, int index) const noexcept;

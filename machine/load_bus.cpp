@@ -22,6 +22,7 @@
 #include "machine/load_broadcasts.h"
 #include "machine/load_commands.h"
 #include "machine/load_frames.h"
+#include "machine/reason_text.h"
 
 namespace knuckle {
 namespace {
@@ -515,7 +516,6 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
 void read_guard_proofs(TomlTable record, BusDescription& bus) {
   for (TomlTable& file : record.tables("guards")) {
     using Changed = GuardProof::Changed;
-    const std::string name = file.text("node");
     const auto number = [&](const char* key) { return static_cast<std::uint32_t>(file.integer(key, 0, 0xFFFFFFFF)); };
     const auto is_now = [&](const char* key, double now_s) {
       constexpr double kMost_ms = 1e5, kSame_s = 1e-6;
@@ -523,9 +523,19 @@ void read_guard_proofs(TomlTable record, BusDescription& bus) {
     };
     GuardProof proof;
     proof.proved = file.boolean("proved");
-    if (file.has("serial")) proof.serial = number("serial");
     proof.date = file.text("date");
     file.leave("seen");
+    if (file.has("frames")) {
+      const bool watchdog = is_now("valve_watchdog_ms", bus.valve_watchdog_s);
+      if (file.text("frames") != commands_text(bus))
+        proof.changed = Changed::kChannels;
+      else if (!watchdog)
+        proof.changed = Changed::kTimes;
+      bus.commands_guard = proof;
+      continue;
+    }
+    const std::string name = file.text("node");
+    if (file.has("serial")) proof.serial = number("serial");
     const std::uint32_t vendor = number("vendor"), product = number("product");
     const bool recorded = file.has("channels");
     const std::string channels = recorded ? file.text("channels") : "";

@@ -44,6 +44,13 @@ std::string id_text(std::uint32_t id) {
   return (id & kExtendedId) != 0 ? fmt::format("0x{:08X}", id & ~kExtendedId) : fmt::format("0x{:03X}", id);
 }
 
+std::string commands_text(const BusDescription& bus) {
+  std::string text;
+  for (const CommandFrame& frame : bus.commands)
+    text += (text.empty() ? "" : ", ") + frame.name + ' ' + id_text(frame.id);
+  return text;
+}
+
 std::string subject_text(const Reason& reason, const BusDescription& bus) {
   const NodeDescription* const node = node_of(reason, bus);
   const SignalInfo* const signal = signal_info(reason);

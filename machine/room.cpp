@@ -95,11 +95,18 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
       "nobody tells where the spools are: a valve that does not follow, or a position sensor that stands still, is "
       "found "
       "by the joint's motion alone, after about a second");
-  notes.push_back(
-      fmt::format("that the machine's own controller ends all motion {} ms after the last command frame is not proved: "
-                  "try it, with "
-                  "the bucket on the ground, before anybody relies on it",
-                  number_text(1e3 * bus.valve_watchdog_s)));
+  const GuardProof& proof = bus.commands_guard;
+  if (proof.proved && proof.changed == GuardProof::Changed::kNothing) return;
+  const std::string ends =
+      fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
+                  number_text(1e3 * bus.valve_watchdog_s));
+  if (proof.date.empty())
+    notes.push_back(ends + "is not proved: knuckle commission proves it");
+  else if (!proof.proved)
+    notes.push_back(ends + "was tried on " + proof.date + " and not proved");
+  else
+    notes.push_back(ends + "was proved on " + proof.date +
+                    ", with other frames or another valve_watchdog_ms than the machine file now has");
 }
 
 }  // namespace

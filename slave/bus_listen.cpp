@@ -61,15 +61,4 @@ void refuse_unidentified(const MachineDescription& machine) {
       "knuckle identify writes of what knuckle commission records");
 }
 
-void refuse_broadcasts(const MachineDescription& machine) {
-  const BusDescription& bus = machine.bus;
-  if (bus.broadcasts.empty() && !bus.by_frames()) return;
-  const bool sends = !bus.broadcasts.empty();
-  throw InputError(
-      machine.source + ": key 'bus." + (sends ? "broadcast" : "command") +
-      "': " + (sends ? bus.broadcasts.front().name : bus.commands.front().name) +
-      ": only machines whose sensors and valves are all CANopen nodes can be commissioned and recovered so "
-      "far: set zero_rad and sign of its signals by hand, then use knuckle slave");
-}
-
 }  // namespace knuckle::slave

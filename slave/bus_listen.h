@@ -22,9 +22,4 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 /// transmitters and the machine is not identified: by a drawing two cylinders tell contacts too badly.
 void refuse_unidentified(const MachineDescription& machine);
 
-/// For who commissions a machine or takes it out of where it is stuck, jogging each valve. @throws InputError in one
-/// line where frames of the machine's own controller have its sensors or tell its joints: what moves is not found by
-/// those yet.
-void refuse_broadcasts(const MachineDescription& machine);
-
 }  // namespace knuckle::slave

@@ -433,7 +433,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now)
   if (spools_seen()) {
     send_set_points(operational ? commands : PassedCommands(), now);
     send_enable(led && operational);
-  } else {
+  } else if (withheld_ != Withheld::kSetPoints) {
     commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
   }
   if (description_.without_nodes()) return;

@@ -55,7 +55,7 @@ class CanopenClient {
   enum class Withheld : std::uint8_t { kNothing, kSetPoints, kHeartbeat };
   /// From the next step on. What this node and the enable node (where that is tried, all nodes) do because of it is no
   /// fault until restart(), but for inputs that do not come while a valve is tried: pilot pressure must be known.
-  /// @param node whose guard is tried; only its set-points are withheld.
+  /// @param node whose guard is tried; only its set-points are withheld. 0: command frames.
   void withhold(Withheld what, std::uint8_t node) noexcept;
   /// What this node's guard waits for: the heartbeat, but of a valve the set-points unless it has taken no time for
   /// those.

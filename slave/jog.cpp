@@ -20,6 +20,7 @@ constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stro
 constexpr Duration kStands = 100ms, kStaysBack = 200ms;
 constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
 constexpr double kGuardCreep_m = 2e-3;
+constexpr double kSilentStep_m = 1e-3;  // of a cylinder that goes on: coarse angles count in less
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr double kMostStrokes = 2;  // in one motion: a cylinder makes one, and its drawing may be off
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
@@ -81,6 +82,15 @@ Jog::Jog(const MachineDescription& machine, CanBus& bus)
       limits_(machine),
       valves_(1 / machine.bus.sync_Hz) {
   sensors_.at.fill(kNever);
+  for (const BroadcastFrame& frame : machine.bus.broadcasts) {
+    broadcasts_.push_back({frame});
+    for (const BroadcastField& field : frame.fields)
+      if (is_status(field.info()))
+        status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)] = {
+            .told = true,
+            .subject = signal_subject(field.signal),
+            .age_limit = from_seconds(kStatusPeriods * frame.period_s)};
+  }
 }
 
 void Jog::step(Time now) noexcept {
@@ -114,9 +124,46 @@ void Jog::hear(Time now) noexcept {
 void Jog::take(const CanFrame& frame, Time now) noexcept {
   for (const BusFrame& known : frames_) {
     if (known.to_node || known.id != frame.id) continue;
-    if (frame.size < known.bytes()) return refuse_short(frame, known);
+    if (frame.size < known.bytes()) return refuse_short(machine_.bus.nodes[known.node].id, frame.size, known.bytes());
     for (const FrameField& field : known.fields) take(field, read_value(field.bits, frame).value_or(0), now);
   }
+  for (Broadcast& known : broadcasts_)
+    if (known.frame.id == frame.id) take(known, frame, now);
+}
+
+/// What its counter or checksum says to be old or damaged only lets the values before it age.
+void Jog::take(Broadcast& known, const CanFrame& frame, Time now) noexcept {
+  if (known.frame.fields.empty()) return;
+  if (frame.size < known.frame.bytes)
+    return refuse_short(signal_subject(known.frame.fields.front().signal), frame.size, known.frame.bytes);
+  const FrameCheck check = check_frame(known.frame.closing, known.count, frame);
+  known.count = check.count;
+  if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return;
+  for (const BroadcastField& field : known.frame.fields) {
+    const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
+    const auto raw = read_raw(field.bits, frame);
+    const bool none = !raw || (field.invalid_from && *raw >= *field.invalid_from);
+    if (is_status(field.info())) {
+      Status& status = status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)];
+      if (!none) status = {status.told, status.subject, status.age_limit, *raw == field.on, now};
+    } else if (none) {
+      sensors_.impossible[sensor_place(value.channel)] = true;
+      sensors_.at[sensor_place(value.channel)] = now;
+    } else {
+      take(value, read_value(field.bits, frame).value_or(0), now);
+    }
+  }
+}
+
+std::optional<bool> Jog::e_stop_open() const noexcept {
+  if (client_.spools_seen()) return client_.e_stop_open();
+  return status_[0].on ? std::optional(!*status_[0].on) : std::nullopt;
+}
+
+/// Where nobody tells: as asked.
+bool Jog::pilot_on() const noexcept {
+  if (client_.spools_seen()) return client_.pilot_on();
+  return status_[1].told ? status_[1].on.value_or(false) : wants_pilot(phase_);
 }
 
 void Jog::take(const FrameField& field, double value, Time now) noexcept {
@@ -145,6 +192,7 @@ void Jog::take_length(const FrameField& field, double reading) noexcept {
   const int axis = field.channel.info().index;
   const auto joint = static_cast<std::size_t>(axis);
   bool& impossible = sensors_.impossible[kPressures + joint];
+  sensors_.encoder[axis] = reading;
   const auto length_m = lengths_.length_m(axis, reading);
   const CylinderDescription& cylinder = machine_.cylinders[joint];
   const double most_m = kMostStrokes * (cylinder.max_length_m - cylinder.min_length_m);
@@ -153,10 +201,9 @@ void Jog::take_length(const FrameField& field, double reading) noexcept {
   if (length_m && !impossible) sensors_.length_m[axis] = *length_m;
 }
 
-void Jog::refuse_short(const CanFrame& frame, const BusFrame& known) noexcept {
+void Jog::refuse_short(std::uint8_t subject, std::size_t seen_bytes, std::size_t bytes) noexcept {
   if (phase_ == Phase::kRest) return;
-  end_early({ReasonCode::kFrameShort, machine_.bus.nodes[known.node].id, static_cast<float>(frame.size),
-             static_cast<float>(known.bytes())});
+  end_early({ReasonCode::kFrameShort, subject, static_cast<float>(seen_bytes), static_cast<float>(bytes)});
 }
 
 /// The opening grows with time, up to the plan's peak.
@@ -185,8 +232,10 @@ JogState Jog::judged(Time now) const noexcept {
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     if (sensors_.no_length[joint]) state.invalid_subject = subject_at(kPressures + joint, machine_.bus);
   }
+  for (const Status& status : status_)
+    if (status.told && now - status.at > status.age_limit) state.invalid_subject = status.subject;
   if (const Reason why = invalid()) state.invalid_subject = why.subject;
-  state.e_stop_open = client_.e_stop_open();
+  state.e_stop_open = e_stop_open().value_or(false);
   return state;
 }
 
@@ -220,8 +269,8 @@ void Jog::go_on(Time now) noexcept {
 }
 
 void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
-  if (client_.pilot_on() == on) return enter(then, now);
-  if (client_.e_stop_open()) return end_early({ReasonCode::kEmergencyStop, 0, 0, 0});
+  if (pilot_on() == on) return enter(then, now);
+  if (e_stop_open().value_or(false)) return end_early({ReasonCode::kEmergencyStop, 0, 0, 0});
   if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn, 0, 0, 0});
 }
 
@@ -231,13 +280,15 @@ Duration Jog::guard_patience() const noexcept {
 
 /// While a guard is tried the spool is another matter: see open_for_guard() and note_guard().
 void Jog::watch_spools() noexcept {
+  if (!client_.spools_seen()) return;
   if (phase_ != Phase::kHeld && phase_ != Phase::kMoving && phase_ != Phase::kClosing) return valves_.reset();
   if (const Reason why = valves_.step(client_.demand(), client_.spool())) end_early(why);
 }
 
 /// The enable node takes pilot pressure away where a spool does not follow: then that is what to tell.
 void Jog::watch_pilot() noexcept {
-  if (!expects_pilot(phase_) || client_.pilot_on() || client_.e_stop_open()) return;  // the latter is the gate's to say
+  // An open E-stop is the gate's to say.
+  if (!expects_pilot(phase_) || pilot_on() || e_stop_open().value_or(false)) return;
   const int joint = valves_.suspect();
   if (joint < 0) return end_early({ReasonCode::kPilotOff, 0, 0, 0});
   const auto apart = static_cast<float>(std::abs(client_.demand()[joint] - client_.spool()[joint]));
@@ -247,7 +298,7 @@ void Jog::watch_pilot() noexcept {
 
 /// Inside the dead band no cylinder moves.
 void Jog::watch_creep(Time now) noexcept {
-  if (opening_ == 0 || (phase_ != Phase::kOpening && phase_ != Phase::kWithheld)) return;
+  if (guarded_ == 0 || opening_ == 0 || (phase_ != Phase::kOpening && phase_ != Phase::kWithheld)) return;
   const double crept_m = std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]);
   if (crept_m <= kGuardCreep_m) return;
   guard_seen_.crept_m = crept_m;
@@ -286,6 +337,7 @@ void Jog::ask_guarded(Time now) noexcept {
 }
 
 void Jog::note_guard(Time now) noexcept {
+  if (guarded_ == 0) return note_silence(now);
   GuardSeen& seen = guard_seen_;
   const double t_s = to_seconds(now - since_);
   const bool valve = opening_ > 0;
@@ -319,9 +371,24 @@ void Jog::note_guard(Time now) noexcept {
   if (done || now - since_ >= guard_patience()) enter(Phase::kPilotDown, now);
 }
 
+/// The cylinder that was led until no more frames came.
+void Jog::note_silence(Time now) noexcept {
+  const double t_s = to_seconds(now - since_), length_m = sensors_.length_m[plan_.joint];
+  if (std::abs(length_m - still_at_m_) > kSilentStep_m) {
+    still_at_m_ = length_m;
+    still_since_s_ = t_s;
+    guard_seen_.stopped_s.reset();
+  } else if (t_s - still_since_s_ > to_seconds(kStaysBack)) {
+    guard_seen_.stopped_s = still_since_s_;
+  }
+  if (t_s >= to_seconds(guard_patience())) enter(Phase::kPilotDown, now);
+}
+
 void Jog::note_motion(Time now) noexcept {
   const double t_s = to_seconds(now - since_), length_m = sensors_.length_m[plan_.joint];
-  sample_ = {t_s, gate_.commands[plan_.joint], client_.spool()[plan_.joint], sensors_.length_m, sensors_.pressure_Pa};
+  const double command = gate_.commands[plan_.joint];
+  sample_ = {t_s, command, client_.spools_seen() ? client_.spool()[plan_.joint] : command, sensors_.length_m,
+             sensors_.pressure_Pa};
   if (std::abs(length_m - still_at_m_) > kStall_m) {
     still_at_m_ = length_m;
     still_since_s_ = t_s;
@@ -338,7 +405,9 @@ void Jog::note_motion(Time now) noexcept {
   } else {
     return;
   }
-  enter(Phase::kClosing, now);
+  const bool silence = plan_.then_silence && end_ == JogEnd::kTravelled;
+  if (silence) opening_ = gate_.commands[plan_.joint];
+  enter(silence ? Phase::kWithheld : Phase::kClosing, now);
 }
 
 void Jog::enter(Phase phase, Time now) noexcept {
@@ -352,9 +421,8 @@ void Jog::enter(Phase phase, Time now) noexcept {
     const double ago_s = heartbeat ? bus.controller_heartbeat_s : to_seconds(now - client_.set_points_at());
     guard_earliest_s_ = guard_seen_.guard_s - ago_s - 1 / bus.sync_Hz;
   }
-  if (phase != Phase::kMoving) return;
-  from_m_ = sensors_.length_m;
-  still_at_m_ = from_m_[plan_.joint];
+  if (phase == Phase::kMoving) from_m_ = sensors_.length_m;
+  still_at_m_ = sensors_.length_m[plan_.joint];
   still_since_s_ = 0;
 }
 
@@ -388,6 +456,7 @@ void Jog::move(const JogPlan& plan) noexcept {
   if (phase_ != Phase::kRest || plan.joint < 0 || plan.joint >= kJoints) return;
   plan_ = plan;
   guarded_ = 0;
+  guard_seen_ = {};
   begin(Phase::kMoving);
 }
 

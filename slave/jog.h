@@ -25,6 +25,7 @@ namespace knuckle::slave {
 struct RawSensors {
   std::array<double, 6> pressure_Pa{};
   JointVector length_m = JointVector::Zero();
+  JointVector encoder = JointVector::Zero();  ///< As it says it, m or rad: also where that makes no length.
   double tilt_rad = 0;
   std::array<Time, 10> at{};               ///< Arrivals: pressures, lengths, tilt; kNever before the first.
   std::array<bool, 6> pressure_invalid{};  ///< As reported by the transmitter.
@@ -46,8 +47,12 @@ struct JogPlan {
   double longest_s = 10;
   double back_m = 1e9;       ///< Ends after so much motion against its command.
   bool until_stall = false;  ///< Ends where the cylinder, having moved, stands still against the open valve.
+  /// Where it has travelled, command frames end instead of the command, until the cylinder stands or patience ends:
+  /// what the machine's own controller does when nobody tells it anything. See guard_seen().
+  bool then_silence = false;
 };
-/// Of the joint that moves, since its motion began; the command as it passed the gate.
+/// Of the joint that moves, since its motion began; the command as it passed the gate, and so the spool where nobody
+/// tells it.
 struct JogSample {
   double t_s = 0, command = 0, spool = 0;
   JointVector length_m = JointVector::Zero();
@@ -88,9 +93,10 @@ class Jog {
     kHeld,       ///< Pilot pressure on for a while, valves closed.
     kMoving,     ///< One valve open.
     kOpening,    ///< One valve open inside its dead band: nothing moves.
-    kWithheld,   ///< Likewise, and what its node's guard waits for is not sent; or the enable node's heartbeat.
+    kWithheld,   ///< Likewise, and what its node's guard waits for is not sent; or the enable node's heartbeat; or,
+                 ///< while a joint moves, command frames.
     kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
-    kPilotDown,  ///< Switched off, until the enable node reports it off.
+    kPilotDown,  ///< Switched off, until that is reported, where it is.
   };
   static constexpr Duration kSettle = 400ms;  ///< Of kClosing.
 
@@ -134,13 +140,31 @@ class Jog {
   /// kSensorInvalid of the first value that RawSensors::invalid() finds; kNone where it finds none.
   [[nodiscard]] Reason invalid() const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
+  /// As the enable node says, or the machine by itself; nullopt where no frame says it, or none has come.
+  [[nodiscard]] std::optional<bool> e_stop_open() const noexcept;
+  [[nodiscard]] bool tells_e_stop() const noexcept { return client_.spools_seen() || status_[0].told; }
 
  private:
+  struct Status {
+    bool told = false;  ///< By frames that the machine sends.
+    std::uint8_t subject = 0;
+    Duration age_limit{};
+    std::optional<bool> on{};
+    Time at = kNever;
+  };
+  /// A frame that the machine sends by itself.
+  struct Broadcast {
+    BroadcastFrame frame;
+    std::optional<std::uint64_t> count{};
+  };
+  void take(Broadcast& known, const CanFrame& frame, Time now) noexcept;
+  [[nodiscard]] bool pilot_on() const noexcept;
+  void note_silence(Time now) noexcept;
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
   void take(const FrameField& field, double value, Time now) noexcept;
   void take_length(const FrameField& field, double reading) noexcept;
-  void refuse_short(const CanFrame& frame, const BusFrame& known) noexcept;
+  void refuse_short(std::uint8_t subject, std::size_t seen_bytes, std::size_t bytes) noexcept;
   void begin(Phase phase) noexcept;
   void enter(Phase phase, Time now) noexcept;
   void end_early(const Reason& why) noexcept;
@@ -161,7 +185,9 @@ class Jog {
   EncoderLengths lengths_;
   CanBus& bus_;
   CanopenClient client_;
-  std::vector<BusFrame> frames_;  // sized once, at construction
+  std::vector<BusFrame> frames_;       // sized once, at construction
+  std::vector<Broadcast> broadcasts_;  // likewise
+  std::array<Status, 2> status_{};     // E-stop chain closed, pilot pressure on
   GateLimits limits_;
   RawSensors sensors_;
   std::optional<SdoDialogue> dialogue_;

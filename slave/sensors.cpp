@@ -14,8 +14,6 @@ namespace knuckle::slave {
 
 namespace {
 
-constexpr double kStatusPeriods = 3.5;  // three frames with a status may be lost
-
 /// Of a frame that is long enough.
 double value_in(const BitField& field, const CanFrame& frame) noexcept {
   return read_value(field, frame).value_or(0);

@@ -36,6 +36,7 @@ struct ValidityLimits {
   int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
 };
 inline constexpr ValidityLimits kValidity{};
+inline constexpr double kStatusPeriods = 3.5;  ///< Age limit of a status by its frame's period: three may be lost.
 
 inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
                              kSensorPlaces = kStatusPlace + 2;

@@ -34,7 +34,7 @@ namespace knuckle::bringup {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
-constexpr const char* kSchema = "knuckle-commission-progress/2";
+constexpr const char* kSchema = "knuckle-commission-progress/3";
 constexpr std::size_t kLargest_MB = 1;
 constexpr int kDeepest = 8;  // of what is nested in it; written are 5
 
@@ -52,6 +52,7 @@ OrderedJson json_of(const WizardProgress& progress) {
     axes.push_back({{"stroke_m", json_of(axis.stroke_m)},
                     {"offset_m", json_of(axis.offset_m)},
                     {"preset", axis.preset},
+                    {"zero_shift", json_of(axis.zero_shift)},
                     {"dead_band_extend", json_of(axis.dead_band_extend)},
                     {"dead_band_retract", json_of(axis.dead_band_retract)}});
   for (const Finding& one : progress.findings)
@@ -85,8 +86,11 @@ WizardProgress progress_of(const OrderedJson& json) {
         whole_number<std::uint32_t>(one.at("serial"), 0, std::numeric_limits<std::uint32_t>::max());
   for (std::size_t j = 0; j < progress.axes.size(); ++j) {
     const OrderedJson& axis = json.at("axes").at(j);
-    progress.axes[j] = {optional_of(axis.at("stroke_m")), optional_of(axis.at("offset_m")),
-                        axis.at("preset").get<bool>(), optional_of(axis.at("dead_band_extend")),
+    progress.axes[j] = {optional_of(axis.at("stroke_m")),
+                        optional_of(axis.at("offset_m")),
+                        axis.at("preset").get<bool>(),
+                        optional_of(axis.at("zero_shift")),
+                        optional_of(axis.at("dead_band_extend")),
                         optional_of(axis.at("dead_band_retract"))};
   }
   for (const OrderedJson& one : json.at("findings"))
@@ -288,7 +292,6 @@ int run_commission(CommissionCommandOptions options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
-  slave::refuse_broadcasts(machine);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
   BusAccess bus = access_of(options, read);

@@ -50,7 +50,8 @@ std::string jog_text(const Reason& reason, const BusDescription& bus) {
                  100 * double(reason.value), 100 * double(reason.limit));
     }
     case ReasonCode::kPilotOff:
-      return "no pilot pressure: check the enable node's output and the enable valve";
+      return bus.by_frames() ? "the machine reports no pilot pressure: check its safety lever"
+                             : "no pilot pressure: check the enable node's output and the enable valve";
     case ReasonCode::kJogOtherMoves:
       return "the " + joint(reason.subject) + " cylinder moved by " + value + " mm without a command, limit " + limit +
              " mm: valves, hoses or encoders are exchanged, or a load holding valve leaks";
@@ -70,6 +71,7 @@ std::string take_out_of_service(const MachineDescription& machine, BusAccess& ac
   }
   const auto valves = stop.unconfirmed_valves();
   const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
+  if (machine.bus.by_frames()) return "Out of service: all commands neutral.";
   return confirmed && !stop.unconfirmed_pilot()
              ? "Out of service: valves disabled, pilot pressure off."
              : "Out of service, but not confirmed by all nodes: their own watchdogs stop them.";
@@ -187,6 +189,17 @@ slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescri
   return seen;
 }
 
+slave::GuardSeen JogBench::try_silence(int joint, double way_m, double longest_s) {
+  const JogRun made = run({.joint = joint,
+                           .peak = slave::kJogTable.command,
+                           .travel_m = way_m,
+                           .longest_s = longest_s,
+                           .then_silence = true});
+  slave::GuardSeen seen = jog_.guard_seen();
+  if (made.end != slave::JogEnd::kTravelled) seen.tried = slave::GuardSeen::Tried::kDidNotFollow;
+  return seen;
+}
+
 /// Whatever is wrong meanwhile, and not for long.
 void JogBench::restore(std::uint8_t node, slave::SdoScript script) noexcept {
   jog_.write_objects(node, std::move(script));
@@ -286,6 +299,22 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
   if (!seen.told_s) return because("its spool was back after " + ms(*seen.stopped_s) + ", but it told nothing");
   return proved(without + "it " + told + ", spool back after " + ms(*seen.stopped_s) + how +
                 (seen.other_guard ? "; that it also stops without a heartbeat was not tried" : ""));
+}
+
+GuardJudged judge_silence(int joint, const slave::GuardSeen& seen) {
+  const std::string what = fmt::format("{}, when command frames stop", axis(joint));
+  if (seen.tried == slave::GuardSeen::Tried::kDidNotFollow)
+    return {false, {Level::kNote, what, "not proved: its cylinder did not move far enough before"}};
+  if (!seen.stopped_s)
+    return {false,
+            {Level::kFault, what, "its cylinder goes on moving: the machine's own controller must end all motion"}};
+  const bool in_time = *seen.stopped_s <= seen.guard_s + kStopping_s;
+  const std::string stands = fmt::format("its cylinder stands after {:.0f} ms", 1e3 * *seen.stopped_s);
+  if (in_time) return {true, {Level::kOk, what, stands}};
+  return {false,
+          {Level::kFault, what,
+           stands + fmt::format(", which is late: valve_watchdog_ms = {:.0f}, and {:.0f} ms to stop",
+                                1e3 * seen.guard_s, 1e3 * kStopping_s)}};
 }
 
 Finding judge_direction(const JogRun& run, Seen seen) {

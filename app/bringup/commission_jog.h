@@ -53,11 +53,16 @@ class JogBench {
   /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
   /// anew. @throws CommissionEnded
   [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node, int joint);
+  /// What the machine's own controller does when command frames stop while a cylinder extends by `way_m`.
+  /// @throws CommissionEnded
+  [[nodiscard]] slave::GuardSeen try_silence(int joint, double way_m, double longest_s);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 
   [[nodiscard]] const slave::RawSensors& sensors() const noexcept { return jog_.sensors(); }
   [[nodiscard]] const slave::CanopenClient& client() const noexcept { return jog_.client(); }
+  [[nodiscard]] bool tells_e_stop() const noexcept { return jog_.tells_e_stop(); }
+  [[nodiscard]] std::optional<bool> e_stop_open() const noexcept { return jog_.e_stop_open(); }
   /// @throws CommissionEnded where a sensor sends a value that cannot be.
   void check_values() const;
   /// Neutral and pilot pressure off, whatever happened before; for the way out.
@@ -83,6 +88,8 @@ struct GuardJudged {
   Finding finding;
 };
 [[nodiscard]] GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen);
+/// Likewise of the machine's own controller, by the cylinder that it moved.
+[[nodiscard]] GuardJudged judge_silence(int joint, const slave::GuardSeen& seen);
 
 // Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 

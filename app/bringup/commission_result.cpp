@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <optional>
 #include <ostream>
+#include <regex>
 #include <sstream>
 
 #include "app/bringup/commission_dialogue.h"
@@ -18,7 +20,9 @@
 #include "core/units.h"
 #include "estimation/identification/excitation.h"
 #include "machine/file_text.h"
+#include "machine/kinematics.h"
 #include "machine/load.h"
+#include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::bringup {
@@ -41,6 +45,7 @@ void write_axis(const AxisResult& axis, const char* name, std::ostream& out) {
   out << "\n[commissioning.axes." << name << "]\n";
   put(out, "stroke_mm", axis.stroke_m, 1e-3, 0.1);
   put(out, "encoder_offset_mm", axis.offset_m, 1e-3, 0.1);
+  put(out, "zero_shift", axis.zero_shift, 1, 1e-6);
   out << "encoder_preset = " << (axis.preset ? "true" : "false") << '\n';
   put(out, "dead_band_extend", axis.dead_band_extend, 1, kDeadBandStep);
   put(out, "dead_band_retract", axis.dead_band_retract, 1, kDeadBandStep);
@@ -59,13 +64,23 @@ void write_record(const WizardResult& result, const BusDescription& bus, const R
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
   for (const GuardResult& guard : result.guards) {
-    out << "\n[[commissioning.guards]]\nnode = " << toml_quoted(guard.node) << "\nvendor = " << hex(guard.vendor)
+    const auto seen = [&] {
+      out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
+          << "\nseen = " << toml_quoted(guard.seen)
+          << fmt::format("\nvalve_watchdog_ms = {:.9g}\n", 1e3 * bus.valve_watchdog_s);
+    };
+    out << "\n[[commissioning.guards]]\n";
+    if (guard.node.empty()) {
+      out << "frames = " << toml_quoted(commands_text(bus)) << '\n';
+      seen();
+      continue;
+    }
+    out << "node = " << toml_quoted(guard.node) << "\nvendor = " << hex(guard.vendor)
         << "\nproduct = " << hex(guard.product) << '\n';
     if (guard.serial) out << "serial = " << hex(*guard.serial) << '\n';
-    out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
-        << "\nseen = " << toml_quoted(guard.seen) << "\nchannels = " << toml_quoted(guard.channels)
-        << fmt::format("\nvalve_watchdog_ms = {:.9g}\ncontroller_timeout_ms = {:.9g}\n", 1e3 * bus.valve_watchdog_s,
-                       1e3 * bus.controller_timeout_s);
+    seen();
+    out << "channels = " << toml_quoted(guard.channels)
+        << fmt::format("\ncontroller_timeout_ms = {:.9g}\n", 1e3 * bus.controller_timeout_s);
   }
   for (const NodeLine& node : result.nodes) {
     out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << toml_quoted(node.name)
@@ -78,14 +93,46 @@ void write_record(const WizardResult& result, const BusDescription& bus, const R
   }
 }
 
-/// The text with the dead bands of `found` where they are not those of `machine`, without an earlier record.
-std::string with_dead_bands(std::string_view text, const MachineDescription& machine, const MachineDescription& found) {
+/// The number of this key in an inline table on one line; nullopt where there is none.
+std::optional<double> inline_number(const std::string& line, const std::string& key) {
+  std::smatch found;
+  if (!std::regex_search(line, found, std::regex("[{,]\\s*" + key + "\\s*=\\s*([-+0-9.eE_]+)"))) return std::nullopt;
+  return std::strtod(found[1].str().c_str(), nullptr);
+}
+
+std::string with_inline_number(const std::string& line, const std::string& key, double value) {
+  const std::string text = key + " = " + number_text(value);
+  if (inline_number(line, key))
+    return std::regex_replace(line, std::regex("([{,]\\s*)" + key + "\\s*=\\s*[-+0-9.eE_]+"), "$1" + text);
+  const auto end = line.rfind('}', line.find('#'));
+  if (end == std::string::npos) return line;
+  const auto last = line.find_last_not_of(" \t", end - 1);
+  return line.substr(0, last + 1) + ", " + text + ' ' + line.substr(end);
+}
+
+/// A line of [bus.broadcast.signals] with its zero moved.
+std::string with_zero(const std::string& line, const BroadcastField& field, double shift) {
+  constexpr double kStep = 1e-6;
+  const bool mm = std::regex_search(line, std::regex("unit\\s*=\\s*\"mm\""));
+  const char* const key = field.info().is_angle ? "zero_rad" : "offset";
+  const double unit = field.info().is_angle || !mm ? 1 : 1e-3;
+  const double moved = inline_number(line, key).value_or(0) + shift / unit;
+  return with_inline_number(line, key, std::round(moved / kStep) * kStep);
+}
+
+/// The text with the dead bands of `found` where they are not those of `machine`, and the zeros of its broadcasts,
+/// without an earlier record.
+std::string with_found(std::string_view text, const MachineDescription& machine, const MachineDescription& found,
+                       const PerJoint<AxisResult>& axes) {
   const auto edit = [&](const std::string& table, const std::string& key, std::string& line) {
     const auto change = [&](const char* changed, double was, double is) {
       if (is != was && key == changed) line = with_toml_value(line, number_text(is));
     };
     for (std::size_t j = 0; j < kJoints; ++j) {
       const std::string axis = kJointNames[j];
+      if (const auto sent = machine.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j));
+          axes[j].zero_shift && table == "[bus.broadcast.signals]" && key == sent.field->info().name)
+        line = with_zero(line, *sent.field, *axes[j].zero_shift);
       if (table != "[cylinders." + axis + ".valve]" && table != "[calibration.valves." + axis + "]") continue;
       const ValveDescription &was = machine.cylinders[j].valve, &is = found.cylinders[j].valve;
       change("dead_band_extend", was.dead_band_extend, is.dead_band_extend);
@@ -96,9 +143,15 @@ std::string with_dead_bands(std::string_view text, const MachineDescription& mac
 }
 
 /// Reads the text again, as every program will.
-void check_dead_bands(const std::string& text, const MachineDescription& found) {
+void check_found(const std::string& text, const MachineDescription& found) {
+  constexpr double kSame = 2e-6;  // rad or m, as written
   const MachineDescription back = calibrated(parse_machine(text, found.source));
   for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto meant_zero = found.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j)),
+               zero = back.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j));
+    if (meant_zero.field != nullptr && std::abs(zero.field->bits.offset - meant_zero.field->bits.offset) > kSame)
+      throw InputError(found.source + ": [bus.broadcast.signals] " + zero.field->info().name +
+                       ": commissioning needs it on one line, with its zero as a plain number");
     const ValveDescription &is = back.cylinders[j].valve, &meant = found.cylinders[j].valve;
     if (std::abs(is.dead_band_extend - meant.dead_band_extend) < kDeadBandStep / 2 &&
         std::abs(is.dead_band_retract - meant.dead_band_retract) < kDeadBandStep / 2) {
@@ -115,8 +168,28 @@ bool dead_band_differs(double found, double file) noexcept {
   return std::abs(found - file) > kRampError;
 }
 
-MachineDescription found_machine(const MachineDescription& machine, const PerJoint<AxisResult>& axes) {
+MachineDescription with_zeros(const MachineDescription& machine, const PerJoint<AxisResult>& axes) {
   MachineDescription found = machine;
+  for (BroadcastFrame& frame : found.bus.broadcasts) {
+    for (BroadcastField& field : frame.fields) {
+      if (field.info().role != NodeRole::kEncoder) continue;
+      field.bits.offset += axes[static_cast<std::size_t>(field.info().index)].zero_shift.value_or(0);
+    }
+  }
+  return found;
+}
+
+double zero_shift(const MachineDescription& machine, int joint, double encoder, double length_m) {
+  if (!machine.bus.measures_angle(joint)) return length_m - encoder;
+  const auto angle_rad = Kinematics(as_drawn(machine)).joint_at(joint, length_m);
+  if (!angle_rad)
+    throw CommissionEnded(fmt::format("no angle of the {} gives its cylinder a length of {:.1f} mm",
+                                      kJointNames[static_cast<std::size_t>(joint)], 1e3 * length_m));
+  return std::remainder(*angle_rad - encoder, 2 * std::numbers::pi);
+}
+
+MachineDescription found_machine(const MachineDescription& machine, const PerJoint<AxisResult>& axes) {
+  MachineDescription found = with_zeros(machine, axes);
   const auto take = [](double& file, const std::optional<double>& measured) {
     if (!measured || !dead_band_differs(*measured, file)) return;
     file = std::max(0.0, std::round(*measured / kDeadBandStep) * kDeadBandStep);
@@ -132,22 +205,24 @@ std::string commissioned_text(std::string_view machine_file, const MachineDescri
                               const WizardResult& result, const ResultOrigin& origin) {
   const MachineDescription found = found_machine(machine, result.axes);
   std::ostringstream out;
-  out << with_dead_bands(machine_file, machine, found);
+  out << with_found(machine_file, machine, found, result.axes);
   write_record(result, machine.bus, origin, out);
-  check_dead_bands(out.str(), found);
+  check_found(out.str(), found);
   return out.str();
 }
 
 void check_layout(std::string_view machine_file, const MachineDescription& machine) {
+  constexpr double kAnyShift = 0.125;
   PerJoint<AxisResult> axes;
   const auto another = [](double file) { return file < 0.2 ? file + 2 * kRampError : file - 2 * kRampError; };
   for (std::size_t j = 0; j < kJoints; ++j) {
     const ValveDescription& valve = machine.cylinders[j].valve;
     axes[j].dead_band_extend = another(valve.dead_band_extend);
     axes[j].dead_band_retract = another(valve.dead_band_retract);
+    if (machine.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j)).field != nullptr) axes[j].zero_shift = kAnyShift;
   }
   const MachineDescription other = found_machine(machine, axes);
-  check_dead_bands(with_dead_bands(machine_file, machine, other), other);
+  check_found(with_found(machine_file, machine, other, axes), other);
 }
 
 namespace {

@@ -20,21 +20,27 @@ namespace knuckle::bringup {
 /// Whether a dead band is further from the file's than a slow ramp may be wrong.
 [[nodiscard]] bool dead_band_differs(double found, double file) noexcept;
 
-/// The machine with those dead bands that differ, to four decimals.
+/// The machine whose broadcasts have the zeros that were found.
+[[nodiscard]] MachineDescription with_zeros(const MachineDescription& machine, const PerJoint<AxisResult>& axes);
+/// What must be added to a joint's broadcast, which says `encoder`, where a tape says `length_m`: m, or rad.
+/// @throws CommissionEnded where no angle of the joint has this length.
+[[nodiscard]] double zero_shift(const MachineDescription& machine, int joint, double encoder, double length_m);
+
+/// That machine with those dead bands that differ, to four decimals.
 [[nodiscard]] MachineDescription found_machine(const MachineDescription& machine, const PerJoint<AxisResult>& axes);
 
 /// Where and when it was made.
 struct ResultOrigin {
   std::string bus, date, machine_sha256;
 };
-/// The text of a machine file, comments included, with the dead bands that differ replaced, and the record
+/// The text of a machine file, comments included, with zeros and dead bands that differ replaced, and the record
 /// [commissioning] at its end; the record of an earlier commissioning is removed.
 /// @param machine what that text says, calibrated().
-/// @throws InputError where the file does not have one dead band a line.
+/// @throws InputError where the file does not have one dead band, or one signal, a line.
 [[nodiscard]] std::string commissioned_text(std::string_view machine_file, const MachineDescription& machine,
                                             const WizardResult& result, const ResultOrigin& origin);
 
-/// @throws InputError as commissioned_text() would if all dead bands were to be changed: known before anything moves.
+/// @throws InputError as commissioned_text() would if all of these were to be changed: known before anything moves.
 void check_layout(std::string_view machine_file, const MachineDescription& machine);
 
 // Motion of all joints in closed loop on a machine bus, led and recorded for `knuckle identify`: the same slave loop,

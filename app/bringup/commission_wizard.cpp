@@ -38,9 +38,12 @@ class Wizard {
  public:
   Wizard(const MachineDescription& machine, BusAccess& access, Partner partner, const std::function<void()>& check,
          const Resume& resume)
-      : machine_(machine), access_(access), check_(check), resume_(resume), dialogue_(std::move(partner), [this] {
-          idle();
-        }) {
+      : file_(machine),
+        machine_(with_zeros(machine, resume.from.axes)),
+        access_(access),
+        check_(check),
+        resume_(resume),
+        dialogue_(std::move(partner), [this] { idle(); }) {
     progress_.serials.clear();
     result_.axes = resume.from.axes;
   }
@@ -65,14 +68,12 @@ class Wizard {
 
   void probe() {
     dialogue_.begin(2, "Nodes");
-    dialogue_.ask("Now the nodes are configured and started; pilot pressure stays off.", {"configure"});
+    if (machine_.bus.without_nodes())
+      dialogue_.ask("Now command frames are sent, all at neutral. Nothing may move.", {"send"});
+    else
+      dialogue_.ask("Now the nodes are configured and started; pilot pressure stays off.", {"configure"});
     alone_on_bus(machine_, access_);
-    bench_.emplace(machine_, access_, [this] {
-      check_();
-      return dialogue_.interrupted();
-    });
-    bench_->start();
-    bench_->idle(500ms);
+    start_bench();
     tell_emergencies();
     show_readings();
     e_stop();
@@ -80,12 +81,23 @@ class Wizard {
     check_presets();
     // Before its zero is known, an angle says no length, and steps 3 to 6 are judged by lengths.
     for (int j = 0; j < kJoints; ++j)
-      if (machine_.bus.encoder(j).measures_angle() && !result_.axes[static_cast<std::size_t>(j)].preset)
+      if (machine_.bus.measures_angle(j) && !result_.axes[static_cast<std::size_t>(j)].preset)
         zero(j, std::nullopt, std::nullopt);
   }
 
   void enable_motion() {
     dialogue_.begin(3, "Motion enable");
+    if (machine_.bus.by_frames()) {
+      dialogue_.ask(
+          "Step 1 of 2: for two seconds the machine is told that it is led, with all joints at neutral. No cylinder "
+          "may "
+          "move.",
+          {"pilot"});
+      bench_->prove_closed();
+      keep({Level::kOk, "neutral", "no cylinder moves"});
+      dialogue_.ask("Step 2 of 2: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
+      return;
+    }
     dialogue_.ask("Step 1 of 3: pilot pressure on for two seconds with all valves closed. No cylinder may move.",
                   {"pilot"});
     bench_->prove_closed();
@@ -117,6 +129,7 @@ class Wizard {
       small_motion(j, 1);
       small_motion(j, -1);
     }
+    if (machine_.bus.by_frames()) silence();
   }
 
   void strokes() {
@@ -130,12 +143,14 @@ class Wizard {
       }
       if (offered(j, "moves back to the middle of its stroke", retracted || extended))
         to_middle(j, retracted.has_value());
-      if (!machine_.bus.encoder(j).measures_angle()) zero(j, extended, retracted);
+      if (!machine_.bus.measures_angle(j)) zero(j, extended, retracted);
     }
   }
 
   void dead_bands() {
     dialogue_.begin(6, "Dead bands");
+    if (by_rate())
+      return keep({Level::kNote, "dead bands", "not measured: the machine's own controller keeps the speed"});
     for (int j = 0; j < kJoints; ++j) {
       if (!offered(j, "slow ramps in both directions", true)) continue;
       AxisResult& axis = result_.axes[static_cast<std::size_t>(j)];
@@ -161,7 +176,7 @@ class Wizard {
       return;
     }
     bench_->neutral();
-    result_.recordings = record(found_machine(machine_, result_.axes), [this] {
+    result_.recordings = record(found_machine(file_, result_.axes), [this] {
       check_();
       return dialogue_.interrupted();
     });
@@ -179,6 +194,34 @@ class Wizard {
   }
 
  private:
+  [[nodiscard]] bool by_rate() const { return machine_.bus.command_kind == CommandKind::kJointRate; }
+
+  void start_bench() {
+    bench_.emplace(machine_, access_, [this] {
+      check_();
+      return dialogue_.interrupted();
+    });
+    bench_->start();
+    bench_->idle(500ms);
+  }
+
+  /// What ends the machine's motion when this computer falls silent.
+  void silence() {
+    dialogue_.ask(
+        fmt::format("Each cylinder extends once more by about {:.0f} mm; then no more commands are sent, and the "
+                    "machine's own controller must stop it.",
+                    1e3 * kSmallWay_m),
+        {"guards"});
+    GuardResult& result = result_.guards.emplace_back();
+    result.proved = true;
+    for (int j = 0; j < kJoints; ++j) {
+      const GuardJudged judged = judge_silence(j, bench_->try_silence(j, kSmallWay_m, kSmallest_s));
+      result.proved = result.proved && judged.proved;
+      result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.about + ": " + judged.finding.text;
+      keep(judged.finding);
+    }
+  }
+
   void guards() {
     for (const NodeDescription& node : machine_.bus.nodes) {
       if (!node.is_told()) continue;
@@ -255,13 +298,16 @@ class Wizard {
   }
 
   void e_stop() {
+    if (!bench_->tells_e_stop())
+      return keep({Level::kNote, "E-stop",
+                   "no frame tells of it: press it with the engine running, and see that the levers do nothing"});
+    const std::string who = machine_.bus.by_frames() ? "the machine" : "the enable node";
     const auto wait_for = [&](bool open) {
-      for (const Time end = access_.now() + kEStopPatience; bench_->client().e_stop_open() != open; bench_->idle()) {
-        if (access_.now() >= end) {
+      for (const Time end = access_.now() + kEStopPatience; bench_->e_stop_open() != open; bench_->idle()) {
+        if (access_.now() >= end)
           throw CommissionEnded(
-              open ? "the E-stop was pressed, but the enable node reports its chain closed: check the node's input"
-                   : "the E-stop was released, but the enable node reports its chain open: check the chain");
-        }
+              open ? "the E-stop was pressed, but " + who + " reports its chain closed: check the input"
+                   : "the E-stop was released, but " + who + " reports its chain open: check the chain");
       }
     };
     dialogue_.ask("Press the machine's E-stop.", {"pressed"});
@@ -270,7 +316,7 @@ class Wizard {
     dialogue_.ask("Release the E-stop.", {"released"});
     access_.press_e_stop(false);
     wait_for(false);
-    keep({Level::kOk, "E-stop", "pressed and released, as reported by the enable node"});
+    keep({Level::kOk, "E-stop", "pressed and released, as reported by " + who});
   }
 
   void tilt() {
@@ -292,6 +338,7 @@ class Wizard {
   }
 
   [[nodiscard]] double file_dead_band(int joint, int direction) const {
+    if (by_rate()) return 0;
     const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(joint)].valve;
     return direction > 0 ? valve.dead_band_extend : valve.dead_band_retract;
   }
@@ -365,6 +412,7 @@ class Wizard {
                                     1e3 * (cylinder(joint).max_length_m - way_out_m) + kTape_mm, "mm",
                                     tape_m ? std::optional(1e3 * *tape_m) : std::nullopt);
     if (!std::isnan(before_m)) axis.offset_m = before_m - tape_length_m;
+    if (machine_.bus.broadcast(NodeRole::kEncoder, joint).field != nullptr) return set_zero(joint, tape_length_m);
     const std::string question = fmt::format(
         "{}: the encoder reads {}, the tape {:.1f} mm. Preset the encoder (0x6003) to the tape's value and save it?",
         about, reading_text(before_m), 1e3 * tape_length_m);
@@ -385,6 +433,35 @@ class Wizard {
     keep({Level::kOk, about,
           fmt::format("encoder preset: {} before, {:.1f} mm now", reading_text(before_m), 1e3 * tape_length_m)});
   }
+
+  /// Of an angle or a length that the machine sends by itself: nobody can preset it, but the file says what it means.
+  void set_zero(int joint, double tape_m) {
+    AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
+    const bool angle = machine_.bus.measures_angle(joint);
+    const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+    const char* const key = angle ? "zero_rad" : "offset";
+    const bool none = std::isnan(length_m(joint));
+    if (dialogue_.ask(
+            fmt::format("{}: the machine's frame says {}, the tape {:.1f} mm. Correct {} in the machine file?", about,
+                        reading_text(length_m(joint)), 1e3 * tape_m, key),
+            {"correct", "keep"}) == 1) {
+      if (none)
+        keep({Level::kFault, about, "its frame says no length that its cylinder can have: its zero must be corrected"});
+      return;
+    }
+    axis.zero_shift =
+        axis.zero_shift.value_or(0) + zero_shift(machine_, joint, bench_->sensors().encoder[joint], tape_m);
+    machine_ = with_zeros(file_, result_.axes);
+    start_bench();
+    axis.preset = std::abs(length_m(joint) - tape_m) <= kPresetError_m + slack_m(joint);
+    if (!axis.preset)
+      keep({Level::kFault, about,
+            fmt::format("says {} after its zero was corrected to {:.1f} mm: look whether its sensor stands still",
+                        reading_text(length_m(joint)), 1e3 * tape_m)});
+    keep({Level::kOk, about, fmt::format("{} corrected: {:.1f} mm now", key, 1e3 * length_m(joint))});
+  }
+  /// What a step of the value makes of the length.
+  [[nodiscard]] double slack_m(int joint) const { return length_steps_m(machine_)[joint]; }
 
   void to_middle(int joint, bool from_retracted) {
     const int direction = from_retracted ? 1 : -1;
@@ -412,7 +489,8 @@ class Wizard {
       if (!result_.axes[static_cast<std::size_t>(joint)].preset) continue;
       const std::string about = kJointNames[static_cast<std::size_t>(joint)];
       // A simulated machine is a new one in each run.
-      if (const auto tape_m = access_.tape_m(joint)) {
+      const bool node = machine_.bus.broadcast(NodeRole::kEncoder, joint).field == nullptr;
+      if (const auto tape_m = access_.tape_m(joint); tape_m && node) {
         bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, *tape_m));
         bench_->idle(200ms);
       }
@@ -450,7 +528,8 @@ class Wizard {
     return found;
   }
 
-  const MachineDescription& machine_;
+  const MachineDescription& file_;
+  MachineDescription machine_;  // with the zeros found so far
   BusAccess& access_;
   const std::function<void()>& check_;
   const Resume& resume_;

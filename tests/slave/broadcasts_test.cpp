@@ -244,11 +244,5 @@ TEST(Broadcasts, ACoarseTransmitterThatStaysWithinAStepIsNotCalledStuck) {
   EXPECT_EQ(subject_text(why, calibrated_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");
 }
 
-TEST(Broadcasts, AreNotCommissionedYet) {
-  const std::string line = test::refusal([] { refuse_broadcasts(calibrated_broadcasts()); });
-  EXPECT_EQ(line.rfind("m.toml: key 'bus.broadcast': front_angle: ", 0), 0U) << line;
-  EXPECT_NO_THROW(refuse_broadcasts(test::test_machine()));
-}
-
 }  // namespace
 }  // namespace knuckle::slave
