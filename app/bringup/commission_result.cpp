@@ -64,23 +64,19 @@ void write_record(const WizardResult& result, const BusDescription& bus, const R
   out << "]\n";
   for (std::size_t j = 0; j < kJoints; ++j) write_axis(result.axes[j], kJointNames[j], out);
   for (const GuardResult& guard : result.guards) {
-    const auto seen = [&] {
-      out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
-          << "\nseen = " << toml_quoted(guard.seen)
-          << fmt::format("\nvalve_watchdog_ms = {:.9g}\n", 1e3 * bus.valve_watchdog_s);
-    };
+    const bool node = !guard.node.empty();
     out << "\n[[commissioning.guards]]\n";
-    if (guard.node.empty()) {
+    if (node)
+      out << "node = " << toml_quoted(guard.node) << "\nvendor = " << hex(guard.vendor)
+          << "\nproduct = " << hex(guard.product) << '\n';
+    else
       out << "frames = " << toml_quoted(commands_text(bus)) << '\n';
-      seen();
-      continue;
-    }
-    out << "node = " << toml_quoted(guard.node) << "\nvendor = " << hex(guard.vendor)
-        << "\nproduct = " << hex(guard.product) << '\n';
     if (guard.serial) out << "serial = " << hex(*guard.serial) << '\n';
-    seen();
-    out << "channels = " << toml_quoted(guard.channels)
-        << fmt::format("\ncontroller_timeout_ms = {:.9g}\n", 1e3 * bus.controller_timeout_s);
+    out << "proved = " << (guard.proved ? "true" : "false") << "\ndate = " << toml_quoted(origin.date)
+        << "\nseen = " << toml_quoted(guard.seen) << '\n';
+    if (node) out << "channels = " << toml_quoted(guard.channels) << '\n';
+    out << fmt::format("valve_watchdog_ms = {:.9g}\n", 1e3 * bus.valve_watchdog_s);
+    if (node) out << fmt::format("controller_timeout_ms = {:.9g}\n", 1e3 * bus.controller_timeout_s);
   }
   for (const NodeLine& node : result.nodes) {
     out << "\n[[commissioning.nodes]]\nid = " << hex(node.id) << "\nname = " << toml_quoted(node.name)

@@ -90,6 +90,15 @@ TEST(CommandFile, WhatTheMachineDoesNotTellIsSaid) {
   EXPECT_EQ(told.find("pilot_on"), std::string::npos) << told;
   EXPECT_NE(told.find("nobody tells where the spools are"), std::string::npos) << told;
   EXPECT_NE(told.find("ends all motion 50 ms after the last command frame is not proved"), std::string::npos) << told;
+  using Changed = GuardProof::Changed;
+  const auto with_proof = [&](bool proved, Changed changed) {
+    MachineDescription machine = command_machine();
+    machine.bus.commands_guard = {proved, 0, "2026-03-01", changed};
+    return notes_of(machine);
+  };
+  EXPECT_EQ(with_proof(true, Changed::kNothing).find("ends all motion"), std::string::npos);
+  EXPECT_NE(with_proof(true, Changed::kTimes).find("was proved on 2026-03-01, with other frames"), std::string::npos);
+  EXPECT_NE(with_proof(false, Changed::kNothing).find("was tried on 2026-03-01 and not proved"), std::string::npos);
   const std::string silent = notes_of(parse_machine(test::command_text(test::kRateCommands, ""), "m.toml"));
   EXPECT_NE(silent.find("no frame has e_stop_closed: "), std::string::npos) << silent;
   EXPECT_NE(silent.find("no frame has pilot_on: "), std::string::npos) << silent;

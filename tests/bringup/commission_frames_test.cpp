@@ -1,0 +1,182 @@
+// The commissioning of machines whose sensors and commands are frames of their own bus.
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <sstream>
+
+#include "app/bringup/commission_result.h"
+#include "app/bringup/commission_wizard.h"
+#include "machine/load.h"
+#include "machine/room.h"
+#include "tests/bringup/commission_script.h"
+#include "tests/bringup/hardware_bench.h"
+#include "tests/support/command_machine.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using knuckle::test::command_text;
+using knuckle::test::kPilotCommands;
+using knuckle::test::kRateCommands;
+using test::Script;
+using test::simulated_bus;
+
+struct Outcome {
+  std::string ended;  ///< Empty where it came to its end.
+  std::string told;
+  WizardResult result;
+  double moved_m = 0;  ///< Any cylinder.
+};
+
+Outcome commission(const MachineDescription& truth, const MachineDescription& file, Script script) {
+  const auto bus = simulated_bus(truth, 7);
+  Outcome outcome;
+  const JointVector before_m = bus->plant().cylinder_m;
+  bus->each_tick = [&](sim::MachineOnBus& b) {
+    outcome.moved_m = std::max(outcome.moved_m, (b.plant().cylinder_m - before_m).cwiseAbs().maxCoeff());
+  };
+  BusAccess access = sim::access_to(bus);
+  const auto next = [&script]() -> std::optional<std::string> {
+    if (script.empty()) throw CommissionEnded("the input has ended");
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
+  std::ostringstream told;
+  const auto record = [](const MachineDescription&, const std::function<bool()>&) {
+    return std::vector<std::string>();
+  };
+  try {
+    outcome.result = run_wizard(file, access, terminal(told, next, false), record, [] {});
+  } catch (const CommissionEnded& ended) {
+    outcome.ended = ended.what();
+  }
+  outcome.told = told.str();
+  bus->each_tick = {};
+  return outcome;
+}
+
+Script up_to_motion(const char* zero = "correct") {
+  return {"ready", "send", "pressed", "released", "0", "tape", zero, "tape", zero, "tape", zero, "pilot", "move"};
+}
+Script all(bool dead_bands) {
+  Script script = up_to_motion();
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
+  script.emplace_back("guards");
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go"});
+  if (dead_bands) script.insert(script.end(), {"go", "go", "go"});
+  script.emplace_back("finish");
+  return script;
+}
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  return at == std::string::npos ? "" : text.replace(at, from.size(), to);
+}
+MachineDescription machine_of(const std::string& text) {
+  return parse_machine(text, "m.toml");
+}
+
+void check_zeros(const Outcome& outcome, double boom_shift_rad) {
+  for (std::size_t j = 0; j < kJoints; ++j) EXPECT_TRUE(outcome.result.axes[j].preset) << j;
+  // A tape is read to a millimetre, and pins are some beside the drawing.
+  EXPECT_NEAR(outcome.result.axes[kBoom].zero_shift.value_or(0), boom_shift_rad, 0.03);
+  EXPECT_NEAR(outcome.result.axes[kArm].zero_shift.value_or(1), 0, 0.03);
+}
+
+TEST(CommissionFrames, ZerosSignsAndWhatEndsMotionAreFoundOfAMachineLedBySpeeds) {
+  const std::string true_text = command_text(), text = with(true_text, "zero_rad = 0.12", "zero_rad = 0.42");
+  const MachineDescription file = machine_of(text);
+  check_layout(text, file);
+  const Outcome outcome = commission(machine_of(true_text), file, all(false));
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings)) << outcome.told;
+  check_zeros(outcome, -0.3);
+  EXPECT_NE(outcome.told.find("boom, when command frames stop: its cylinder stands after"), std::string::npos);
+  EXPECT_NE(outcome.told.find("dead bands: not measured"), std::string::npos);
+
+  const std::string found = commissioned_text(text, file, outcome.result, {"can0", "2026-03-01", "x"});
+  const MachineDescription back = machine_of(found);
+  const double zero = back.bus.broadcast(NodeRole::kEncoder, kBoom).field->bits.offset;
+  EXPECT_NEAR(zero, file.bus.broadcast(NodeRole::kEncoder, kBoom).field->bits.offset - 0.3, 0.03);
+  EXPECT_EQ(back.bus.commands_guard, (GuardProof{true, 0, "2026-03-01"}));
+  for (const std::string& note : machine_notes(back)) EXPECT_EQ(note.find("ends all motion"), std::string::npos);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    return machine_of(with(found, from, to)).bus.commands_guard.changed;
+  };
+  EXPECT_EQ(changed("valve_watchdog_ms = 50 ", "valve_watchdog_ms = 60 "), GuardProof::Changed::kTimes);
+  EXPECT_EQ(changed("id = 0x18FF0105", "id = 0x18FF0205"), GuardProof::Changed::kChannels);
+}
+
+TEST(CommissionFrames, DeadBandsAreFoundOfPilotValves) {
+  const std::string text = command_text(kPilotCommands);
+  const Outcome outcome = commission(machine_of(text), machine_of(text), all(true));
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings)) << outcome.told;
+  check_zeros(outcome, 0);
+  const AxisResult& boom = outcome.result.axes[kBoom];
+  ASSERT_TRUE(boom.dead_band_extend && boom.dead_band_retract);
+  EXPECT_NEAR(*boom.dead_band_extend, 0.11, 0.04);
+}
+
+TEST(CommissionFrames, AMachineThatGoesOnWithoutCommandsIsNotTaken) {
+  const std::string text = command_text();
+  const std::string deaf = with(text, "valve_watchdog_ms = 50", "valve_watchdog_ms = 500");
+  const Outcome outcome = commission(machine_of(deaf), machine_of(text), all(false));
+  EXPECT_NE(outcome.ended.find("boom, when command frames stop: its cylinder stands after"), std::string::npos)
+      << outcome.ended;
+  EXPECT_NE(outcome.ended.find("which is late: valve_watchdog_ms = 50"), std::string::npos) << outcome.ended;
+}
+
+TEST(CommissionFrames, WhatNoFrameTellsIsSaidAndTheRestIsDone) {
+  const std::string text = command_text(kRateCommands, "");
+  Script script = all(false);
+  script.erase(script.begin() + 2, script.begin() + 4);  // nobody asks for the E-stop
+  const Outcome outcome = commission(machine_of(text), machine_of(text), script);
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_NE(outcome.told.find("E-stop: no frame tells of it"), std::string::npos) << outcome.told;
+}
+
+TEST(CommissionFrames, AnAngleThatCountsTheOtherWayIsFoundByASmallMotion) {
+  const std::string text = command_text();
+  const std::string wrong = with(text, "unit = \"rad\", sign = -1", "unit = \"rad\"");
+  const Outcome outcome = commission(machine_of(text), machine_of(wrong), all(false));
+  EXPECT_NE(outcome.ended.find("boom: its encoder counts in the wrong direction"), std::string::npos) << outcome.ended;
+  EXPECT_LT(outcome.moved_m, 0.03);
+}
+
+TEST(CommissionFrames, NothingMovesByAnAngleThatIsNoneOfTheJoints) {
+  const std::string text = command_text();
+  const std::string wrong = with(text, "zero_rad = 0.12", "zero_rad = 2.5");
+  const Outcome outcome = commission(machine_of(text), machine_of(wrong), up_to_motion("keep"));
+  EXPECT_NE(outcome.ended.find("its zero must be corrected"), std::string::npos) << outcome.ended;
+  EXPECT_LT(outcome.moved_m, 1e-3);
+}
+
+TEST(CommissionFrames, WithValveNodesAnglesOfTheMachineAreCorrectedToo) {
+  const std::string true_text = knuckle::test::broadcast_text();
+  const std::string text = with(true_text, "zero_rad = 0.12", "zero_rad = 0.42");
+  Script script = up_to_motion();
+  script[1] = "configure";
+  script.insert(script.end() - 1, "guards");
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "longer", "go", "shorter"});
+  for (int j = 0; j < kJoints; ++j) script.insert(script.end(), {"go", "go", "go"});
+  script.insert(script.end(), {"go", "go", "go", "finish"});
+  const Outcome outcome = commission(machine_of(true_text), machine_of(text), script);
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings)) << outcome.told;
+  check_zeros(outcome, -0.3);
+}
+
+TEST(CommissionFrames, ASignalThatIsNotOnOneLineIsRefusedBeforeAnythingMoves) {
+  const std::string text = with(command_text(),
+                                "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, "
+                                "unit = \"rad\", sign = -1, zero_rad = 0.12 }",
+                                "boom_angle.start = 0\nboom_angle.bits = 16\nboom_angle.scale = 0.0004\n"
+                                "boom_angle.offset = -10\nboom_angle.unit = \"rad\"\nboom_angle.sign = -1");
+  const MachineDescription machine = machine_of(text);
+  EXPECT_THROW(check_layout(text, machine), InputError);
+}
+
+}  // namespace
+}  // namespace knuckle::bringup
