@@ -65,6 +65,8 @@ class JointControl {
   double full_opening_mps(int joint, bool extend) const noexcept;
   void update_supply(const JointVector& cylinder_mps) noexcept;
   /// Share of the full speed that the machine's own controller is told.
+  /// By which the joints are off what the machine's own controller has let in, because their oil gives way: swinging.
+  [[nodiscard]] JointVector swing_rad(const estimation::JointState& state) noexcept;
   [[nodiscard]] double rate_command(int joint, double rate_radps, bool extend) const noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
   void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,
@@ -81,7 +83,7 @@ class JointControl {
                              const estimation::ForceEstimate& force) const noexcept;
   LowPass<Load> load_;  ///< Pressures for the valve gain, in the order of JointState::pressure_Pa.
   JointVector last_valve_ = JointVector::Zero();
-  LowPass<JointVector> velocity_, acceleration_;
+  LowPass<JointVector> velocity_, acceleration_, given_way_rad_;
   estimation::ForceLag<JointVector> ahead_;
   RisingForce rising_to_ceiling_, rising_to_assist_;
   estimation::ContactCompliance contact_compliance_;

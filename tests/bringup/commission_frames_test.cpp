@@ -6,6 +6,7 @@
 
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
+#include "core/error.h"
 #include "machine/load.h"
 #include "machine/room.h"
 #include "tests/bringup/commission_script.h"
