@@ -122,8 +122,9 @@ TEST(CommissionFrames, DeadBandsAreFoundOfPilotValves) {
 
 TEST(CommissionFrames, AMachineThatGoesOnWithoutCommandsIsNotTaken) {
   const std::string text = command_text();
-  const std::string deaf = with(text, "valve_watchdog_ms = 50", "valve_watchdog_ms = 500");
-  const Outcome outcome = commission(machine_of(deaf), machine_of(text), all(false));
+  MachineDescription deaf = machine_of(text);
+  deaf.bus.valve_watchdog_s = 0.5;
+  const Outcome outcome = commission(deaf, machine_of(text), all(false));
   EXPECT_NE(outcome.ended.find("boom, when command frames stop: its cylinder stands after"), std::string::npos)
       << outcome.ended;
   EXPECT_NE(outcome.ended.find("which is late: valve_watchdog_ms = 50"), std::string::npos) << outcome.ended;
