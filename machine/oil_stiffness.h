@@ -1,9 +1,11 @@
-// How stiffly oil holds a cylinder whose valve is shut.
+// How stiffly oil holds a cylinder whose valve is shut, and what it gives way.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
-#include "machine/arm_description.h"
+#include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle {
 
@@ -15,6 +17,17 @@ namespace knuckle {
   const double s = std::clamp(length_m - cylinder.min_length_m, 0.0, stroke);
   const double hose = hydraulics.hose_volume_m3;
   return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
+}
+
+/// By how much a joint stands behind what the oil let into its cylinder would make of it without a load; 0 where its
+/// lever is too short to tell.
+/// @param cylinder_N p_A A_A - p_B A_B
+[[nodiscard]] inline double given_way_rad(const MachineDescription& machine, const Kinematics& kinematics, int joint,
+                                          double angle_rad, double cylinder_N) noexcept {
+  const auto at = kinematics.cylinder_at(joint, angle_rad);
+  if (!at || std::abs(at->lever_m) < kNearToggle_m) return 0;
+  const auto& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
+  return cylinder_N / oil_stiffness_N_per_m(cylinder, machine.hydraulics, at->length_m) / at->lever_m;
 }
 
 }  // namespace knuckle

@@ -25,7 +25,7 @@ constexpr double kAccelerationFilter_Hz = 3;
 // A fixed opening lets less oil through where the pressure rises, which damps that swing; a gain that follows the
 // swinging pressure takes the damping away, and as late as valves are, drives it.
 constexpr double kLoadFilter_Hz = 1.2;
-constexpr double kGivenWay_Hz = 0.3;  // below all that swings: what the oil gives way to a load is no swing
+constexpr double kGivenWay_Hz = 0.3;     // below all that swings: what the oil gives way to a load is no swing
 constexpr double kIdle_mps = 1e-6;       // in contact 0.1 mm/s already presses: the pump is not idle then
 constexpr double kLeastDrop_Pa = 3e5;    // the gain never divides by less than this over both edges
 constexpr double kGateTolerance = 0.02;  // change by the gate (rate limit) up to which the dead band is still learned
@@ -79,21 +79,16 @@ void JointControl::reset() noexcept {
   supply_Pa_ = machine_.hydraulics.load_sensing_margin_Pa;
 }
 
-/// A joint on its oil is a spring that hardly damps itself: x'' = w^2 (u - x) - 2 z w x', u the oil let in. A speed that
-/// follows the error of x makes it swing where the gain is above 2 z w, and both fall with the cylinder's lever: with
-/// 7 cm of lever a 20 t machine's bucket swings at 1.5 Hz from a gain of 0.3 on. The error of u has no such bound.
+/// A joint on its oil is a spring that hardly damps itself: x'' = w^2 (u - x) - 2 z w x', u the oil let in. A speed
+/// that follows the error of x makes it swing where the gain is above 2 z w, and both fall with the cylinder's lever:
+/// with 7 cm of lever a 20 t machine's bucket swings at 1.5 Hz from a gain of 0.3 on. The error of u has no such bound.
 JointVector JointControl::swing_rad(const estimation::JointState& state) noexcept {
-  JointVector given_way_rad = JointVector::Zero();
-  for (int i = 0; i < kJoints; ++i) {
-    const auto joint = static_cast<std::size_t>(i);
-    if (!state.pressures_known[joint] || std::abs(state.lever_m[i]) < kNearToggle_m) continue;
-    const double length_m = kinematics_.cylinder_at(i, state.angle_rad[i]).value_or(CylinderState{}).length_m;
-    given_way_rad[i] = state.cylinder_N[i] /
-                       oil_stiffness_N_per_m(machine_.cylinders[joint], machine_.hydraulics, length_m) /
-                       state.lever_m[i];
-  }
-  if (!running_) given_way_rad_.reset(given_way_rad);
-  return given_way_rad - given_way_rad_.step(given_way_rad);
+  JointVector behind_rad = JointVector::Zero();
+  for (int i = 0; i < kJoints; ++i)
+    if (state.pressures_known[static_cast<std::size_t>(i)])
+      behind_rad[i] = given_way_rad(machine_, kinematics_, i, state.angle_rad[i], state.cylinder_N[i]);
+  if (!running_) given_way_rad_.reset(behind_rad);
+  return behind_rad - given_way_rad_.step(behind_rad);
 }
 
 JointVector JointControl::fed_forward(const Touch& touch, const PlanarVector& force_N, double fade, double held,

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/oil_stiffness.h"
+
 namespace knuckle::slave {
 namespace {
 
@@ -19,7 +21,9 @@ Reason not_following(int joint, double seen_rad, double limit_rad) noexcept {
 }  // namespace
 
 MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s) noexcept
-    : step_s_(step_s),
+    : machine_(machine),
+      kinematics_(machine),
+      step_s_(step_s),
       lag_steps_(std::clamp<std::size_t>(static_cast<std::size_t>(kLimits.lag_s / step_s), 1, kSlots)),
       held_Pa_(kLimits.held * machine.hydraulics.main_relief_Pa),
       by_rate_(machine.bus.command_kind == CommandKind::kJointRate) {
@@ -45,7 +49,8 @@ double MotionMonitor::told_radps(int joint, double demand, double lever_m) const
   return std::copysign(rate, demand * lever_m);
 }
 
-Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_stand, double missing_limit_rad) noexcept {
+Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool may_stand,
+                           double missing_limit_rad) noexcept {
   Reason why;
   for (const int sign : {-1, 1}) {
     Way& way = axis.ways[sign > 0 ? 1 : 0];
@@ -55,9 +60,10 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, bool may_sta
       most = std::max(most, told);
       least = std::min(least, std::max(0.0, told));
     }
-    const double moved = sign * moved_rad, most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
+    const double moved = sign * moved_rad, let_in = sign * let_in_rad,
+                 most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
     // Kept just above its limit, so that it is forgotten soon after the joint has come to rest.
-    way.beyond_rad = std::clamp(way.beyond_rad + moved - (kLimits.more * most + kLimits.leak_radps) * step_s_, 0.0,
+    way.beyond_rad = std::clamp(way.beyond_rad + let_in - (kLimits.more * most + kLimits.leak_radps) * step_s_, 0.0,
                                 kRemembered * most_rad);
     // Against the command it may swing: that is the other sum's.
     const double came = std::max(0.0, moved);
@@ -77,13 +83,18 @@ Reason MotionMonitor::step(const JointVector& demand, const estimation::JointSta
     const auto joint = static_cast<std::size_t>(i);
     Axis& axis = axes_[joint];
     axis.told_radps[next_] = told_radps(i, demand[i], state.lever_m[i]);
-    const double moved_rad = seen_ == 0 ? 0 : state.angle_rad[i] - axis.last_rad;
-    axis.last_rad = state.angle_rad[i];
-    if (seen_ < lag_steps_) continue;
     const bool known = state.pressures_known[joint];
+    const double all_let_in_rad =
+        state.angle_rad[i] +
+        (known ? given_way_rad(machine_, kinematics_, i, state.angle_rad[i], state.cylinder_N[i]) : 0);
+    const double moved_rad = seen_ == 0 ? 0 : state.angle_rad[i] - axis.last_rad;
+    const double let_in_rad = seen_ == 0 ? 0 : all_let_in_rad - axis.last_let_in_rad;
+    axis.last_rad = state.angle_rad[i];
+    axis.last_let_in_rad = all_let_in_rad;
+    if (seen_ < lag_steps_) continue;
     const double driven_Pa = state.pressure_Pa[2 * joint + (demand[i] > 0 ? 0 : 1)];
     const bool may_stand = pressed || (known && driven_Pa > held_Pa_);
-    const Reason why = look(axis, i, moved_rad, may_stand, (known ? 1 : 2) * kLimits.missing_rad);
+    const Reason why = look(axis, i, moved_rad, let_in_rad, may_stand, (known ? 1 : 2) * kLimits.missing_rad);
     if (!first) first = why;
   }
   next_ = (next_ + 1) % lag_steps_;

@@ -9,6 +9,7 @@
 #include "core/reason.h"
 #include "estimation/joint_state.h"
 #include "machine/description.h"
+#include "machine/kinematics.h"
 
 namespace knuckle::slave {
 
@@ -27,8 +28,9 @@ struct MotionLimits {
 inline constexpr MotionLimits kMotion{};
 
 /// Two sums per joint and direction, neither below zero: of travel beyond all that was told lately, less a leak; and of
-/// travel that was told all the while and did not come. Of pilot pressures and currents it is known which way they may
-/// move a joint, not how fast: Plausibility looks for the joints that stand.
+/// travel that was told all the while and did not come. The first is of the travel that the valve has let through: a
+/// joint that swings on its oil, where pressures tell that, is no valve's doing. Of pilot pressures and currents it is
+/// known which way they may move a joint, not how fast: Plausibility looks for the joints that stand.
 class MotionMonitor {
  public:
   MotionMonitor(const MachineDescription& machine, double step_s) noexcept;
@@ -44,13 +46,16 @@ class MotionMonitor {
   };
   struct Axis {
     std::array<double, kSlots> told_radps{};
-    double last_rad = 0;
+    double last_rad = 0, last_let_in_rad = 0;
     std::array<Way, 2> ways{};  ///< Down, up.
   };
   /// At most, of a command whose effect is not known; its sign is the joint's direction.
   [[nodiscard]] double told_radps(int joint, double demand, double lever_m) const noexcept;
-  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, bool may_stand, double missing_limit_rad) noexcept;
+  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool may_stand,
+                            double missing_limit_rad) noexcept;
 
+  MachineDescription machine_;
+  Kinematics kinematics_;
   double step_s_;
   std::size_t lag_steps_;
   double held_Pa_;

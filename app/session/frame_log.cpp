@@ -147,6 +147,11 @@ std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Tim
   return std::nullopt;
 }
 
+Time first_frame_from(const FrameLog& log, Time from) {
+  const auto it = first_at(log, from);
+  return it == log.end() ? Time::max() : it->at;
+}
+
 std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint, Time before) {
   constexpr double kTolerance = 0.1;
   const std::uint32_t told = machine.bus.set_point_id(joint), heard = machine.bus.spool_id(joint);
@@ -194,7 +199,7 @@ void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine
   record.records_lost += lost_;
   const auto seconds = [](const std::optional<Time>& t) { return t ? to_seconds(*t) : 0; };
   for (const Latched& latch : latched_) {
-    const auto [last_good, injected_at] = cause_of(latch.at);
+    const auto [last_good, injected_at, wire_ran_at] = cause_of(latch.at);
     const Time until = std::min(latch.resumed_at, end);
     NeutralTimes neutral = neutral_times(frames, machine, last_good, until);
     if (machine.bus.by_frames()) {
@@ -209,7 +214,8 @@ void FaultWatch::judge(const FrameLog& frames, const MachineDescription& machine
                              neutral.controller_silent,
                              {}});
     if (injected_at) record.faults.back().injected_s = to_seconds(*injected_at);
-    if (commands_not_neutral(frames, machine, latch.at + kUnderWay, until) > 0) ++record.resumed_by_itself;
+    const Time all_came = std::max(latch.at, std::min(wire_ran_at, until)) + kUnderWay;
+    if (commands_not_neutral(frames, machine, all_came, until) > 0) ++record.resumed_by_itself;
   }
 }
 

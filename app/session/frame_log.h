@@ -35,6 +35,9 @@ struct NeutralTimes {
 /// Time of the last frame with this identifier before `before`.
 [[nodiscard]] std::optional<Time> last_frame_before(const FrameLog& log, std::uint32_t id, Time before);
 
+/// Time of the first frame from `from` on; Time::max() where there is none.
+[[nodiscard]] Time first_frame_from(const FrameLog& log, Time from);
+
 /// Last time before `before` at which the spool was within 10 % of stroke of the span of its newest six demands.
 [[nodiscard]] std::optional<Time> last_following(const FrameLog& log, const MachineDescription& machine, int joint,
                                                  Time before);
@@ -46,6 +49,8 @@ struct NeutralTimes {
 struct Cause {
   Time last_good_input{};
   std::optional<Time> injected_at;  ///< nullopt: nothing was broken on purpose.
+  /// Where the wire is another thread's, when that first ran after the fault: what was sent before comes only then.
+  Time wire_ran_at = Time::min();
 };
 
 class FaultWatch {

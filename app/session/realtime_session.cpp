@@ -62,7 +62,9 @@ class Loops {
   [[nodiscard]] bool finished() const noexcept { return finished_; }
   /// After the threads have ended.
   [[nodiscard]] SessionOutcome hand_over(Time end) {
-    return logs_.hand_over(setup_.machine, person_, end, [](Time latched_at) { return Cause{latched_at, {}}; });
+    return logs_.hand_over(setup_.machine, person_, end, [this](Time latched_at) {
+      return Cause{latched_at, {}, first_frame_from(logs_.machine.frames, latched_at)};
+    });
   }
 
  private:

@@ -246,12 +246,12 @@ struct Watched {
                                                                      {canopen::kControlActive, set_point})});
     }
   }
-  SessionRecord judge() {
+  SessionRecord judge(Time wire_ran_at = Time::min()) {
     SessionRecord record;
     watch.judge(
         frames, machine, Time(1s),
-        [](Time latched_at) {
-          return Cause{latched_at - 50ms, {}};
+        [&](Time latched_at) {
+          return Cause{latched_at - 50ms, {}, wire_ran_at};
         },
         record);
     return record;
@@ -283,6 +283,17 @@ TEST(FaultWatch, AMachineThatMovesBeforeEnableIsPressedAnewResumedByItself) {
     w.command(resumed_ms + 20, 0);
     EXPECT_EQ(w.judge().resumed_by_itself, 1) << resumed_ms;
   }
+}
+
+TEST(FaultWatch, WhatAWireOfAnotherThreadHeldUpWasSentBefore) {
+  Watched w(300, 500);
+  w.command(90, 0.4);
+  w.command(140, 0.4);  // sent at 95 ms; the wire's thread stood until 140 ms
+  w.command(141, 0);
+  EXPECT_EQ(w.judge(Time(140ms)).resumed_by_itself, 0);
+  EXPECT_EQ(w.judge().resumed_by_itself, 1);
+  w.command(200, 0.4);
+  EXPECT_EQ(w.judge(Time(140ms)).resumed_by_itself, 1);
 }
 
 TEST(FaultWatch, AMachineThatIsNeverToldToStopHasNoTime) {
