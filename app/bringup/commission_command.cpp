@@ -89,9 +89,9 @@ WizardProgress progress_of(const OrderedJson& json) {
     progress.axes[j] = {optional_of(axis.at("stroke_m")),
                         optional_of(axis.at("offset_m")),
                         axis.at("preset").get<bool>(),
-                        optional_of(axis.at("zero_shift")),
                         optional_of(axis.at("dead_band_extend")),
-                        optional_of(axis.at("dead_band_retract"))};
+                        optional_of(axis.at("dead_band_retract")),
+                        optional_of(axis.at("zero_shift"))};
   }
   for (const OrderedJson& one : json.at("findings"))
     progress.findings.push_back(

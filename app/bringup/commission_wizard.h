@@ -21,9 +21,9 @@ struct AxisResult {
   std::optional<double> stroke_m;  ///< Between its stops.
   std::optional<double> offset_m;  ///< Reading minus the pin-to-pin length, before any preset.
   bool preset = false;             ///< The encoder was made to show the pin-to-pin length, or the file says its zero.
-  /// Of a joint whose frame the machine sends by itself: added to what the file makes of it, m or rad.
-  std::optional<double> zero_shift;
   std::optional<double> dead_band_extend, dead_band_retract;
+  /// Of a joint whose frame the machine sends by itself: added to what the file makes of it, m or rad.
+  std::optional<double> zero_shift{};
 };
 struct GuardResult {
   std::string node;  ///< Empty: the machine's own controller, which waits for command frames.
