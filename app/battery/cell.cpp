@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <utility>
 
 #include "app/battery/effects.h"
 #include "app/battery/feel_cell.h"

@@ -5,9 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "core/error.h"
@@ -15,7 +13,6 @@
 #include "machine/kinematics.h"
 #include "sim/contact.h"
 #include "sim/hull.h"
-#include "sim/person.h"
 #include "sim/rigid_body.h"
 
 namespace knuckle::battery {

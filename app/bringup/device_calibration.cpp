@@ -13,7 +13,6 @@
 #include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/realtime_thread.h"
-#include "machine/device_description.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"

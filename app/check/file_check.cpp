@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iostream>
 #include <memory>
-#include <optional>
-#include <string>
 
 #include "app/battery/settings.h"
 #include "app/check/machine_sheet.h"

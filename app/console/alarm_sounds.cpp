@@ -1,7 +1,6 @@
 #include "app/console/alarm_sounds.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>

@@ -7,7 +7,6 @@
 #include <cctype>
 #include <cmath>
 #include <ctime>
-#include <utility>
 
 #include "app/cli/output_file.h"
 #include "app/console/console_view.h"

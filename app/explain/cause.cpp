@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <optional>
 
 #include "app/explain/text.h"
 #include "machine/reason_text.h"

@@ -5,7 +5,6 @@
 
 #include "core/reason.h"
 #include "core/time.h"
-#include "core/units.h"
 #include "machine/description.h"
 
 namespace knuckle::explain {

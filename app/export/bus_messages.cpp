@@ -9,8 +9,6 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
-#include <string>
-#include <vector>
 
 #include "app/cli/command.h"
 #include "core/units.h"

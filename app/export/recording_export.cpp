@@ -7,19 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "app/recordings/state_table.h"
 #include "core/error.h"
-#include "core/fields.h"
-#include "core/time.h"
 #include "master/master_state.h"
-#include "recording/events.h"
 #include "recording/wire_events.h"
 #include "slave/slave_state.h"
 #include "transport/timed_frame.h"

@@ -18,7 +18,6 @@
 #include "core/joints.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
-#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::exporting {

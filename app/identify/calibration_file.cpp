@@ -4,8 +4,6 @@
 
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <filesystem>
 #include <sstream>
 
 #include "core/error.h"

@@ -1,16 +1,13 @@
 #include "app/identify/identify.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iostream>
-#include <limits>
 #include <stdexcept>
 #include <type_traits>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
-#include "app/identify/baseline_report.h"
 #include "app/identify/calibration_file.h"
 #include "app/identify/data_check.h"
 #include "app/identify/ensemble.h"

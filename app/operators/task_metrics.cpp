@@ -1,7 +1,6 @@
 #include "app/operators/task_metrics.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <span>

@@ -5,7 +5,6 @@
 
 #include <array>
 
-#include "app/cli/json.h"
 #include "app/programs/program_options.h"
 
 namespace knuckle::programs {

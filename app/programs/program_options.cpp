@@ -5,7 +5,6 @@
 #include <chrono>
 #include <exception>
 
-#include "app/cli/json.h"
 #include "app/programs/program_console.h"
 #include "core/error.h"
 #include "machine/reason_text.h"

@@ -6,7 +6,6 @@
 #include <optional>
 #include <ostream>
 #include <string>
-#include <vector>
 
 #include "app/cli/background_writer.h"
 #include "app/cli/json.h"

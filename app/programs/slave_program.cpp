@@ -6,7 +6,6 @@
 #include <atomic>
 #include <bitset>
 #include <memory>
-#include <utility>
 
 #include "app/programs/service_watch.h"
 #include "app/recordings/state_table.h"

@@ -11,7 +11,6 @@
 #include <iostream>
 #include <limits>
 #include <memory>
-#include <string>
 #include <type_traits>
 #include <utility>
 

@@ -10,8 +10,6 @@
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "app/cli/interrupt.h"
 #include "app/recordings/halfway_change.h"

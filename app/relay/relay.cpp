@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <ctime>
-#include <memory>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "app/cli/interrupt.h"
@@ -17,7 +15,6 @@
 #include "app/session/link_file.h"
 #include "core/error.h"
 #include "core/loop_table.h"
-#include "core/realtime_thread.h"
 #include "machine/load.h"
 
 namespace knuckle::relay {

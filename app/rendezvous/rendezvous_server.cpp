@@ -12,8 +12,6 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
-#include <memory>
-#include <string>
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"

@@ -7,18 +7,14 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "app/cli/command.h"
 #include "app/cli/interrupt.h"
 #include "app/replay/force_comparison.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
 #include "recording/recording.h"
-#include "recording/replay.h"
 
 namespace knuckle::replay {
 namespace {

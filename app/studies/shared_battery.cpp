@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <mutex>
-#include <optional>
 #include <sstream>
 #include <vector>
 

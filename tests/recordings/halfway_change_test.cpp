@@ -6,9 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <numbers>
-#include <sstream>
 
 #include "app/recordings/recording_reader.h"
 #include "machine/kinematics.h"

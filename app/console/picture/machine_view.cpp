@@ -3,8 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <vector>
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/painter.h"

@@ -19,7 +19,6 @@
 #include "core/error.h"
 #include "transport/socket_address.h"
 #include "video/sender.h"
-#include "video/source.h"
 
 namespace knuckle::console::window {
 namespace {
