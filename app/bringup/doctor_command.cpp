@@ -231,12 +231,9 @@ int run_doctor(DoctorOptions options) {
 }  // namespace
 
 cli::Command doctor_entry() {
-  return {"doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<DoctorOptions>();
-            add_options(command, *options);
-            return [options] { return run_doctor(*options); };
-          }};
+  return cli::command<DoctorOptions>(
+      "doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
+      add_options, run_doctor);
 }
 
 }  // namespace knuckle::bringup

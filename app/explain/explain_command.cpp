@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -140,19 +139,18 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command explain_entry() {
-  return {"explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            command
-                .add_option("FILE", options->files,
-                            "Flight record or any recording (.mcap); of several parts all, in their order")
-                .required();
-            command.add_option("--side", options->side,
-                               "Of a simulation's recording only what this side recorded, as on a real machine: "
-                               "machine or operator");
-            command.add_option("--json", options->json, "The same as JSON; - is standard output");
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
+      [](const cli::OptionList& command, Options& o) {
+        command
+            .add_option("FILE", o.files, "Flight record or any recording (.mcap); of several parts all, in their order")
+            .required();
+        command.add_option("--side", o.side,
+                           "Of a simulation's recording only what this side recorded, as on a real machine: "
+                           "machine or operator");
+        command.add_option("--json", o.json, "The same as JSON; - is standard output");
+      },
+      run);
 }
 
 }  // namespace knuckle::explain

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <iostream>
 #include <list>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -219,13 +218,10 @@ void add_options(const cli::OptionList& command, Options& o) {
 }  // namespace
 
 cli::Command export_entry() {
-  return {"export",
-          "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "export",
+      "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
+      add_options, run);
 }
 
 }  // namespace knuckle::exporting

@@ -1,5 +1,4 @@
 #include <iostream>
-#include <memory>
 #include <optional>
 
 #include "app/cli/output_file.h"
@@ -65,15 +64,15 @@ int run(const Options& options) {
 }  // namespace
 
 cli::Command operators_entry() {
-  return {"operators", "Metrics of persons' tasks from recordings, and what differs between conditions",
-          [](const cli::OptionList& command) {
-            const auto o = std::make_shared<Options>();
-            command.add_option("--plan", o->plan, "Which recordings, of whom (.toml; docs/studies.md)").required();
-            command.add_option("--by", o->by, "What is compared: condition or input").show_default();
-            command.add_option("--json", o->json, "Write recordings and table as JSON");
-            command.add_option("--csv", o->csv, "Write a CSV table, a row each recording");
-            return [o] { return run(*o); };
-          }};
+  return cli::command<Options>(
+      "operators", "Metrics of persons' tasks from recordings, and what differs between conditions",
+      [](const cli::OptionList& command, Options& o) {
+        command.add_option("--plan", o.plan, "Which recordings, of whom (.toml; docs/studies.md)").required();
+        command.add_option("--by", o.by, "What is compared: condition or input").show_default();
+        command.add_option("--json", o.json, "Write recordings and table as JSON");
+        command.add_option("--csv", o.csv, "Write a CSV table, a row each recording");
+      },
+      run);
 }
 
 }  // namespace knuckle::operators

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -315,12 +314,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command pair_entry() {
-  return {"pair", "Make this computer's key, and pair it with the computer at the other end of the link",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "pair", "Make this computer's key, and pair it with the computer at the other end of the link", add_options, run);
 }
 
 }  // namespace knuckle::pairing

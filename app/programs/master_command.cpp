@@ -285,12 +285,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command master_entry() {
-  return {"master", "Operator's side: lead a machine with a haptic device, without a screen",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>("master", "Operator's side: lead a machine with a haptic device, without a screen",
+                               add_options, run);
 }
 
 }  // namespace knuckle::programs

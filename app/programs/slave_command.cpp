@@ -383,12 +383,9 @@ int run(const Options& o, const DrawCamera& draw) {
 }  // namespace
 
 cli::Command slave_entry(DrawCamera draw) {
-  return {"slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link",
-          [draw = std::move(draw)](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options, draw] { return run(*options, draw); };
-          }};
+  return cli::command<Options>(
+      "slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link", add_options,
+      [draw = std::move(draw)](const Options& o) { return run(o, draw); });
 }
 
 }  // namespace knuckle::programs

@@ -312,12 +312,9 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command relay_entry() {
-  return {"relay", "An impaired network between the two sides: delays, loses, repeats and reorders their datagrams",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "relay", "An impaired network between the two sides: delays, loses, repeats and reorders their datagrams",
+      add_options, run);
 }
 
 }  // namespace knuckle::relay

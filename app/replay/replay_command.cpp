@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -150,29 +149,27 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command replay_entry() {
-  return {
+  return cli::command<Options>(
       "replay", "Run the loops of a recording again on what they read, and compare bit by bit",
-      [](const cli::OptionList& command) {
-        const auto options = std::make_shared<Options>();
-        command.add_option("RECORDING", options->files, "Recording (.mcap); of several parts all, in their order")
-            .required();
+      [](const cli::OptionList& command, Options& o) {
+        command.add_option("RECORDING", o.files, "Recording (.mcap); of several parts all, in their order").required();
         command.add_option(
-            "--with", options->with,
+            "--with", o.with,
             "Machine or device, name or .toml file, in place of the recorded one: what would have differed?");
-        command.add_option("--control", options->control, "Bilateral law in place of the recorded one");
-        command.add_option("--contact-model", options->contact_model,
+        command.add_option("--control", o.control, "Bilateral law in place of the recorded one");
+        command.add_option("--contact-model", o.contact_model,
                            "Contact model in place of the recorded one: what would have been felt? A table compares "
                            "the forces of the two");
         command.add_option(
-            "--true-force", options->true_force,
+            "--true-force", o.true_force,
             "With --contact-model: CSV table of the same session, by knuckle simulate --csv, to tell how "
             "far each model is off the true force");
         command.add_note(
             "A change is compared open loop: hand and machine move as recorded, whatever the changed loops command. A "
             "changed gain shows other commands and forces, not the motion that it would lead to; for that run knuckle "
             "simulate.");
-        return [options] { return run(*options); };
-      }};
+      },
+      run);
 }
 
 }  // namespace knuckle::replay
