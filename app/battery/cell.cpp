@@ -9,7 +9,6 @@
 #include <random>
 
 #include "app/battery/effects.h"
-#include "app/battery/feel_cell.h"
 #include "app/cli/command.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"

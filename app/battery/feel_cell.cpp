@@ -1,5 +1,3 @@
-#include "app/battery/feel_cell.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "app/battery/cell.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "machine/kinematics.h"

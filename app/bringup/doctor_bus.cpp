@@ -7,7 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "app/bringup/doctor_twice.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
 #include "machine/channel_status.h"

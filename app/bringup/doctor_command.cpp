@@ -10,8 +10,6 @@
 #include <utility>
 
 #include "app/bringup/device_probe.h"
-#include "app/bringup/doctor_computer.h"
-#include "app/bringup/doctor_link.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "machine/kinematics.h"

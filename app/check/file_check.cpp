@@ -6,7 +6,6 @@
 #include <iostream>
 
 #include "app/battery/settings.h"
-#include "app/check/machine_sheet.h"
 #include "app/cli/output_file.h"
 #include "app/recordings/csv_mapping.h"
 #include "app/session/link_file.h"

@@ -14,9 +14,6 @@
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
-#include "app/export/bus_messages.h"
-#include "app/export/recording_export.h"
-#include "app/export/urdf.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/load.h"

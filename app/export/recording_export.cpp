@@ -1,5 +1,3 @@
-#include "app/export/recording_export.h"
-
 #include <fmt/format.h>
 #include <hdf5.h>
 #include <sys/stat.h>
@@ -10,6 +8,7 @@
 #include <span>
 #include <utility>
 
+#include "app/export/export_command.h"
 #include "app/recordings/state_table.h"
 #include "core/error.h"
 #include "master/master_state.h"

@@ -8,7 +8,6 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
-#include "app/identify/calibration_file.h"
 #include "app/identify/data_check.h"
 #include "app/identify/ensemble.h"
 #include "app/identify/identify_output.h"

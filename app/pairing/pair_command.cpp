@@ -1,4 +1,3 @@
-#include "app/pairing/pair_command.h"
 
 #include <poll.h>
 #include <termios.h>

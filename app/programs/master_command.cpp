@@ -10,7 +10,6 @@
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/master_program.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "app/programs/programs.h"
 #include "app/recordings/program_log.h"

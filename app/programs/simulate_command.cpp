@@ -16,7 +16,6 @@
 #include "app/recordings/own_table.h"
 #include "app/report/plots.h"
 #include "app/report/report.h"
-#include "app/report/result_files.h"
 #include "app/report/result_text.h"
 #include "app/session/scenario.h"
 #include "core/error.h"

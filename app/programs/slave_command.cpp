@@ -6,7 +6,6 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "app/programs/programs.h"
 #include "app/programs/service_watch.h"

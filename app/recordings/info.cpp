@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "app/cli/interrupt.h"
-#include "app/recordings/halfway_change.h"
+#include "app/recordings/csv_reader.h"
 #include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "core/quantile.h"

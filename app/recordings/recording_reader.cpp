@@ -8,7 +8,6 @@
 
 #include "app/recordings/csv_reader.h"
 #include "app/recordings/csv_row.h"
-#include "app/recordings/halfway_change.h"
 #include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "core/quantile.h"

@@ -1,5 +1,3 @@
-#include "app/report/report_plots.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "app/report/plots.h"
+#include "app/report/report.h"
 #include "app/report/result_text.h"
 #include "app/session/record_windows.h"
 

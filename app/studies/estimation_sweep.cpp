@@ -14,7 +14,6 @@
 #include "app/identify/ensemble.h"
 #include "app/session/truth_file.h"
 #include "app/studies/battery_machine.h"
-#include "app/studies/battery_table.h"
 #include "app/studies/shared_battery.h"
 #include "app/studies/sweep.h"
 #include "core/error.h"

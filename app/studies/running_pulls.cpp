@@ -1,5 +1,3 @@
-#include "app/studies/running_pulls.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/motion/machine_run.h"
+#include "app/studies/battery_machine.h"
 #include "app/studies/force_scores.h"
 #include "app/studies/test_rig.h"
 #include "core/seed.h"

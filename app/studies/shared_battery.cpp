@@ -12,7 +12,6 @@
 
 #include "app/cli/command.h"
 #include "app/identify/ensemble.h"
-#include "app/studies/ranks.h"
 #include "core/error.h"
 
 namespace knuckle::studies {
