@@ -180,8 +180,7 @@ int run_doctor(DoctorOptions options) {
   check(options);
   if (options.device_file) options.device.device = *options.device_file;
   const cli::InterruptGuard interrupt;
-  std::optional<cli::OutputFile> json;
-  if (!options.json.empty()) json.emplace("--json", options.json);
+  cli::OptionalOutput json("--json", options.json);
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
   cli::Json result{{"schema", "knuckle-doctor/2"}, {"version", cli::program_version()}};
   Findings findings;
@@ -219,10 +218,7 @@ int run_doctor(DoctorOptions options) {
   out << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
   result["passed"] = passed;
   result["findings"] = findings_json(findings);
-  if (json) {
-    json->stream() << result.dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&result](std::ostream& to) { to << result.dump(2) << '\n'; });
   return passed ? 0 : 1;
 }
 

@@ -122,17 +122,13 @@ int run(const Options& o) {
   cli::Places places;
   for (const std::string& file : o.files) places.input("FILE", file);
   places.output("--json", o.json);
-  std::optional<cli::OutputFile> json;  // refused before anything is told
-  if (!o.json.empty()) json.emplace("--json", o.json);
+  cli::OptionalOutput json("--json", o.json);  // refused before anything is told
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle explain: " << remark << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
-  if (json) {
-    json->stream() << json_of(report, recording).dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&](std::ostream& to) { to << json_of(report, recording).dump(2) << '\n'; });
   return recording.damages().empty() ? 0 : 1;
 }
 

@@ -6,7 +6,6 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "app/cli/command.h"
@@ -314,16 +313,13 @@ void print(std::ostream& out, const EstimationBattery& sweep) {
   }
 }
 
-int finish(const SweepOptions& options, EstimationBattery& sweep, std::optional<cli::OutputFile>& json,
+int finish(const SweepOptions& options, EstimationBattery& sweep, cli::OptionalOutput& json,
            const battery::Rows& rows) {
   sweep.judge(rows);
   const bool whole = rows.size() == sweep.cells();
   bool met = whole && sweep.failures().empty();
   for (const BatteryRow& row : sweep.rows()) met = met && row.met.value_or(true);
-  if (json) {
-    json->stream() << json_of(options, sweep, rows.size(), met).dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&](std::ostream& to) { to << json_of(options, sweep, rows.size(), met).dump(2) << '\n'; });
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
   if (!whole)
     out << fmt::format("{} of {} machines: no verdict until --merge has them all\n", rows.size(), sweep.cells());
@@ -335,8 +331,7 @@ int finish(const SweepOptions& options, EstimationBattery& sweep, std::optional<
 
 int run_estimation_sweep(const SweepOptions& options) {
   return run_shared(options, [&options](bool writes) {
-    const auto json = std::make_shared<std::optional<cli::OutputFile>>();
-    if (writes && !options.json.empty()) json->emplace("--json", options.json);
+    const auto json = std::make_shared<cli::OptionalOutput>("--json", writes ? options.json : "");
     const auto sweep = std::make_shared<EstimationBattery>(options, writes);
     return SharedBattery{
         .title = options.battery,
