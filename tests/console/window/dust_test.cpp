@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "machine/kinematics.h"
 #include "tests/console/window/canned_console.h"
 
 namespace knuckle::console::picture {
