@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "app/explain/timeline.h"
 #include "core/units.h"
 #include "estimation/force_estimator.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::explain {

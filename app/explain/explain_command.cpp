@@ -10,7 +10,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "app/explain/timeline.h"
 #include "recording/recording.h"
 

@@ -121,8 +121,6 @@ class Builder {
   }
 
  private:
-  using PerChannel = std::array<std::string, kSignalChannels>;
-
   /// @throws InputError where the mapping has no such channel.
   Grid channel(const std::string& name, std::size_t as) {
     file_.columns[as] = table_.channel(name).column;

@@ -13,7 +13,6 @@ namespace knuckle::console::picture {
 namespace {
 
 using Eigen::Matrix4f;
-using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 // Bits of the stencil buffer.
