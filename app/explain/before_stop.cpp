@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "app/explain/window.h"
 #include "app/explain/timeline.h"
+#include "app/explain/window.h"
 #include "core/units.h"
 #include "estimation/force_estimator.h"
 #include "machine/reason_text.h"

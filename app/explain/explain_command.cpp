@@ -10,8 +10,8 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
-#include "app/explain/window.h"
 #include "app/explain/timeline.h"
+#include "app/explain/window.h"
 #include "recording/recording.h"
 
 namespace knuckle::explain {
