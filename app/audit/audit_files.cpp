@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -318,14 +316,14 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command audit_entry() {
-  return {"audit", "Print an audit trail of the machine's side, and check that nobody has changed it",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            command.add_option("FOLDER", options->folder, "Of the trail (knuckle slave --audit)").required();
-            command.add_flag("--json", options->json, "Print the lines as they are in the files");
-            command.add_flag("--quiet", options->quiet, "Print the result only");
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "audit", "Print an audit trail of the machine's side, and check that nobody has changed it",
+      [](const cli::OptionList& command, Options& o) {
+        command.add_option("FOLDER", o.folder, "Of the trail (knuckle slave --audit)").required();
+        command.add_flag("--json", o.json, "Print the lines as they are in the files");
+        command.add_flag("--quiet", o.quiet, "Print the result only");
+      },
+      run);
 }
 
 }  // namespace knuckle::audit

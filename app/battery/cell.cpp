@@ -7,10 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <utility>
 
 #include "app/battery/effects.h"
-#include "app/battery/feel_cell.h"
 #include "app/cli/command.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"

@@ -1,21 +1,17 @@
-#include "app/battery/feel_cell.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "app/battery/cell.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "machine/kinematics.h"
 #include "sim/contact.h"
 #include "sim/hull.h"
-#include "sim/person.h"
 #include "sim/rigid_body.h"
 
 namespace knuckle::battery {

@@ -12,7 +12,6 @@
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "slave/jog.h"
-#include "transport/canopen.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"
 #include "transport/virtual_can.h"

@@ -2,7 +2,6 @@
 // without a node id: nothing is started, configured or moved.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>

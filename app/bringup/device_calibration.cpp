@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
-#include <memory>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -13,7 +12,6 @@
 #include "app/cli/output_file.h"
 #include "core/error.h"
 #include "core/realtime_thread.h"
-#include "machine/device_description.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
@@ -214,15 +212,15 @@ int run(const Options& options) {
 }  // namespace
 
 cli::Command calibrate_device_entry() {
-  return {"calibrate-device", "Measure signs and zeros of a haptic device by moving its joints to their stops",
-          [](const cli::OptionList& c) {
-            const auto o = std::make_shared<Options>();
-            c.add_option("--device", o->back_end, "Back end: hid (hidraw) or usb (libusb)").required();
-            c.add_option("--device-file", o->file, "Device name or .toml file to start from").show_default();
-            add_device_choice(c, o->choice);
-            c.add_option("--out", o->out, "Write the calibrated device file (- = standard output)").required();
-            return [o] { return run(*o); };
-          }};
+  return cli::command<Options>(
+      "calibrate-device", "Measure signs and zeros of a haptic device by moving its joints to their stops",
+      [](const cli::OptionList& c, Options& o) {
+        c.add_option("--device", o.back_end, "Back end: hid (hidraw) or usb (libusb)").required();
+        c.add_option("--device-file", o.file, "Device name or .toml file to start from").show_default();
+        add_device_choice(c, o.choice);
+        c.add_option("--out", o.out, "Write the calibrated device file (- = standard output)").required();
+      },
+      run);
 }
 
 }  // namespace knuckle::bringup

@@ -12,7 +12,6 @@
 #include "app/cli/command.h"
 #include "core/joints.h"
 #include "machine/device_description.h"
-#include "transport/hid_port.h"
 
 namespace knuckle::bringup {
 

@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/loop_table.h"
 #include "core/realtime_thread.h"
-#include "machine/device_description.h"
 #include "machine/load.h"
 
 namespace knuckle::bringup {

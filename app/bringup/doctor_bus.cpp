@@ -7,8 +7,6 @@
 #include <cmath>
 #include <set>
 
-#include "app/bringup/bus_survey.h"
-#include "app/bringup/doctor_twice.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
 #include "machine/channel_status.h"

@@ -42,4 +42,16 @@ struct BusDiagnosis {
 /// @param machine nullptr: no node is expected, every node found is listed.
 [[nodiscard]] BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine);
 
+// Whether two devices have one node id, or two controllers lead the machine, by the frames heard and the answers given.
+
+/// Two signs of two devices with this node id are a fault, one is a note.
+/// @param expected in the machine file. @param about of the finding.
+[[nodiscard]] std::optional<Finding> second_device(const BusSurvey& survey, const MachineDescription& machine,
+                                                   const SurveyedNode& node, const NodeDescription& expected,
+                                                   const std::string& about);
+
+/// Beside the one that leads the machine meanwhile.
+[[nodiscard]] std::optional<Finding> second_controller(const BusSurvey& survey, const MachineDescription& machine,
+                                                       const std::string& about);
+
 }  // namespace knuckle::bringup

@@ -10,8 +10,6 @@
 #include <utility>
 
 #include "app/bringup/device_probe.h"
-#include "app/bringup/doctor_computer.h"
-#include "app/bringup/doctor_link.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "machine/kinematics.h"
@@ -182,8 +180,7 @@ int run_doctor(DoctorOptions options) {
   check(options);
   if (options.device_file) options.device.device = *options.device_file;
   const cli::InterruptGuard interrupt;
-  std::optional<cli::OutputFile> json;
-  if (!options.json.empty()) json.emplace("--json", options.json);
+  cli::OptionalOutput json("--json", options.json);
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
   cli::Json result{{"schema", "knuckle-doctor/2"}, {"version", cli::program_version()}};
   Findings findings;
@@ -221,22 +218,16 @@ int run_doctor(DoctorOptions options) {
   out << (passed ? "nothing wrong\n" : "something is wrong: see FAULT above\n");
   result["passed"] = passed;
   result["findings"] = findings_json(findings);
-  if (json) {
-    json->stream() << result.dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&result](std::ostream& to) { to << result.dump(2) << '\n'; });
   return passed ? 0 : 1;
 }
 
 }  // namespace
 
 cli::Command doctor_entry() {
-  return {"doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<DoctorOptions>();
-            add_options(command, *options);
-            return [options] { return run_doctor(*options); };
-          }};
+  return cli::command<DoctorOptions>(
+      "doctor", "Check this computer, a machine bus, a haptic device or the link, and list faults; reads only",
+      add_options, run_doctor);
 }
 
 }  // namespace knuckle::bringup

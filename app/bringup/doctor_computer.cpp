@@ -1,5 +1,3 @@
-#include "app/bringup/doctor_computer.h"
-
 #include <linux/can.h>
 #include <pthread.h>
 #include <sched.h>
@@ -13,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/bringup/doctor_command.h"
 #include "core/loop_table.h"
 
 namespace knuckle::bringup {

@@ -1,5 +1,4 @@
-#include "app/bringup/doctor_link.h"
-
+#include "app/bringup/doctor_command.h"
 #include "app/pairing/key_folder.h"
 #include "core/error.h"
 #include "transport/secure/handshake_trial.h"

@@ -1,9 +1,8 @@
-#include "app/bringup/doctor_twice.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "app/bringup/doctor_bus.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"
 #include "slave/bus_watch.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -155,18 +154,18 @@ int run_recover(const RecoverOptions& options) {
 }  // namespace
 
 cli::Command recover_entry() {
-  return {"recover", "Bring a joint that stands beyond its working range back into it, slowly and inward only",
-          [](const cli::OptionList& command) {
-            const auto o = std::make_shared<RecoverOptions>();
-            command.add_option("--can", o->can, "CAN interface of the machine bus (can0)").required();
-            command.add_option("--machine", o->machine, "Machine name or .toml file").required();
-            command.add_option("--axis", o->axis, "Which joint: boom, arm or bucket")
-                .required()
-                .one_of({"boom", "arm", "bucket"});
-            recordings::add_log_options(command, o->log, "Record nothing");
-            command.add_note("Answers are typed at the terminal; pressing Enter stops a motion.");
-            return [o] { return run_recover(*o); };
-          }};
+  return cli::command<RecoverOptions>(
+      "recover", "Bring a joint that stands beyond its working range back into it, slowly and inward only",
+      [](const cli::OptionList& command, RecoverOptions& o) {
+        command.add_option("--can", o.can, "CAN interface of the machine bus (can0)").required();
+        command.add_option("--machine", o.machine, "Machine name or .toml file").required();
+        command.add_option("--axis", o.axis, "Which joint: boom, arm or bucket")
+            .required()
+            .one_of({"boom", "arm", "bucket"});
+        recordings::add_log_options(command, o.log, "Record nothing");
+        command.add_note("Answers are typed at the terminal; pressing Enter stops a motion.");
+      },
+      run_recover);
 }
 
 }  // namespace knuckle::bringup

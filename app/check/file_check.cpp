@@ -3,14 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iostream>
-#include <memory>
-#include <optional>
-#include <string>
 
 #include "app/battery/settings.h"
-#include "app/check/machine_sheet.h"
 #include "app/cli/output_file.h"
 #include "app/recordings/csv_mapping.h"
 #include "app/session/link_file.h"
@@ -181,20 +176,17 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command check_entry() {
-  return {"check", "All that is wrong with a configuration file at once; of a right one, what follows from its numbers",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            command
-                .add_option("FILE", options->file,
-                            "Machine, device, scenario, link, mapping, truth or grid file (.toml)")
-                .required();
-            command.add_option("--machine", options->machine,
-                               "Machine that a scenario, truth or device file is for: name or .toml file (default: "
-                               "solar015; a device by itself)");
-            command.add_option("--drawing", options->drawing,
-                               "Draw a machine file's arm, pins, joint ranges and limits (.svg)");
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "check", "All that is wrong with a configuration file at once; of a right one, what follows from its numbers",
+      [](const cli::OptionList& command, Options& o) {
+        command.add_option("FILE", o.file, "Machine, device, scenario, link, mapping, truth or grid file (.toml)")
+            .required();
+        command.add_option("--machine", o.machine,
+                           "Machine that a scenario, truth or device file is for: name or .toml file (default: "
+                           "solar015; a device by itself)");
+        command.add_option("--drawing", o.drawing, "Draw a machine file's arm, pins, joint ranges and limits (.svg)");
+      },
+      run);
 }
 
 }  // namespace knuckle::checking

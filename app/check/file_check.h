@@ -2,11 +2,13 @@
 #pragma once
 
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
 #include "app/cli/command.h"
 #include "machine/description.h"
+#include "machine/device_description.h"
 
 namespace knuckle::checking {
 
@@ -25,5 +27,17 @@ struct FileCheck {
 [[nodiscard]] FileCheck check_file(const std::string& file, const std::string& machine);
 
 [[nodiscard]] cli::Command check_entry();
+
+// What follows from the numbers of a machine or device file, beside what the file says: as lines and as a drawing.
+
+/// A table of the joints (ranges, cylinder lengths, levers, rates), then the tip's room and the bus' load.
+[[nodiscard]] std::vector<std::string> machine_sheet(const MachineDescription& machine);
+
+/// Joint ranges, and what force the motors hold at the tip.
+[[nodiscard]] std::vector<std::string> device_sheet(const DeviceDescription& device);
+
+/// The arm as SVG, to scale: pins by their letters in docs/from-nothing-to-a-real-machine.md, working ranges of the
+/// joints, where the tip goes, virtual walls.
+void draw_machine_sheet(const MachineDescription& machine, std::ostream& out);
 
 }  // namespace knuckle::checking

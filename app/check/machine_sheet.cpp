@@ -1,5 +1,3 @@
-#include "app/check/machine_sheet.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -9,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "app/check/file_check.h"
 #include "app/report/html.h"
 #include "app/report/machine_drawing.h"
 #include "core/units.h"

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/cli/options.h"
@@ -19,6 +21,17 @@ struct Command {
   /// Declares the options, into storage that lives as long as what it returns: checks them, runs, gives the exit code.
   std::function<std::function<int()>(const OptionList& options)> declare;
 };
+
+/// A command whose options are members of a struct.
+template <typename Options>
+Command command(std::string name, std::string about, void (*add_options)(const OptionList&, Options&),
+                std::function<int(const Options&)> run) {
+  return {std::move(name), std::move(about), [add_options, run = std::move(run)](const OptionList& list) {
+            const auto options = std::make_shared<Options>();
+            add_options(list, *options);
+            return [options, run] { return run(*options); };
+          }};
+}
 
 /// Why no output may go to a place of this name: "is named like a computer's private key"; nullptr: it may.
 using KeptName = const char* (*)(const std::filesystem::path& place);

@@ -1,6 +1,7 @@
 // An output that is either complete or not there: written beside its target and renamed into place at the end.
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -58,6 +59,31 @@ class OutputFile {
   int descriptor_ = -1, error_ = 0;          // error_: errno of the first write that was refused
   TextBuffer buffer_;
   std::ostream stream_;
+};
+
+/// An output that may not have been asked for.
+class OptionalOutput {
+ public:
+  /// @param target empty: not asked for. @throws InputError as OutputFile.
+  OptionalOutput(const std::string& option, const std::string& target) {
+    if (!target.empty()) file_.emplace(option, target);
+  }
+  [[nodiscard]] explicit operator bool() const noexcept { return file_.has_value(); }
+  [[nodiscard]] OutputFile& operator*() noexcept { return *file_; }
+  [[nodiscard]] OutputFile* operator->() noexcept { return &*file_; }
+  /// As OutputFile's, where it was asked for.
+  void commit() {
+    if (file_) file_->commit();
+  }
+  /// Likewise, of what `write_to` puts into the stream.
+  template <typename WriteTo>
+  void write(const WriteTo& write_to) {
+    if (file_) write_to(file_->stream());
+    commit();
+  }
+
+ private:
+  std::optional<OutputFile> file_;
 };
 
 /// Before a file is overwritten: FILE.toml is kept as FILE.N.toml, the next free number.

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <sstream>
-#include <utility>
 
 #include "core/text.h"
 

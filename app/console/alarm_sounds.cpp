@@ -1,7 +1,6 @@
 #include "app/console/alarm_sounds.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -21,19 +20,10 @@ constexpr std::array kLimitTones{Tone{330, 0.12}};
 constexpr std::array kContactTones{Tone{1480, 0.03}};
 
 std::span<const Tone> tones_of(AlarmSound sound) {
-  switch (sound) {
-    case AlarmSound::kNone:
-      return {};
-    case AlarmSound::kContact:
-      return kContactTones;
-    case AlarmSound::kLimit:
-      return kLimitTones;
-    case AlarmSound::kFault:
-      return kFaultTones;
-    case AlarmSound::kLinkLost:
-      return kLinkLostTones;
-  }
-  return {};
+  static constexpr std::array<std::span<const Tone>, 5> kTones{std::span<const Tone>(), kContactTones, kLimitTones,
+                                                               kFaultTones, kLinkLostTones};
+  static_assert(kTones.size() == static_cast<std::size_t>(AlarmSound::kLinkLost) + 1);
+  return kTones[static_cast<std::size_t>(sound)];
 }
 
 /// Worth a note: the machine does less than it is asked for because of where it is or how hard it presses.

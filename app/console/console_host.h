@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <ostream>
-#include <string>
 
 #include "app/console/console_log.h"
 #include "app/console/console_loop.h"

@@ -1,7 +1,5 @@
 #include "app/console/console_log.h"
 
-#include <chrono>
-#include <iterator>
 #include <utility>
 
 #include "app/programs/program_console.h"

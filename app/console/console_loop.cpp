@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "app/session/loop_views.h"
-#include "app/session/operator_path.h"
 #include "core/loop_table.h"
 
 namespace knuckle::console {

@@ -1,7 +1,6 @@
 #include "app/console/console_view.h"
 
 #include "app/console/named_fields.h"
-#include "master/master_state.h"
 
 namespace knuckle::console {
 

@@ -2,7 +2,6 @@
 // window's through mailboxes.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 

@@ -7,7 +7,6 @@
 #include <cctype>
 #include <cmath>
 #include <ctime>
-#include <utility>
 
 #include "app/cli/output_file.h"
 #include "app/console/console_view.h"
@@ -38,29 +37,14 @@ Told device(const ConsoleEvent& event) {
 }
 
 Told piece(const ConsoleEvent& event) {
-  switch (event.piece) {
-    case sim::WorldEventKind::kContact:
-      return {Severity::kInfo, "piece", "bucket in contact"};
-    case sim::WorldEventKind::kRelease:
-      return {Severity::kInfo, "piece", "bucket out of contact"};
-    case sim::WorldEventKind::kPieceBroke:
-      return {Severity::kInfo, "piece", fmt::format("piece broke off at {:.0f} N", event.value)};
-    case sim::WorldEventKind::kPieceDown:
-      return {Severity::kInfo, "piece", "piece on the ground"};
-    case sim::WorldEventKind::kScooped:
-      return {Severity::kInfo, "piece", fmt::format("piece scooped: {:.0f} kg", event.value)};
-    case sim::WorldEventKind::kDug:
-      return {Severity::kInfo, "piece", fmt::format("dug: {:.0f} kg", event.value)};
-    case sim::WorldEventKind::kDumped:
-      return {Severity::kInfo, "piece", fmt::format("dumped: {:.0f} kg", event.value)};
-    case sim::WorldEventKind::kPipeTouched:
-      return {Severity::kWarning, "piece", "pipe touched"};
-    case sim::WorldEventKind::kWeightOn:
-      return {Severity::kInfo, "piece", fmt::format("weight hung on: {:.0f} kg", event.value)};
-    case sim::WorldEventKind::kWeightOff:
-      return {Severity::kInfo, "piece", "weight taken off"};
-  }
-  return {Severity::kInfo, "piece", "?"};
+  using sim::WorldEventKind;
+  static constexpr std::array kTexts{
+      "bucket in contact",         "bucket out of contact", "piece broke off at {:.0f} N", "piece on the ground",
+      "piece scooped: {:.0f} kg",  "dug: {:.0f} kg",        "dumped: {:.0f} kg",           "pipe touched",
+      "weight hung on: {:.0f} kg", "weight taken off"};
+  static_assert(kTexts.size() == static_cast<std::size_t>(WorldEventKind::kWeightOff) + 1);
+  return {event.piece == WorldEventKind::kPipeTouched ? Severity::kWarning : Severity::kInfo, "piece",
+          fmt::format(fmt::runtime(kTexts[static_cast<std::size_t>(event.piece)]), event.value)};
 }
 
 Told told(const ConsoleEvent& event, const BusDescription& bus, HandSource hand) {

@@ -6,8 +6,6 @@
 #include "estimation/friction.h"
 #include "estimation/length_error.h"
 #include "estimation/regressor.h"
-#include "machine/description.h"
-#include "machine/kinematics.h"
 
 namespace knuckle::console {
 namespace {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "app/console/hand_input.h"
 #include "app/session/loop_views.h"
-#include "machine/description.h"
 #include "master/master_state.h"
 #include "slave/loss_policy.h"
 

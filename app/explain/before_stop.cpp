@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <limits>
 #include <optional>
 #include <utility>
 
-#include "app/explain/text.h"
 #include "app/explain/timeline.h"
+#include "app/explain/window.h"
 #include "core/units.h"
 #include "estimation/force_estimator.h"
 #include "machine/reason_text.h"
@@ -38,17 +38,9 @@ std::string node_line(const NodeSeen& seen, const Stop& stop) {
 }
 
 const char* name_of(CanState state) {
-  switch (state) {
-    case CanState::kActive:
-      return "error-active (sound)";
-    case CanState::kPassive:
-      return "error-passive";
-    case CanState::kBusOff:
-      return "bus-off";
-    case CanState::kDown:
-      return "down";
-  }
-  return "unknown";
+  static constexpr std::array kNames{"error-active (sound)", "error-passive", "bus-off", "down"};
+  static_assert(kNames.size() == static_cast<std::size_t>(CanState::kDown) + 1);
+  return kNames[static_cast<std::size_t>(state)];
 }
 
 void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string>& lines) {

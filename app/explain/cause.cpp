@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
-#include <optional>
 
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::explain {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "machine/bus_frames.h"
 #include "slave/valve_monitor.h"
 
 namespace knuckle::explain {

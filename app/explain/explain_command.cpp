@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,8 +10,8 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
-#include "app/explain/text.h"
 #include "app/explain/timeline.h"
+#include "app/explain/window.h"
 #include "recording/recording.h"
 
 namespace knuckle::explain {
@@ -123,36 +122,31 @@ int run(const Options& o) {
   cli::Places places;
   for (const std::string& file : o.files) places.input("FILE", file);
   places.output("--json", o.json);
-  std::optional<cli::OutputFile> json;  // refused before anything is told
-  if (!o.json.empty()) json.emplace("--json", o.json);
+  cli::OptionalOutput json("--json", o.json);  // refused before anything is told
   const cli::InterruptGuard interrupt;
   recording::Recording recording(o.files);
   const Report report = report_on(recording, sides_named(o.side));
   for (const std::string& remark : remarks(recording)) std::cerr << "knuckle explain: " << remark << '\n';
   if (!cli::is_standard_output(o.json)) print(std::cout, report, recording);
-  if (json) {
-    json->stream() << json_of(report, recording).dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&](std::ostream& to) { to << json_of(report, recording).dump(2) << '\n'; });
   return recording.damages().empty() ? 0 : 1;
 }
 
 }  // namespace
 
 cli::Command explain_entry() {
-  return {"explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            command
-                .add_option("FILE", options->files,
-                            "Flight record or any recording (.mcap); of several parts all, in their order")
-                .required();
-            command.add_option("--side", options->side,
-                               "Of a simulation's recording only what this side recorded, as on a real machine: "
-                               "machine or operator");
-            command.add_option("--json", options->json, "The same as JSON; - is standard output");
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "explain", "Say in words what stopped the machine in a recording, how it came about, and the likely cause",
+      [](const cli::OptionList& command, Options& o) {
+        command
+            .add_option("FILE", o.files, "Flight record or any recording (.mcap); of several parts all, in their order")
+            .required();
+        command.add_option("--side", o.side,
+                           "Of a simulation's recording only what this side recorded, as on a real machine: "
+                           "machine or operator");
+        command.add_option("--json", o.json, "The same as JSON; - is standard output");
+      },
+      run);
 }
 
 }  // namespace knuckle::explain

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/explain/cause.h"
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/encoder_length.h"

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/reason_text.h"

@@ -1,12 +1,17 @@
 #include "app/explain/window.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "app/cli/interrupt.h"
+#include "machine/reason_text.h"
 #include "slave/modes.h"
+#include "transport/canopen.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::explain {
+
 namespace {
 
 using recording::state_in;
@@ -173,6 +178,24 @@ Window load_window(recording::Recording& recording, Sides sides, Time from, Time
     }
   }
   return window;
+}
+
+std::string at_text(Time at) {
+  return fmt::format("{:.3f} s", to_seconds(at));
+}
+
+std::string span_text(Duration span) {
+  const double seconds = to_seconds(span);
+  return seconds < 10 ? fmt::format("{:.0f} ms", 1e3 * seconds) : fmt::format("{:.1f} s", seconds);
+}
+
+std::string reason_text(const MachineDescription& machine, const Reason& reason) {
+  std::string line = text(reason, machine.bus);
+  if (reason.code == ReasonCode::kNodeEmergency) {
+    const auto code = static_cast<std::uint16_t>(reason.value);
+    line += fmt::format(": 0x{:04X}, {}", code, canopen::emergency_text(code));
+  }
+  return line;
 }
 
 }  // namespace knuckle::explain

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/reason.h"
 #include "core/time.h"
 #include "machine/bus_description.h"
+#include "machine/description.h"
 #include "master/master_state.h"
 #include "recording/recording.h"
 #include "recording/wire_events.h"
@@ -89,5 +91,14 @@ struct Sides {
 [[nodiscard]] Survey find_stops(recording::Recording& recording, Sides sides, const BusDescription& bus);
 /// @param from, to of the window, both included.
 [[nodiscard]] Window load_window(recording::Recording& recording, Sides sides, Time from, Time to);
+
+// Names and numbers as a person reads them.
+
+/// "12.340 s"
+[[nodiscard]] std::string at_text(Time at);
+/// "35 ms"; from 10 s on "12.3 s".
+[[nodiscard]] std::string span_text(Duration span);
+/// The one line of a reason, and of an EMCY code its meaning.
+[[nodiscard]] std::string reason_text(const MachineDescription& machine, const Reason& reason);
 
 }  // namespace knuckle::explain

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "app/explain/cause.h"
-#include "app/explain/text.h"
+#include "app/explain/window.h"
 #include "core/frame_words.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"

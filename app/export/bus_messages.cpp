@@ -1,5 +1,3 @@
-#include "app/export/bus_messages.h"
-
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 #include <fmt/ranges.h>
@@ -9,10 +7,9 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
-#include <string>
-#include <vector>
 
 #include "app/cli/command.h"
+#include "app/export/export_command.h"
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"

@@ -8,16 +8,12 @@
 #include <filesystem>
 #include <iostream>
 #include <list>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
-#include "app/export/bus_messages.h"
-#include "app/export/recording_export.h"
-#include "app/export/urdf.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "machine/load.h"
@@ -219,13 +215,10 @@ void add_options(const cli::OptionList& command, Options& o) {
 }  // namespace
 
 cli::Command export_entry() {
-  return {"export",
-          "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "export",
+      "Files for other tools: a recording as CSV, HDF5 or candump log; the machine's model as URDF, its bus as DBC",
+      add_options, run);
 }
 
 }  // namespace knuckle::exporting

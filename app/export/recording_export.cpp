@@ -1,5 +1,3 @@
-#include "app/export/recording_export.h"
-
 #include <fmt/format.h>
 #include <hdf5.h>
 #include <sys/stat.h>
@@ -7,19 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
 #include <span>
-#include <string>
 #include <utility>
-#include <vector>
 
+#include "app/export/export_command.h"
 #include "app/recordings/state_table.h"
 #include "core/error.h"
-#include "core/fields.h"
-#include "core/time.h"
 #include "master/master_state.h"
-#include "recording/events.h"
 #include "recording/wire_events.h"
 #include "slave/slave_state.h"
 #include "transport/timed_frame.h"
@@ -32,23 +24,9 @@ constexpr std::size_t kChunkRows = 1024;
 constexpr unsigned kFastDeflate = 1;
 
 hid_t native(NumberType type) {
-  switch (type) {
-    case NumberType::kUint8:
-      return H5T_NATIVE_UINT8;
-    case NumberType::kUint16:
-      return H5T_NATIVE_UINT16;
-    case NumberType::kUint32:
-      return H5T_NATIVE_UINT32;
-    case NumberType::kUint64:
-      return H5T_NATIVE_UINT64;
-    case NumberType::kInt64:
-      return H5T_NATIVE_INT64;
-    case NumberType::kFloat:
-      return H5T_NATIVE_FLOAT;
-    case NumberType::kDouble:
-      break;
-  }
-  return H5T_NATIVE_DOUBLE;
+  const std::array types{H5T_NATIVE_UINT8, H5T_NATIVE_UINT16, H5T_NATIVE_UINT32, H5T_NATIVE_UINT64,
+                         H5T_NATIVE_INT64, H5T_NATIVE_FLOAT,  H5T_NATIVE_DOUBLE};
+  return types.at(static_cast<std::size_t>(type));
 }
 
 /// Something of HDF5's that is closed at the end of its scope.

@@ -1,5 +1,3 @@
-#include "app/export/urdf.h"
-
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -13,12 +11,12 @@
 #include <vector>
 
 #include "app/cli/command.h"
+#include "app/export/export_command.h"
 #include "app/report/html.h"
 #include "core/error.h"
 #include "core/joints.h"
 #include "estimation/regressor.h"
 #include "machine/description.h"
-#include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::exporting {

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "app/identify/scores.h"
-#include "app/report/html.h"
 #include "core/quantile.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/static_poses.h"

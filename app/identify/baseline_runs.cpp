@@ -12,7 +12,6 @@
 #include "app/identify/commission.h"
 #include "app/identify/identify_output.h"
 #include "app/report/plots.h"
-#include "core/units.h"
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/least_squares.h"
 #include "estimation/identification/paper_motions.h"

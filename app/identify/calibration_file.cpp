@@ -1,13 +1,10 @@
-#include "app/identify/calibration_file.h"
-
 #include <fmt/format.h>
 
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <filesystem>
 #include <sstream>
 
+#include "app/identify/identify_output.h"
 #include "core/error.h"
 #include "machine/file_text.h"
 #include "machine/load.h"

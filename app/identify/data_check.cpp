@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "app/recordings/csv_reader.h"
 #include "core/error.h"
 #include "estimation/identification/motion.h"
-#include "machine/description.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::identify {

@@ -1,17 +1,13 @@
 #include "app/identify/identify.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iostream>
-#include <limits>
 #include <stdexcept>
 #include <type_traits>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
-#include "app/identify/baseline_report.h"
-#include "app/identify/calibration_file.h"
 #include "app/identify/data_check.h"
 #include "app/identify/ensemble.h"
 #include "app/identify/identify_output.h"
@@ -200,13 +196,9 @@ Identified identify(const IdentifyData& given, std::optional<Paper> paper, const
 
 int identify_command(const IdentifyOptions& options) {
   const cli::InterruptGuard interrupt;
-  std::optional<cli::OutputFile> json, report, out;
-  if (!options.out.empty()) out.emplace("--out", options.out);
-  if (!options.json.empty()) json.emplace("--json", options.json);
-  if (!options.report.empty()) {
-    report::check_gnuplot();
-    report.emplace("--report", options.report);
-  }
+  cli::OptionalOutput out("--out", options.out), json("--json", options.json);
+  if (!options.report.empty()) report::check_gnuplot();
+  cli::OptionalOutput report("--report", options.report);
   require_signals(options);
   IdentifyData data;
   Identified result;
@@ -241,15 +233,9 @@ int identify_command(const IdentifyOptions& options) {
   } else if (out) {
     told << "  " << options.out << " not written: not usable\n";
   }
-  if (json) {
-    write_identify_json(data, result, json->stream());
-    json->commit();
-  }
-  if (report) {
-    write_page(options, data, result, report->stream());
-    report->commit();
-    told << "  report: " << options.report << '\n';
-  }
+  json.write([&](std::ostream& to) { write_identify_json(data, result, to); });
+  report.write([&](std::ostream& to) { write_page(options, data, result, to); });
+  if (report) told << "  report: " << options.report << '\n';
   return result.summary.usable ? 0 : 1;
 }
 

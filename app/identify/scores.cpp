@@ -1,7 +1,6 @@
 #include "app/identify/scores.h"
 
 #include <algorithm>
-#include <array>
 
 #include "estimation/friction.h"
 #include "estimation/identification/filtered_regressor.h"

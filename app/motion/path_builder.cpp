@@ -1,8 +1,5 @@
 #include "app/motion/path_builder.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "machine/description.h"
 
 namespace knuckle::motion {

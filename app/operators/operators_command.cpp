@@ -1,6 +1,4 @@
 #include <iostream>
-#include <memory>
-#include <optional>
 
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
@@ -43,19 +41,11 @@ int run(const Options& options) {
   for (const PlannedRecording& planned : plan) places.input("--plan", planned.file);
   places.output("--json", options.json);
   places.output("--csv", options.csv);
-  std::optional<cli::OutputFile> json, csv;
-  if (!options.json.empty()) json.emplace("--json", options.json);
-  if (!options.csv.empty()) csv.emplace("--csv", options.csv);
+  cli::OptionalOutput json("--json", options.json), csv("--csv", options.csv);
   const std::vector<MeasuredRecording> recordings = measured(std::move(plan));
   const std::vector<StudyRow> rows = study_rows(recordings, factor);
-  if (json) {
-    write_json(recordings, rows, options.by, json->stream());
-    json->commit();
-  }
-  if (csv) {
-    write_csv(recordings, csv->stream());
-    csv->commit();
-  }
+  json.write([&](std::ostream& to) { write_json(recordings, rows, options.by, to); });
+  csv.write([&](std::ostream& to) { write_csv(recordings, to); });
   if (cli::is_standard_output(options.json) || cli::is_standard_output(options.csv)) return 0;
   print_rows(rows, std::cout);
   print_left_out(recordings, std::cout);
@@ -65,15 +55,15 @@ int run(const Options& options) {
 }  // namespace
 
 cli::Command operators_entry() {
-  return {"operators", "Metrics of persons' tasks from recordings, and what differs between conditions",
-          [](const cli::OptionList& command) {
-            const auto o = std::make_shared<Options>();
-            command.add_option("--plan", o->plan, "Which recordings, of whom (.toml; docs/studies.md)").required();
-            command.add_option("--by", o->by, "What is compared: condition or input").show_default();
-            command.add_option("--json", o->json, "Write recordings and table as JSON");
-            command.add_option("--csv", o->csv, "Write a CSV table, a row each recording");
-            return [o] { return run(*o); };
-          }};
+  return cli::command<Options>(
+      "operators", "Metrics of persons' tasks from recordings, and what differs between conditions",
+      [](const cli::OptionList& command, Options& o) {
+        command.add_option("--plan", o.plan, "Which recordings, of whom (.toml; docs/studies.md)").required();
+        command.add_option("--by", o.by, "What is compared: condition or input").show_default();
+        command.add_option("--json", o.json, "Write recordings and table as JSON");
+        command.add_option("--csv", o.csv, "Write a CSV table, a row each recording");
+      },
+      run);
 }
 
 }  // namespace knuckle::operators

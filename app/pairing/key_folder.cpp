@@ -12,8 +12,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
-#include <filesystem>
 #include <string_view>
 #include <utility>
 

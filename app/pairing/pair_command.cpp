@@ -1,4 +1,3 @@
-#include "app/pairing/pair_command.h"
 
 #include <poll.h>
 #include <termios.h>
@@ -10,7 +9,6 @@
 #include <cerrno>
 #include <cstdint>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -315,12 +313,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command pair_entry() {
-  return {"pair", "Make this computer's key, and pair it with the computer at the other end of the link",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "pair", "Make this computer's key, and pair it with the computer at the other end of the link", add_options, run);
 }
 
 }  // namespace knuckle::pairing

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "core/error.h"
-#include "transport/secure/dtls_session.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::pairing {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/cli/command.h"
 #include "transport/secure/dtls_session.h"
 #include "transport/socket_address.h"
 
@@ -57,5 +58,9 @@ class PairingExchange {
   class Meeting;
   std::unique_ptr<Meeting> meeting_;
 };
+
+// `knuckle pair`: this computer's key, and whom it is paired with.
+
+[[nodiscard]] cli::Command pair_entry();
 
 }  // namespace knuckle::pairing

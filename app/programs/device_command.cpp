@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -185,12 +184,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command device_entry() {
-  return {"device", "Simulated haptic device: firmware and operator's hand on a USB gadget",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>("device", "Simulated haptic device: firmware and operator's hand on a USB gadget",
+                               add_options, run);
 }
 
 }  // namespace knuckle::programs

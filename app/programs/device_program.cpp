@@ -5,7 +5,6 @@
 #include <atomic>
 #include <charconv>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "app/cli/command.h"
@@ -14,7 +13,6 @@
 #include "core/fields.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
-#include "machine/device_description.h"
 #include "sim/haptic_device.h"
 #include "transport/link_messages.h"
 

@@ -2,7 +2,6 @@
 // real time, for bringing up the driver or the operator's side without a device.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <ostream>

@@ -10,7 +10,6 @@
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/master_program.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "app/programs/programs.h"
 #include "app/recordings/program_log.h"
@@ -285,12 +284,8 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command master_entry() {
-  return {"master", "Operator's side: lead a machine with a haptic device, without a screen",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>("master", "Operator's side: lead a machine with a haptic device, without a screen",
+                               add_options, run);
 }
 
 }  // namespace knuckle::programs

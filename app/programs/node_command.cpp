@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <csignal>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -198,11 +197,7 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command node_entry() {
-  return {"node", "Simulated machine: the nodes of its bus on a CAN interface", [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>("node", "Simulated machine: the nodes of its bus on a CAN interface", add_options, run);
 }
 
 }  // namespace knuckle::programs

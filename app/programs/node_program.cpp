@@ -1,7 +1,6 @@
 #include "app/programs/node_program.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
 
 #include "app/recordings/state_table.h"
@@ -9,7 +8,6 @@
 #include "core/fields.h"
 #include "core/loop_table.h"
 #include "core/ring.h"
-#include "machine/bus_description.h"
 #include "sim/machine_on_bus.h"
 
 namespace knuckle::programs {

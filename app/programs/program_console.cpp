@@ -4,9 +4,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
-#include <utility>
 
 #include "app/programs/program_options.h"
 #include "core/text.h"

@@ -4,7 +4,6 @@
 #include <array>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,7 +15,6 @@
 #include "app/recordings/own_table.h"
 #include "app/report/plots.h"
 #include "app/report/report.h"
-#include "app/report/result_files.h"
 #include "app/report/result_text.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
@@ -163,24 +161,12 @@ void take_cell(session::SimulateOptions& o) {
 
 /// Every requested output, opened before the session so that a bad place is known at once.
 struct Outputs {
-  explicit Outputs(const session::SimulateOptions& o) {
-    open(candump, "--candump", o.candump);
-    open(csv, "--csv", o.csv);
-    open(report, "--report", o.report);
-    open(json, "--json", o.json);
+  explicit Outputs(const session::SimulateOptions& o)
+      : candump("--candump", o.candump), csv("--csv", o.csv), report("--report", o.report), json("--json", o.json) {
     if (report) report::check_gnuplot();
   }
-  std::optional<cli::OutputFile> candump, csv, report, json;
-
- private:
-  static void open(std::optional<cli::OutputFile>& file, const char* option, const std::string& target) {
-    if (!target.empty()) file.emplace(option, target);
-  }
+  cli::OptionalOutput candump, csv, report, json;
 };
-
-void commit(std::optional<cli::OutputFile>& file) {
-  if (file) file->commit();
-}
 
 /// What an interrupted session leaves behind.
 std::string kept(const recording::RecorderStatus& log) {
@@ -245,10 +231,9 @@ int simulate_command(
   const session::Judged judged = session::judge(session);
   if (outputs.csv) report::write_csv(session.record, outputs.csv->stream());
   if (outputs.json) outputs.json->stream() << report::result_json(judged).dump(2) << '\n';
-  for (auto* file : {&outputs.candump, &outputs.csv, &outputs.json}) commit(*file);
+  for (auto* file : {&outputs.candump, &outputs.csv, &outputs.json}) file->commit();
   // Last: should the plots fail, the numbers are safe.
-  if (outputs.report) report::write_report(judged, {command_line, cli::now_utc()}, outputs.report->stream());
-  commit(outputs.report);
+  outputs.report.write([&](std::ostream& to) { report::write_report(judged, {command_line, cli::now_utc()}, to); });
   // Standard output belongs to whatever was sent there.
   (uses_standard_output(options) ? std::cerr : std::cout)
       << report::summary_text(judged, options.report, options.verbose);

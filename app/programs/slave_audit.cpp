@@ -1,8 +1,7 @@
 #include "app/programs/slave_audit.h"
 
+#include <array>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "app/audit/audit_files.h"
 #include "app/cli/command.h"
@@ -19,38 +18,17 @@ using Kind = secure::LinkEvent::Kind;
 constexpr const char* kListsAll = " (knuckle audit lists all of it)";
 
 const char* event_name(Kind kind) {
-  switch (kind) {
-    case Kind::kConnected:
-      return "control_taken";
-    case Kind::kRenewed:
-      return "keys_renewed";
-    case Kind::kRefused:
-      return "refused";
-    case Kind::kMoved:
-      return "address_changed";
-    case Kind::kClosed:
-      return "control_released";
-    case Kind::kCutOff:
-      return "cut_off";
-    case Kind::kEnded:
-      return "ended_there";
-    case Kind::kAsked:
-      return "control_asked_for";
-    case Kind::kGranted:
-      return "control_granted";
-    case Kind::kObserves:
-      return "observer_connected";
-    case Kind::kObserved:
-      return "observer_gone";
-    case Kind::kTried:
-      return "handshake_tried";
-  }
-  return "unknown";
+  static constexpr std::array kNames{"control_taken",    "keys_renewed",       "refused",       "address_changed",
+                                     "control_released", "ended_there",        "cut_off",       "control_asked_for",
+                                     "control_granted",  "observer_connected", "observer_gone", "handshake_tried"};
+  static_assert(kNames.size() == static_cast<std::size_t>(Kind::kTried) + 1);
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::string digest_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return cli::sha256(std::string{std::istreambuf_iterator<char>(in), {}});
+  cli::Digest digest;
+  digest.add_file(file);
+  return digest.finish();
 }
 
 /// Of a trail that cannot be read either: the machine can be led all the same.

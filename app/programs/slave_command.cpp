@@ -6,7 +6,6 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "app/programs/programs.h"
 #include "app/programs/service_watch.h"
@@ -383,12 +382,9 @@ int run(const Options& o, const DrawCamera& draw) {
 }  // namespace
 
 cli::Command slave_entry(DrawCamera draw) {
-  return {"slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link",
-          [draw = std::move(draw)](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options, draw] { return run(*options, draw); };
-          }};
+  return cli::command<Options>(
+      "slave", "Machine's side: drive a machine on a CAN interface for an operator's side over the link", add_options,
+      [draw = std::move(draw)](const Options& o) { return run(o, draw); });
 }
 
 }  // namespace knuckle::programs

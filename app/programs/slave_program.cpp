@@ -6,7 +6,6 @@
 #include <atomic>
 #include <bitset>
 #include <memory>
-#include <utility>
 
 #include "app/programs/service_watch.h"
 #include "app/recordings/state_table.h"
@@ -228,9 +227,8 @@ std::string stop_text(const SlaveOutcome& outcome) {
   if (outcome.unconfirmed.empty() && outcome.by_frames)
     return "stopped: neutral was told until every valve had time to close, and no command frame is sent any more";
   if (outcome.unconfirmed.empty()) return "stopped: valves disabled, pilot pressure off";
-  std::string open;
-  for (const std::string& node : outcome.unconfirmed) open += (open.empty() ? "" : ", ") + node;
-  return "stopped, but not confirmed by " + open + ": left to their own watchdogs";
+  return fmt::format("stopped, but not confirmed by {}: left to their own watchdogs",
+                     fmt::join(outcome.unconfirmed, ", "));
 }
 
 /// Events as they come, what blocks for long, and the status line.

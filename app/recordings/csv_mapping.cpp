@@ -1,13 +1,9 @@
 #include "app/recordings/csv_mapping.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <limits>
-#include <numbers>
-#include <optional>
 
 #include "core/quantile.h"
 #include "core/units.h"

@@ -7,8 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/joints.h"
-
 namespace knuckle::recordings {
 
 /// Writes rows as names or as values. Buffered: all is out when it is gone.
@@ -42,16 +40,6 @@ class RowWriter {
     for (const char c : shown) quoted.append(c == '"' ? 2 : 1, c);
     cell(quoted + '"');
   }
-  /// Columns prefix + joint + suffix.
-  void joints(std::string_view prefix, std::string_view suffix, const JointVector& values,
-              const PerJoint<const char*>& joint_names = kJointNames) {
-    for (int j = 0; j < kJoints; ++j)
-      number(joined(prefix, joint_names[static_cast<std::size_t>(j)], suffix), values[j]);
-  }
-  void planar(std::string_view name, std::string_view unit, const PlanarVector& value) {
-    number(joined(name, "_x_", unit), value.x());
-    number(joined(name, "_z_", unit), value.y());
-  }
   void end_row() {
     text_ += line_end_;
     row_is_empty_ = true;
@@ -65,11 +53,6 @@ class RowWriter {
  private:
   static constexpr std::size_t kFlushBytes = 1 << 16;
 
-  [[nodiscard]] std::string joined(std::string_view a, std::string_view b, std::string_view c) const {
-    std::string name;
-    if (names_) name.append(a).append(b).append(c);
-    return name;
-  }
   void cell(std::string_view value) {
     if (!row_is_empty_) text_ += ',';
     row_is_empty_ = false;

@@ -1,5 +1,3 @@
-#include "app/recordings/halfway_change.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/recordings/csv_reader.h"
 #include "core/quantile.h"
 #include "core/units.h"
 

@@ -10,8 +10,6 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
-#include <memory>
-#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -237,16 +235,16 @@ int run_import(const ImportOptions& o) {
 }  // namespace
 
 cli::Command import_entry() {
-  return {"import", "Another program's table of sensor signals (CSV) as a recording (.mcap)",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<ImportOptions>();
-            command.add_option("TABLE", options->table, "CSV file of sensor signals").required();
-            command.add_option("--map", options->map,
-                               "Mapping file (.toml) that says how to read it; not needed for Knuckle's own");
-            command.add_option("--machine", options->machine, "Machine name or .toml file").required();
-            command.add_option("--out", options->out, "The recording (.mcap)").required();
-            return [options] { return run_import(*options); };
-          }};
+  return cli::command<ImportOptions>(
+      "import", "Another program's table of sensor signals (CSV) as a recording (.mcap)",
+      [](const cli::OptionList& command, ImportOptions& o) {
+        command.add_option("TABLE", o.table, "CSV file of sensor signals").required();
+        command.add_option("--map", o.map,
+                           "Mapping file (.toml) that says how to read it; not needed for Knuckle's own");
+        command.add_option("--machine", o.machine, "Machine name or .toml file").required();
+        command.add_option("--out", o.out, "The recording (.mcap)").required();
+      },
+      run_import);
 }
 
 }  // namespace knuckle::recordings

@@ -7,14 +7,11 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "app/cli/interrupt.h"
-#include "app/recordings/halfway_change.h"
+#include "app/recordings/csv_reader.h"
 #include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "core/quantile.h"
@@ -196,13 +193,13 @@ int run_info(const InfoOptions& o) {
 }  // namespace
 
 cli::Command info_entry() {
-  return {"info", "What is in recordings (.mcap) and tables (CSV), from when to when, and whether it is damaged",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<InfoOptions>();
-            command.add_option("FILE", options->files, "Recordings (.mcap) or tables (CSV)").required();
-            command.add_option("--map", options->map, "Mapping file (.toml) of tables of other programs");
-            return [options] { return run_info(*options); };
-          }};
+  return cli::command<InfoOptions>(
+      "info", "What is in recordings (.mcap) and tables (CSV), from when to when, and whether it is damaged",
+      [](const cli::OptionList& command, InfoOptions& o) {
+        command.add_option("FILE", o.files, "Recordings (.mcap) or tables (CSV)").required();
+        command.add_option("--map", o.map, "Mapping file (.toml) of tables of other programs");
+      },
+      run_info);
 }
 
 }  // namespace knuckle::recordings

@@ -1,9 +1,6 @@
 #include "app/recordings/program_log.h"
 
-#include <utility>
-
 #include "app/cli/command.h"
-#include "app/cli/json.h"
 #include "core/error.h"
 #include "machine/description.h"
 #include "recording/file_names.h"

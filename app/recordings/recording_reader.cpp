@@ -8,7 +8,6 @@
 
 #include "app/recordings/csv_reader.h"
 #include "app/recordings/csv_row.h"
-#include "app/recordings/halfway_change.h"
 #include "app/recordings/own_table.h"
 #include "core/error.h"
 #include "core/quantile.h"
@@ -122,8 +121,6 @@ class Builder {
   }
 
  private:
-  using PerChannel = std::array<std::string, kSignalChannels>;
-
   /// @throws InputError where the mapping has no such channel.
   Grid channel(const std::string& name, std::size_t as) {
     file_.columns[as] = table_.channel(name).column;

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <ctime>
-#include <memory>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "app/cli/interrupt.h"
@@ -17,7 +15,6 @@
 #include "app/session/link_file.h"
 #include "core/error.h"
 #include "core/loop_table.h"
-#include "core/realtime_thread.h"
 #include "machine/load.h"
 
 namespace knuckle::relay {
@@ -315,12 +312,9 @@ int run(const Options& o) {
 }  // namespace
 
 cli::Command relay_entry() {
-  return {"relay", "An impaired network between the two sides: delays, loses, repeats and reorders their datagrams",
-          [](const cli::OptionList& command) {
-            const auto options = std::make_shared<Options>();
-            add_options(command, *options);
-            return [options] { return run(*options); };
-          }};
+  return cli::command<Options>(
+      "relay", "An impaired network between the two sides: delays, loses, repeats and reorders their datagrams",
+      add_options, run);
 }
 
 }  // namespace knuckle::relay

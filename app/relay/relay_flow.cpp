@@ -1,10 +1,10 @@
-#include "app/relay/relay_flow.h"
-
 #include <netinet/in.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <utility>
+
+#include "app/relay/relay.h"
 
 namespace knuckle::relay {
 namespace {

@@ -12,8 +12,6 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
-#include <memory>
-#include <string>
 
 #include "app/cli/interrupt.h"
 #include "core/error.h"
@@ -257,13 +255,12 @@ int run(const std::string& listen) {
 }  // namespace
 
 cli::Command rendezvous_entry() {
-  return {
+  return cli::command<std::string>(
       "rendezvous", "Where two sides behind NAT find each other: passes their signed messages on (docs/network.md)",
-      [](const cli::OptionList& command) {
-        const auto listen = std::make_shared<std::string>();
-        command.add_option("--listen", *listen, "Address and TCP port, such as 0.0.0.0:5684 or [::]:5684").required();
-        return [listen] { return run(*listen); };
-      }};
+      [](const cli::OptionList& command, std::string& listen) {
+        command.add_option("--listen", listen, "Address and TCP port, such as 0.0.0.0:5684 or [::]:5684").required();
+      },
+      run);
 }
 
 }  // namespace knuckle::rendezvous

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <set>
 #include <sstream>
 
@@ -164,19 +165,9 @@ struct Stage {
 };
 
 const char* css_class(session::SceneLine::Kind kind) {
-  switch (kind) {
-    case session::SceneLine::Kind::kGround:
-      return "ground";
-    case session::SceneLine::Kind::kWall:
-      return "wall";
-    case session::SceneLine::Kind::kPiece:
-      return "piece";
-    case session::SceneLine::Kind::kSoil:
-      return "soil";
-    case session::SceneLine::Kind::kVirtualWall:
-      return "virtual";
-  }
-  return "ground";
+  static constexpr std::array kNames{"ground", "wall", "piece", "soil", "virtual"};
+  static_assert(kNames.size() == static_cast<std::size_t>(session::SceneLine::Kind::kVirtualWall) + 1);
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 void draw_scene(SvgCanvas& canvas, const session::Scene& scene, const Stage& stage, double t_s) {

@@ -11,7 +11,6 @@
 
 #include "app/report/html.h"
 #include "app/report/machine_drawing.h"
-#include "app/report/report_plots.h"
 #include "app/report/result_text.h"
 #include "machine/reason_text.h"
 

@@ -1,12 +1,12 @@
-#include "app/report/report_plots.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
 #include "app/report/plots.h"
+#include "app/report/report.h"
 #include "app/report/result_text.h"
 #include "app/session/record_windows.h"
 
@@ -275,19 +275,9 @@ void write_points(std::ostringstream& out, const std::string& name, const std::v
 }
 
 const char* scene_colour(session::SceneLine::Kind kind) {
-  switch (kind) {
-    case session::SceneLine::Kind::kGround:
-      return kGrey;
-    case session::SceneLine::Kind::kWall:
-      return kVermilion;
-    case session::SceneLine::Kind::kPiece:
-      return kPurple;
-    case session::SceneLine::Kind::kSoil:
-      return kOrange;
-    case session::SceneLine::Kind::kVirtualWall:
-      return kSky;
-  }
-  return kGrey;
+  static constexpr std::array kColours{kGrey, kVermilion, kPurple, kOrange, kSky};
+  static_assert(kColours.size() == static_cast<std::size_t>(session::SceneLine::Kind::kVirtualWall) + 1);
+  return kColours[static_cast<std::size_t>(kind)];
 }
 
 /// Rows far enough from the last one kept to be told apart in the plot.

@@ -1,5 +1,3 @@
-#include "app/report/result_files.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "app/recordings/state_table.h"
+#include "app/report/report.h"
 #include "app/session/record_windows.h"
 #include "core/fields.h"
 #include "machine/reason_text.h"

@@ -212,9 +212,7 @@ std::string done_text(const session::Judged& judged) {
   if (parts.empty()) parts.push_back(contact_text(judged));
   if (judged.session.record.phases_timed_out > 0 && !judged.session.record.cut_short)
     parts.emplace_back("a phase of the plan ran out of time");
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text + "; " + faults_text(judged);
+  return fmt::format("{}; {}", fmt::join(parts, ", "), faults_text(judged));
 }
 
 std::string verdict_text(const session::Judged& judged) {

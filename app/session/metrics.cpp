@@ -1,7 +1,6 @@
 #include "app/session/metrics.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 

@@ -11,7 +11,6 @@
 #include "machine/bus_frames.h"
 #include "machine/kinematics.h"
 #include "recording/sides.h"
-#include "slave/bus_map.h"
 
 namespace knuckle::session {
 namespace {

@@ -1,10 +1,8 @@
 #include "app/session/session_logs.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <utility>
 
-#include "core/histogram.h"
 #include "machine/bus_frames.h"
 #include "transport/canopen.h"
 

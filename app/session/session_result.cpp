@@ -3,24 +3,18 @@
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <functional>
 #include <memory>
-#include <ostream>
 #include <string_view>
 #include <utility>
 
 #include "app/cli/digest.h"
-#include "app/session/scene.h"
-#include "app/session/session.h"
 #include "app/session/session_setup.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
 #include "core/fields.h"
 #include "machine/kinematics.h"
 #include "recording/file_names.h"
-#include "recording/recorder.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::session {

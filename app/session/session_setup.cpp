@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/session/link_file.h"
 #include "app/session/operator_path.h"
-#include "app/session/scenario.h"
 #include "app/session/truth_file.h"
 #include "core/error.h"
 #include "machine/kinematics.h"

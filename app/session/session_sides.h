@@ -8,7 +8,6 @@
 #include "core/loop_table.h"
 #include "core/time.h"
 #include "machine/description.h"
-#include "machine/device_description.h"
 #include "recording/sides.h"
 #include "sim/haptic_device.h"
 #include "sim/machine_on_bus.h"

@@ -1,7 +1,5 @@
 #include "app/session/truth_file.h"
 
-#include <numbers>
-
 #include "app/cli/command.h"
 #include "core/units.h"
 #include "machine/toml_reader.h"

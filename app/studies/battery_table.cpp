@@ -1,4 +1,3 @@
-#include "app/studies/battery_table.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,6 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
 #include "app/cli/command.h"
@@ -14,7 +13,6 @@
 #include "app/identify/ensemble.h"
 #include "app/session/truth_file.h"
 #include "app/studies/battery_machine.h"
-#include "app/studies/battery_table.h"
 #include "app/studies/shared_battery.h"
 #include "app/studies/sweep.h"
 #include "core/error.h"
@@ -24,23 +22,6 @@
 
 namespace knuckle::studies {
 namespace {
-
-// Which of a sampled machine's errors costs what: truths that differ from the drawing in one respect alone.
-
-enum class ErrorSource : std::uint8_t {
-  kNone,  ///< Nominal: what is left is LuGre against Dahl, cylinder masses, noise, quantisation, lags, hoses.
-  kGeometry,
-  kMasses,
-  kFriction,
-  kTransmitters,
-  kSlope,     ///< Hull pitch and slope sensor.
-  kEncoders,  ///< Offsets and noise.
-  kValves,
-  kOil,  ///< Viscosity, and other oil on the day of use.
-};
-inline constexpr std::array<const char*, 9> kErrorSourceNames{
-    "nothing but noise", "pins and lengths", "masses", "friction", "pressure transmitters",
-    "hull and slope",    "encoders",         "valves", "oil"};
 
 void take_geometry(const MachineDescription& from, MachineDescription& to) {
   for (std::size_t i = 0; i < kJoints; ++i) to.links[i].length_m = from.links[i].length_m;
@@ -63,44 +44,36 @@ void take_masses(const MachineDescription& from, MachineDescription& to) {
   to.bucket_linkage.coupler_mass_kg = from.bucket_linkage.coupler_mass_kg;
 }
 
-/// The drawing with one kind of error of the sampled machine.
-sim::MachineTruth with_only(const MachineDescription& nominal, const sim::MachineTruth& sampled, ErrorSource source) {
-  sim::MachineTruth truth = sim::nominal_truth(nominal);
-  switch (source) {
-    case ErrorSource::kNone:
-      break;
-    case ErrorSource::kGeometry:
-      take_geometry(sampled.machine, truth.machine);
-      break;
-    case ErrorSource::kMasses:
-      take_masses(sampled.machine, truth.machine);
-      break;
-    case ErrorSource::kFriction:
-      truth.friction = sampled.friction;
-      break;
-    case ErrorSource::kTransmitters:
-      truth.pressure = sampled.pressure;
-      break;
-    case ErrorSource::kSlope:
-      truth.hull_pitch_rad = sampled.hull_pitch_rad;
-      truth.tilt_offset_rad = sampled.tilt_offset_rad;
-      break;
-    case ErrorSource::kEncoders:
-      truth.encoder_offset_m = sampled.encoder_offset_m;
-      truth.encoder_noise_m = sampled.encoder_noise_m;
-      break;
-    case ErrorSource::kValves:
-      for (std::size_t i = 0; i < kJoints; ++i) {
-        truth.machine.cylinders[i].valve = sampled.machine.cylinders[i].valve;
-      }
-      truth.machine.hydraulics.bulk_modulus_Pa = sampled.machine.hydraulics.bulk_modulus_Pa;
-      break;
-    case ErrorSource::kOil:
-      truth.viscosity_factor = sampled.viscosity_factor;
-      break;
-  }
-  return truth;
-}
+/// One of a sampled machine's errors, for what it costs: truths that differ from the drawing in one respect alone.
+struct ErrorSource {
+  const char* name;
+  void (*take)(const sim::MachineTruth& sampled, sim::MachineTruth& truth);
+  bool oil_changes = false;  ///< Other oil on the day of use.
+};
+constexpr auto kErrorSources = std::to_array<ErrorSource>({
+    // What is left is LuGre against Dahl, cylinder masses, noise, quantisation, lags, hoses.
+    {"nothing but noise", [](const sim::MachineTruth&, sim::MachineTruth&) {}},
+    {"pins and lengths", [](const auto& sampled, auto& truth) { take_geometry(sampled.machine, truth.machine); }},
+    {"masses", [](const auto& sampled, auto& truth) { take_masses(sampled.machine, truth.machine); }},
+    {"friction", [](const auto& sampled, auto& truth) { truth.friction = sampled.friction; }},
+    {"pressure transmitters", [](const auto& sampled, auto& truth) { truth.pressure = sampled.pressure; }},
+    {"hull and slope",
+     [](const auto& sampled, auto& truth) {
+       truth.hull_pitch_rad = sampled.hull_pitch_rad;
+       truth.tilt_offset_rad = sampled.tilt_offset_rad;
+     }},
+    {"encoders",
+     [](const auto& sampled, auto& truth) {
+       truth.encoder_offset_m = sampled.encoder_offset_m;
+       truth.encoder_noise_m = sampled.encoder_noise_m;
+     }},
+    {"valves",
+     [](const auto& sampled, auto& truth) {
+       for (std::size_t i = 0; i < kJoints; ++i) truth.machine.cylinders[i].valve = sampled.machine.cylinders[i].valve;
+       truth.machine.hydraulics.bulk_modulus_Pa = sampled.machine.hydraulics.bulk_modulus_Pa;
+     }},
+    {"oil", [](const auto& sampled, auto& truth) { truth.viscosity_factor = sampled.viscosity_factor; }, true},
+});
 
 constexpr std::uint64_t kSeedsApart = 1'000'000'007;  // so that two sweeps share no machine
 
@@ -239,11 +212,15 @@ class EstimationBattery {
       parts_.push_back({kAblation, options_.ablation, setup, sampled});
       parts_.back().setup.variants = ablation(setup.full);
     }
-    for (std::size_t s = 0; options_.budget > 0 && s < kErrorSourceNames.size(); ++s) {
-      const auto source = static_cast<ErrorSource>(s);
-      setup.oil_changes = source == ErrorSource::kOil;
-      parts_.push_back({std::string("only ") + kErrorSourceNames[s] + ": ", options_.budget, setup,
-                        [=, this](std::uint64_t seed) { return with_only(nominal_, sampled(seed), source); }});
+    if (options_.budget == 0) return;
+    for (const ErrorSource& source : kErrorSources) {
+      setup.oil_changes = source.oil_changes;
+      parts_.push_back(
+          {std::string("only ") + source.name + ": ", options_.budget, setup, [=, this](std::uint64_t seed) {
+             sim::MachineTruth truth = sim::nominal_truth(nominal_);
+             source.take(sampled(seed), truth);
+             return truth;
+           }});
     }
   }
 
@@ -336,16 +313,13 @@ void print(std::ostream& out, const EstimationBattery& sweep) {
   }
 }
 
-int finish(const SweepOptions& options, EstimationBattery& sweep, std::optional<cli::OutputFile>& json,
+int finish(const SweepOptions& options, EstimationBattery& sweep, cli::OptionalOutput& json,
            const battery::Rows& rows) {
   sweep.judge(rows);
   const bool whole = rows.size() == sweep.cells();
   bool met = whole && sweep.failures().empty();
   for (const BatteryRow& row : sweep.rows()) met = met && row.met.value_or(true);
-  if (json) {
-    json->stream() << json_of(options, sweep, rows.size(), met).dump(2) << '\n';
-    json->commit();
-  }
+  json.write([&](std::ostream& to) { to << json_of(options, sweep, rows.size(), met).dump(2) << '\n'; });
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
   if (!whole)
     out << fmt::format("{} of {} machines: no verdict until --merge has them all\n", rows.size(), sweep.cells());
@@ -357,8 +331,7 @@ int finish(const SweepOptions& options, EstimationBattery& sweep, std::optional<
 
 int run_estimation_sweep(const SweepOptions& options) {
   return run_shared(options, [&options](bool writes) {
-    const auto json = std::make_shared<std::optional<cli::OutputFile>>();
-    if (writes && !options.json.empty()) json->emplace("--json", options.json);
+    const auto json = std::make_shared<cli::OptionalOutput>("--json", writes ? options.json : "");
     const auto sweep = std::make_shared<EstimationBattery>(options, writes);
     return SharedBattery{
         .title = options.battery,

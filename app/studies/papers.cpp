@@ -5,7 +5,6 @@
 #include <iostream>
 #include <memory>
 #include <stdexcept>
-#include <string>
 
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"

@@ -1,5 +1,4 @@
 // K on the page of `knuckle-studies papers`: slow motion, two verification runs, force and torque without payload.
-#include <algorithm>
 #include <numbers>
 
 #include "app/identify/identify_output.h"

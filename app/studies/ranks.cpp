@@ -1,6 +1,6 @@
-#include "app/studies/ranks.h"
-
 #include <cstdlib>
+
+#include "app/studies/shared_battery.h"
 
 #ifdef KNUCKLE_MPI
 #include <mpi.h>

@@ -1,5 +1,3 @@
-#include "app/studies/running_pulls.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include "app/cli/interrupt.h"
 #include "app/motion/machine_run.h"
+#include "app/studies/battery_machine.h"
 #include "app/studies/force_scores.h"
 #include "app/studies/test_rig.h"
 #include "core/seed.h"
@@ -25,7 +24,6 @@ namespace knuckle::studies {
 namespace {
 
 constexpr double kWarmUp_s = 20;
-constexpr double kBetween_mps = 0.03;           // of the fastest cylinder, between poses
 constexpr double kInterval = 1.96;              // standard deviations of 95 %
 constexpr double kSteepest_rad = 60 * kDegree;  // off the side's normal
 constexpr double kGoodTorque_Nm = 40, kGoodTorqueShare = 0.15;

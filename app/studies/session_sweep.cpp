@@ -131,31 +131,17 @@ void print(std::ostream& out, const Settings& settings, const Rows& rows, const 
 
 /// Opened before anything runs, so that a bad place is known at once.
 struct Outputs {
-  explicit Outputs(const SweepOptions& o) {
-    if (!o.json.empty()) json.emplace("--json", o.json);
-    if (!o.csv.empty()) csv.emplace("--csv", o.csv);
-    if (!o.report.empty()) {
-      report.emplace("--report", o.report);
-      report::check_gnuplot();
-    }
+  explicit Outputs(const SweepOptions& o) : json("--json", o.json), csv("--csv", o.csv), report("--report", o.report) {
+    if (report) report::check_gnuplot();
   }
-  std::optional<cli::OutputFile> json, csv, report;
+  cli::OptionalOutput json, csv, report;
 };
 
 int finish(const SweepOptions& options, const Settings& settings, Outputs& outputs, const Rows& rows) {
   const std::vector<battery::Group> groups = battery::groups_of(rows, settings.kind);
-  if (outputs.json) {
-    outputs.json->stream() << json_of(settings, rows, groups).dump(1) << '\n';
-    outputs.json->commit();
-  }
-  if (outputs.csv) {
-    write_csv(outputs.csv->stream(), rows);
-    outputs.csv->commit();
-  }
-  if (outputs.report) {
-    battery::write_page(outputs.report->stream(), settings, rows);
-    outputs.report->commit();
-  }
+  outputs.json.write([&](std::ostream& to) { to << json_of(settings, rows, groups).dump(1) << '\n'; });
+  outputs.csv.write([&](std::ostream& to) { write_csv(to, rows); });
+  outputs.report.write([&](std::ostream& to) { battery::write_page(to, settings, rows); });
   const bool to_standard_output = cli::is_standard_output(options.json) || cli::is_standard_output(options.csv) ||
                                   cli::is_standard_output(options.report);
   print(to_standard_output ? std::cerr : std::cout, settings, rows, groups);

@@ -7,13 +7,11 @@
 #include <filesystem>
 #include <iostream>
 #include <mutex>
-#include <optional>
 #include <sstream>
 #include <vector>
 
 #include "app/cli/command.h"
 #include "app/identify/ensemble.h"
-#include "app/studies/ranks.h"
 #include "core/error.h"
 
 namespace knuckle::studies {

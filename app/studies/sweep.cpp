@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <memory>
-#include <string>
 #include <utility>
-
-#include "app/cli/command.h"
 
 namespace knuckle::studies {
 namespace {

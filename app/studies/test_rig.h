@@ -1,5 +1,5 @@
 // The test rig: poses that a machine takes, known forces that it can hold there, and the paths along which it is pulled
-// at. What estimators are judged by, from recordings (trials.h) and while the machine's side runs (running_pulls.h).
+// at. What estimators are judged by, from recordings (trials.h) and while the machine's side runs (running_pulls.cpp).
 #pragma once
 
 #include <cstddef>

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <map>
 #include <set>
-#include <string>
 #include <thread>
 
 #include "app/battery/rows.h"

@@ -1,10 +1,6 @@
 // Doctor and calibration of a haptic device, before the simulated firmware on a cable in memory.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
-#include <sstream>
-
 #include "app/bringup/device_calibration.h"
 #include "app/bringup/device_probe.h"
 #include "app/programs/device_program.h"

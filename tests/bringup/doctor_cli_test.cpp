@@ -1,7 +1,6 @@
 // `knuckle doctor` and `knuckle commission` from outside: exit codes, files, and one clear line for wrong usage.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>

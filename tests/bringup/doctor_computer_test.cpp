@@ -1,9 +1,9 @@
 // What facts about a computer mean for whoever wants to run a machine with it.
-#include "app/bringup/doctor_computer.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
+
+#include "app/bringup/doctor_command.h"
 
 namespace knuckle::bringup {
 namespace {

@@ -1,6 +1,4 @@
 // `knuckle doctor --connect`: each way in which a handshake fails, against ends that really listen.
-#include "app/bringup/doctor_link.h"
-
 #include <gtest/gtest.h>
 #include <openssl/evp.h>
 #include <openssl/x509.h>
@@ -9,6 +7,7 @@
 #include <atomic>
 #include <thread>
 
+#include "app/bringup/doctor_command.h"
 #include "app/pairing/key_folder.h"
 #include "app/pairing/pairing_exchange.h"
 #include "tests/support/temporary_folder.h"

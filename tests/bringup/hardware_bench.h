@@ -1,9 +1,7 @@
 // The simulated machine behind a bus, for what looks at buses and moves machines.
 #pragma once
 
-#include <deque>
 #include <memory>
-#include <string>
 
 #include "app/identify/commission.h"
 #include "machine/kinematics.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "machine/kinematics.h"
 #include "tests/bringup/hardware_bench.h"

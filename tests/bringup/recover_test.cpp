@@ -8,7 +8,6 @@
 #include <memory>
 #include <sstream>
 
-#include "machine/kinematics.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/places.h"

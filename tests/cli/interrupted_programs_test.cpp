@@ -1,7 +1,6 @@
 // Ctrl+C while a command reads or writes for long: one line, exit code 130, nothing left behind.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
 
 #include "tests/support/places.h"

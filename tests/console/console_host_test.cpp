@@ -6,8 +6,6 @@
 #include <functional>
 #include <sstream>
 
-#include "app/console/event_book.h"
-#include "app/console/hand_input.h"
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "slave/status_reporter.h"

@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 
-#include "app/session/session.h"
 #include "tests/console/console_rig.h"
 #include "tests/support/no_alloc.h"
 

@@ -12,7 +12,6 @@
 
 #include "app/console/machine_text.h"
 #include "estimation/regressor.h"
-#include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/console/console_rig.h"
 

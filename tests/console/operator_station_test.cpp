@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "machine/load.h"
-#include "sim/person.h"
 #include "slave/status_reporter.h"
 #include "tests/console/console_rig.h"
 #include "tests/support/overheard.h"

@@ -1,7 +1,6 @@
 // What explain says of recordings in which one thing was broken: the cause, when it began, and what is not claimed.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <optional>

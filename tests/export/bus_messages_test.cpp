@@ -1,6 +1,4 @@
 // Every frame of the machine's bus as its DBC has it: whole and without contradiction.
-#include "app/export/bus_messages.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "app/export/export_command.h"
 #include "machine/bus_description.h"
 #include "slave/bus_map.h"
 #include "tests/export/machines.h"

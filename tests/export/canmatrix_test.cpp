@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "app/export/bus_messages.h"
+#include "app/export/export_command.h"
 #include "machine/bus_description.h"
 #include "tests/export/machines.h"
 #include "tests/support/candump.h"

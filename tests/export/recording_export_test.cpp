@@ -1,6 +1,4 @@
 // What `knuckle export` makes of a recording, held against what is in the recording.
-#include "app/export/recording_export.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/interrupt.h"
+#include "app/export/export_command.h"
 #include "app/recordings/recording_reader.h"
 #include "machine/load.h"
 #include "recording/mcap/file_writer.h"

@@ -1,6 +1,4 @@
 // The machine's URDF against Orocos KDL: gravity, mass matrix, motion and place are those that Knuckle computes with.
-#include "app/export/urdf.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <random>
 #include <sstream>
 
+#include "app/export/export_command.h"
 #include "estimation/regressor.h"
 #include "machine/kinematics.h"
 #include "tests/export/kdl_of_urdf.h"

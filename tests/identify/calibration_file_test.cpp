@@ -1,6 +1,4 @@
 // Calibrated machine files: what is written is read again to the last digit, comments stay, no old one is lost.
-#include "app/identify/calibration_file.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -8,6 +6,7 @@
 #include <fstream>
 #include <random>
 
+#include "app/identify/identify_output.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "tests/support/places.h"

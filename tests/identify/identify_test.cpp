@@ -14,7 +14,6 @@
 
 #include "app/identify/data_check.h"
 #include "app/identify/identify_output.h"
-#include "estimation/identification/full.h"
 #include "estimation/identification/motion.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"

@@ -1,7 +1,6 @@
 // Surveys of sampled machines, by the simulator's own linkage geometry: calibration is never tested against itself.
 #pragma once
 
-#include <cmath>
 #include <random>
 #include <vector>
 

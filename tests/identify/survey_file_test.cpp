@@ -1,7 +1,6 @@
 // A survey on paper and back; a table that is not one is refused with file, row and column.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <limits>
 #include <sstream>

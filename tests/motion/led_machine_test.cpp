@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "machine/kinematics.h"
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
 #include "tests/support/bus_nodes.h"

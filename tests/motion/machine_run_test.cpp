@@ -7,7 +7,6 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "estimation/identification/paper_motions.h"
 #include "estimation/identification/static_poses.h"

@@ -1,12 +1,11 @@
 // `knuckle pair` as it is called: what it refuses, and what it does without a key that can be used.
-#include "app/pairing/pair_command.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "app/pairing/key_folder.h"
+#include "app/pairing/pairing_exchange.h"
 #include "core/error.h"
 #include "tests/support/temporary_folder.h"
 

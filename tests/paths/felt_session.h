@@ -2,7 +2,6 @@
 // the link changes.
 #pragma once
 
-#include <csignal>
 #include <nlohmann/json.hpp>
 #include <string>
 

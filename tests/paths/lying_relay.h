@@ -2,7 +2,6 @@
 // relayed ones changes with every SIGUSR1.
 #pragma once
 
-#include <csignal>
 #include <string>
 
 namespace knuckle::test {

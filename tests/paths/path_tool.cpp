@@ -13,7 +13,6 @@
 
 #include "app/cli/command.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "core/error.h"
 #include "tests/paths/felt_session.h"

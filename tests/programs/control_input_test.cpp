@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "app/programs/program_link.h"
+#include "app/programs/program_options.h"
 
 namespace knuckle::programs {
 namespace {

@@ -9,8 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <string>
 #include <vector>
 
 #include "tests/support/places.h"

@@ -1,15 +1,12 @@
 // Tables in which a unit changes or two channels are exchanged half-way are refused with columns and row; what machines
 // really do is not.
-#include "app/recordings/halfway_change.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <numbers>
-#include <sstream>
 
+#include "app/recordings/csv_reader.h"
 #include "app/recordings/recording_reader.h"
 #include "machine/kinematics.h"
 #include "tests/identify/recorded_motion.h"

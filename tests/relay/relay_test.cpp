@@ -5,14 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "core/error.h"
 #include "tests/support/refusal.h"
-#include "transport/impaired_link.h"
 
 namespace knuckle::relay {
 namespace {

@@ -4,8 +4,6 @@
 #include <sys/resource.h>
 
 #include <functional>
-#include <memory>
-#include <vector>
 
 #include "tests/rendezvous/wire_client.h"
 #include "tests/support/refusal.h"

@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <string>
-#include <utility>
 
 #include "transport/socket_address.h"
 

@@ -1,6 +1,4 @@
 // What is counted of two contact models on one recording, on made-up steps.
-#include "app/replay/force_comparison.h"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/replay/replay_command.h"
 #include "estimation/force_estimator.h"
 #include "tests/support/refusal.h"
 #include "tests/support/temporary_folder.h"

@@ -9,7 +9,6 @@
 
 #include "app/report/machine_drawing.h"
 #include "app/report/report.h"
-#include "app/report/result_files.h"
 #include "app/report/result_text.h"
 #include "core/error.h"
 #include "machine/kinematics.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "app/report/report.h"
-#include "app/report/report_plots.h"
 #include "app/report/result_text.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/patterns.h"

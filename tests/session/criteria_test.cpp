@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "app/cli/digest.h"
 #include "app/session/metrics.h"

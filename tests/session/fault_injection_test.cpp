@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "app/session/frame_log.h"
 #include "machine/load.h"
 #include "tests/support/bus_nodes.h"
 #include "transport/canopen.h"

@@ -1,5 +1,4 @@
 // The battery's table from machines made by hand: what is not answered is missed, what fails is not left out.
-#include "app/studies/battery_table.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,11 @@
 // Known pulls while the machine's side runs: what it reports is held against the simulator's truth.
-#include "app/studies/running_pulls.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
+#include "app/studies/battery_machine.h"
 #include "machine/description.h"
 #include "machine/load.h"
 #include "tests/support/places.h"

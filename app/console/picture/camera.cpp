@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "machine/description.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::picture {

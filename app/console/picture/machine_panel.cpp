@@ -7,7 +7,6 @@
 #include "app/console/machine_text.h"
 #include "app/console/widgets/widgets.h"
 #include "estimation/line_of_action.h"
-#include "machine/description.h"
 
 namespace knuckle::console::picture {
 namespace {

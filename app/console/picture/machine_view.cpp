@@ -3,8 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <vector>
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/painter.h"
@@ -15,7 +13,6 @@ namespace knuckle::console::picture {
 namespace {
 
 using Eigen::Matrix4f;
-using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 // Bits of the stencil buffer.

@@ -4,13 +4,11 @@
 #include <memory>
 #include <utility>
 
-#include "app/console/event_book.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"
 #include "master/master_state.h"
 #include "recording/events.h"
-#include "recording/recording.h"
 #include "recording/wire_events.h"
 #include "slave/slave_loop.h"
 #include "slave/slave_state.h"

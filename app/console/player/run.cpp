@@ -1,12 +1,10 @@
 #include "app/console/player/run.h"
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "app/console/named_fields.h"
-#include "app/console/player/run_data.h"
 #include "slave/loss_policy.h"
 
 namespace knuckle::console::player {

@@ -1,6 +1,5 @@
 #include "app/console/player/run_data.h"
 
-#include <algorithm>
 #include <cmath>
 #include <string_view>
 

@@ -13,7 +13,6 @@
 
 #include "app/console/console_view.h"
 #include "app/console/link_watch.h"
-#include "core/joints.h"
 #include "core/reason.h"
 #include "core/time.h"
 #include "master/master_state.h"

@@ -226,19 +226,10 @@ Silence silence(const ConsoleView& view, double view_age_s) {
 
 /// What enable was dropped for; nullptr: it was not.
 const char* dropped_text(Dropped dropped) {
-  switch (dropped) {
-    case Dropped::kNo:
-      return nullptr;
-    case Dropped::kNoFocus:
-      return "this window had no focus";
-    case Dropped::kTooSmall:
-      return "this window was too small";
-    case Dropped::kStalled:
-      return "this window stalled";
-    case Dropped::kNewStart:
-      return "the session began anew";
-  }
-  return nullptr;
+  static constexpr std::array<const char*, 5> kTexts{nullptr, "this window had no focus", "this window was too small",
+                                                     "this window stalled", "the session began anew"};
+  static_assert(kTexts.size() == static_cast<std::size_t>(Dropped::kNewStart) + 1);
+  return kTexts[static_cast<std::size_t>(dropped)];
 }
 
 std::string press_again(const std::string& why, HandSource hand) {

@@ -1,6 +1,5 @@
 #include "app/console/screens/console_data.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "app/console/screens/player_panel.h"

@@ -196,9 +196,7 @@ bool limit_chips(const Ui& ui, const ConsoleData& data, const Area& area) {
     return !texts.empty();
   }
   // Too many for chips: the words alone.
-  std::string all;
-  for (const std::string& word : texts) all += (all.empty() ? "" : "; ") + word;
-  put_lines(t.fonts.small, t.colours.notice, area, all);
+  put_lines(t.fonts.small, t.colours.notice, area, fmt::format("{}", fmt::join(texts, "; ")));
   return true;
 }
 

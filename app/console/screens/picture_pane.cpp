@@ -1,12 +1,10 @@
 #include "app/console/screens/picture_pane.h"
 
-#include <array>
 #include <cmath>
 #include <vector>
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/machine_panel.h"
-#include "app/console/screens/console_data.h"
 #include "app/console/screens/measures.h"
 #include "machine/kinematics.h"
 

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <utility>
 
 #include "app/console/player/run_data.h"
-#include "app/console/screens/console_data.h"
 
 namespace knuckle::console::screens {
 namespace {

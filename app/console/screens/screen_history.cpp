@@ -1,6 +1,5 @@
 // Force and oil pressures over time, with a cursor that events and plots share.
 #include <array>
-#include <cmath>
 #include <string>
 
 #include "app/console/screens/screens.h"

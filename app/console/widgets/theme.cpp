@@ -1,6 +1,5 @@
 #include "app/console/widgets/theme.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>

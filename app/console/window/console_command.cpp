@@ -1,4 +1,3 @@
-#include "app/console/window/console_command.h"
 
 #include <unistd.h>
 
@@ -11,7 +10,6 @@
 #include "app/console/window/console_program.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/program_console.h"
-#include "app/programs/program_link.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"

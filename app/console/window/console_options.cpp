@@ -1,5 +1,3 @@
-#include "app/console/window/console_options.h"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -14,12 +12,12 @@
 #include "app/cli/output_file.h"
 #include "app/console/keys.h"
 #include "app/console/screens/screens.h"
+#include "app/console/window/console_program.h"
 #include "app/programs/program_options.h"
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "transport/socket_address.h"
 #include "video/sender.h"
-#include "video/source.h"
 
 namespace knuckle::console::window {
 namespace {

@@ -12,8 +12,6 @@
 
 #include "app/cli/command.h"
 #include "app/console/console_log.h"
-#include "app/console/player/load.h"
-#include "app/console/window/console_window.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {

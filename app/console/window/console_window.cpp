@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 #include "app/cli/output_file.h"
 #include "app/console/screens/picture_pane.h"

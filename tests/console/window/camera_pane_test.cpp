@@ -12,7 +12,6 @@
 
 #include "app/console/picture/camera.h"
 #include "app/console/screens/picture_pane.h"
-#include "machine/kinematics.h"
 #include "machine/load.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"

@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
-#include "machine/kinematics.h"
 #include "tests/console/window/canned_console.h"
 
 namespace knuckle::console::picture {

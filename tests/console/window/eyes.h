@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "app/console/picture/machine_mesh.h"
 #include "app/console/picture/picture_colours.h"

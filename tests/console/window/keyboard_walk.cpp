@@ -1,7 +1,6 @@
 #include "tests/console/window/keyboard_walk.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "tests/console/window/virtual_display.h"
 

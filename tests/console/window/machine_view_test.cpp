@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "app/console/picture/gl_program.h"
 #include "machine/kinematics.h"

@@ -1,6 +1,5 @@
 // Distances and depth in the picture: a grade line, the load in the bucket, where the bucket touched something, and a
 // ground that is drawn only where it is known.
-#include <cmath>
 
 #include "machine/kinematics.h"
 #include "tests/console/window/shown_console.h"

@@ -3,11 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <thread>
-
 #include "tests/console/window/canned_console.h"
-#include "video/newest.h"
 
 namespace knuckle::console::window {
 namespace {
