@@ -24,6 +24,8 @@ namespace knuckle {
 [[nodiscard]] std::string node_text(std::uint8_t id, const BusDescription& bus);
 /// An identifier as candump writes it, with 0x: "0x18F00A21", "0x181".
 [[nodiscard]] std::string id_text(std::uint32_t id);
+/// Which of two buses it is on: ", bus valves"; empty where there is one.
+[[nodiscard]] std::string bus_text(std::uint32_t id, const BusDescription& bus);
 /// What the reason is about: "pressures (node 0x20), boom_head_pressure"; what is no node as subject_text(reason).
 [[nodiscard]] std::string subject_text(const Reason& reason, const BusDescription& bus);
 /// One line a person can act on: "pressures (node 0x20), boom_head_pressure: sensor has stopped sending: ...".

@@ -9,6 +9,7 @@ void ThreadCan::exchange(CanBus& port) noexcept {
   while (controller_.sent_.pop(frame)) (void)port.send(frame);
   while (port.receive(frame)) (void)controller_.arrived_.push(frame);
   controller_.state_.store(port.state(), std::memory_order_relaxed);
+  controller_.state_of_.store(port.state_of(), std::memory_order_relaxed);
   controller_.errors_.store(port.errors(), std::memory_order_relaxed);
 }
 

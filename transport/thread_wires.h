@@ -35,6 +35,7 @@ class ThreadCan {
     bool send(const CanFrame& frame) noexcept override { return sent_.push(frame); }
     bool receive(CanFrame& frame) noexcept override { return arrived_.pop(frame); }
     [[nodiscard]] CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
+    [[nodiscard]] std::uint8_t state_of() const noexcept override { return state_of_.load(std::memory_order_relaxed); }
     void acknowledge() noexcept override { acknowledged_.store(true, std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t errors() const noexcept override {
       return errors_.load(std::memory_order_relaxed) + sent_.dropped() + arrived_.dropped();
@@ -45,6 +46,7 @@ class ThreadCan {
     Ring<CanFrame, 64> sent_;
     Ring<CanFrame, 1024> arrived_;  // 60 ms of a full bus at 1 Mbit/s
     std::atomic<CanState> state_{CanState::kActive};
+    std::atomic<std::uint8_t> state_of_{0};
     std::atomic<bool> acknowledged_{false};
     std::atomic<std::uint64_t> errors_{0};
   };
