@@ -42,8 +42,8 @@ class CanHealth {
   void on_receive_error(int error) noexcept;
   void on_not_sent() noexcept { ++counters_.not_sendable; }
   void on_overflow(std::uint64_t frames) noexcept { counters_.overflows += frames; }
-  /// What was seen between two looks has been looked at: an interface that can send or hear again counts as up from here
-  /// on. Of two buses there may be one on which nothing is sent.
+  /// What was seen between two looks has been looked at: an interface that can send or hear again counts as up from
+  /// here on. Of two buses there may be one on which nothing is sent.
   void on_look() noexcept;
   /// An interface that was gone has been opened anew: down until it can send or hear.
   void on_found_again() noexcept { gone_ = false; }

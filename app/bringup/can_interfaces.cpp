@@ -17,13 +17,13 @@ std::vector<std::string> can_interfaces(const std::vector<std::string>& given, c
       cli::refuse_option("--can", one, "the machine has two buses: must be NAME=INTERFACE with " + bus.line_names());
     const auto on = named ? bus.line_named(name) : 0;
     if (!on)
-      cli::refuse_option(
-          "--can", one,
-          "no bus \"" + name + "\"; " +
-              (bus.name.empty() ? "the machine has one, without a name" : "there is " + bus.line_names()));
+      cli::refuse_option("--can", one,
+                         "no bus \"" + name + "\"; " +
+                             (bus.name.empty() ? "the machine has one, without a name"
+                                               : (bus.second ? "there are " : "there is ") + bus.line_names()));
     const std::string interface = named ? one.substr(equals + 1) : one;
     if (!interfaces[*on].empty()) cli::refuse_option("--can", one, "this bus was given before");
-    if (interface == interfaces[bus.lines() - 1 - *on])
+    if (!interface.empty() && interface == interfaces[bus.lines() - 1 - *on])
       cli::refuse_option("--can", one, "is the interface of the other bus");
     interfaces[*on] = interface;
   }
