@@ -53,7 +53,7 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "of stroke"},
     {"setpoint_invalid", SubjectKind::kJoint, "operator set-point is invalid: release enable, then press again", "rad"},
     {"pressure_limit", SubjectKind::kChamber, "pressure beyond its limit: reduce the load", "bar"},
-    {"bus_down", SubjectKind::kNothing,
+    {"bus_down", SubjectKind::kBus,
      "CAN interface is down or gone: plug in its adapter, set it up (ip link set NAME up)", nullptr},
     {"device_lost", SubjectKind::kNothing, "haptic device is disconnected: plug it in, then align again", nullptr},
     {"device_stale", SubjectKind::kNothing, "haptic device has stopped reporting: check its cable", "ms"},
@@ -77,10 +77,10 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "force limit of the assist: force unknown, machine holds; switch the limit off to continue", nullptr},
     {"device_identity", SubjectKind::kNothing, "haptic device is not the one of its file: see knuckle doctor --device",
      nullptr},
-    {"bus_off", SubjectKind::kNothing,
+    {"bus_off", SubjectKind::kBus,
      "CAN was bus-off: repair the wiring, restart the controller, then press and release enable", nullptr},
-    {"bus_passive", SubjectKind::kNothing,
-     "CAN frames are damaged or not acknowledged: check node power, cable, bit rate", nullptr},
+    {"bus_passive", SubjectKind::kBus, "CAN frames are damaged or not acknowledged: check node power, cable, bit rate",
+     nullptr},
     {"pilot_awaited", SubjectKind::kNothing,
      "pilot pressure is rising: if it does not arrive, check the enable node and the E-stop", nullptr},
     {"other_machine", SubjectKind::kNothing,
@@ -202,6 +202,8 @@ std::string subject_text(const Reason& reason) {
       return fmt::format("node 0x{:02X}", subject);
     case SubjectKind::kChamber:
       return subject < kChambers.size() ? kChambers[subject] : "chamber ?";
+    case SubjectKind::kBus:
+      return subject == 0 ? "" : fmt::format("bus {}", subject + 1);
   }
   return "";
 }

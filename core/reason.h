@@ -40,7 +40,7 @@ enum class ReasonCode : std::uint16_t {
   kCommandInvalid,     ///< subject: joint; non-finite or out of mode
   kSetpointInvalid,    ///< subject: joint; operator set-point non-finite or future-stamped
   kPressureLimit,      ///< subject: cylinder chamber 0..5; bar
-  kBusDown,            ///< CAN interface down or gone
+  kBusDown,            ///< subject: bus; CAN interface down or gone
   kDeviceLost,         ///< haptic device unplugged
   kDeviceStale,        ///< ms since the last good report
   kDeviceReport,       ///< malformed reports: NaN-like, CRC, version; value: count
@@ -59,8 +59,8 @@ enum class ReasonCode : std::uint16_t {
   kAssistForceUnknown,  ///< assist: no force is known to hold against the limit
   kDeviceIdentity,      ///< fault: the haptic device is not the one its file describes
   // More of the bus' faults.
-  kBusOff,        ///< CAN controller went bus-off; stays until an operator acknowledges it
-  kBusPassive,    ///< CAN controller error-passive: frames are not acknowledged, or most are damaged
+  kBusOff,        ///< subject: bus; CAN controller went bus-off; stays until an operator acknowledges it
+  kBusPassive,    ///< subject: bus; CAN controller error-passive: frames are not acknowledged, or most are damaged
   kPilotAwaited,  ///< engaging: pilot pressure was requested and is not there yet
   // The two sides do not fit together: not led at all.
   kOtherMachine,    ///< the machine's side drives another machine than the operator's side leads
@@ -106,6 +106,7 @@ enum class SubjectKind : std::uint8_t {
   kNode,          ///< Node id, at most 127.
   kNodeOrSignal,  ///< Node id; or, where a node has several signals and one is meant, signal_subject().
   kChamber,       ///< 0...5
+  kBus,           ///< Of two buses 0 or 1; else 0.
 };
 [[nodiscard]] SubjectKind subject_kind(ReasonCode code) noexcept;
 

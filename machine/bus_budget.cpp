@@ -121,6 +121,10 @@ double worst_bus_load(const BusDescription& bus) {
   return bits_per_s / bus.bit_rate;
 }
 
+std::array<double, 2> worst_bus_loads(const BusDescription& bus) {
+  return {worst_bus_load(bus.alone(0)), bus.second ? worst_bus_load(bus.alone(1)) : 0};
+}
+
 std::string what_fits(const BusDescription& bus, const SensorDescription& sensors, double others_bits_per_s) {
   const Budget budget(sensors, others_bits_per_s);
   const Change as_it_is{"", bus};

@@ -16,7 +16,11 @@ inline constexpr double kOverRange = 1.1;  ///< A pressure is told to be too hig
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats,
 /// what the machine sends by itself, and what it is told by.
+/// @param bus of two one alone
 [[nodiscard]] double worst_bus_load(const BusDescription& bus);
+
+/// Of each of two buses; of one the first alone.
+[[nodiscard]] std::array<double, 2> worst_bus_loads(const BusDescription& bus);
 
 /// Each by itself brings the bus within kFullestBus: "sync_Hz = 100 with sensor_age_limit_ms = 40 (48 %)". By
 /// worst_bus_load() of the changed bus.

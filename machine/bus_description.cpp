@@ -108,6 +108,29 @@ const NodeDescription* BusDescription::find(std::uint8_t id) const noexcept {
   return find_if(nodes, [&](const NodeDescription& node) { return node.id == id; });
 }
 
+BusDescription BusDescription::alone(std::size_t bus) const {
+  BusDescription one = *this;
+  const BusLine own = line(bus);
+  one.name = own.name;
+  one.bit_rate = own.bit_rate;
+  one.foreign_load = own.foreign_load;
+  one.second.reset();
+  if (bus != 0) one.nodes.clear();
+  const auto keep = [bus](auto& frames) {
+    std::erase_if(frames, [bus](const auto& frame) { return ((frame.id & kSecondBus) != 0) != (bus != 0); });
+    for (auto& frame : frames) frame.id &= ~kSecondBus;
+  };
+  keep(one.broadcasts);
+  keep(one.commands);
+  return one;
+}
+
+std::optional<std::size_t> BusDescription::line_named(const std::string& bus) const noexcept {
+  for (std::size_t i = 0; i < lines(); ++i)
+    if (!bus.empty() && line(i).name == bus) return i;
+  return std::nullopt;
+}
+
 std::string BusDescription::node_names() const {
   if (nodes.empty()) return "none: no node is on this machine's bus";
   std::string all;

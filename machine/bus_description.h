@@ -155,7 +155,7 @@ struct BroadcastField {
 /// A frame that the machine's own controller sends: nobody starts or asks its sender, but it must keep coming.
 struct BroadcastFrame {
   std::string name;
-  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
   std::uint8_t bytes = 8;
   double period_s = 0;
   std::vector<BroadcastField> fields{};
@@ -192,7 +192,7 @@ struct CommandField {
 /// A frame that tells the machine's own controller what to do. When they stop, it ends all motion by itself.
 struct CommandFrame {
   std::string name;
-  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
   std::uint8_t bytes = 8;
   double period_s = 0;
   bool always = true;  ///< Also while nobody leads the machine.
@@ -216,11 +216,23 @@ struct WireDescription {
   bool operator==(const WireDescription&) const = default;
 };
 
+/// What each bus has of its own.
+struct BusLine {
+  std::string name;  ///< In options, reasons and scenarios; may be empty where there is one bus.
+  std::uint32_t bit_rate = 500000;
+  double foreign_load = 0;  ///< Share of its time that frames take which the file does not have.
+  bool operator==(const BusLine&) const = default;
+};
+
 /// The machine's bus: its CANopen nodes, and frames from and to a controller that the machine has by itself.
 struct BusDescription {
   static constexpr int kEnableEveryNthSync = 10;  ///< The enable output is repeated: 20 Hz.
+  // As BusLine says: of the first bus, on which all nodes are.
+  std::string name;
   std::uint32_t bit_rate = 500000;
-  double sync_Hz = 200;  ///< The slave loop's rate.
+  double foreign_load = 0;
+  std::optional<BusLine> second;  ///< Where there are two: frames with kSecondBus are on it.
+  double sync_Hz = 200;           ///< The slave loop's rate.
   int set_point_every_nth_sync = 1, valve_status_every_nth_sync = 4, tilt_every_nth_sync = 2;
   double controller_heartbeat_s = 0.05;
   double node_heartbeat_s = 0.1;  ///< What nodes are told to produce.
@@ -290,11 +302,22 @@ struct BusDescription {
   /// "boom_valve, arm_valve, ...": for the line that refuses another name.
   [[nodiscard]] std::string node_names() const;
   /// Whether nobody needs SYNC, heartbeat or NMT.
-  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty() && by_frames(); }
+  [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty(); }
   /// Whether the machine's own controller is told what to do, and no valve or enable node.
   [[nodiscard]] bool by_frames() const noexcept { return !commands.empty(); }
   /// The longest period of a command frame that moves a joint; 0 where there is none.
   [[nodiscard]] double joint_period_s() const noexcept;
+  /// @param bus 0 or, where there are two, 1
+  [[nodiscard]] BusLine line(std::size_t bus) const {
+    return bus == 0 ? BusLine{name, bit_rate, foreign_load} : second.value_or(BusLine());
+  }
+  [[nodiscard]] std::size_t lines() const noexcept { return second ? 2 : 1; }
+  /// What is on the first bus or on the second, as if there were no other.
+  [[nodiscard]] BusDescription alone(std::size_t bus) const;
+  /// "valves, machine"
+  [[nodiscard]] std::string line_names() const { return second ? name + ", " + second->name : name; }
+  /// The bus of this name; nullopt where there is none.
+  [[nodiscard]] std::optional<std::size_t> line_named(const std::string& bus) const noexcept;
   bool operator==(const BusDescription&) const = default;
 
  private:

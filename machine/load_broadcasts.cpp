@@ -125,8 +125,8 @@ class BroadcastReader {
  public:
   BroadcastReader(const BusDescription& bus, const SensorDescription& sensors) : bus_(bus), sensors_(sensors) {}
 
-  void read(TomlTable& file) {
-    const FrameHead head = read_frame_head(file, heads_);
+  void read(TomlTable& file, std::uint32_t bus) {
+    const FrameHead head = read_frame_head(file, heads_, bus);
     BroadcastFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
     read_signals(file.table("signals"), frame);
     const bool only_status = std::all_of(frame.fields.begin(), frame.fields.end(),
@@ -204,10 +204,11 @@ std::vector<std::string> measured_signal_names() {
   return names;
 }
 
-std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, const BusDescription& bus,
-                                            const SensorDescription& sensors) {
+std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, std::vector<TomlTable> on_second,
+                                            const BusDescription& bus, const SensorDescription& sensors) {
   BroadcastReader reader(bus, sensors);
-  for (TomlTable& file : files) reader.read(file);
+  for (TomlTable& file : files) reader.read(file, 0);
+  for (TomlTable& file : on_second) reader.read(file, kSecondBus);
   return reader.take();
 }
 

@@ -18,7 +18,8 @@ namespace knuckle {
 
 /// Notes what is wrong with them, each by itself and beside the others; what nodes have is not looked at.
 /// @param bus its rates and limits.
-[[nodiscard]] std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, const BusDescription& bus,
+[[nodiscard]] std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files,
+                                                          std::vector<TomlTable> on_second, const BusDescription& bus,
                                                           const SensorDescription& sensors);
 
 }  // namespace knuckle

@@ -20,6 +20,7 @@
 #include "machine/bus_frames.h"
 #include "machine/device_profile.h"
 #include "machine/load_broadcasts.h"
+#include "machine/load_bus_lines.h"
 #include "machine/load_commands.h"
 #include "machine/load_frames.h"
 #include "machine/reason_text.h"
@@ -441,18 +442,19 @@ void read_patience(TomlTable& file, BusDescription& bus) {
 
 }  // namespace
 
-BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
+BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& sensors) {
   BusDescription bus;
-  const std::int64_t kbps = any_integer(file, "bit_rate_kbps");
-  const auto rate = std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps);
-  file.require(rate != kBitRates_kbps.end(), "bit_rate_kbps",
-               fmt::format("must be one of CANopen's: {}", fmt::join(kBitRates_kbps, ", ")));
-  bus.bit_rate = 1000 * static_cast<std::uint32_t>(rate != kBitRates_kbps.end() ? *rate : kBitRates_kbps.back());
+  TomlTable& file = files.front();
+  const auto frames = [&files](std::size_t on, const char* key) {
+    return on < files.size() && files[on].has(key) ? files[on].tables(key) : std::vector<TomlTable>();
+  };
+  read_bus_lines(files, bus);
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
   // What is said of nodes alone may be left away where there are none.
-  const bool nodes = file.has("node") || file.has("nodes") || !file.has("command");
+  const bool nodes = file.has("node") || file.has("nodes") ||
+                     std::none_of(files.begin(), files.end(), [](const TomlTable& one) { return one.has("command"); });
   const auto wanted = [&file, nodes](const char* key) { return nodes || file.has(key); };
   const auto every_nth = [&](const char* key) { return wanted(key) ? static_cast<int>(file.integer(key, 1, 8)) : 1; };
   bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
@@ -482,14 +484,14 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   if (wanted("controller_id")) bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
-  if (file.has("broadcast")) bus.broadcasts = read_broadcasts(file.tables("broadcast"), bus, sensors);
-  if (file.has("command")) read_commands(file, file.tables("command"), bus);
+  bus.broadcasts = read_broadcasts(frames(0, "broadcast"), frames(1, "broadcast"), bus, sensors);
+  read_commands(file, frames(0, "command"), frames(1, "command"), bus);
   bus.nodes = read_nodes(file, bus, sensors.without_pressures);
   const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
                       bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
   file.require(!status || bus.by_frames(), "broadcast",
                "e_stop_closed and pilot_on only go with [[bus.command]]: here the enable node tells both", {"command"});
-  check_frames_beside_nodes(file, bus);
+  for (std::size_t on = 0; on < bus.lines(); ++on) check_frames_beside_nodes(files[on], bus.alone(on));
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",
@@ -501,15 +503,8 @@ BusDescription read_bus(TomlTable file, const SensorDescription& sensors) {
       "wire",
       "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
       {".sensors.pressure_range_bar"});
-  if (const double load = worst_bus_load(bus); load > kFullestBus && frames_are_known(file, bus.nodes)) {
-    const std::string fits = what_fits(bus, sensors);
-    file.require(false, "bit_rate_kbps",
-                 "too slow: these frames load the bus to " + number_text(std::round(1000 * load) / 10) +
-                     " % with worst-case stuffing; must be at most " + number_text(100 * kFullestBus) + " %" +
-                     (fits.empty() ? "" : "; " + fits),
-                 {"wire", "sync_Hz", "set_point_every_nth_sync", "valve_status_every_nth_sync", "tilt_every_nth_sync",
-                  "controller_heartbeat_ms", "node_heartbeat_ms"});
-  }
+  if (frames_are_known(file, bus.nodes))
+    for (std::size_t on = 0; on < bus.lines(); ++on) check_bus_load(files[on], bus.alone(on), sensors);
   return bus;
 }
 

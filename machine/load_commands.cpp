@@ -37,8 +37,8 @@ class CommandReader {
     for (const BroadcastFrame& frame : bus.broadcasts) heads_.push_back({frame.name, frame.id, frame.bytes, 0});
   }
 
-  void read(TomlTable& file) {
-    const FrameHead head = read_frame_head(file, heads_);
+  void read(TomlTable& file, std::uint32_t bus) {
+    const FrameHead head = read_frame_head(file, heads_, bus);
     CommandFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
     frame.always = file.choice("send", {"always", "while_led"}) == 0;
     file.require(2 * frame.period_s <= bus_.valve_watchdog_s * (1 + 1e-9), "period_ms",
@@ -192,9 +192,12 @@ class CommandReader {
 
 }  // namespace
 
-void read_commands(const TomlTable& file, std::vector<TomlTable> files, BusDescription& bus) {
+void read_commands(const TomlTable& file, std::vector<TomlTable> files, std::vector<TomlTable> on_second,
+                   BusDescription& bus) {
+  if (files.empty() && on_second.empty()) return;
   CommandReader reader(file, bus);
-  for (TomlTable& one : files) reader.read(one);
+  for (TomlTable& one : files) reader.read(one, 0);
+  for (TomlTable& one : on_second) reader.read(one, kSecondBus);
   if (file.sound({"command"})) reader.check_joints();
 }
 

@@ -10,7 +10,8 @@ namespace knuckle {
 
 /// Sets BusDescription::commands and command_kind. Notes what is wrong with the frames, each by itself and beside the
 /// others: a field without a neutral, a value that its bits cannot say, a joint that nothing moves, or two things do.
-/// @param files in [bus] @param bus its rates, limits and broadcasts
-void read_commands(const TomlTable& file, std::vector<TomlTable> files, BusDescription& bus);
+/// @param files in [bus] @param on_second in the second [[bus]] @param bus its rates, limits and broadcasts
+void read_commands(const TomlTable& file, std::vector<TomlTable> files, std::vector<TomlTable> on_second,
+                   BusDescription& bus);
 
 }  // namespace knuckle

@@ -80,11 +80,11 @@ void check_name(const TomlTable& file, const std::string& name, const std::vecto
 
 }  // namespace
 
-FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others) {
+FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus) {
   FrameHead head;
   head.name = file.text("name");
   check_name(file, head.name, others);
-  head.id = read_id(file);
+  head.id = read_id(file) | bus;
   const auto twin =
       std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return other.id == head.id; });
   file.require(twin == others.end(), "id", twin == others.end() ? "" : "is taken by '" + twin->name + "'",

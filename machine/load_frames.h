@@ -23,8 +23,8 @@ struct FrameHead {
   std::uint8_t bytes = 8;
   double period_s = 0;
 };
-/// Notes a name or an identifier that one of the others has.
-[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others);
+/// Notes a name or an identifier that one of the others has. @param bus kSecondBus where it is on that
+[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus);
 
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);

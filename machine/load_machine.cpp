@@ -14,6 +14,7 @@
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "machine/load_bus.h"
+#include "machine/load_bus_lines.h"
 #include "machine/load_calibration.h"
 #include "machine/room.h"
 #include "machine/toml_reader.h"
@@ -362,7 +363,7 @@ MachineDescription read_machine(TomlTable file) {
   machine.hydraulics = read_hydraulics(file.table("hydraulics"));
   const TomlTable sensors = file.table("sensors");
   machine.sensors = read_sensors(sensors, machine.hydraulics);
-  machine.bus = read_bus(file.table("bus"), machine.sensors);
+  machine.bus = read_bus(bus_tables(file), machine.sensors);
   read_encoder_step(sensors, machine);
   machine.limits = read_limits(tables.limits, machine);
   machine.control = read_control(file.table("control"));

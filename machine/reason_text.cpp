@@ -41,7 +41,12 @@ std::string node_text(std::uint8_t id, const BusDescription& bus) {
 }
 
 std::string id_text(std::uint32_t id) {
-  return (id & kExtendedId) != 0 ? fmt::format("0x{:08X}", id & ~kExtendedId) : fmt::format("0x{:03X}", id);
+  return (id & kExtendedId) != 0 ? fmt::format("0x{:08X}", id & kMostExtendedId)
+                                 : fmt::format("0x{:03X}", id & ~kSecondBus);
+}
+
+std::string bus_text(std::uint32_t id, const BusDescription& bus) {
+  return bus.second ? ", bus " + bus.line((id & kSecondBus) != 0 ? 1 : 0).name : "";
 }
 
 std::string commands_text(const BusDescription& bus) {
@@ -56,10 +61,14 @@ std::string subject_text(const Reason& reason, const BusDescription& bus) {
   const SignalInfo* const signal = signal_info(reason);
   if (node == nullptr && signal != nullptr) {
     const BroadcastFrame* const frame = bus.broadcast(signal->role, signal->index).frame;
-    return frame == nullptr ? signal->name : fmt::format("{} ({}), {}", frame->name, id_text(frame->id), signal->name);
+    return frame == nullptr
+               ? signal->name
+               : fmt::format("{} ({}{}), {}", frame->name, id_text(frame->id), bus_text(frame->id, bus), signal->name);
   }
+  if (subject_kind(reason.code) == SubjectKind::kBus && bus.second && reason.subject < bus.lines())
+    return "bus " + bus.line(reason.subject).name;
   if (node == nullptr) return subject_text(reason);
-  return node_text(*node) + (signal == nullptr ? "" : std::string(", ") + signal->name);
+  return node_text(*node) + bus_text(node->id, bus) + (signal == nullptr ? "" : std::string(", ") + signal->name);
 }
 
 std::string text(const Reason& reason, const BusDescription& bus) {

@@ -26,6 +26,8 @@ namespace knuckle {
 [[nodiscard]] std::string id_text(std::uint32_t id);
 /// "front_rate 0x18FF0105, setting 0x18FF0205"
 [[nodiscard]] std::string commands_text(const BusDescription& bus);
+/// Which of two buses it is on: ", bus valves"; empty where there is one.
+[[nodiscard]] std::string bus_text(std::uint32_t id, const BusDescription& bus);
 /// What the reason is about: "pressures (node 0x20), boom_head_pressure"; what is no node as subject_text(reason).
 [[nodiscard]] std::string subject_text(const Reason& reason, const BusDescription& bus);
 /// One line a person can act on: "pressures (node 0x20), boom_head_pressure: sensor has stopped sending: ...".

@@ -413,6 +413,10 @@ bool TomlTable::has(std::string_view key) const {
   return node_->table != nullptr && node_->table->contains(key);
 }
 
+bool TomlTable::is_array(std::string_view key) const {
+  return has(key) && node_->table->get(key)->is_array();
+}
+
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> all;
   if (node_->table == nullptr) return all;

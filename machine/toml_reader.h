@@ -66,6 +66,8 @@ class TomlTable {
   [[nodiscard]] TomlTable table(std::string_view key);
   /// An array of tables; empty where the key is absent or that was noted.
   [[nodiscard]] std::vector<TomlTable> tables(std::string_view key);
+  /// Whether it is there, and an array. Does not count as asking for its value.
+  [[nodiscard]] bool is_array(std::string_view key) const;
 
   /// For optional keys: whether it is there. Does not count as asking for its value.
   [[nodiscard]] bool has(std::string_view key) const;

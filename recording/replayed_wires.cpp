@@ -139,7 +139,7 @@ bool ReplayedWires::Can::receive(CanFrame& frame) noexcept {
   return true;
 }
 CanState ReplayedWires::Can::state() const noexcept {
-  return static_cast<CanState>(wire_.take_state(WireEventKind::kCanState, state_));
+  return can_state(wire_.take_state(WireEventKind::kCanState, state_));
 }
 void ReplayedWires::Can::acknowledge() noexcept {
   (void)wire_.write(WireEventKind::kCanAcknowledged, 0, {});

@@ -46,9 +46,10 @@ class TappedCan final : public CanBus {
   }
   [[nodiscard]] CanState state() const noexcept override {
     const CanState now = bus_.state();  // every answer: it may change within a step
-    tap_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now));
+    tap_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now) | std::uint32_t{state_of()} << kStateOfBit);
     return now;
   }
+  [[nodiscard]] std::uint8_t state_of() const noexcept override { return bus_.state_of(); }
   void acknowledge() noexcept override {
     bus_.acknowledge();
     tap_.add(WireEventKind::kCanAcknowledged, 0);
@@ -58,10 +59,11 @@ class TappedCan final : public CanBus {
   [[nodiscard]] CanMeter& meter() noexcept { return meter_; }
 
   // For the thread that writes.
-  /// Lines of a candump log for what has passed since the last call.
-  void write(std::ostream& out, const std::string& interface) {
+  /// Lines of a candump log for what has passed since the last call. @param second of two buses
+  void write(std::ostream& out, const std::string& interface, const std::string& second = "can1") {
     TimedFrame passed;
-    while (copies_ && copies_->pop(passed)) out << candump_line(passed.at, passed.frame, interface.c_str()) << '\n';
+    while (copies_ && copies_->pop(passed))
+      out << candump_line(passed.at, passed.frame, interface.c_str(), second.c_str()) << '\n';
   }
   /// Frames that passed without room for a copy; any thread.
   [[nodiscard]] std::uint64_t lost() const noexcept { return copies_ ? copies_->dropped() : 0; }

@@ -32,10 +32,10 @@ struct TranslatedDatagram {
 [[nodiscard]] std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> datagram);
 
 enum class WireEventKind : std::uint8_t {
-  kCanReceived,      ///< value: identifier; data: 0 to 8 bytes
+  kCanReceived,      ///< value: identifier, with kSecondBus of the second of two; data: 0 to 8 bytes
   kCanSent,          ///< likewise
   kCanRefused,       ///< likewise; send() said false
-  kCanState,         ///< value: CanState, asked for
+  kCanState,         ///< value: CanState, asked for; from kStateOfBit on CanBus::state_of()
   kCanAcknowledged,  ///< an operator has taken note of a bus-off
   kHidReceived,      ///< data: 64 bytes
   kHidSent,          ///< likewise
@@ -48,6 +48,15 @@ enum class WireEventKind : std::uint8_t {
   kCount,
 };
 [[nodiscard]] const char* name(WireEventKind kind) noexcept;
+
+inline constexpr unsigned kStateOfBit = 8;
+/// Of kCanState.
+[[nodiscard]] constexpr CanState can_state(std::uint32_t value) noexcept {
+  return static_cast<CanState>(value & 0xFFU);
+}
+[[nodiscard]] constexpr std::uint8_t can_state_of(std::uint32_t value) noexcept {
+  return static_cast<std::uint8_t>(value >> kStateOfBit & 1U);
+}
 
 /// In the message's own memory, or that of its StepWires.
 struct WireEvent {

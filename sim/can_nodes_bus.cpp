@@ -68,8 +68,8 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa});
   step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
-    // The enable node hears its neighbours over the bus, which carries nothing while it is down.
-    const bool carried = port_.send(out_.frames[i]) && port_.state() == CanState::kActive;
+    // The enable node hears its neighbours over the bus, the first, which carries nothing while it is down.
+    const bool carried = port_.send(out_.frames[i]) && (port_.state() == CanState::kActive || port_.state_of() != 0);
     if (carried && !silent_[enable_at_]) enable_.observe(out_.frames[i]);
   }
 }

@@ -51,6 +51,11 @@ bool concerns_node(FaultKind kind) noexcept {
   return kind >= FaultKind::kNodeSilent && kind <= FaultKind::kNodeIdTwice;
 }
 
+bool concerns_bus(FaultKind kind) noexcept {
+  return kind == FaultKind::kBusOff || kind == FaultKind::kCanDown || kind == FaultKind::kNoAcknowledge ||
+         kind == FaultKind::kBusCut || kind == FaultKind::kBabble;
+}
+
 const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept {
   switch (kind) {
     case FaultKind::kValveStuck:
@@ -78,8 +83,10 @@ constexpr CanFrame kBabbled{.id = 0x001, .size = 8, .data = {}};  // before all 
 
 }  // namespace
 
-MachineFaults::MachineFaults(const BusDescription& bus, double bus_load) noexcept
-    : bus_(bus), babble_bits_per_ms_(1e-3 * bus.bit_rate * std::max(0.0, kBabbledLoad - bus_load)) {}
+MachineFaults::MachineFaults(const BusDescription& bus, const std::array<double, 2>& bus_loads) noexcept : bus_(bus) {
+  for (std::size_t on = 0; on < bus.lines(); ++on)
+    babble_[on].bits_per_ms = 1e-3 * bus.line(on).bit_rate * std::max(0.0, kBabbledLoad - bus_loads[on]);
+}
 
 void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept {
   SimulatedMachine& machine = far.machine();
@@ -120,9 +127,9 @@ void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineO
     case FaultKind::kSyncDropped:
       return port.drop_sync(broken);
     case FaultKind::kBusCut:
-      return port.cut(broken);
+      return port.cut(broken, node & 1U);
     case FaultKind::kBabble:
-      babblers_ += broken ? 1 : -1;
+      babble_[node & 1U].babblers += broken ? 1 : -1;
       return;
     default:
       return;
@@ -134,9 +141,12 @@ void MachineFaults::keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far
   if (kind == FaultKind::kOtherController || kind == FaultKind::kForeignSender)
     send_foreign(kind, node, far.nodes_end());
   if (kind != FaultKind::kBabble) return;
-  for (babble_bits_ += babble_bits_per_ms_ / babblers_; babble_bits_ >= worst_case_bits(kBabbled.size);
-       babble_bits_ -= worst_case_bits(kBabbled.size)) {
-    far.nodes_end().shout(kBabbled);
+  Babble& babble = babble_[node & 1U];
+  CanFrame frame = kBabbled;
+  if ((node & 1U) != 0) frame.id |= kSecondBus;
+  for (babble.bits += babble.bits_per_ms / babble.babblers; babble.bits >= worst_case_bits(frame.size);
+       babble.bits -= worst_case_bits(frame.size)) {
+    far.nodes_end().shout(frame);
   }
 }
 

@@ -68,15 +68,17 @@ inline constexpr Duration kClockStepBy = 10s;
 [[nodiscard]] bool behind_bus(FaultKind kind) noexcept;
 /// It is about one node.
 [[nodiscard]] bool concerns_node(FaultKind kind) noexcept;
+/// It is about one bus where there are two.
+[[nodiscard]] bool concerns_bus(FaultKind kind) noexcept;
 /// Why this node of the bus cannot have it; nullptr where it can.
 [[nodiscard]] const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept;
 
 class MachineFaults {
  public:
-  /// @param bus_load share of the bus' time that its own frames take at worst.
-  MachineFaults(const BusDescription& bus, double bus_load) noexcept;
+  /// @param bus_loads share of each bus' time that its own frames take at worst.
+  MachineFaults(const BusDescription& bus, const std::array<double, 2>& bus_loads) noexcept;
 
-  /// @param kind one behind the bus; others do nothing. @param node that it concerns; 0 where it concerns none.
+  /// @param kind one behind the bus; others do nothing. @param node that it concerns, or of two buses which; else 0.
   void set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept;
   /// What has to be done again: every millisecond while it is broken.
   void keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far) noexcept;
@@ -86,8 +88,11 @@ class MachineFaults {
 
   BusDescription bus_;
   std::array<int, 128> foreign_ms_{};  ///< By node: since somebody else's last frames to it; 0: the controller's.
-  double babble_bits_per_ms_, babble_bits_ = 0;
-  int babblers_ = 0;  ///< They share what is left of the bus.
+  struct Babble {
+    double bits_per_ms = 0, bits = 0;
+    int babblers = 0;  ///< They share what is left of the bus.
+  };
+  std::array<Babble, 2> babble_{};  ///< On each bus.
 };
 
 }  // namespace knuckle::sim

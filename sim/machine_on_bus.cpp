@@ -120,8 +120,32 @@ MachineSignals SimulatedMachine::signals() const noexcept {
 
 MachineOnBus::MachineOnBus(const MachineTruth& truth, const WorldDescription& world, const JointVector& start_rad,
                            std::uint64_t seed, CanBus* wire)
-    : nodes_end_(wire != nullptr ? *wire : bus_.emplace(2, truth.machine.bus.bit_rate).port(kMachinePort)),
+    : nodes_end_(wire != nullptr ? *wire : make_buses(truth.machine.bus)),
       machine_(truth, world, start_rad, nodes_end_, seed) {}
+
+CanBus& MachineOnBus::make_buses(const BusDescription& bus) {
+  bus_.emplace(2, bus.bit_rate);
+  if (bus.second) second_.emplace(2, bus.second->bit_rate);
+  const auto ends = [this](std::size_t port, std::optional<CanBuses>& both) {
+    both.emplace(bus_->port(port), second_ ? &second_->port(port) : nullptr);
+  };
+  ends(kControllerPort, controllers_end_);
+  ends(kMachinePort, nodes_ends_);
+  return *nodes_ends_;
+}
+
+void MachineOnBus::set_tap(CanTap tap) noexcept {
+  tap_ = tap;
+  bus_->set_tap(tap);
+  if (!second_) return;
+  const auto of_second = [](void* self, Time at, const CanFrame& frame) {
+    const CanTap& own = static_cast<MachineOnBus*>(self)->tap_;
+    CanFrame marked = frame;
+    marked.id |= kSecondBus;
+    if (own.on_frame != nullptr) own.on_frame(own.context, at, marked);
+  };
+  second_->set_tap({of_second, this});
+}
 
 Time MachineOnBus::advance(Time due) {
   if (now_ == kNever) step(Time{});
@@ -139,8 +163,8 @@ Duration period_in_ticks(const MachineDescription& machine) {
                    ": its period must be whole milliseconds");
 }
 
-BusAccess access_to(std::shared_ptr<MachineOnBus> machine) {
-  std::shared_ptr<CanBus> port(machine, &machine->controllers_end());
+BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which) {
+  std::shared_ptr<CanBus> port(machine, &machine->bus(which).port(MachineOnBus::kControllerPort));
   BusAccess access("simulated bus", std::move(port), [machine](Time due) { return machine->advance(due); });
   access.press_e_stop = [machine](bool pressed) { machine->machine().set_estop(pressed); };
   access.tape_m = [machine](int joint) {

@@ -19,6 +19,7 @@
 #include "sim/world.h"
 #include "transport/bus_access.h"
 #include "transport/can_bus.h"
+#include "transport/can_buses.h"
 #include "transport/faulty_ports.h"
 #include "transport/thread_wires.h"
 #include "transport/virtual_can.h"
@@ -81,6 +82,7 @@ class MachineOnBus {
   template <typename Controller>
   void step(Time now, const Controller& controller) noexcept {
     if (bus_) bus_->advance(now);
+    if (second_) second_->advance(now);
     controller();
     // The plant moves in whole milliseconds; periods that were skipped are made up for.
     machine_.step(Time(now.time_since_epoch() / kTick * kTick));
@@ -98,12 +100,19 @@ class MachineOnBus {
   [[nodiscard]] const PlantState& plant() const noexcept { return machine_.plant().state(); }
   [[nodiscard]] SimulatedMachine& machine() noexcept { return machine_; }
   [[nodiscard]] FaultyPort& nodes_end() noexcept { return nodes_end_; }
-  // With a virtual bus only.
-  [[nodiscard]] VirtualCanBus& bus() noexcept { return *bus_; }
-  [[nodiscard]] CanBus& controllers_end() noexcept { return bus_->port(kControllerPort); }
+  // With virtual buses only.
+  /// @param which 0, or 1 where there are two
+  [[nodiscard]] VirtualCanBus& bus(std::size_t which = 0) noexcept { return which == 0 ? *bus_ : *second_; }
+  [[nodiscard]] CanBus& controllers_end() noexcept { return *controllers_end_; }
+  /// Of both buses; those of the second have kSecondBus. Between two of a tick their order is not that of time.
+  void set_tap(CanTap tap) noexcept;
 
  private:
-  std::optional<VirtualCanBus> bus_;
+  [[nodiscard]] CanBus& make_buses(const BusDescription& bus);
+
+  std::optional<VirtualCanBus> bus_, second_;
+  std::optional<CanBuses> controllers_end_, nodes_ends_;
+  CanTap tap_;
   FaultyPort nodes_end_;
   SimulatedMachine machine_;
   Time now_ = kNever;
@@ -112,8 +121,8 @@ class MachineOnBus {
 /// Period of a controller in lock-step with it. @throws InputError where it is no multiple of a tick.
 [[nodiscard]] Duration period_in_ticks(const MachineDescription& machine);
 
-/// Access to the bus of a simulated machine that goes on when somebody waits.
-[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine);
+/// Access to a bus of a simulated machine that goes on when somebody waits. @param which 0, or 1 where there are two
+[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which = 0);
 
 /// A machine on a virtual bus in a thread of its own: a loop in another thread meets it as on the machine, through a
 /// CAN controller.
@@ -137,7 +146,7 @@ class ThreadedMachine {
   }
   [[nodiscard]] const PlantState& plant() const noexcept { return machine_.plant(); }
   /// Before the first step.
-  void set_tap(CanTap tap) noexcept { machine_.bus().set_tap(tap); }
+  void set_tap(CanTap tap) noexcept { machine_.set_tap(tap); }
 
  private:
   ThreadCan can_;

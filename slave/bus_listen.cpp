@@ -17,7 +17,7 @@ constexpr double kPeriods = 3;  // two, wherever between two frames it begins
 
 std::string frame_text(std::uint32_t id, const BusDescription& bus) {
   for (const CommandFrame& frame : bus.commands)
-    if (frame.id == id) return frame.name + " " + id_text(id);
+    if (frame.id == id) return frame.name + " " + id_text(id) + bus_text(id, bus);
   return controllers_frame_text(id);
 }
 

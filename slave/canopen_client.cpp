@@ -55,18 +55,18 @@ std::optional<canopen::NmtState> state_after(canopen::NmtCommand command) noexce
 
 /// An error-passive controller has counted 128 errors more than an eighth of its good frames: nobody acknowledges it,
 /// or the bus is no longer one to move a machine by.
-Reason bus_fault(CanState state) noexcept {
-  switch (state) {
+Reason bus_fault(const CanBus& bus) noexcept {
+  switch (bus.state()) {
     case CanState::kActive:
       return {};
     case CanState::kPassive:
-      return {ReasonCode::kBusPassive, 0, 0, 0};
+      return {ReasonCode::kBusPassive, bus.state_of(), 0, 0};
     case CanState::kBusOff:
-      return {ReasonCode::kBusOff, 0, 0, 0};
+      return {ReasonCode::kBusOff, bus.state_of(), 0, 0};
     case CanState::kDown:
-      return {ReasonCode::kBusDown, 0, 0, 0};
+      break;
   }
-  return {ReasonCode::kBusDown, 0, 0, 0};
+  return {ReasonCode::kBusDown, bus.state_of(), 0, 0};
 }
 
 }  // namespace
@@ -347,7 +347,7 @@ void CanopenClient::begin_step(Time now) noexcept {
   told_now_ = asked_now_ = 0;
   watch_.step(now);
   watch_.count_frames(phase_ >= Phase::kActivating && phase_ <= Phase::kOperational);
-  if (const Reason why = bus_fault(bus_.state())) fail(why);
+  if (const Reason why = bus_fault(bus_)) fail(why);
   if (const Reason why = watch_.foreign(now)) {
     // First what has become of a node that was told to rest, then that somebody told it so.
     const auto rests = std::find_if(nodes_.begin(), nodes_.end(),

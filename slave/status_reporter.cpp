@@ -62,7 +62,8 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   const OilDemand oil = fresh ? oil_demand(machine_, *slave.state(), status_.spool) : OilDemand{};
   status_.oil_flow_m3ps = oil.flow_m3ps;
   status_.hydraulic_power_W = oil.power_W;
-  status_.bus_load = meter_.take_load(now, machine_.bus.bit_rate);
+  const BusDescription& bus = machine_.bus;
+  status_.bus_load = meter_.take_load(now, bus.bit_rate, bus.second ? bus.second->bit_rate : bus.bit_rate);
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
   forget_acted(now, slave);

@@ -8,10 +8,12 @@ namespace knuckle {
 
 /// Set in an identifier of 29 bits (ISO 11898-1: extended), as SocketCAN and DBC files have it.
 inline constexpr std::uint32_t kExtendedId = 0x8000'0000;
+/// Set in the identifiers of the second of two buses, inside the program alone: CanBuses adds it and takes it off.
+inline constexpr std::uint32_t kSecondBus = 0x2000'0000;
 inline constexpr std::uint32_t kMostId = 0x7FF, kMostExtendedId = 0x1FFF'FFFF;
 
 struct CanFrame {
-  std::uint32_t id = 0;   ///< 11 bits; with kExtendedId 29.
+  std::uint32_t id = 0;   ///< 11 bits; with kExtendedId 29; with kSecondBus likewise.
   std::uint8_t size = 0;  ///< 0..8
   std::array<std::uint8_t, 8> data{};
   bool operator==(const CanFrame&) const = default;
@@ -30,7 +32,10 @@ class CanBus {
   virtual bool send(const CanFrame& frame) noexcept = 0;
   /// The next received frame, oldest first; false where there is none. Never blocks.
   virtual bool receive(CanFrame& frame) noexcept = 0;
+  /// Of two buses that of the worse one.
   [[nodiscard]] virtual CanState state() const noexcept = 0;
+  /// Which of two buses state() was of the last time: 0 or 1.
+  [[nodiscard]] virtual std::uint8_t state_of() const noexcept { return 0; }
   /// An operator has taken note of what happened to the bus and wants to go on: a bus-off that is over, kept until
   /// then, is forgotten.
   virtual void acknowledge() noexcept {}

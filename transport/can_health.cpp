@@ -42,11 +42,12 @@ void CanHealth::on_error_frame(std::uint32_t error_class, const std::array<std::
 
 void CanHealth::on_received() noexcept {
   ++counters_.received;
+  works_again_ = true;
 }
 
 void CanHealth::on_sent() noexcept {
   ++counters_.sent;
-  sends_again_ = true;
+  works_again_ = true;
 }
 
 void CanHealth::on_send_error(int error) noexcept {
@@ -74,12 +75,12 @@ void CanHealth::go_down(bool gone) noexcept {
   if (!down_) ++counters_.downs;
   down_ = true;
   gone_ = gone_ || gone;
-  sends_again_ = false;
+  works_again_ = false;
   off_ = passive_ = false;  // a controller that comes up again starts error-active
 }
 
 void CanHealth::on_look() noexcept {
-  if (sends_again_) down_ = gone_ = false;
+  if (works_again_) down_ = gone_ = false;
 }
 
 CanState CanHealth::state() const noexcept {

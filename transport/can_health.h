@@ -42,9 +42,10 @@ class CanHealth {
   void on_receive_error(int error) noexcept;
   void on_not_sent() noexcept { ++counters_.not_sendable; }
   void on_overflow(std::uint64_t frames) noexcept { counters_.overflows += frames; }
-  /// What was seen between two looks has been looked at: an interface that can send again counts as up from here on.
+  /// What was seen between two looks has been looked at: an interface that can send or hear again counts as up from
+  /// here on. Of two buses there may be one on which nothing is sent.
   void on_look() noexcept;
-  /// An interface that was gone has been opened anew: down until it can send.
+  /// An interface that was gone has been opened anew: down until it can send or hear.
   void on_found_again() noexcept { gone_ = false; }
 
   /// kBusOff stays until acknowledge(), even where kernel or integrator have restarted the controller since.
@@ -66,7 +67,7 @@ class CanHealth {
   bool off_ = false;      // the controller, now
   bool was_off_ = false;  // not yet acknowledged
   bool passive_ = false, down_ = false, gone_ = false;
-  bool sends_again_ = false;  // a frame was taken since the interface went down
+  bool works_again_ = false;  // a frame was taken or received since the interface went down
   std::uint64_t received_before_passive_ = 0;
 };
 

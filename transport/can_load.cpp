@@ -86,12 +86,16 @@ CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) 
   return load;
 }
 
-double CanMeter::take_load(Time now, std::uint32_t bit_rate) noexcept {
-  const double share = since_ == kNever || now <= since_
-                           ? 0
-                           : static_cast<double>(bits_) / (to_seconds(now - since_) * static_cast<double>(bit_rate));
+double CanMeter::take_load(Time now, std::uint32_t bit_rate, std::uint32_t second) noexcept {
+  double share = 0;
+  if (since_ != kNever && now > since_) {
+    const auto of = [passed_s = to_seconds(now - since_)](std::uint64_t bits, std::uint32_t rate) {
+      return static_cast<double>(bits) / (passed_s * static_cast<double>(rate));
+    };
+    share = std::max(of(bits_[0], bit_rate), of(bits_[1], second));
+  }
   since_ = now;
-  bits_ = 0;
+  bits_ = {};
   return share;
 }
 

@@ -2,6 +2,7 @@
 // time that a set of periodic frames takes.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -39,16 +40,17 @@ struct CanLoad {
 };
 [[nodiscard]] CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) noexcept;
 
-/// Of frames as they pass.
+/// Of frames as they pass, on each of two buses.
 class CanMeter {
  public:
-  void add(const CanFrame& frame) noexcept { bits_ += frame_bits(frame); }
-  /// Share of the bus' time that the frames since the last call took; 0 at the first call.
-  [[nodiscard]] double take_load(Time now, std::uint32_t bit_rate) noexcept;
+  void add(const CanFrame& frame) noexcept { bits_[(frame.id & kSecondBus) != 0 ? 1 : 0] += frame_bits(frame); }
+  /// Share of the fuller bus' time that the frames since the last call took; 0 at the first call.
+  /// @param second bit rate of the second of two
+  [[nodiscard]] double take_load(Time now, std::uint32_t bit_rate, std::uint32_t second = 1) noexcept;
 
  private:
   Time since_ = kNever;
-  std::uint64_t bits_ = 0;
+  std::array<std::uint64_t, 2> bits_{};
 };
 
 }  // namespace knuckle

@@ -5,7 +5,7 @@
 namespace knuckle {
 
 bool FaultyPort::send(const CanFrame& frame) noexcept {
-  if (cut_) return true;  // who is cut off believes that it was sent
+  if (cut_off(frame)) return true;  // who is cut off believes that it was sent
   if (frame.id <= kMostId && doubled_[canopen::node_of(frame.id)]) (void)bus_.send(frame);
   return bus_.send(frame);
 }
@@ -13,7 +13,7 @@ bool FaultyPort::send(const CanFrame& frame) noexcept {
 bool FaultyPort::receive(CanFrame& frame) noexcept {
   if (whispered_.pop(frame)) return true;
   while (bus_.receive(frame)) {
-    if (!cut_ && !(drop_sync_ && frame.id == canopen::kSyncId)) return true;
+    if (!cut_off(frame) && !(drop_sync_ && frame.id == canopen::kSyncId)) return true;
   }
   return false;
 }

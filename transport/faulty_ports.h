@@ -1,7 +1,9 @@
 // The wire of the simulated machine, with what can be done to it: it loses, swallows and doubles.
 #pragma once
 
+#include <array>
 #include <bitset>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/ring.h"
@@ -19,7 +21,8 @@ class FaultyPort final : public CanBus {
   void acknowledge() noexcept override { bus_.acknowledge(); }
   [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
 
-  void cut(bool on) noexcept { cut_ = on; }
+  /// @param bus 0 or 1
+  void cut(bool on, std::size_t bus = 0) noexcept { cut_[bus] = on; }
   void drop_sync(bool on) noexcept { drop_sync_ = on; }
   /// What the node of this id sends is sent twice, as if a second device had its id.
   void double_node(std::uint8_t id, bool on) noexcept { doubled_[id & 0x7FU] = on; }
@@ -29,8 +32,12 @@ class FaultyPort final : public CanBus {
   bool shout(const CanFrame& frame) noexcept { return bus_.send(frame); }
 
  private:
+  [[nodiscard]] bool cut_off(const CanFrame& frame) const noexcept {
+    return cut_[(frame.id & kSecondBus) != 0 ? 1 : 0];
+  }
   CanBus& bus_;
-  bool cut_ = false, drop_sync_ = false;
+  std::array<bool, 2> cut_{};
+  bool drop_sync_ = false;
   std::bitset<128> doubled_;
   Ring<CanFrame, 128> whispered_;
 };

@@ -59,7 +59,7 @@ struct MachineStatus {
   Duration period{};                                ///< It is meant to keep.
   std::uint64_t steps = 0, overruns = 0;            ///< Since its start.
   std::uint8_t fifo_priority = 0;                   ///< Granted; 0: no real-time class.
-  double bus_load = 0;           ///< Share of the CAN bus taken by what the controller sends and hears.
+  double bus_load = 0;  ///< Share of the CAN bus, of two the fuller, taken by what the controller sends and hears.
   std::uint32_t can_errors = 0;  ///< Error frames and frames lost, since the start.
   /// device_report_at of the set-point that is on the valves' wire now; kNever: none is.
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).

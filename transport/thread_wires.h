@@ -34,7 +34,11 @@ class ThreadCan {
    public:
     bool send(const CanFrame& frame) noexcept override { return sent_.push(frame); }
     bool receive(CanFrame& frame) noexcept override { return arrived_.pop(frame); }
-    [[nodiscard]] CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
+    [[nodiscard]] CanState state() const noexcept override {
+      seen_ = told_.load(std::memory_order_relaxed);
+      return seen_.state;
+    }
+    [[nodiscard]] std::uint8_t state_of() const noexcept override { return seen_.of; }
     void acknowledge() noexcept override { acknowledged_.store(true, std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t errors() const noexcept override {
       return errors_.load(std::memory_order_relaxed) + sent_.dropped() + arrived_.dropped();
@@ -44,7 +48,12 @@ class ThreadCan {
     friend class ThreadCan;
     Ring<CanFrame, 64> sent_;
     Ring<CanFrame, 1024> arrived_;  // 60 ms of a full bus at 1 Mbit/s
-    std::atomic<CanState> state_{CanState::kActive};
+    struct BusState {
+      CanState state = CanState::kActive;
+      std::uint8_t of = 0;
+    };
+    std::atomic<BusState> told_{};
+    mutable BusState seen_;  // the loop's thread
     std::atomic<bool> acknowledged_{false};
     std::atomic<std::uint64_t> errors_{0};
   };

@@ -14,6 +14,8 @@ struct TimedFrame {
 };
 
 /// One line of a candump log without newline: "(0000000012.345678) can0 185#0011223344556677". Allocates.
-[[nodiscard]] std::string candump_line(Time at, const CanFrame& frame, const char* interface = "can0");
+/// @param second interface of the second of two buses
+[[nodiscard]] std::string candump_line(Time at, const CanFrame& frame, const char* interface = "can0",
+                                       const char* second = "can1");
 
 }  // namespace knuckle

@@ -187,7 +187,8 @@ class Doctor {
   void judge_budget() {
     std::uint64_t bits = 0;
     for (const auto& [id, frames] : survey_.heard) bits += of_machine(id) ? 0 : frames.bits;
-    const double others_bits_per_s = static_cast<double>(bits) / survey_.listened_s;
+    const double others_bits_per_s =
+        std::max(static_cast<double>(bits) / survey_.listened_s, machine_->bus.foreign_load * machine_->bus.bit_rate);
     const double others = others_bits_per_s / machine_->bus.bit_rate, own = *result_.expected_load;
     if (bits == 0 || own + others <= kFullestBus) return;
     const std::string fits = what_fits(machine_->bus, machine_->sensors, others_bits_per_s);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/bringup/can_interfaces.h"
 #include "app/bringup/device_probe.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/output_file.h"
@@ -118,7 +119,8 @@ std::vector<std::string> guard_notes(const BusDescription& bus, const std::vecto
 }
 
 struct DoctorOptions {
-  std::string can, machine, json;
+  std::string machine, json;
+  std::vector<std::string> can;
   bool simulate = false;
   std::optional<double> listen_s;
   std::optional<std::uint32_t> bit_rate_kbps;
@@ -128,7 +130,9 @@ struct DoctorOptions {
 };
 
 void add_options(const cli::OptionList& c, DoctorOptions& o) {
-  c.add_option("--can", o.can, "CAN interface of the machine bus to check (can0); reads only");
+  c.add_option("--can", o.can,
+               "CAN interface of the machine bus to check (can0); of two NAME=INTERFACE for each; reads only")
+      .one_value_each();
   c.add_flag("--simulate", o.simulate, "Check the simulated machine's bus instead");
   c.add_option("--machine", o.machine, "Compare the bus with this machine: name or .toml file");
   c.add_option("--listen", o.listen_s, "Seconds to listen before the first request (default: 2)");
@@ -145,7 +149,7 @@ void add_options(const cli::OptionList& c, DoctorOptions& o) {
 }
 
 void check(const DoctorOptions& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", can_text(o.can), "give --can or --simulate, not both");
   if (o.simulate && o.machine.empty()) cli::refuse_option("--simulate", "", "needs --machine");
   if (!o.machine.empty() && o.can.empty() && !o.simulate)
     cli::refuse_option("--machine", o.machine, "needs --can or --simulate");
@@ -169,11 +173,49 @@ void check(const DoctorOptions& o) {
   places.output("--json", o.json);
 }
 
-BusAccess access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
+/// One for each of the machine's buses.
+std::vector<BusAccess> access_of(const DoctorOptions& o, const std::optional<MachineDescription>& read) {
   constexpr std::uint64_t kSeed = 1;
-  if (!o.simulate) return real_access(o.can);
-  return sim::access_to(std::make_shared<sim::MachineOnBus>(sim::sample_truth(*read, kSeed), sim::WorldDescription{},
-                                                            middle_of_range(*read), kSeed));
+  const BusDescription bus = read ? read->bus : BusDescription();
+  std::vector<BusAccess> all;
+  if (!o.simulate) {
+    for (const std::string& interface : can_interfaces(o.can, bus)) all.push_back(real_access(interface));
+    return all;
+  }
+  const auto simulated = std::make_shared<sim::MachineOnBus>(sim::sample_truth(*read, kSeed), sim::WorldDescription{},
+                                                             middle_of_range(*read), kSeed);
+  for (std::size_t on = 0; on < bus.lines(); ++on) all.push_back(sim::access_to(simulated, on));
+  return all;
+}
+
+/// One after the other. What is wrong with the second is added to the first's.
+BusDiagnosis diagnose_buses(const DoctorOptions& o, const std::optional<MachineDescription>& read,
+                            const std::optional<MachineDescription>& machine, const cli::InterruptGuard& interrupt,
+                            Json& result) {
+  SurveyOptions survey;
+  if (o.listen_s) survey.listen_s = *o.listen_s;
+  std::vector<BusAccess> access = access_of(o, read);
+  BusDiagnosis all;
+  for (std::size_t on = 0; on < access.size(); ++on) {
+    std::optional<MachineDescription> one = machine;
+    if (one) one->bus = one->bus.alone(on);
+    const std::uint32_t bit_rate = one ? one->bus.bit_rate : 1000 * o.bit_rate_kbps.value_or(500);
+    const auto wanted = one ? doctor_objects(*one) : std::map<std::uint8_t, std::vector<canopen::Object>>();
+    BusDiagnosis found =
+        diagnose(survey_bus(access[on], bit_rate, wanted, survey, [&] { interrupt.check(); }), one ? &*one : nullptr);
+    if (on == 0) {
+      all = std::move(found);
+      continue;
+    }
+    for (Finding& finding : found.findings) {
+      finding.about = "bus " + one->bus.name + ", " + finding.about;
+      all.findings.push_back(std::move(finding));
+    }
+    found.findings.clear();
+    result["second"] = diagnosis_json(found);
+    all.nodes.insert(all.nodes.end(), found.nodes.begin(), found.nodes.end());
+  }
+  return all;
 }
 
 int run_doctor(DoctorOptions options) {
@@ -196,13 +238,7 @@ int run_doctor(DoctorOptions options) {
       read = load_machine(find_config("machine", options.machine));
       machine = calibrated(*read);
     }
-    BusAccess access = access_of(options, read);
-    const std::uint32_t bit_rate = machine ? machine->bus.bit_rate : 1000 * options.bit_rate_kbps.value_or(500);
-    const auto wanted = machine ? doctor_objects(*machine) : std::map<std::uint8_t, std::vector<canopen::Object>>();
-    SurveyOptions survey;
-    if (options.listen_s) survey.listen_s = *options.listen_s;
-    BusDiagnosis diagnosis = diagnose(survey_bus(access, bit_rate, wanted, survey, [&] { interrupt.check(); }),
-                                      machine ? &*machine : nullptr);
+    BusDiagnosis diagnosis = diagnose_buses(options, read, machine, interrupt, result);
     for (const std::string& note : machine ? machine_notes(*machine) : std::vector<std::string>())
       diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
     for (const std::string& line : machine ? guard_notes(machine->bus, diagnosis.nodes) : std::vector<std::string>())

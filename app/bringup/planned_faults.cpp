@@ -31,6 +31,12 @@ std::uint8_t node_in(const std::string& text, const std::string& cell, sim::Faul
   return node;
 }
 
+std::uint8_t bus_in(const std::string& text, const std::string& cell, const BusDescription& bus) {
+  const auto found = bus.line_named(cell);
+  if (!found) refuse(text, "no bus \"" + cell + "\"" + (bus.second ? "; there are " + bus.line_names() : ""));
+  return static_cast<std::uint8_t>(*found);
+}
+
 }  // namespace
 
 PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
@@ -45,10 +51,14 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   if (!named || !sim::behind_bus(*named))
     refuse(text, "no fault \"" + kind + "\"; there are " + sim::fault_names(sim::behind_bus));
   fault.kind = *named;
-  const bool given = colon != std::string::npos;
-  if (sim::concerns_node(fault.kind) != given)
+  const bool given = colon != std::string::npos, of_bus = sim::concerns_bus(fault.kind) && bus.second;
+  if (of_bus && !given) refuse(text, "needs a bus: " + kind + ":BUS@S; there are " + bus.line_names());
+  if (!of_bus && sim::concerns_node(fault.kind) != given)
     refuse(text, given ? kind + " takes no node" : "needs a node: " + kind + ":NODE@S");
-  if (given) fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
+  if (of_bus)
+    fault.node = bus_in(text, what.substr(colon + 1), bus);
+  else if (given)
+    fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
   const auto plus = when.find('+');
   const std::string start = when.substr(0, plus);
   if (start != "usr1") fault.at_s = seconds_in(text, start, "start");
@@ -57,7 +67,7 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
 }
 
 NodeFaults::NodeFaults(std::vector<PlannedFault> plan, const BusDescription& bus)
-    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus, worst_bus_load(bus)) {}
+    : plan_(std::move(plan)), state_(plan_.size()), machine_faults_(bus, worst_bus_loads(bus)) {}
 
 bool NodeFaults::toggle(std::size_t index, Time now, bool signalled, sim::MachineOnBus& machine) noexcept {
   const PlannedFault& fault = plan_[index];

@@ -53,8 +53,12 @@ std::vector<std::string> machine_sheet(const MachineDescription& machine) {
         fmt::format("limits.{} = {} m: the tip goes to {:.2f} m{}", room.key, number_text(room.limit_m), room.reached_m,
                     room.cut_share > 0 ? fmt::format(", {:.0f} % of all poses cut off", 100 * room.cut_share)
                                        : ", outside of all poses"));
-  lines.push_back(fmt::format("bus: {:.1f} % of {} kbit/s with worst-case stuffing", 100 * worst_bus_load(machine.bus),
-                              machine.bus.bit_rate / 1000));
+  for (std::size_t on = 0; on < machine.bus.lines(); ++on) {
+    const BusDescription bus = machine.bus.alone(on);
+    lines.push_back(fmt::format("bus{}{}: {:.1f} % of {} kbit/s with worst-case stuffing{}",
+                                bus.name.empty() ? "" : " ", bus.name, 100 * worst_bus_load(bus), bus.bit_rate / 1000,
+                                bus.foreign_load > 0 ? fmt::format(", {:g} % of others", 100 * bus.foreign_load) : ""));
+  }
   return lines;
 }
 

@@ -44,7 +44,7 @@ class LiveSession {
   LiveSession& operator=(const LiveSession&) = delete;
 
   /// Told of every frame on the bus, in step().
-  void set_tap(CanTap tap) noexcept { far_.simulated.bus().set_tap(tap); }
+  void set_tap(CanTap tap) noexcept { far_.simulated.set_tap(tap); }
   /// Before the first step: all that both loops read, do and know goes there. @param recorder outlives the last step.
   void record_to(recording::Recorder& recorder);
   /// One millisecond. Allocates nothing.

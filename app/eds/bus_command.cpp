@@ -24,6 +24,7 @@
 #include "machine/device_profile.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
+#include "machine/load_bus_lines.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::eds {
@@ -175,7 +176,8 @@ std::string with_table(const std::string& machine_text, const std::string& machi
   Settings settings = settings_of(node), added;
   if (node.role == NodeRole::kValve) settings.emplace_back("profile", '"' + profile_name(node) + '"');
   int place = 0, at = 0;
-  for (TomlTable& table : TomlTable::parse(machine_text, machine_source).table("bus").tables("node")) {
+  TomlTable file = TomlTable::parse(machine_text, machine_source);
+  for (TomlTable& table : bus_tables(file).front().tables("node")) {
     ++at;
     if (table.text("name") != node.name) continue;
     place = at;

@@ -14,6 +14,7 @@
 #include "machine/bus_description.h"
 #include "machine/load.h"
 #include "machine/load_broadcasts.h"
+#include "machine/load_bus_lines.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 
@@ -164,7 +165,7 @@ bool erase_nodes(std::vector<Table>& tables, const std::vector<std::string>& all
 
 std::vector<std::string> names_in(const std::string& text, const std::string& source, const char* key) {
   std::vector<std::string> names;
-  TomlTable bus = TomlTable::parse(text, source).table("bus");
+  TomlTable file = TomlTable::parse(text, source), bus = bus_tables(file).front();
   if (!bus.has(key)) return names;
   for (TomlTable& table : bus.tables(key)) names.push_back(table.text("name"));
   return names;
@@ -233,7 +234,12 @@ WantedSignal wanted_signal(const std::string& text) {
 Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
                    const std::vector<WantedSignal>& signals, const WantedFrames& commands) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
-  if (TomlTable::parse(machine_text, machine_source).table("bus").has("nodes"))
+  if (before.second)
+    throw InputError(machine_source +
+                     ": has two buses: import into a file with one [bus], then move each table below the "
+                     "[[bus]] that it is on");
+  TomlTable file = TomlTable::parse(machine_text, machine_source);
+  if (bus_tables(file).front().has("nodes"))
     throw InputError(machine_source + ": needs [[bus.node]] tables: write them by knuckle bus migrate");
   const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
   const std::vector<Frame> frames = frames_of(dbc, signals);

@@ -12,6 +12,7 @@
 #include "machine/bus_description.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
+#include "machine/load_bus_lines.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::eds {
@@ -142,7 +143,8 @@ bool same_bus(const std::string& text, const std::string& source, const BusDescr
 }  // namespace
 
 bool has_node_tables(const std::string& machine_text, const std::string& machine_source) {
-  return TomlTable::parse(machine_text, machine_source).table("bus").has("node");
+  TomlTable file = TomlTable::parse(machine_text, machine_source);
+  return bus_tables(file).front().has("node");
 }
 
 std::string with_node_tables(const std::string& machine_text, const std::string& machine_source) {

@@ -29,9 +29,10 @@ std::optional<Cause> loop_paused(const Stop& stop, const Evidence& evidence, con
   return cause;
 }
 
-std::optional<Cause> controller_off(const Evidence& evidence) {
+std::optional<Cause> controller_off(const Evidence& evidence, const BusDescription& bus) {
   if (!evidence.can_changed) return std::nullopt;
   const Time at = *evidence.can_changed;
+  const std::string of_bus = bus.second ? " of bus " + bus.line(evidence.can_bus).name : "";
   const std::string after =
       fmt::format("in the 200 ms from then on: {} frames received, {} sent, {} refused by the interface",
                   evidence.can_received_after, evidence.can_sent_after, evidence.can_refused_after);
@@ -40,14 +41,14 @@ std::optional<Cause> controller_off(const Evidence& evidence) {
       return std::nullopt;
     case CanState::kDown:
       return Cause{"can_down",
-                   "the CAN interface was taken down at " + at_text(at) +
+                   "the CAN interface" + of_bus + " was taken down at " + at_text(at) +
                        ": by a command (ip link set NAME down) or because its adapter was pulled",
                    {"the interface reported \"down\" at " + at_text(at), after},
                    {"it was not the bus: a bus with errors leads to error-passive or bus-off, not to \"down\""},
                    at};
     case CanState::kBusOff:
       return Cause{"bus_off",
-                   "the controller went bus-off at " + at_text(at) +
+                   "the controller" + of_bus + " went bus-off at " + at_text(at) +
                        ": too many errors in its own frames; check for a short circuit, termination, bit rate",
                    {"the interface reported \"bus-off\" at " + at_text(at), after},
                    {},
@@ -60,14 +61,14 @@ std::optional<Cause> controller_off(const Evidence& evidence) {
     return Cause{"bus_cut",
                  "the bus is cut between controller and nodes, or all nodes lost power: from " + at_text(at) +
                      " on nobody acknowledged the controller's frames, and no node was heard",
-                 {"the controller is error-passive since " + at_text(at), after},
+                 {"the controller" + of_bus + " is error-passive since " + at_text(at), after},
                  {"a cut cable and lost power of all nodes look the same from here"},
                  evidence.can_received.last.value_or(at)};
   }
   return Cause{"bus_disturbed",
                "frames on the bus are damaged or not acknowledged since " + at_text(at) +
                    ": check termination, cable, bit rate, disturbances",
-               {"the controller is error-passive since " + at_text(at), after},
+               {"the controller" + of_bus + " is error-passive since " + at_text(at), after},
                {"no cut cable and no lost power: the nodes are still heard"},
                at};
 }
@@ -148,7 +149,7 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = e_stop(stop, evidence, machine)) return *cause;
   if (auto cause = asked_for(stop, window, evidence, machine)) return *cause;
   if (auto cause = bus_cause(stop, window, machine)) return *cause;
-  if (auto cause = controller_off(evidence)) return *cause;
+  if (auto cause = controller_off(evidence, machine.bus)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;
   if (auto cause = motion(stop)) return *cause;

@@ -211,18 +211,21 @@ void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
 void note_bus(const Stop& stop, const Window& window, const MachineDescription& machine, Evidence& evidence) {
   for (const WireChange& change : window.changes) {
     if (change.kind != WireEventKind::kCanState || change.at > stop.at) continue;
-    const auto state = static_cast<CanState>(change.value);
     if (change.at < stop.at - Evidence::kBefore) continue;
-    evidence.can_state = state;
+    evidence.can_state = recording::can_state(change.value);
+    evidence.can_bus = recording::can_state_of(change.value);
     evidence.can_changed = change.at;
   }
   const Time since = evidence.can_changed.value_or(stop.at);
+  const auto is_its = [&](const CanSeen& can) {
+    return !evidence.can_changed || ((can.frame.id & kSecondBus) != 0 ? 1 : 0) == evidence.can_bus;
+  };
   Times received;
   std::uint8_t inputs = 0;
   bool any = false;
   for (const CanSeen& can : window.can) {
     if (can.kind == WireEventKind::kCanReceived) {
-      received.add(can.at);
+      if (is_its(can)) received.add(can.at);
       if (can.at <= stop.at) note_enable(can, machine, inputs, any, evidence);
       const std::uint8_t node = canopen::node_of(can.frame.id);
       const bool known = std::any_of(evidence.nodes.begin(), evidence.nodes.end(), [&](const NodeSeen& seen) {
@@ -235,7 +238,7 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
       if (!broadcast && (!known || can.frame.id > kMostId || canopen::function_of(can.frame.id) == 0))
         ++evidence.foreign[can.frame.id];
     }
-    if (can.at <= since || can.at > since + kAfterStop) continue;
+    if (can.at <= since || can.at > since + kAfterStop || !is_its(can)) continue;
     if (can.kind == WireEventKind::kCanReceived) ++evidence.can_received_after;
     if (can.kind == WireEventKind::kCanSent) ++evidence.can_sent_after;
     if (can.kind == WireEventKind::kCanRefused) ++evidence.can_refused_after;

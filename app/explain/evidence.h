@@ -89,6 +89,7 @@ struct Evidence {
   // The CAN controller.
   CanState can_state = CanState::kActive;  ///< Its worst from kBefore ahead of the stop on.
   std::optional<Time> can_changed;         ///< When it entered that state.
+  std::uint8_t can_bus = 0;                ///< Of two buses which, where it did; the next are its, too.
   Stream can_received;                     ///< Any frame.
   int can_sent_after = 0, can_refused_after = 0, can_received_after = 0;  ///< In 0.2 s from the change or the stop on.
   std::map<std::uint32_t, int> foreign;  ///< Frames of the window by identifier that belong to nobody known.

@@ -421,8 +421,9 @@ std::string about(const NodeDescription& node) {
 
 void write_comments(std::ostream& out, const MachineDescription& machine, const std::vector<Message>& messages) {
   fmt::print(out, "CM_ {};\n",
-             quoted(fmt::format("CANopen bus of {}. Written by {} from {}.", machine.name, cli::program_version(),
-                                std::filesystem::path(machine.source).filename().string())));
+             quoted(fmt::format("{} of {}. Written by {} from {}.",
+                                machine.bus.name.empty() ? "CANopen bus" : "Bus " + machine.bus.name, machine.name,
+                                cli::program_version(), std::filesystem::path(machine.source).filename().string())));
   fmt::print(out, "CM_ BU_ {} {};\n", kController,
              quoted(fmt::format("Knuckle, CANopen node 0x{:02X}", machine.bus.controller_id)));
   for (const NodeDescription& node : machine.bus.nodes)

@@ -34,7 +34,7 @@ constexpr std::array kMachineOutputs{
 
 struct Options {
   std::vector<std::string> recordings;  ///< The parts of one.
-  std::string machine;
+  std::string machine, bus;
   std::array<std::string, kMachineOutputs.size()> targets;  ///< Empty: not asked for.
   std::string csv, side, hdf5, candump, pictures;
   std::optional<double> from_s, to_s;
@@ -75,6 +75,7 @@ void check(const Options& o) {
     cli::refuse_option("--machine", o.machine, "does not go with a recording, which has its own");
   if (o.recordings.empty() && o.machine.empty())
     throw InputError("--urdf and --dbc need --machine NAME or a recording (.mcap)");
+  if (!o.bus.empty() && !wants_machine(o)) cli::refuse_option("--bus", o.bus, "only goes with --dbc");
   if (!o.side.empty() && o.csv.empty()) cli::refuse_option("--side", o.side, "only goes with --csv");
   if (!o.side.empty() && o.side != "machine" && o.side != "operator")
     cli::refuse_option("--side", o.side, "must be machine or operator");
@@ -103,7 +104,20 @@ recording::Side side_of(const Options& o, const recording::Recording& recording)
   return machine ? recording::Side::kMachine : recording::Side::kOperator;
 }
 
-void write_machine(const Options& o, const MachineDescription& machine, Files& files) {
+/// With the one of two buses that --bus names.
+MachineDescription with_one_bus(const Options& o, MachineDescription machine) {
+  const bool dbc = !o.targets[1].empty();
+  const auto on = machine.bus.line_named(o.bus);
+  if (!o.bus.empty() && (!on || !dbc))
+    cli::refuse_option("--bus", o.bus, dbc ? "no such bus in the machine file" : "only goes with --dbc");
+  if (dbc && o.bus.empty() && machine.bus.second)
+    cli::refuse_option("--dbc", o.targets[1], "needs --bus: the machine has " + machine.bus.line_names());
+  machine.bus = machine.bus.alone(on.value_or(0));
+  return machine;
+}
+
+void write_machine(const Options& o, const MachineDescription& read, Files& files) {
+  const MachineDescription machine = with_one_bus(o, read);
   for (std::size_t i = 0; i < kMachineOutputs.size(); ++i) {
     if (o.targets[i].empty()) continue;
     kMachineOutputs[i].write(machine, files.emplace_back(kMachineOutputs[i].option, o.targets[i]).stream());
@@ -196,6 +210,7 @@ int run(const Options& o) {
 void add_options(const cli::OptionList& command, Options& o) {
   command.add_option("RECORDING", o.recordings, "Recording (.mcap); of several parts all, in their order");
   command.add_option("--machine", o.machine, "Machine name or .toml file, instead of a recording's");
+  command.add_option("--bus", o.bus, "With --dbc: which bus, by its name, where the machine has two");
   command.add_option("--csv", o.csv, "The recorded states of one side as a table, a row a step (- = standard output)");
   command.add_option("--side", o.side, "Whose: machine or operator; needed where both are recorded");
   command.add_option("--hdf5", o.hdf5, "The recorded states of both sides, events and files as HDF5");

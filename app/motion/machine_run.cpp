@@ -97,7 +97,7 @@ MachineRun::Impl::Impl(const MachineDescription& description, const sim::Machine
       access("simulated bus", {std::shared_ptr<void>(), &simulated.controllers_end()},
              [this](Time due) { return wait(due); }),
       led(description, access, Time(sim::period_in_ticks(description))) {
-  simulated.bus().set_tap({[](void* self, Time, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(f); }, this});
+  simulated.set_tap({[](void* self, Time, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(f); }, this});
   led.engage();
 }
 

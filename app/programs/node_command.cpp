@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/bringup/can_interfaces.h"
 #include "app/bringup/planned_faults.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
@@ -17,7 +18,6 @@
 #include "machine/bus_description.h"
 #include "machine/load.h"
 #include "transport/lss.h"
-#include "transport/socket_can.h"
 
 namespace knuckle::programs {
 namespace {
@@ -26,9 +26,9 @@ using cli::Json;
 constexpr const char* kSchema = "knuckle-node/1";
 
 struct Options {
-  std::string machine = "solar015", can, scenario = "free_motion", nodes = "all", truth, family;
+  std::string machine = "solar015", scenario = "free_motion", nodes = "all", truth, family;
   std::uint64_t seed = 1;
-  std::vector<std::string> faults, devices, serials, first_ids;
+  std::vector<std::string> can, faults, devices, serials, first_ids;
   std::optional<double> duration_s, boot_time_s;
   std::string csv, json;
 };
@@ -49,7 +49,9 @@ class UserSignal {
 };
 
 void add_options(const cli::OptionList& c, Options& o) {
-  c.add_option("--can", o.can, "CAN interface, such as vcan0").required();
+  c.add_option("--can", o.can, "CAN interface, such as vcan0; of two buses NAME=INTERFACE for each")
+      .one_value_each()
+      .required();
   c.add_option("--machine", o.machine, "Machine name or .toml file").show_default();
   c.add_option("--scenario", o.scenario, "Scenario that gives the machine's start and surroundings: name or .toml file")
       .show_default();
@@ -66,7 +68,7 @@ void add_options(const cli::OptionList& c, Options& o) {
       .one_value_each();
   c.add_option("--boot-time", o.boot_time_s, "How long every node boots, in seconds (default: 0)");
   c.add_option("--fault", o.faults,
-               "Inject a fault: KIND[:NODE]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
+               "Inject a fault: KIND[:NODE or :BUS]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
       .one_value_each();
   c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
@@ -151,7 +153,7 @@ Json result_json(const Options& o, double started_unix_s, const NodeOutcome& out
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
             {"machine", o.machine},
-            {"can", o.can},
+            {"can", bringup::can_text(o.can)},
             {"scenario", o.scenario},
             {"seed", o.seed},
             {"started_unix_s", started_unix_s},
@@ -177,18 +179,23 @@ int run(const Options& o) {
   const UserSignal user_signal;
   const NodeSetup setup = set_up(o);
   AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
-  SocketCanBus bus(o.can);
+  std::vector<std::unique_ptr<SocketCanBus>> opened;
+  for (const std::string& name : bringup::can_interfaces(o.can, setup.truth.machine.bus))
+    opened.push_back(std::make_unique<SocketCanBus>(name));
+  bringup::OpenInterfaces interfaces(std::move(opened));
 
   ProgramConsole console("knuckle node");
-  console.note("simulates " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " + o.can);
+  console.note("simulates " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " +
+               bringup::can_text(o.can));
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&csv};
   const double started_unix_s = unix_time_s();
-  NodeOutcome outcome = run_node(setup, bus, program, user_signals, csv.stream());
+  NodeOutcome outcome = run_node(setup, interfaces.bus(), program, user_signals, csv.stream());
   outcome.records_lost += finish_records(console, {&csv});
 
-  if (const std::string wrong = bus.diagnosis(); !wrong.empty()) console.note(wrong);
+  for (const auto& bus : interfaces.each())
+    if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
   if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
   commit_all({&csv, &json});
   return 0;

@@ -2,7 +2,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "app/bringup/can_interfaces.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
@@ -23,7 +25,6 @@
 #include "slave/bus_listen.h"
 #include "slave/bus_map.h"
 #include "slave/loss_policy.h"
-#include "transport/socket_can.h"
 
 namespace knuckle::programs {
 namespace {
@@ -35,7 +36,8 @@ constexpr const char* kSimulatedBus = "simulated";
 static_assert(secure::kHandOverGap > slave::kLossLimits.neutral);
 
 struct Options {
-  std::string machine, can, contact_model;
+  std::string machine, contact_model;
+  std::vector<std::string> can;
   pairing::LinkOptions link;
   bool simulate = false, wait_for_can = false;
   std::string scenario;
@@ -51,7 +53,8 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--machine", o.machine, "Machine name or .toml file (default with --simulate: solar015)");
   c.add_option("--contact-model", o.contact_model,
                "Contact model by name, in place of the machine file's (docs/theory.md)");
-  c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0");
+  c.add_option("--can", o.can, "CAN interface of the machine's bus, such as can0; of two buses NAME=INTERFACE for each")
+      .one_value_each();
   c.add_flag("--wait-for-can", o.wait_for_can,
              "With --can: wait for an interface that is not there or not up yet, instead of ending (for a service)");
   c.add_flag("--simulate", o.simulate, "Drive a simulated machine inside this program instead");
@@ -79,7 +82,8 @@ void add_options(const cli::OptionList& c, Options& o) {
 
 /// On a CAN interface, or simulated: one of the two, and nothing that only the other takes.
 void check_bus(const Options& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
+  if (o.simulate && !o.can.empty())
+    cli::refuse_option("--can", bringup::can_text(o.can), "give --can or --simulate, not both");
   if (o.simulate && o.wait_for_can) cli::refuse_option("--wait-for-can", "", "only goes with --can");
   if (o.simulate) return;
   if (o.can.empty()) cli::refuse_option("slave", "", "needs --can, or --simulate");
@@ -138,10 +142,10 @@ Setup set_up(const Options& o) {
 /// own.
 class MachineBus {
  public:
-  /// @param interface nullptr: the machine is simulated. @param cameras of the simulated machine; outlive this.
-  MachineBus(std::unique_ptr<SocketCanBus> interface, const Setup& setup, const SlaveCameras& cameras)
-      : interface_(std::move(interface)) {
-    if (interface_) return;
+  /// @param interfaces nullptr: the machine is simulated. @param cameras of the simulated machine; outlive this.
+  MachineBus(std::unique_ptr<bringup::OpenInterfaces> interfaces, const Setup& setup, const SlaveCameras& cameras)
+      : interfaces_(std::move(interfaces)) {
+    if (interfaces_) return;
     const Simulation& simulation = *setup.simulation;
     machine_.emplace(simulation.truth, simulation.scenario.world, simulation.scenario.start_rad, simulation.seed);
     const RealtimeClock clock;
@@ -158,11 +162,9 @@ class MachineBus {
   MachineBus(const MachineBus&) = delete;
   MachineBus& operator=(const MachineBus&) = delete;
 
-  [[nodiscard]] CanBus& bus() noexcept {
-    return interface_ ? static_cast<CanBus&>(*interface_) : machine_->controller();
-  }
+  [[nodiscard]] CanBus& bus() noexcept { return interfaces_ ? interfaces_->bus() : machine_->controller(); }
   /// nullptr where the machine is simulated, and the other way round.
-  [[nodiscard]] SocketCanBus* interface() const noexcept { return interface_.get(); }
+  [[nodiscard]] const bringup::OpenInterfaces* interfaces() const noexcept { return interfaces_.get(); }
   [[nodiscard]] RealtimeThread* machine_thread() noexcept { return thread_ ? &*thread_ : nullptr; }
   /// What has happened in the simulated world: names of events and how often. After the thread has ended.
   [[nodiscard]] Json happened() const {
@@ -180,7 +182,7 @@ class MachineBus {
   static constexpr std::size_t kKinds = static_cast<std::size_t>(sim::WorldEventKind::kWeightOff) + 1;
   std::array<std::uint64_t, kKinds> happened_{};
   std::uint64_t counted_ = 0;
-  std::unique_ptr<SocketCanBus> interface_;
+  std::unique_ptr<bringup::OpenInterfaces> interfaces_;
   std::optional<sim::ThreadedMachine> machine_;
   std::optional<RealtimeThread> thread_;
 };
@@ -223,7 +225,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   Json json{{"schema", kSchema},
             {"version", cli::program_version()},
             {"machine", o.machine.empty() ? setup.machine.name : o.machine},
-            {"can", o.can.empty() ? Json() : Json(o.can)},
+            {"can", o.can.empty() ? Json() : Json(bringup::can_text(o.can))},
             {"simulated", simulation_json(setup.simulation)},
             {"listen", o.link.address.empty() ? Json() : Json(o.link.address)},
             {"started_unix_s", started_unix_s},
@@ -252,14 +254,15 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
 /// Simulated and real must not be confused.
 std::string machine_note(const Options& o, const Setup& setup, const std::string& where) {
   const std::string listening = o.link.address.empty() ? "" : ", listening on " + where;
-  if (!setup.simulation) return "machine " + setup.machine.name + " on " + o.can + listening;
+  if (!setup.simulation) return "machine " + setup.machine.name + " on " + bringup::can_text(o.can) + listening;
   return "SIMULATED machine " + setup.machine.name + " (scenario " + setup.simulation->scenario.name + ", seed " +
          std::to_string(setup.simulation->seed) + "), nothing real moves" + listening;
 }
 
 recording::Head head_of(const Options& o, const Setup& setup, const LinkStart& start) {
   recording::Head head;
-  head.program = "knuckle slave --machine " + setup.file + (o.can.empty() ? " --simulate" : " --can " + o.can);
+  head.program = "knuckle slave --machine " + setup.file + (o.can.empty() ? " --simulate" : "");
+  for (const std::string& can : o.can) head.program += " --can " + can;
   head.version = cli::program_version();
   head.started_unix_ns = static_cast<std::int64_t>(1e9 * unix_time_s());
   head.simulated = setup.simulation.has_value();
@@ -270,20 +273,43 @@ recording::Head head_of(const Options& o, const Setup& setup, const LinkStart& s
   return head;
 }
 
+/// As messages and the candump log name them.
+std::array<std::string, 2> interface_names(const Options& o, const Setup& setup) {
+  if (setup.simulation) return {kSimulatedBus, std::string(kSimulatedBus) + "2"};
+  const std::vector<std::string> names = bringup::can_interfaces(o.can, setup.machine.bus);
+  return {names.front(), names.back()};
+}
+
 /// Empty: none is written.
 std::string audit_folder(const Options& o) {
   if (!o.audit.empty() || o.link.insecure > 0) return o.audit;
   return pairing::KeyFolder(o.link.keys).path() + "/audit";
 }
 
-/// nullptr where somebody ended the waiting for it.
-std::unique_ptr<SocketCanBus> open_interface(const Options& o, const MachineDescription& machine,
-                                             const cli::InterruptGuard& interrupt, ProgramConsole& console) {
-  const std::vector<std::uint32_t> hear = slave::heard_by_controller(machine.bus);
-  if (!o.wait_for_can) return std::make_unique<SocketCanBus>(o.can, hear);
-  return open_when_up(
-      o.can, hear, [&console](const std::string& what) { console.note(what); },
-      [&interrupt] { return !interrupt.pending(); });
+/// nullptr where somebody ended the waiting for them.
+std::unique_ptr<bringup::OpenInterfaces> open_interfaces(const Options& o, const MachineDescription& machine,
+                                                         const cli::InterruptGuard& interrupt,
+                                                         ProgramConsole& console) {
+  const std::vector<std::string> names = bringup::can_interfaces(o.can, machine.bus);
+  std::vector<std::unique_ptr<SocketCanBus>> opened;
+  for (std::size_t on = 0; on < names.size(); ++on) {
+    const std::vector<std::uint32_t> hear = slave::heard_by_controller(machine.bus.alone(on));
+    opened.push_back(!o.wait_for_can ? std::make_unique<SocketCanBus>(names[on], hear)
+                                     : open_when_up(
+                                           names[on], hear, [&console](const std::string& what) { console.note(what); },
+                                           [&interrupt] { return !interrupt.pending(); }));
+    if (!opened.back()) return nullptr;
+  }
+  return std::make_unique<bringup::OpenInterfaces>(std::move(opened));
+}
+
+/// Of two buses by their names.
+Json counters_json(const bringup::OpenInterfaces& interfaces, const BusDescription& bus) {
+  if (!bus.second) return counters_json(interfaces.each().front()->counters());
+  Json json = Json::object();
+  for (std::size_t on = 0; on < bus.lines(); ++on)
+    json[bus.line(on).name] = counters_json(interfaces.each()[on]->counters());
+  return json;
 }
 
 int run(const Options& o, const DrawCamera& draw) {
@@ -300,11 +326,11 @@ int run(const Options& o, const DrawCamera& draw) {
     commit_all({&candump, &csv, &json});
     return 0;
   };
-  std::unique_ptr<SocketCanBus> interface;
+  std::unique_ptr<bringup::OpenInterfaces> interfaces;
   if (!setup.simulation) {
     const double waiting_unix_s = unix_time_s();
-    interface = open_interface(o, setup.machine, interrupt, console);
-    if (!interface) {
+    interfaces = open_interfaces(o, setup.machine, interrupt, console);
+    if (!interfaces) {
       Json waited = result_json(o, setup, waiting_unix_s, {}, console.lines_lost());
       waited["path"] = waited["recording"] = nullptr;
       return put(waited);
@@ -312,8 +338,9 @@ int run(const Options& o, const DrawCamera& draw) {
   }
   SlaveCameras cameras(camera_setups, setup.machine,
                        setup.simulation ? setup.simulation->scenario.world : sim::WorldDescription{}, draw);
-  MachineBus machine(std::move(interface), setup, cameras);
-  refuse_other_controller(machine.bus(), setup.machine.bus, setup.simulation ? kSimulatedBus : o.can);
+  MachineBus machine(std::move(interfaces), setup, cameras);
+  refuse_other_controller(machine.bus(), setup.machine.bus,
+                          setup.simulation ? kSimulatedBus : bringup::can_text(o.can));
   pairing::LinkOptions link_options = o.link;
   link_options.observers = o.observers.value_or(link_options.observers);
   pairing::ChosenLink link = pairing::ChosenLink::listen(link_options);
@@ -329,8 +356,9 @@ int run(const Options& o, const DrawCamera& draw) {
   for (const std::string& note : log.notes()) console.note(note);
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));
-  SlaveRecords records{candump.stream(), setup.simulation ? kSimulatedBus : o.can, csv.stream(), log.recorder(),
-                       setup.simulation.has_value()};
+  const std::array<std::string, 2> names = interface_names(o, setup);
+  SlaveRecords records{candump.stream(), names[0],       names[1],
+                       csv.stream(),     log.recorder(), setup.simulation.has_value()};
   ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
   if (o.duration_s) program.duration_s = *o.duration_s;
   program.outputs = {&candump, &csv};
@@ -339,7 +367,8 @@ int run(const Options& o, const DrawCamera& draw) {
   };
   pairing::ChosenLink::Watch watch;
   if (audit) {
-    audit->started(setup.file, records.interface, o.link.address.empty() ? "" : link.where(), link.notes());
+    audit->started(setup.file, o.can.empty() ? kSimulatedBus : bringup::can_text(o.can),
+                   o.link.address.empty() ? "" : link.where(), link.notes());
     records.on_mode = [&audit](const ModeEvent& event) { audit->mode(event); };
     records.on_assist = [&audit](const AssistSettings& assist) { audit->assist(assist); };
     watch.on_event = [&audit](const secure::LinkEvent& event) { audit->link(event); };
@@ -352,8 +381,9 @@ int run(const Options& o, const DrawCamera& draw) {
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     for (cli::News& seen : cameras.news()) news.push_back(std::move(seen));
-    if (SocketCanBus* bus = machine.interface(); bus != nullptr && bus->find_again())
-      news.push_back({"CAN interface " + o.can + " is there again, and used again", "interface"});
+    for (std::size_t on = 0; machine.interfaces() != nullptr && on < o.can.size(); ++on)
+      if (machine.interfaces()->each()[on]->find_again())
+        news.push_back({"CAN interface " + names[on] + " is there again, and used again", "interface"});
     return news;
   };
   const double started_unix_s = unix_time_s();
@@ -368,9 +398,10 @@ int run(const Options& o, const DrawCamera& draw) {
   Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
   result["path"] = path_json(link, started);
   result["recording"] = log.json();
-  if (const SocketCanBus* bus = machine.interface()) {
-    if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
-    result["can_counters"] = counters_json(bus->counters());
+  if (const bringup::OpenInterfaces* interfaces_used = machine.interfaces()) {
+    for (const auto& bus : interfaces_used->each())
+      if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
+    result["can_counters"] = counters_json(*interfaces_used, setup.machine.bus);
   } else {
     machine.machine_thread()->stop();
     result["simulated"]["happened"] = machine.happened();

@@ -197,7 +197,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
 }
 
 void SlaveRunner::write(const SlaveRecords& records) {
-  if (records.candump != nullptr) side_.can.write(*records.candump, records.interface);
+  if (records.candump != nullptr) side_.can.write(*records.candump, records.interface, records.second_interface);
   rows_.write();
 }
 

@@ -36,7 +36,8 @@ struct ModeEvent {
 /// Where records go; null: not wanted.
 struct SlaveRecords {
   std::ostream* candump = nullptr;          ///< Every frame sent and received, candump log format.
-  std::string interface = "can0";           ///< As the log names it.
+  std::string interface = "can0";           ///< As the log names it, ...
+  std::string second_interface = "can1";    ///< ... and of two buses the second.
   std::ostream* csv = nullptr;              ///< A row each step from the first complete measurement on.
   recording::Recorder* recorder = nullptr;  ///< All that the loop reads, knows and does, and events; outlives the run.
   bool simulated = false;                   ///< There is no real machine on the bus.

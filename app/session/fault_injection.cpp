@@ -44,7 +44,7 @@ FaultInjection::FaultInjection(std::vector<ScheduledFault> schedule, ImpairedLin
       network_(network),
       operator_end_(network.a()),
       machine_end_(network.b()),
-      machine_faults_(bus, worst_bus_load(bus)) {
+      machine_faults_(bus, worst_bus_loads(bus)) {
   injected_.reserve(schedule_.size());
 }
 
@@ -92,7 +92,7 @@ void FaultInjection::step(Time now, int phase, Duration in_phase, SimulatedMachi
 
 void FaultInjection::set(const ScheduledFault& fault, bool broken, SimulatedMachineSide& far, HandSide& hand) noexcept {
   constexpr std::size_t kController = sim::MachineOnBus::kControllerPort;
-  VirtualCanBus& bus = far.simulated.bus();
+  VirtualCanBus& bus = far.simulated.bus(concerns_bus(fault.kind) ? static_cast<std::size_t>(fault.subject) : 0);
   switch (fault.kind) {
     case FaultKind::kLinkCut:
       return network_.cut(broken);

@@ -220,6 +220,11 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
   const bool by_sync = kind == sim::FaultKind::kOtherController || kind == sim::FaultKind::kSyncDropped;
   table.require(!by_sync || !bus.without_nodes(), "kind",
                 "needs a machine with CANopen nodes: there is no SYNC on this one");
+  if (concerns_bus(kind) && bus.second) {
+    const auto found = bus.line_named(table.text("bus"));
+    table.require(found.has_value(), "bus", "must be one of " + bus.line_names());
+    return static_cast<int>(found.value_or(0));
+  }
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
   if (kind == sim::FaultKind::kEncoderBroken) {
@@ -261,6 +266,7 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
     } else {
       table.leave("node");
       table.leave("joint");
+      table.leave("bus");
     }
     faults.push_back(fault);
   }

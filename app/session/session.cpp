@@ -55,7 +55,7 @@ Session::Impl::Impl(const SessionSetup& s)
       faults(s.scenario.faults, network, s.machine.bus),
       near(operator_setup(s), hand.cable.host(), faults.operator_end()),
       far(s.machine, s.truth, s.scenario, s.seed, faults.machine_end()) {
-  far.simulated.bus().set_tap(
+  far.simulated.set_tap(
       {[](void* log, Time at, const CanFrame& f) { static_cast<MachineLog*>(log)->note(at, f); }, &logs.machine});
 }
 

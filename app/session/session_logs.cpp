@@ -80,6 +80,12 @@ void MachineLog::note(const sim::WorldEventRing& ring) noexcept {
   }
 }
 
+void MachineLog::note(Time at, const CanFrame& frame) noexcept {
+  keep(frames, {at, frame}, lost);
+  for (std::size_t i = frames.size(); i > 1 && frames[i - 1].at < frames[i - 2].at; --i)
+    std::swap(frames[i - 1], frames[i - 2]);
+}
+
 void MachineLog::hand_over(SessionRecord& record) const {
   record.records_lost += lost;
   for (const sim::WorldEvent& event : events) record.events.push_back({event.t_s, sim::name(event.kind)});

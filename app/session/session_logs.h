@@ -58,7 +58,8 @@ struct SlaveLog {
 /// Frames on the wire and events of the world.
 struct MachineLog {
   explicit MachineLog(std::size_t most_frames);
-  void note(Time at, const CanFrame& frame) noexcept { keep(frames, {at, frame}, lost); }
+  /// Those of two buses come in the order of time on each.
+  void note(Time at, const CanFrame& frame) noexcept;
   /// After every step of the plant.
   void note(const sim::WorldEventRing& ring) noexcept;
   /// Adds events, and how much was lost, to the record.

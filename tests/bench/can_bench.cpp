@@ -15,6 +15,7 @@
 #include "slave/bus_map.h"
 #include "slave/canopen_client.h"
 #include "slave/sensors.h"
+#include "transport/can_buses.h"
 #include "transport/socket_can.h"
 #include "transport/virtual_can.h"
 
@@ -117,6 +118,36 @@ void BM_SocketCanReceiveAndDecode(benchmark::State& bench) {
   });
 }
 BENCHMARK(BM_SocketCanReceiveAndDecode)->Arg(13)->Arg(50)->Arg(100)->UseManualTime();
+
+/// Two buses with so many frames each; to_one_bus is the time for both against that for one in the same run.
+void BM_TwoBusesReceive(benchmark::State& bench) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const auto frames = traffic(machine.bus, static_cast<std::size_t>(bench.range(0)));
+  Feeder first, second, alone;
+  SocketCanBus first_bus("first", first.sockets()), second_bus("second", second.sockets()),
+      one("alone", alone.sockets());
+  CanBuses both(first_bus, &second_bus);
+  double both_s = 0, one_s = 0;
+  const auto timed_s = [](CanBus& bus) {
+    const double start = thread_time_s();
+    for (CanFrame frame; bus.receive(frame);) benchmark::DoNotOptimize(frame);
+    return thread_time_s() - start;
+  };
+  for (auto _ : bench) {
+    for (const can_frame& f : frames)
+      for (Feeder* const feeder : {&first, &second, &alone}) feeder->feed(f);
+    one_s += timed_s(one);
+    const double s = timed_s(both);
+    bench.SetIterationTime(s);
+    both_s += s;
+  }
+  if (first.refused() + second.refused() + alone.refused() > 0)
+    bench.SkipWithError("the socket pair's queue is too short");
+  bench.counters["frames_per_s"] = 2.0 * static_cast<double>(bench.range(0)) * machine.bus.sync_Hz;
+  bench.counters["core_share"] = both_s / static_cast<double>(bench.iterations()) * machine.bus.sync_Hz;
+  bench.counters["to_one_bus"] = both_s / one_s;
+}
+BENCHMARK(BM_TwoBusesReceive)->Arg(50)->UseManualTime();  // 10 000 frames/s on each
 
 /// The peer: one system call a frame, on one socket, and nothing else.
 void BM_PlainReceive(benchmark::State& bench) {

@@ -13,6 +13,7 @@
 #include "tests/export/machines.h"
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/two_buses.h"
 #include "transport/canopen.h"
 
 namespace knuckle::exporting {
@@ -138,6 +139,23 @@ TEST(Dbc, HasWhatTheMachineSendsByItselfWithItsOffsetsAndOrder) {
         " SG_ counter : 16|4@1+ (1,0) [0|15] \"\" controller\n", "BA_ \"GenMsgCycleTime\" BO_ 421 20;\n",
         " enable machine_controller\n"})
     EXPECT_NE(text.str().find(line), std::string::npos) << line << text.str().substr(text.str().find("BO_ 2566852641"));
+}
+
+TEST(Dbc, OfTwoBusesHasTheOne) {
+  MachineDescription machine = parse_machine(knuckle::test::two_buses_text(), "m.toml");
+  const BusDescription both = machine.bus;
+  std::ostringstream valves, second;
+  machine.bus = both.alone(0);
+  write_dbc(machine, valves);
+  machine.bus = both.alone(1);
+  write_dbc(machine, second);
+  EXPECT_NE(second.str().find("BO_ 400 body: 4 machine_controller\n"), std::string::npos) << "0x190";
+  EXPECT_NE(second.str().find("BU_: controller machine_controller\n"), std::string::npos);
+  EXPECT_NE(second.str().find("CM_ \"Bus machine of "), std::string::npos);
+  EXPECT_NE(second.str().find("BA_ \"Baudrate\" 250000;"), std::string::npos);
+  EXPECT_EQ(second.str().find("SYNC"), std::string::npos);
+  EXPECT_NE(valves.str().find("BO_ 400 boom_valve_TPDO1: 4 boom_valve\n"), std::string::npos);
+  EXPECT_EQ(valves.str().find("machine_controller"), std::string::npos);
 }
 
 }  // namespace

@@ -112,4 +112,24 @@ neutral_only() { ! grep -e ' 18FF0105#' "$result/own.candump.log" | grep -qv -e 
 check "own: ... and never to move" neutral_only
 check "own: nobody leads it" never own '18FF0205#...[^0]'
 check "own: no SYNC, no heartbeat, no NMT" never own '\(080\|000\|701\)#'
+
+# The same with its commands on one bus and what it sends on another, of which the cable's adapter is pulled.
+awk '/^\[bus\]/ { print "[[bus]]\nname = \"commands\""; next }
+  /^\[\[bus.broadcast/ && !n++ { print "[[bus]]\nname = \"sensors\"\nbit_rate_kbps = 250" } { print }' \
+  /config/machines/standard200.toml > /tmp/two_buses.toml
+vcan_up vcan1
+record two vcan0 vcan1
+start two.node knuckle node --machine /tmp/two_buses.toml --can sensors=vcan1 --can commands=vcan0
+start two.slave knuckle slave --machine /tmp/two_buses.toml --can commands=vcan0 --can sensors=vcan1 --listen 127.0.0.1:5683 --insecure \
+  --json "$result/two.json"
+check "two: all sensors come over the second bus" within 3 holds "$result/two.slave.log" 'ready'
+ip link set vcan1 down
+check "two: its loss is a fault by its name" within 2 holds "$result/two.slave.log" 'fault bus_down: bus sensors'
+sleep 0.5
+stop two.slave
+stop two.node
+stop recorder
+check "two: the other bus went on" json two '.can_counters | .commands.downs == 0 and .sensors.downs == 1'
+check "two: commands are on the first bus alone ..." at_least two 100 'vcan0 18FF0105#'
+check "two: ... and sensors on the second" never two '\(vcan1 18FF0105\|vcan0 18FF1021\)#'
 plan

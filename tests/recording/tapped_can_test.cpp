@@ -2,7 +2,9 @@
 
 #include <sstream>
 
+#include "recording/replayed_wires.h"
 #include "recording/tapped_wires.h"
+#include "transport/can_buses.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle::recording {
@@ -62,6 +64,44 @@ TEST(TappedCan, KeepsCopiesOfWhatPassedWithTheTimeOfTheStepWhereAskedTo) {
   can.write(nothing, "vcan7");
   only_metered.write(nothing, "vcan7");
   EXPECT_EQ(nothing.str(), "");
+}
+
+TEST(TappedCan, OfTwoBusesLogsBothAndMetersTheFuller) {
+  VirtualCanBus first(2, kBitRate), second(2, kBitRate / 2);
+  CanBuses both(first.port(0), &second.port(0));
+  LoopTap off;
+  TappedCan can(both, off);
+  can.keep_copies();
+  can.stamp(Time(1s));
+  (void)can.meter().take_load(Time(1s), kBitRate, kBitRate / 2);
+  const CanFrame frame{.id = 0x18FF0105U | kExtendedId | kSecondBus, .size = 1, .data = {0xAB}};
+  ASSERT_TRUE(can.send(frame));
+  ASSERT_TRUE(can.send({.id = 0x080}));
+  EXPECT_DOUBLE_EQ(can.meter().take_load(Time(1100ms), kBitRate, kBitRate / 2),
+                   frame_bits(frame) / (0.1 * kBitRate / 2));
+  std::ostringstream log;
+  can.write(log, "can0", "can3");
+  EXPECT_EQ(log.str(), "(0000000001.000000) can3 18FF0105#AB\n(0000000001.000000) can0 080#\n");
+  second.disturb(0, true);
+  EXPECT_EQ(can.state(), CanState::kPassive);
+  EXPECT_EQ(can.state_of(), 1);
+}
+
+TEST(ReplayedCan, SaysOfWhichOfTwoBusesAFrameAndAStateAre) {
+  const std::array<std::uint8_t, 1> data{0x42};
+  StepWires step;
+  step.events = {{WireEventKind::kCanReceived, 0x190U | kSecondBus, data},
+                 {WireEventKind::kCanState, 1U | 1U << kStateOfBit, {}},
+                 {WireEventKind::kCanState, 2, {}}};
+  ReplayedWires wires;
+  wires.begin(step);
+  CanFrame frame;
+  ASSERT_TRUE(wires.can().receive(frame));
+  EXPECT_EQ(frame, (CanFrame{.id = 0x190U | kSecondBus, .size = 1, .data = {0x42}}));
+  EXPECT_EQ(wires.can().state(), CanState::kPassive);
+  EXPECT_EQ(wires.can().state_of(), 1);
+  EXPECT_EQ(wires.can().state(), CanState::kBusOff) << "as recordings of one bus have it";
+  EXPECT_EQ(wires.can().state_of(), 0);
 }
 
 TEST(TappedCan, CountsTheFramesThatItHasNoRoomToCopyAndStillPassesThem) {

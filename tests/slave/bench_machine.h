@@ -15,6 +15,7 @@
 #include "slave/slave_loop.h"
 #include "tests/slave/lossy_can.h"
 #include "tests/slave/test_machine.h"
+#include "transport/can_buses.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
 
@@ -90,7 +91,8 @@ class BenchMachine {
       : description(machine),
         kinematics(machine),
         bus(3, machine.bus.bit_rate),
-        nodes(machine, errors(), bus.port(1), 1),
+        second(3, machine.bus.second.value_or(BusLine()).bit_rate),
+        nodes(machine, errors(), nodes_end, 1),
         start(own),
         loop(machine, can, link, own) {
     wire.reserve(200000);
@@ -99,6 +101,11 @@ class BenchMachine {
                    if (self.recording) self.wire.push_back({at, frame});
                  },
                  this});
+    second.set_tap({[](void* context, Time at, const CanFrame& frame) {
+                      auto& self = *static_cast<BenchMachine*>(context);
+                      if (self.recording) self.wire.push_back({at, {frame.id | kSecondBus, frame.size, frame.data}});
+                    },
+                    this});
     const JointVector angle(0.3, -1.5, -0.8);
     for (int i = 0; i < kJoints; ++i) signals.cylinder_m[i] = kinematics.cylinder_at(i, angle[i]).value().length_m;
     signals.pressure_Pa = resting_pressures_Pa(description, angle);
@@ -113,6 +120,7 @@ class BenchMachine {
     plant();
     nodes.step(now, signals);
     bus.advance(now);
+    second.advance(now);
     if (ticks % 5 != 0) return;
     if (link_up) {
       const std::uint32_t sequence = hand.stamp.sequence + 1;
@@ -187,9 +195,10 @@ class BenchMachine {
 
   MachineDescription description;
   Kinematics kinematics;
-  VirtualCanBus bus;  ///< Ports: the controller's, the nodes', and a stranger's.
+  VirtualCanBus bus, second;  ///< Ports: the controller's, the nodes', and a stranger's. The second may have none.
+  CanBuses nodes_end{bus.port(1), &second.port(1)}, controllers_end{bus.port(0), &second.port(0)};
   sim::CanNodes nodes;
-  LossyCan can{bus.port(0)};  ///< The controller's end.
+  LossyCan can{controllers_end};  ///< The controller's end.
   ScriptedLink link;
   LinkStart start;
   slave::SlaveLoop loop;

@@ -20,6 +20,7 @@ class LossyCan final : public CanBus {
     return false;
   }
   [[nodiscard]] CanState state() const noexcept override { return bus_.state(); }
+  [[nodiscard]] std::uint8_t state_of() const noexcept override { return bus_.state_of(); }
   void acknowledge() noexcept override { bus_.acknowledge(); }
   std::vector<std::uint32_t> lost;
 

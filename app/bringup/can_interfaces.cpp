@@ -1,0 +1,40 @@
+#include "app/bringup/can_interfaces.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "app/cli/command.h"
+
+namespace knuckle::bringup {
+
+std::vector<std::string> can_interfaces(const std::vector<std::string>& given, const BusDescription& bus) {
+  std::vector<std::string> interfaces(bus.lines());
+  for (const std::string& one : given) {
+    const auto equals = one.find('=');
+    const std::string name = one.substr(0, equals);
+    const bool named = equals != std::string::npos;
+    if (!named && bus.second)
+      cli::refuse_option("--can", one, "the machine has two buses: must be NAME=INTERFACE with " + bus.line_names());
+    const auto on = named ? bus.line_named(name) : 0;
+    if (!on)
+      cli::refuse_option("--can", one,
+                         "no bus \"" + name + "\"; " +
+                             (bus.name.empty() ? "the machine has one, without a name"
+                                               : (bus.second ? "there are " : "there is ") + bus.line_names()));
+    const std::string interface = named ? one.substr(equals + 1) : one;
+    if (!interfaces[*on].empty()) cli::refuse_option("--can", one, "this bus was given before");
+    if (!interface.empty() && interface == interfaces[bus.lines() - 1 - *on])
+      cli::refuse_option("--can", one, "is the interface of the other bus");
+    interfaces[*on] = interface;
+  }
+  for (std::size_t on = 0; on < interfaces.size(); ++on)
+    if (interfaces[on].empty())
+      cli::refuse_option("--can", "", "needs " + (bus.second ? bus.line(on).name + "=" : "") + "INTERFACE, too");
+  return interfaces;
+}
+
+std::string can_text(const std::vector<std::string>& given) {
+  return fmt::format("{}", fmt::join(given, " and "));
+}
+
+}  // namespace knuckle::bringup

@@ -1,0 +1,35 @@
+// --can of commands that work on a machine's buses: INTERFACE, or where the machine has two NAME=INTERFACE for each.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "machine/bus_description.h"
+#include "transport/can_buses.h"
+#include "transport/socket_can.h"
+
+namespace knuckle::bringup {
+
+/// In the order of the machine file. @throws InputError in one line where a bus is missing, unknown or given twice.
+[[nodiscard]] std::vector<std::string> can_interfaces(const std::vector<std::string>& given, const BusDescription& bus);
+
+/// What was given, for people: "valves=can0 and machine=can1".
+[[nodiscard]] std::string can_text(const std::vector<std::string>& given);
+
+/// One interface, or two, as the loop's one bus.
+class OpenInterfaces {
+ public:
+  /// @param each in the order of the machine file; one or two.
+  explicit OpenInterfaces(std::vector<std::unique_ptr<SocketCanBus>> each)
+      : each_(std::move(each)), both_(*each_.front(), each_.size() > 1 ? each_[1].get() : nullptr) {}
+  [[nodiscard]] CanBus& bus() noexcept { return each_.size() > 1 ? static_cast<CanBus&>(both_) : *each_.front(); }
+  [[nodiscard]] const std::vector<std::unique_ptr<SocketCanBus>>& each() const noexcept { return each_; }
+
+ private:
+  std::vector<std::unique_ptr<SocketCanBus>> each_;
+  CanBuses both_;
+};
+
+}  // namespace knuckle::bringup

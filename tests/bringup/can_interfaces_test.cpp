@@ -1,0 +1,64 @@
+// --can of a machine with one bus and of one with two.
+#include "app/bringup/can_interfaces.h"
+
+#include <gtest/gtest.h>
+
+#include "app/bringup/planned_faults.h"
+#include "tests/support/refusal.h"
+#include "tests/support/two_buses.h"
+
+namespace knuckle::bringup {
+namespace {
+
+using Names = std::vector<std::string>;
+
+BusDescription one() {
+  return parse_machine(test::broadcast_text(), "m.toml").bus;
+}
+BusDescription two() {
+  return parse_machine(test::two_buses_text(), "m.toml").bus;
+}
+
+TEST(CanInterfaces, AreInTheOrderOfTheMachineFile) {
+  EXPECT_EQ(can_interfaces({"can0"}, one()), Names{"can0"});
+  EXPECT_EQ(can_interfaces({"machine=can1", "valves=can0"}, two()), (Names{"can0", "can1"}));
+  BusDescription named = one();
+  named.name = "valves";
+  EXPECT_EQ(can_interfaces({"valves=can0"}, named), Names{"can0"});
+  EXPECT_EQ(can_interfaces({"can0"}, named), Names{"can0"});
+  EXPECT_EQ(can_text({"valves=can0", "machine=can1"}), "valves=can0 and machine=can1");
+}
+
+TEST(CanInterfaces, WhatIsMissingUnknownOrGivenTwiceIsRefusedInOneLine) {
+  struct Case {
+    Names given;
+    BusDescription bus;
+    const char* said;
+  };
+  for (const Case& c : {
+           Case{{"can0"}, two(), "--can can0: the machine has two buses: must be NAME=INTERFACE with valves, machine"},
+           {{"valves=can0"}, two(), "--can: needs machine=INTERFACE, too"},
+           {{"valves=can0", "tracks=can1"}, two(), "--can tracks=can1: no bus \"tracks\"; there are valves, machine"},
+           {{"valves=can0", "valves=can1"}, two(), "--can valves=can1: this bus was given before"},
+           {{"valves=can0", "machine=can0"}, two(), "--can machine=can0: is the interface of the other bus"},
+           {{"valves=can0", "machine="}, two(), "--can: needs machine=INTERFACE, too"},
+           {{"valves=can0"}, one(), "--can valves=can0: no bus \"valves\"; the machine has one, without a name"},
+           {{"can0", "can1"}, one(), "--can can1: this bus was given before"},
+           {{}, one(), "--can: needs INTERFACE, too"},
+       })
+    EXPECT_EQ(test::refusal([&] { return can_interfaces(c.given, c.bus); }), c.said);
+}
+
+TEST(CanInterfaces, AFaultOfABusSaysWhich) {
+  EXPECT_EQ(parse_fault("bus_cut:machine@3+1", two()).node, 1);
+  EXPECT_EQ(parse_fault("babble:valves@usr1", two()).node, 0);
+  EXPECT_NE(test::refusal([] { return parse_fault("bus_cut@3", two()); }).find("there are valves, machine"),
+            std::string::npos);
+  EXPECT_NE(test::refusal([] { return parse_fault("bus_cut:tracks@3", two()); }).find("no bus \"tracks\""),
+            std::string::npos);
+  EXPECT_NE(test::refusal([] { return parse_fault("bus_cut:machine@3", one()); }).find("takes no node"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle::bringup
