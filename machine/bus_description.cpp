@@ -14,6 +14,11 @@ const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const 
 
 }  // namespace
 
+bool BroadcastFrame::only_readings() const noexcept {
+  return std::all_of(fields.begin(), fields.end(),
+                     [](const BroadcastField& field) { return field.info().role == NodeRole::kReading; });
+}
+
 bool moves_joint(const CommandFrame& frame) noexcept {
   return std::any_of(frame.fields.begin(), frame.fields.end(),
                      [](const CommandField& field) { return field.joint.has_value(); });
@@ -60,6 +65,11 @@ std::uint32_t BusDescription::command_id(int joint) const noexcept {
       if (field.joint == joint && field.extend) return frame.id;
   }
   return 0;
+}
+
+bool BusDescription::commands_by_address() const noexcept {
+  return std::any_of(commands.begin(), commands.end(),
+                     [](const CommandFrame& frame) { return frame.mask != CanFilter::kWhole; });
 }
 
 double BusDescription::joint_period_s() const noexcept {

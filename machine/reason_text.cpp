@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "transport/j1939.h"
+
 namespace knuckle {
 namespace {
 
@@ -44,12 +46,18 @@ std::string id_text(std::uint32_t id) {
   return (id & kExtendedId) != 0 ? fmt::format("0x{:08X}", id & ~kExtendedId) : fmt::format("0x{:03X}", id);
 }
 
+std::string frame_text(const BroadcastFrame& frame) {
+  if (!frame.is_group()) return fmt::format("{} ({})", frame.name, id_text(frame.id));
+  const std::string of = frame.source ? fmt::format(" of 0x{:02X}", *frame.source) : "";
+  return fmt::format("{} (PGN 0x{:04X}{})", frame.name, j1939::group_of(frame.id), of);
+}
+
 std::string subject_text(const Reason& reason, const BusDescription& bus) {
   const NodeDescription* const node = node_of(reason, bus);
   const SignalInfo* const signal = signal_info(reason);
   if (node == nullptr && signal != nullptr) {
     const BroadcastFrame* const frame = bus.broadcast(signal->role, signal->index).frame;
-    return frame == nullptr ? signal->name : fmt::format("{} ({}), {}", frame->name, id_text(frame->id), signal->name);
+    return frame == nullptr ? signal->name : frame_text(*frame) + ", " + signal->name;
   }
   if (node == nullptr) return subject_text(reason);
   return node_text(*node) + (signal == nullptr ? "" : std::string(", ") + signal->name);

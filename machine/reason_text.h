@@ -24,6 +24,8 @@ namespace knuckle {
 [[nodiscard]] std::string node_text(std::uint8_t id, const BusDescription& bus);
 /// An identifier as candump writes it, with 0x: "0x18F00A21", "0x181".
 [[nodiscard]] std::string id_text(std::uint32_t id);
+/// A frame that the machine sends: "front_angle (0x18FF1021)", "engine (PGN 0xF004)", "engine (PGN 0xF004 of 0x00)".
+[[nodiscard]] std::string frame_text(const BroadcastFrame& frame);
 /// What the reason is about: "pressures (node 0x20), boom_head_pressure"; what is no node as subject_text(reason).
 [[nodiscard]] std::string subject_text(const Reason& reason, const BusDescription& bus);
 /// One line a person can act on: "pressures (node 0x20), boom_head_pressure: sensor has stopped sending: ...".

@@ -18,6 +18,7 @@
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::slave {
 
@@ -38,9 +39,10 @@ struct ValidityLimits {
 inline constexpr ValidityLimits kValidity{};
 
 inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
-                             kSensorPlaces = kStatusPlace + 2;
+                             kReadingsPlace = kStatusPlace + 2,
+                             kSensorPlaces = kReadingsPlace + MachineReadings::kCount;
 /// Place of what a channel measures among pressures, lengths, slope, E-stop and pilot pressure as the machine sends
-/// them; kSensorPlaces where it measures nothing.
+/// them, and its readings; kSensorPlaces where it measures nothing.
 [[nodiscard]] std::size_t sensor_place(const NodeChannel& channel) noexcept;
 
 /// How much older than other values a slope may be: it does not come with every SYNC.
@@ -66,6 +68,8 @@ class SensorSet {
   [[nodiscard]] std::optional<bool> e_stop_closed() const noexcept { return yes(kStatusPlace); }
   [[nodiscard]] std::optional<bool> pilot_on() const noexcept { return yes(kStatusPlace + 1); }
   [[nodiscard]] bool tells_pilot() const noexcept { return counts(kStatusPlace + 1); }
+  /// Likewise what people are told; unknown as soon as the machine says that there is none, or after three periods.
+  [[nodiscard]] MachineReadings readings(Time now) const noexcept;
 
   /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
   /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
@@ -94,6 +98,7 @@ class SensorSet {
     BitField field{};                             ///< In its frame.
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
+    bool yes_or_no = false;                       ///< is_yes_or_no()
     std::uint64_t on = 1;                         ///< BroadcastField::on
     Duration age_limit{};
     double value = 0;                           ///< Last good one, SI.

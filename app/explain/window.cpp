@@ -4,6 +4,7 @@
 
 #include "app/cli/interrupt.h"
 #include "slave/modes.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::explain {
@@ -64,7 +65,8 @@ LinkSeen link_seen(Time at, const recording::WireEvent& event, bool machine_side
   LinkSeen seen{at, event.kind, true};
   if (event.kind != WireEventKind::kLinkReceived) return seen;
   seen.understood = machine_side ? decode_master(event.data).has_value() || decode_home(event.data).has_value()
-                                 : decode_slave(event.data).has_value() || decode_status(event.data).has_value();
+                                 : decode_slave(event.data).has_value() || decode_status(event.data).has_value() ||
+                                       decode_readings(event.data).has_value();
   return seen;
 }
 

@@ -17,6 +17,7 @@
 #include "core/reason.h"
 #include "machine/bus_description.h"
 #include "transport/can_health.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::programs {
 
@@ -78,5 +79,7 @@ void commit_all(std::initializer_list<AskedOutput*> outputs);
 [[nodiscard]] cli::Json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
 [[nodiscard]] cli::Json reason_json(const Reason& reason, const BusDescription& bus);
+/// By their names; null where one is unknown.
+[[nodiscard]] cli::Json readings_json(const MachineReadings& readings);
 
 }  // namespace knuckle::programs

@@ -243,6 +243,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   json.update(nodes_json(outcome, bus));
   json["stop"] = {
       {"commanded", outcome.commanded}, {"confirmed", outcome.stop_confirmed()}, {"unconfirmed", outcome.unconfirmed}};
+  json["readings"] = readings_json(outcome.readings);
   json["malformed_datagrams"] = outcome.malformed_datagrams;
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
@@ -280,7 +281,7 @@ std::string audit_folder(const Options& o) {
 /// nullptr where somebody ended the waiting for it.
 std::unique_ptr<SocketCanBus> open_interface(const Options& o, const MachineDescription& machine,
                                              const cli::InterruptGuard& interrupt, ProgramConsole& console) {
-  const std::vector<std::uint32_t> hear = slave::heard_by_controller(machine.bus);
+  const std::vector<CanFilter> hear = slave::heard_by_controller(machine.bus);
   if (!o.wait_for_can) return std::make_unique<SocketCanBus>(o.can, hear);
   return open_when_up(
       o.can, hear, [&console](const std::string& what) { console.note(what); },
