@@ -39,7 +39,7 @@ void SlaveLoop::step(Time now) noexcept {
   watch_digging();
   decision_ = next_mode(decision_.state, observe(now));
   command(now);
-  j1939_.step(bus_, now);
+  if (client_.commanded()) j1939_.step(bus_, now);
   client_.end_step(gate_.commands, led(decision_.state.mode), now, j1939_.may_command());
   ++sequence_;
   link_.send(encode(message(now)).view());

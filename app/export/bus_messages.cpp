@@ -441,11 +441,19 @@ void write_comments(std::ostream& out, const MachineDescription& machine, const 
 
 void write_attributes(std::ostream& out, const MachineDescription& machine, const std::vector<Message>& messages) {
   constexpr int kLongest_ms = 60000;
+  // That a message is a J1939 parameter group.
+  constexpr const char* kFormats =
+      "BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\";\n";
+  constexpr const char* kFormat = "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\n";
+  const std::vector<BroadcastFrame>& own = machine.bus.broadcasts;
+  const bool groups = std::any_of(own.begin(), own.end(), [](const BroadcastFrame& frame) { return frame.is_group(); });
   fmt::print(out,
              "BA_DEF_ \"BusType\" STRING ;\nBA_DEF_ \"Baudrate\" INT 0 1000000;\n"
-             "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 {};\nBA_DEF_DEF_ \"BusType\" \"CAN\";\n"
-             "BA_DEF_DEF_ \"Baudrate\" 500000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_ \"Baudrate\" {};\n",
-             kLongest_ms, machine.bus.bit_rate);
+             "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 {};\n{}BA_DEF_DEF_ \"BusType\" \"CAN\";\n"
+             "BA_DEF_DEF_ \"Baudrate\" 500000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n{}BA_ \"Baudrate\" {};\n",
+             kLongest_ms, groups ? kFormats : "", groups ? kFormat : "", machine.bus.bit_rate);
+  for (const BroadcastFrame& frame : own)
+    if (frame.is_group()) fmt::print(out, "BA_ \"VFrameFormat\" BO_ {} 3;\n", frame.id);
   for (const Message& message : messages) {
     if (!message.period_s) continue;
     const double period_ms = *message.period_s * 1e3, whole_ms = std::round(period_ms);

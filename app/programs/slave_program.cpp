@@ -187,7 +187,7 @@ void SlaveRunner::observe_reads(Time now) noexcept {
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
   side_.can.stamp(now);
-  const bool commanded = side_.slave.client().commanded();
+  const bool commanded = side_.slave.client().commanded() && side_.slave.j1939().may_command();
   if (!said_off_) {
     said_off_ = true;
     stop_.go_on_from(side_.slave.client().command_frames());

@@ -14,6 +14,7 @@
 #include "tests/export/machines.h"
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/j1939_machine.h"
 #include "transport/canopen.h"
 
 namespace knuckle::exporting {
@@ -69,6 +70,18 @@ TEST(BusMessages, SignalsFitIntoTheirFramesAndDoNotOverlap) {
       }
     }
   }
+}
+
+TEST(BusMessages, ParameterGroupsOfJ1939AreSaidToBeSome) {
+  std::ostringstream dbc;
+  write_dbc(test::j1939_machine(), dbc);
+  for (const char* said : {"BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\"", "BO_ 2566844158 coolant: 8 machine_controller",
+                           "BA_ \"VFrameFormat\" BO_ 2566844158 3;", "BA_ \"VFrameFormat\" BO_ 2565866496 3;",
+                           " SG_ coolant_temperature : 0|8@1+ (1,-40) [0|0] \"degC\""})
+    EXPECT_NE(dbc.str().find(said), std::string::npos) << said << dbc.str();
+  std::ostringstream without;
+  write_dbc(test::broadcast_machine(), without);
+  EXPECT_EQ(without.str().find("VFrameFormat"), std::string::npos);
 }
 
 TEST(BusMessages, RangesAreWhatTheSensorsAreBelievedIn) {
