@@ -8,7 +8,7 @@
 namespace knuckle {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, const char*>, 12> kUnits{{{"rad", "rad"},
+constexpr std::array<std::pair<std::string_view, const char*>, 14> kUnits{{{"rad", "rad"},
                                                                            {"radps", "rad/s"},
                                                                            {"m", "m"},
                                                                            {"N", "N"},
@@ -19,7 +19,9 @@ constexpr std::array<std::pair<std::string_view, const char*>, 12> kUnits{{{"rad
                                                                            {"kg", "kg"},
                                                                            {"Pa", "Pa"},
                                                                            {"s", "s"},
-                                                                           {"ns", "ns"}}};
+                                                                           {"ns", "ns"},
+                                                                           {"degC", "degC"},
+                                                                           {"V", "V"}}};
 
 template <typename Number>
 double read(const std::byte* at) noexcept {

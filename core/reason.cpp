@@ -132,6 +132,11 @@ constexpr std::array<Entry, static_cast<std::size_t>(ReasonCode::kCount)> kEntri
      "something may be pressed, so the machine does not go on without its pressures: repair the transmitter", nullptr},
     {"motion_not_following", SubjectKind::kJoint,
      "does not move as it was told: check its valve, its position sensor and the machine's own controller", nullptr},
+    {"group_twice", SubjectKind::kNodeOrSignal,
+     "two devices send its parameter group: take one off, or give the frame's source in the machine file", nullptr},
+    {"address_lost", SubjectKind::kNothing,
+     "another device has the J1939 address that commands go out from: give them one that nobody has, then start again",
+     nullptr},
 }};
 
 const Entry& entry(ReasonCode code) noexcept {
@@ -163,6 +168,10 @@ std::string foreign_text(const Reason& reason) {
 std::string twice_text(const Reason& reason) {
   if (reason.value == 2 && reason.limit == 1) return " (two answers to one request)";
   return fmt::format(" ({:.0f} frames where {:.0f} are due)", double(reason.value), double(reason.limit));
+}
+
+unsigned address_of(float value) {
+  return value >= 0 && value <= 0xFF ? static_cast<unsigned>(value) : 0xFF;
 }
 
 /// Three digits, but whole thousands and codes in full: 1213, not 1.21e+03.
@@ -221,6 +230,9 @@ std::string text_about(const std::string& subject, const Reason& reason) {
   if (reason.code == ReasonCode::kOtherController || reason.code == ReasonCode::kForeignSender)
     return line + foreign_text(reason);
   if (reason.code == ReasonCode::kNodeIdTwice) return line + twice_text(reason);
+  if (reason.code == ReasonCode::kGroupTwice)
+    return line + fmt::format(" (0x{:02X} beside 0x{:02X})", address_of(reason.value), address_of(reason.limit));
+  if (reason.code == ReasonCode::kAddressLost) return line + fmt::format(" (0x{:02X})", address_of(reason.value));
   if (e.unit != nullptr && std::strcmp(e.unit, "ms") == 0 && reason.value > kNeverYet_ms) return line + " (never yet)";
   if (e.unit != nullptr) {
     line +=

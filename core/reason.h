@@ -96,6 +96,9 @@ enum class ReasonCode : std::uint16_t {
   kHomePressed,  ///< subject: joint; not chosen: something may be pressed
   // A machine whose valves do not tell where their spools are.
   kMotionNotFollowing,  ///< subject: joint; by its angle or length it does not move as it was told
+  // J1939.
+  kGroupTwice,   ///< subject: signal; addresses of the second and the first sender of its parameter group
+  kAddressLost,  ///< another device has the address that commands go out from; value: the address
   kCount,
 };
 

@@ -14,6 +14,11 @@ const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const 
 
 }  // namespace
 
+bool BroadcastFrame::only_readings() const noexcept {
+  return std::all_of(fields.begin(), fields.end(),
+                     [](const BroadcastField& field) { return field.info().role == NodeRole::kReading; });
+}
+
 bool moves_joint(const CommandFrame& frame) noexcept {
   return std::any_of(frame.fields.begin(), frame.fields.end(),
                      [](const CommandField& field) { return field.joint.has_value(); });
@@ -59,6 +64,19 @@ std::uint32_t BusDescription::command_id(int joint) const noexcept {
     for (const CommandField& field : frame.fields)
       if (field.joint == joint && field.extend) return frame.id;
   }
+  return 0;
+}
+
+bool BusDescription::commands_by_address() const noexcept {
+  return std::any_of(commands.begin(), commands.end(),
+                     [](const CommandFrame& frame) { return frame.mask != CanFilter::kWhole; });
+}
+
+std::uint32_t BusDescription::j1939_line() const noexcept {
+  for (const CommandFrame& frame : commands)
+    if (frame.mask != CanFilter::kWhole) return frame.id & kSecondBus;
+  for (const BroadcastFrame& frame : broadcasts)
+    if (frame.on_request) return frame.id & kSecondBus;
   return 0;
 }
 
@@ -116,6 +134,7 @@ BusDescription BusDescription::alone(std::size_t bus) const {
   one.foreign_load = own.foreign_load;
   one.second.reset();
   if (bus != 0) one.nodes.clear();
+  if ((j1939_line() != 0) != (bus != 0)) one.j1939_address.reset();
   const auto keep = [bus](auto& frames) {
     std::erase_if(frames, [bus](const auto& frame) { return ((frame.id & kSecondBus) != 0) != (bus != 0); });
     for (auto& frame : frames) frame.id &= ~kSecondBus;

@@ -18,18 +18,19 @@
 
 namespace knuckle {
 
-/// Device profile of CiA: 408, 404, 406, 410, 401.
-enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable };
+/// Device profile of CiA: 408, 404, 406, 410, 401. kReading: no node's, and nothing that moves the machine or stops it:
+/// people are told it.
+enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable, kReading };
 
 /// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
 struct SignalInfo {
-  const char* name;       ///< As machine files call it.
-  const char* node;       ///< What its node is called where the file has [bus.nodes], and in scenarios.
-  NodeRole role;          ///< Of the nodes that can have it.
-  int index;              ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side.
+  const char* name;  ///< As machine files call it.
+  const char* node;  ///< What its node is called where the file has [bus.nodes], and in scenarios.
+  NodeRole role;     ///< Of the nodes that can have it.
+  int index;  ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side; of a reading its place.
   bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
-/// All are needed, but of each joint's length and angle one, and no is_status(); valves and enable only where no
+/// All are needed, but of each joint's length and angle one, and no is_optional(); valves and enable only where no
 /// CommandFrame tells the joints what to do. A node's place in BusDescription::nodes is that of its
 /// first signal here. Reasons in recordings and on the link name a signal by its place: new ones go to the end.
 inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
@@ -51,11 +52,27 @@ inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", Node
                                      SignalInfo{"machine_enable", "enable", NodeRole::kEnable, 0},
                                      // What the enable node's inputs say, of a machine that sends it by itself.
                                      SignalInfo{"e_stop_closed", "e_stop_closed", NodeRole::kEnable, 1},
-                                     SignalInfo{"pilot_on", "pilot_on", NodeRole::kEnable, 2}};
+                                     SignalInfo{"pilot_on", "pilot_on", NodeRole::kEnable, 2},
+                                     // In the order of MachineReadings (transport/machine_readings.h).
+                                     SignalInfo{"engine_speed", "engine_speed", NodeRole::kReading, 0},
+                                     SignalInfo{"engine_running", "engine_running", NodeRole::kReading, 1},
+                                     SignalInfo{"oil_temperature", "oil_temperature", NodeRole::kReading, 2},
+                                     SignalInfo{"coolant_temperature", "coolant_temperature", NodeRole::kReading, 3},
+                                     SignalInfo{"engine_hours", "engine_hours", NodeRole::kReading, 4},
+                                     SignalInfo{"battery_voltage", "battery_voltage", NodeRole::kReading, 5},
+                                     SignalInfo{"fuel_level", "fuel_level", NodeRole::kReading, 6}};
 inline constexpr int kEStopClosedIndex = 1, kPilotOnIndex = 2;  ///< SignalInfo::index of NodeRole::kEnable.
+inline constexpr int kEngineRunningIndex = 1;                   ///< Of NodeRole::kReading.
 /// Whether a machine may send it by itself, and does not need it: SignalInfo::index 1 or 2 of NodeRole::kEnable.
 [[nodiscard]] constexpr bool is_status(const SignalInfo& signal) noexcept {
   return signal.role == NodeRole::kEnable && signal.index > 0;
+}
+[[nodiscard]] constexpr bool is_optional(const SignalInfo& signal) noexcept {
+  return is_status(signal) || signal.role == NodeRole::kReading;
+}
+/// Its raw value says yes or no.
+[[nodiscard]] constexpr bool is_yes_or_no(const SignalInfo& signal) noexcept {
+  return is_status(signal) || (signal.role == NodeRole::kReading && signal.index == kEngineRunningIndex);
 }
 
 /// How a device of CiA 408 is led through its states.
@@ -147,19 +164,27 @@ struct BroadcastField {
   BitField bits;            ///< To SI; of an angle or slope with sign and zero of its installation.
   /// Raw values from here on say that there is none: 0xFB of 8 bits, 0xFB00 of 16 in J1939.
   std::optional<std::uint64_t> invalid_from{};
-  std::uint64_t on = 1;  ///< Of is_status(): the raw value that says yes.
+  std::uint64_t on = 1;  ///< Of is_yes_or_no(): the raw value that says yes.
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
   bool operator==(const BroadcastField&) const = default;
 };
 
-/// A frame that the machine's own controller sends: nobody starts or asks its sender, but it must keep coming.
+/// A frame that the machine's own controller sends: nobody starts its sender, but it must keep coming.
 struct BroadcastFrame {
   std::string name;
   std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
+  /// Bits of an identifier that it is known by: of a J1939 parameter group neither priority nor addresses.
+  std::uint32_t mask = CanFilter::kWhole;
+  std::optional<std::uint8_t> source{};  ///< Of a group: the only address whose values count. Else the first heard.
   std::uint8_t bytes = 8;
   double period_s = 0;
+  bool on_request = false;  ///< Of a group: it is asked for once a period, and need not come by itself.
   std::vector<BroadcastField> fields{};
   FrameClosing closing{};  ///< Where it has a counter or a checksum.
+  [[nodiscard]] constexpr CanFilter filter() const noexcept { return {id, mask}; }
+  [[nodiscard]] constexpr bool is_group() const noexcept { return mask != CanFilter::kWhole; }
+  /// Whether it is for people alone.
+  [[nodiscard]] bool only_readings() const noexcept;
   bool operator==(const BroadcastFrame&) const = default;
 };
 
@@ -193,11 +218,15 @@ struct CommandField {
 struct CommandFrame {
   std::string name;
   std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
+  /// Bits by which another sender's is known: where it goes out from BusDescription::j1939_address, whatever its
+  /// priority and source.
+  std::uint32_t mask = CanFilter::kWhole;
   std::uint8_t bytes = 8;
   double period_s = 0;
   bool always = true;  ///< Also while nobody leads the machine.
   std::vector<CommandField> fields{};
   FrameClosing closing{};
+  [[nodiscard]] constexpr CanFilter filter() const noexcept { return {id, mask}; }
   bool operator==(const CommandFrame&) const = default;
 };
 
@@ -248,6 +277,7 @@ struct BusDescription {
   double start_timeout_s = 1;       ///< "Operational" after NMT start.
   double activate_timeout_s = 0.5;  ///< Valves ACTIVE after the control words.
   std::uint8_t controller_id = 1;
+  std::optional<std::uint8_t> j1939_address{};  ///< That Knuckle claims, to ask for groups or command from it.
   WireDescription wire;
   std::vector<NodeDescription> nodes;  ///< In the order of kSignals.
   std::vector<BroadcastFrame> broadcasts;
@@ -305,6 +335,10 @@ struct BusDescription {
   [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty(); }
   /// Whether the machine's own controller is told what to do, and no valve or enable node.
   [[nodiscard]] bool by_frames() const noexcept { return !commands.empty(); }
+  /// kSecondBus where j1939_address is claimed on that: the bus of the frames that are sent from it.
+  [[nodiscard]] std::uint32_t j1939_line() const noexcept;
+  /// Whether command frames go out from j1939_address.
+  [[nodiscard]] bool commands_by_address() const noexcept;
   /// The longest period of a command frame that moves a joint; 0 where there is none.
   [[nodiscard]] double joint_period_s() const noexcept;
   /// @param bus 0 or, where there are two, 1

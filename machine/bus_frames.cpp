@@ -61,6 +61,7 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
       return {field(Part::kValue, channel, channel.number == 2 ? canopen::kTiltLateral : canopen::kTiltSlope,
                     Type::kSigned, 16, sensors.tilt_step_rad)};
     case NodeRole::kEnable:
+    case NodeRole::kReading:
       break;
   }
   return {field(Part::kStatus, channel, canopen::kEnableInputs, Type::kUnsigned, 8)};

@@ -15,25 +15,13 @@
 #include "core/units.h"
 #include "machine/bus_budget.h"
 #include "machine/load_frames.h"
+#include "machine/signal_units.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
 
-constexpr std::array kPressureUnits{Unit{"bar", kBar}, Unit{"Pa", 1}, Unit{"kPa", 1e3}, Unit{"MPa", 1e6}};
-constexpr std::array kLengthUnits{Unit{"mm", kMilli}, Unit{"m", 1}};
-constexpr std::array kAngleUnits{Unit{"rad", 1}, Unit{"deg", kDegree}};
-
 constexpr double kSlowestStatus_s = 0.1;
-
-bool is_angle(const SignalInfo& signal) noexcept {
-  return signal.is_angle || signal.role == NodeRole::kTilt;
-}
-
-std::span<const Unit> units_of(const SignalInfo& signal) noexcept {
-  if (signal.role == NodeRole::kPressure) return kPressureUnits;
-  if (is_angle(signal)) return kAngleUnits;
-  return kLengthUnits;
-}
 
 bool is_measured(const SignalInfo& signal) noexcept {
   return signal.role != NodeRole::kValve && (signal.role != NodeRole::kEnable || is_status(signal));
@@ -89,34 +77,46 @@ void check_pressure(const TomlTable& file, const BroadcastField& field, const Se
                {"unit", "scale", "offset", "invalid_from", ".sensors.pressure_range_bar"});
 }
 
+/// By invalid_from or invalid; of a group what J1939 says of the length, where the file says nothing.
+std::optional<std::uint64_t> read_invalid(TomlTable& file, const BitField& bits, bool is_group, std::int64_t most) {
+  const bool has_kind = file.has("invalid");
+  const bool by_length = has_kind ? file.choice("invalid", {"j1939", "none"}) == 0 : is_group;
+  const bool is_unsigned = bits.type == BitField::Type::kUnsigned;
+  if (file.has("invalid_from")) {
+    const auto from = static_cast<std::uint64_t>(file.integer("invalid_from", 1, most));
+    file.require(is_unsigned, "invalid_from", "only goes with type = \"unsigned\"", {"type"});
+    file.require(!has_kind, "invalid", "stands beside invalid_from: keep one of the two");
+    return from;
+  }
+  const auto from = by_length && is_unsigned ? j1939::invalid_from(bits.bits) : std::nullopt;
+  file.require(from || !has_kind || !by_length, "invalid",
+               "J1939 says it of unsigned values of 2, 4 and at least 8 bits: give invalid_from", {"bits", "type"});
+  return from;
+}
+
 /// Yes or no.
-void read_status(TomlTable& file, BroadcastField& field) {
+void read_status(TomlTable& file, BroadcastField& field, bool is_group) {
   constexpr std::uint8_t kMostBits = 32;
   file.require(field.bits.type == BitField::Type::kUnsigned && field.bits.bits <= kMostBits, "bits",
                "must be at most 32 of an unsigned", {"type"});
   const std::int64_t most = (std::int64_t{1} << std::min(field.bits.bits, kMostBits)) - 1;
   if (file.has("on")) field.on = static_cast<std::uint64_t>(file.integer("on", 0, most));
-  if (file.has("invalid_from")) {
-    field.invalid_from = static_cast<std::uint64_t>(file.integer("invalid_from", 1, most));
-    file.require(field.on < *field.invalid_from, "on", "is said to be none by invalid_from", {"invalid_from"});
-  }
+  field.invalid_from = read_invalid(file, field.bits, is_group, most);
+  file.require(!field.invalid_from || field.on < *field.invalid_from, "on", "is said to be none by invalid_from",
+               {"invalid_from"});
 }
 
-BroadcastField read_field(TomlTable file, std::size_t signal, std::uint8_t frame_bytes,
+BroadcastField read_field(TomlTable file, std::size_t signal, const BroadcastFrame& frame,
                           const SensorDescription& sensors) {
-  BroadcastField field{.signal = static_cast<std::uint8_t>(signal), .bits = read_bits(file, frame_bytes)};
-  if (is_status(field.info())) {
-    read_status(file, field);
+  BroadcastField field{.signal = static_cast<std::uint8_t>(signal), .bits = read_bits(file, frame.bytes)};
+  if (is_yes_or_no(field.info())) {
+    read_status(file, field, frame.is_group());
     return field;
   }
   read_meaning(file, field.info(), field.bits);
-  if (file.has("invalid_from")) {
-    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
-    const std::int64_t most = field.bits.bits < 63 ? (std::int64_t{1} << field.bits.bits) - 1 : kMost;
-    field.invalid_from = static_cast<std::uint64_t>(file.integer("invalid_from", 1, most));
-    file.require(field.bits.type == BitField::Type::kUnsigned, "invalid_from", "only goes with type = \"unsigned\"",
-                 {"type"});
-  }
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  const std::int64_t most = field.bits.bits < 63 ? (std::int64_t{1} << field.bits.bits) - 1 : kMost;
+  field.invalid_from = read_invalid(file, field.bits, frame.is_group(), most);
   if (field.info().role == NodeRole::kPressure) check_pressure(file, field, sensors);
   return field;
 }
@@ -126,17 +126,18 @@ class BroadcastReader {
   BroadcastReader(const BusDescription& bus, const SensorDescription& sensors) : bus_(bus), sensors_(sensors) {}
 
   void read(TomlTable& file, std::uint32_t bus) {
-    const FrameHead head = read_frame_head(file, heads_, bus);
-    BroadcastFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
+    const FrameHead head = read_frame_head(file, heads_, bus, true);
+    BroadcastFrame frame{.name = head.name,
+                         .id = head.id,
+                         .mask = head.mask,
+                         .source = head.source,
+                         .bytes = head.bytes,
+                         .period_s = head.period_s,
+                         .on_request = head.on_request};
     read_signals(file.table("signals"), frame);
-    const bool only_status = std::all_of(frame.fields.begin(), frame.fields.end(),
-                                         [](const BroadcastField& field) { return is_status(field.info()); });
-    file.require(only_status || 2 * frame.period_s <= bus_.sensor_age_limit_s * (1 + 1e-9), "period_ms",
-                 fmt::format("must be at most {}, half of bus.sensor_age_limit_ms",
-                             number_text(bus_.sensor_age_limit_s / kMilli / 2)),
-                 {".bus.sensor_age_limit_ms"});
-    file.require(frame.period_s <= kSlowestStatus_s * (1 + 1e-9), "period_ms",
-                 fmt::format("must be at most {}", number_text(kSlowestStatus_s / kMilli)));
+    check_period(file, frame);
+    file.require(!frame.source || frame.source != bus_.j1939_address, "source",
+                 "is Knuckle's own address: bus.j1939_address must be one that nobody has", {".bus.j1939_address"});
     std::vector<UsedBits> used;
     for (const BroadcastField& field : frame.fields) used.push_back({field.bits, field.info().name});
     frame.closing = read_frame_closing(file, frame.bytes, used);
@@ -146,6 +147,26 @@ class BroadcastReader {
   [[nodiscard]] std::vector<BroadcastFrame> take() { return std::move(all_); }
 
  private:
+  void check_period(const TomlTable& file, const BroadcastFrame& frame) const {
+    const bool only_readings = frame.only_readings();
+    if (frame.on_request) {
+      file.require(only_readings, "request_every_s",
+                   "is for values that people are told: what moves the machine or stops it must come by itself",
+                   {"signals"});
+      file.require(bus_.j1939_address.has_value(), "request_every_s",
+                   "needs bus.j1939_address, which the answer is asked from", {".bus.j1939_address"});
+    }
+    if (only_readings) return;
+    const bool only_optional = std::all_of(frame.fields.begin(), frame.fields.end(),
+                                           [](const BroadcastField& field) { return is_optional(field.info()); });
+    file.require(only_optional || 2 * frame.period_s <= bus_.sensor_age_limit_s * (1 + 1e-9), "period_ms",
+                 fmt::format("must be at most {}, half of bus.sensor_age_limit_ms",
+                             number_text(bus_.sensor_age_limit_s / kMilli / 2)),
+                 {".bus.sensor_age_limit_ms"});
+    file.require(frame.period_s <= kSlowestStatus_s * (1 + 1e-9), "period_ms",
+                 fmt::format("must be at most {}", number_text(kSlowestStatus_s / kMilli)));
+  }
+
   void read_signals(TomlTable signals, BroadcastFrame& frame) {
     const std::vector<std::string> keys = signals.keys();
     if (keys.empty()) signals.require(false, "", "must have at least one signal");
@@ -158,7 +179,7 @@ class BroadcastReader {
         signals.leave(key);
         continue;
       }
-      const BroadcastField field = read_field(signals.table(key), *place, frame.bytes, sensors_);
+      const BroadcastField field = read_field(signals.table(key), *place, frame, sensors_);
       if (signals.sound({key})) check_beside(signals, key, field, frame);
       frame.fields.push_back(field);
     }

@@ -24,6 +24,7 @@
 #include "machine/load_commands.h"
 #include "machine/load_frames.h"
 #include "machine/reason_text.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
@@ -60,7 +61,7 @@ class NodeReader {
   std::vector<NodeDescription> read_keyed(TomlTable nodes) {
     std::vector<NodeDescription> all;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
-      if (kSignals[i].is_angle || is_status(kSignals[i])) continue;
+      if (kSignals[i].is_angle || is_optional(kSignals[i])) continue;
       NodeDescription node;
       node.name = kSignals[i].node;
       node.role = kSignals[i].role;
@@ -106,7 +107,7 @@ class NodeReader {
     std::string names;
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
       const std::size_t other = in_place_of(i);
-      if (is_pressure_of(kSignals[i], without_pressures) || is_status(kSignals[i])) continue;
+      if (is_pressure_of(kSignals[i], without_pressures) || is_optional(kSignals[i])) continue;
       if (commanded_ && is_told(kSignals[i])) continue;
       if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
       names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
@@ -188,6 +189,7 @@ class NodeReader {
         return {2, "must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"};
       case NodeRole::kEncoder:
       case NodeRole::kEnable:
+      case NodeRole::kReading:
         break;
     }
     return {1, "must be channel 1"};
@@ -484,8 +486,16 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
   read_patience(file, bus);
   if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
   if (wanted("controller_id")) bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  if (file.has("j1939_address"))
+    bus.j1939_address = static_cast<std::uint8_t>(file.integer("j1939_address", 0, j1939::kMostAddress));
   bus.broadcasts = read_broadcasts(frames(0, "broadcast"), frames(1, "broadcast"), bus, sensors);
   read_commands(file, frames(0, "command"), frames(1, "command"), bus);
+  const bool asks = std::any_of(bus.broadcasts.begin(), bus.broadcasts.end(),
+                                [](const BroadcastFrame& frame) { return frame.on_request; });
+  file.require(!bus.j1939_address || asks || bus.commands_by_address(), "j1939_address",
+               "is used by nothing: no [[bus.broadcast]] has request_every_s, and no [[bus.command]] an id of 29 bits "
+               "that ends with it",
+               {"broadcast", "command"});
   bus.nodes = read_nodes(file, bus, sensors.without_pressures);
   const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
                       bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;

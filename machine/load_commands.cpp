@@ -12,6 +12,8 @@
 #include "core/joints.h"
 #include "core/units.h"
 #include "machine/load_frames.h"
+#include "machine/signal_units.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
@@ -34,12 +36,15 @@ constexpr std::array kCommandUnits{
 class CommandReader {
  public:
   CommandReader(const TomlTable& file, BusDescription& bus) : file_(file), bus_(bus) {
-    for (const BroadcastFrame& frame : bus.broadcasts) heads_.push_back({frame.name, frame.id, frame.bytes, 0});
+    for (const BroadcastFrame& frame : bus.broadcasts)
+      heads_.push_back({frame.name, frame.id, frame.mask, frame.source});
   }
 
   void read(TomlTable& file, std::uint32_t bus) {
-    const FrameHead head = read_frame_head(file, heads_, bus);
+    const FrameHead head = read_frame_head(file, heads_, bus, false);
     CommandFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
+    const bool from_address = (head.id & kExtendedId) != 0 && bus_.j1939_address == j1939::source_of(head.id);
+    if (from_address) frame.mask = j1939::kAllButPriorityAndSource;
     frame.always = file.choice("send", {"always", "while_led"}) == 0;
     file.require(2 * frame.period_s <= bus_.valve_watchdog_s * (1 + 1e-9), "period_ms",
                  fmt::format("must be at most {}, half of bus.valve_watchdog_ms",

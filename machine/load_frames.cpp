@@ -10,6 +10,7 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
@@ -67,6 +68,23 @@ std::uint32_t read_id(TomlTable& file) {
   return extended ? id | kExtendedId : id;
 }
 
+/// A J1939 parameter group, whichever priority it is sent with.
+void read_group(TomlTable& file, FrameHead& head) {
+  const auto group = static_cast<std::uint32_t>(file.integer("pgn", 0, j1939::kMostGroup));
+  file.require(!j1939::has_destination(group) || (group & 0xFFU) == 0, "pgn",
+               "must end with 00: the last byte is the receiver's address in groups below 0xF000");
+  if (file.has("source")) head.source = static_cast<std::uint8_t>(file.integer("source", 0, j1939::kMostAddress));
+  head.id = j1939::identifier(group, head.source.value_or(j1939::kNoAddress));
+  head.mask = j1939::group_mask(group);
+  head.on_request = file.has("request_every_s");
+}
+
+/// Whether a frame could be either of the two.
+bool may_be_both(const FrameHead& a, const FrameHead& b) {
+  const auto mask = [](const FrameHead& head) { return head.mask | (head.source ? 0xFFU : 0U); };
+  return CanFilter(a.id, mask(a) & mask(b)).lets(b.id);
+}
+
 void check_name(const TomlTable& file, const std::string& name, const std::vector<FrameHead>& others) {
   constexpr std::size_t kLongest = 32;  // of a message in a DBC
   if (name.empty()) return;             // noted
@@ -80,17 +98,22 @@ void check_name(const TomlTable& file, const std::string& name, const std::vecto
 
 }  // namespace
 
-FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus) {
+FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool may_be_group) {
   FrameHead head;
   head.name = file.text("name");
   check_name(file, head.name, others);
-  head.id = read_id(file) | bus;
+  const bool group = may_be_group && file.has("pgn");
+  if (group)
+    read_group(file, head);
+  else
+    head.id = read_id(file);
+  head.id |= bus;
   const auto twin =
-      std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return other.id == head.id; });
-  file.require(twin == others.end(), "id", twin == others.end() ? "" : "is taken by '" + twin->name + "'",
-               {"extended"});
+      std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return may_be_both(other, head); });
+  file.require(twin == others.end(), group ? "pgn" : "id",
+               twin == others.end() ? "" : "is taken by '" + twin->name + "'", {"extended", "source"});
   head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, 8));
-  head.period_s = file.number("period_ms", 1, 1000, kMilli);
+  head.period_s = head.on_request ? file.number("request_every_s", 1, 3600) : file.number("period_ms", 1, 1000, kMilli);
   return head;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,20 +12,20 @@
 
 namespace knuckle {
 
-/// A unit of the file.
-struct Unit {
-  const char* name;
-  double si;
-};
-
+/// As in BroadcastFrame.
 struct FrameHead {
   std::string name;
-  std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits.
+  std::uint32_t id = 0;
+  std::uint32_t mask = CanFilter::kWhole;
+  std::optional<std::uint8_t> source{};
   std::uint8_t bytes = 8;
   double period_s = 0;
+  bool on_request = false;
 };
-/// Notes a name or an identifier that one of the others has. @param bus kSecondBus where it is on that
-[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus);
+/// Notes a name or an identifier that one of the others has.
+/// @param bus kSecondBus where it is on that @param may_be_group "pgn" may stand in place of "id".
+[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
+                                        bool may_be_group);
 
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);

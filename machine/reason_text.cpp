@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "transport/j1939.h"
+
 namespace knuckle {
 namespace {
 
@@ -56,14 +58,19 @@ std::string commands_text(const BusDescription& bus) {
   return text;
 }
 
+std::string frame_text(const BroadcastFrame& frame, const BusDescription& bus) {
+  const std::string where = bus_text(frame.id, bus);
+  if (!frame.is_group()) return fmt::format("{} ({}{})", frame.name, id_text(frame.id), where);
+  const std::string of = frame.source ? fmt::format(" of 0x{:02X}", *frame.source) : "";
+  return fmt::format("{} (PGN 0x{:04X}{}{})", frame.name, j1939::group_of(frame.id), of, where);
+}
+
 std::string subject_text(const Reason& reason, const BusDescription& bus) {
   const NodeDescription* const node = node_of(reason, bus);
   const SignalInfo* const signal = signal_info(reason);
   if (node == nullptr && signal != nullptr) {
     const BroadcastFrame* const frame = bus.broadcast(signal->role, signal->index).frame;
-    return frame == nullptr
-               ? signal->name
-               : fmt::format("{} ({}{}), {}", frame->name, id_text(frame->id), bus_text(frame->id, bus), signal->name);
+    return frame == nullptr ? signal->name : frame_text(*frame, bus) + ", " + signal->name;
   }
   if (subject_kind(reason.code) == SubjectKind::kBus && bus.second && reason.subject < bus.lines())
     return "bus " + bus.line(reason.subject).name;

@@ -28,6 +28,8 @@ namespace knuckle {
 [[nodiscard]] std::string commands_text(const BusDescription& bus);
 /// Which of two buses it is on: ", bus valves"; empty where there is one.
 [[nodiscard]] std::string bus_text(std::uint32_t id, const BusDescription& bus);
+/// A frame that the machine sends: "front_angle (0x18FF1021)", "engine (PGN 0xF004)", "engine (PGN 0xF004 of 0x00)".
+[[nodiscard]] std::string frame_text(const BroadcastFrame& frame, const BusDescription& bus);
 /// What the reason is about: "pressures (node 0x20), boom_head_pressure"; what is no node as subject_text(reason).
 [[nodiscard]] std::string subject_text(const Reason& reason, const BusDescription& bus);
 /// One line a person can act on: "pressures (node 0x20), boom_head_pressure: sensor has stopped sending: ...".

@@ -70,6 +70,8 @@ void MasterLoop::receive(Time now) noexcept {
       if (const auto message = decode_slave(incoming_.view())) take(*message, inbox_.arrival(incoming_), now);
     } else if (kind == LinkKind::kStatus) {
       if (const auto status = decode_status(incoming_.view())) take(*status, now);
+    } else if (kind == LinkKind::kReadings) {
+      if (const auto message = decode_readings(incoming_.view())) take(*message);
     }
   }
   silence_s_ = to_seconds(now - slave_at_);
@@ -112,6 +114,11 @@ void MasterLoop::take(const MachineStatus& status, Time now) noexcept {
   status_ = status;
   status_->acted_report_at = session_.from_link(status.acted_report_at);
   status_at_ = now;
+}
+
+/// An older one that comes late is a second old: it does not matter.
+void MasterLoop::take(const ReadingsMessage& message) noexcept {
+  if (session_.of_far(message.stamp)) readings_ = message.readings();
 }
 
 bool MasterLoop::same_machine() const noexcept {

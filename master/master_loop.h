@@ -18,6 +18,7 @@
 #include "transport/link_inbox.h"
 #include "transport/link_messages.h"
 #include "transport/link_session.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::master {
@@ -99,6 +100,8 @@ class MasterLoop {
   /// Likewise what the machine's side reports of itself, and when it came; kNever before the first.
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept { return status_; }
   [[nodiscard]] Time machine_status_at() const noexcept { return status_at_; }
+  /// What the machine tells of itself; nothing where it tells nothing.
+  [[nodiscard]] const std::optional<MachineReadings>& machine_readings() const noexcept { return readings_; }
   /// Of the machine that is led here.
   [[nodiscard]] const MachineName& machine_name() const noexcept { return machine_name_; }
   /// Why the far end cannot be led from here; kNone where it can, and before it has had time to name its machine.
@@ -109,6 +112,7 @@ class MasterLoop {
   void receive(Time now) noexcept;
   void take(SlaveMessage message, Time arrived, Time now) noexcept;
   void take(const MachineStatus& status, Time now) noexcept;
+  void take(const ReadingsMessage& message) noexcept;
   [[nodiscard]] bool same_machine() const noexcept;
   [[nodiscard]] bool leads() const noexcept;
   [[nodiscard]] Mode machine_mode() const noexcept;
@@ -141,6 +145,7 @@ class MasterLoop {
   std::optional<SlaveMessage> slave_;
   Time slave_at_ = kNever;  // arrival of slave_
   std::optional<MachineStatus> status_;
+  std::optional<MachineReadings> readings_;
   Time status_at_ = kNever, first_heard_at_ = kNever;  // arrival of status_; of the first datagram of that machine
   Reason other_machine_;
   double round_trip_s_ = 0, silence_s_ = 1e9, lost_share_ = 0;

@@ -109,8 +109,8 @@ void ReplayedWires::begin(const StepWires& wires) {
   for (const WireEvent& event : wires.events) {
     if (event.kind >= WireEventKind::kCount) continue;
     const KindInfo& info = kInfos[static_cast<std::size_t>(event.kind)];
-    const bool status = info.wire == kLinkWire && !info.input && link_kind(event.data) == LinkKind::kStatus;
-    if (status) continue;
+    const auto kind = info.wire == kLinkWire && !info.input ? link_kind(event.data) : std::nullopt;
+    if (kind == LinkKind::kStatus || kind == LinkKind::kReadings) continue;
     if (info.input)
       wires_[info.wire].add_input(event);
     else

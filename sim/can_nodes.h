@@ -368,6 +368,7 @@ class CanNodes {
  private:
   [[nodiscard]] double noise(double sigma) noexcept { return sigma > 0 ? sigma * normal_(random_) : 0.0; }
   void hear(Time now) noexcept;
+  void hear_request(const CanFrame& frame, Time now) noexcept;
   [[nodiscard]] double sensed(const SignalInfo& signal, const MachineSignals& signals) const noexcept;
   [[nodiscard]] std::uint64_t raw_status(const BroadcastField& field) const noexcept;
   [[nodiscard]] double noise_of(const SignalInfo& signal) noexcept;

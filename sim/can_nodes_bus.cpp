@@ -4,10 +4,21 @@
 
 #include "machine/description.h"
 #include "sim/can_nodes.h"
+#include "transport/j1939.h"
 
 namespace knuckle::sim {
 
 namespace {
+
+/// Engine at 1800 rpm and running, oil and coolant in degC, hours in s, battery in V, share of the tank.
+constexpr std::array kReadings{60 * std::numbers::pi, 1.0, 48.0, 84.0, 4321 * 3600.0, 27.6, 0.62};
+constexpr std::uint8_t kAddress = 0x00;  // of a group's sender where the file gives none
+
+/// A group is sent from one address.
+std::uint32_t sent_as(const BroadcastFrame& frame) noexcept {
+  if (!frame.is_group()) return frame.id;
+  return (frame.id & ~0xFFU) | frame.source.value_or(kAddress);
+}
 
 SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
   const NodeDescription& node = machine.bus.encoder(joint);
@@ -53,7 +64,7 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
     own_.emplace(machine);
     silent_[enable_at_] = 1;  // there is none
   }
-  broadcast_due_.assign(broadcasts_.size(), Time{});
+  for (const BroadcastFrame& frame : broadcasts_) broadcast_due_.push_back(frame.on_request ? Time::max() : Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
 }
 
@@ -89,6 +100,16 @@ void CanNodes::hear(Time now) noexcept {
     }
     if (!silent_[enable_at_]) enable_.observe(frame);
     if (own_) own_->hear(frame, now);
+    hear_request(frame, now);
+  }
+}
+
+void CanNodes::hear_request(const CanFrame& frame, Time now) noexcept {
+  const auto group = j1939::requested(frame);
+  for (std::size_t i = 0; group && i < broadcasts_.size(); ++i) {
+    const std::uint32_t id = sent_as(broadcasts_[i]);
+    if (broadcasts_[i].is_group() && j1939::group_of(id) == *group && j1939::is_for(j1939::source_of(id), frame.id))
+      broadcast_due_[i] = now;
   }
 }
 
@@ -110,6 +131,8 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
       return signals.cylinder_m[signal.index] + errors_.encoder_offset_m[signal.index];
     case NodeRole::kTilt:
       return signals.slope_rad + errors_.tilt_offset_rad;
+    case NodeRole::kReading:
+      return kReadings[static_cast<std::size_t>(signal.index)];
     case NodeRole::kValve:
     case NodeRole::kEnable:
       break;
@@ -119,7 +142,8 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
 
 std::uint64_t CanNodes::raw_status(const BroadcastField& field) const noexcept {
   const bool pilot = own_ ? own_->pilot() : enable_.pilot();
-  const bool yes = field.info().index == kPilotOnIndex ? pilot : !estop_;
+  const bool engine = field.info().role == NodeRole::kReading;
+  const bool yes = engine || (field.info().index == kPilotOnIndex ? pilot : !estop_);
   const std::uint64_t no = field.on == 0 ? 1 : 0;
   return yes ? field.on : no;
 }
@@ -128,6 +152,7 @@ double CanNodes::noise_of(const SignalInfo& signal) noexcept {
   if (signal.role == NodeRole::kPressure)
     return noise(errors_.pressure_noise_Pa[static_cast<std::size_t>(signal.index)]);
   if (signal.role == NodeRole::kTilt) return noise(errors_.tilt_noise_rad);
+  if (signal.role == NodeRole::kReading) return 0;
   return noise(errors_.encoder_noise_m) / (signal.is_angle ? errors_.rotary_lever_m : 1);
 }
 
@@ -160,10 +185,10 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < broadcasts_.size(); ++i) {
     const BroadcastFrame& sent = broadcasts_[i];
     if (now_ < broadcast_due_[i]) continue;
-    broadcast_due_[i] = now_ + from_seconds(sent.period_s);
-    CanFrame frame{.id = sent.id, .size = sent.bytes, .data = {}};
+    broadcast_due_[i] = sent.on_request ? Time::max() : now_ + from_seconds(sent.period_s);
+    CanFrame frame{.id = sent_as(sent), .size = sent.bytes, .data = {}};
     for (const BroadcastField& field : sent.fields) {
-      if (is_status(field.info())) {
+      if (is_yes_or_no(field.info())) {
         write_raw(field.bits, raw_status(field), frame);
         continue;
       }

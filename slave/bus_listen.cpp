@@ -17,16 +17,16 @@ constexpr double kPeriods = 3;  // two, wherever between two frames it begins
 
 std::string frame_text(std::uint32_t id, const BusDescription& bus) {
   for (const CommandFrame& frame : bus.commands)
-    if (frame.id == id) return frame.name + " " + id_text(id) + bus_text(id, bus);
+    if (frame.filter().lets(id)) return frame.name + " " + id_text(id) + bus_text(id, bus);
   return controllers_frame_text(id);
 }
 
 }  // namespace
 
 std::string heard_of_other_controller(const BusDescription& bus, BusAccess& access) {
-  std::vector<std::uint32_t> watched = controllers_own(bus);
-  const std::vector<std::uint32_t> set_points = set_point_ids(bus);
-  watched.insert(watched.end(), set_points.begin(), set_points.end());
+  const std::vector<std::uint32_t> own = controllers_own(bus);
+  std::vector<CanFilter> watched = set_point_filters(bus);
+  watched.insert(watched.end(), own.begin(), own.end());
   std::set<std::uint32_t> heard;
   double longest_s = std::max(bus.controller_heartbeat_s, 1 / bus.sync_Hz);
   for (const CommandFrame& frame : bus.commands) longest_s = std::max(longest_s, frame.period_s);
@@ -35,7 +35,7 @@ std::string heard_of_other_controller(const BusDescription& bus, BusAccess& acce
     access.wait_until(access.now() + 1ms);
     CanFrame frame;
     for (int i = 0; i < kMostFramesPerStep && access.bus().receive(frame); ++i) {
-      if (std::find(watched.begin(), watched.end(), frame.id) != watched.end()) heard.insert(frame.id);
+      if (hears(watched, frame.id)) heard.insert(frame.id);
     }
   }
   std::string text;

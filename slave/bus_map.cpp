@@ -1,7 +1,10 @@
 #include "slave/bus_map.h"
 
+#include <algorithm>
+
 #include "machine/bus_frames.h"
 #include "transport/canopen.h"
+#include "transport/j1939.h"
 
 namespace knuckle::slave {
 
@@ -23,27 +26,36 @@ std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
   return {canopen::kNmtId, canopen::kSyncId, canopen::heartbeat_id(bus.controller_id)};
 }
 
-std::vector<std::uint32_t> set_point_ids(const BusDescription& bus) {
-  std::vector<std::uint32_t> ids;
+std::vector<CanFilter> set_point_filters(const BusDescription& bus) {
+  std::vector<CanFilter> filters;
   for (const BusFrame& frame : bus_frames(bus)) {
-    if (frame.to_node) ids.push_back(frame.id);
+    if (frame.to_node) filters.emplace_back(frame.id);
   }
-  for (const CommandFrame& frame : bus.commands) ids.push_back(frame.id);
-  return ids;
+  for (const CommandFrame& frame : bus.commands) filters.push_back(frame.filter());
+  return filters;
 }
 
-std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus) {
-  std::vector<std::uint32_t> ids = controllers_own(bus);
-  const std::vector<std::uint32_t> set_points = set_point_ids(bus);
+bool hears(const std::vector<CanFilter>& filters, std::uint32_t id) noexcept {
+  return std::any_of(filters.begin(), filters.end(), [id](const CanFilter& filter) { return filter.lets(id); });
+}
+
+std::vector<CanFilter> heard_by_controller(const BusDescription& bus) {
+  const std::vector<std::uint32_t> own = controllers_own(bus);
+  std::vector<CanFilter> ids(own.begin(), own.end());
+  const std::vector<CanFilter> set_points = set_point_filters(bus);
   ids.insert(ids.end(), set_points.begin(), set_points.end());
   for (const BusFrame& frame : bus_frames(bus)) {
-    if (!frame.to_node) ids.push_back(frame.id);
+    if (!frame.to_node) ids.emplace_back(frame.id);
   }
-  for (const BroadcastFrame& frame : bus.broadcasts) ids.push_back(frame.id);
+  for (const BroadcastFrame& frame : bus.broadcasts) ids.push_back(frame.filter());
+  if (bus.j1939_address) {
+    for (const std::uint32_t group : {j1939::kRequest, j1939::kAddressClaim})
+      ids.emplace_back(j1939::identifier(group, 0), j1939::group_mask(group));
+  }
   for (const NodeDescription& node : bus.nodes) {
     for (const std::uint32_t id : {canopen::heartbeat_id(node.id), canopen::emcy_id(node.id),
                                    canopen::sdo_response_id(node.id), canopen::sdo_request_id(node.id)})
-      ids.push_back(id);
+      ids.emplace_back(id);
   }
   return ids;
 }

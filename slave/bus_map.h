@@ -16,10 +16,14 @@ namespace knuckle::slave {
 [[nodiscard]] std::vector<std::uint32_t> controllers_own(const BusDescription& bus);
 
 /// Set-points of the valves and the output of the enable node, or command frames: what only a controller sends, too.
-[[nodiscard]] std::vector<std::uint32_t> set_point_ids(const BusDescription& bus);
+[[nodiscard]] std::vector<CanFilter> set_point_filters(const BusDescription& bus);
 
-/// Exact identifiers that the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO
-/// answers of its nodes, and all that only it sends, because it does not hear itself and so they are somebody else's.
-[[nodiscard]] std::vector<std::uint32_t> heard_by_controller(const BusDescription& bus);
+/// Whether any of them lets it through.
+[[nodiscard]] bool hears(const std::vector<CanFilter>& filters, std::uint32_t id) noexcept;
+
+/// What the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO answers of its
+/// nodes, and all that only it sends, because it does not hear itself and so they are somebody else's; with a J1939
+/// address also claims of addresses and requests. One identifier each, but of parameter groups.
+[[nodiscard]] std::vector<CanFilter> heard_by_controller(const BusDescription& bus);
 
 }  // namespace knuckle::slave

@@ -36,7 +36,7 @@ BusWatch::BusWatch(const BusDescription& bus) {
     add(canopen::sdo_request_id(node), Kind::kRequest, node);
   }
   for (const std::uint32_t id : controllers_own(bus)) add(id, Kind::kController, 0);
-  for (const CommandFrame& frame : bus.commands) commands_.push_back(frame.id);
+  for (const CommandFrame& frame : bus.commands) commands_.push_back(frame.filter());
 }
 
 BusWatch::Stream BusWatch::stream_of(const BusFrame& frame, std::uint8_t node, const BusDescription& bus) {
@@ -59,8 +59,7 @@ void BusWatch::add_stream(std::uint32_t id, const Stream& stream) {
 }
 
 void BusWatch::receive(const CanFrame& frame, Time now) noexcept {
-  if (std::find(commands_.begin(), commands_.end(), frame.id) != commands_.end())
-    return controller_.hear(heard(ReasonCode::kOtherController, 0, frame), now);
+  if (hears(commands_, frame.id)) return controller_.hear(heard(ReasonCode::kOtherController, 0, frame), now);
   if (frame.id > kMostId) return;  // none of a node's
   const Identifier identifier = identifiers_[frame.id & 0x7FFU];
   switch (identifier.kind) {

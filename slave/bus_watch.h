@@ -79,8 +79,8 @@ class BusWatch {
   void on_request(const CanFrame& frame, std::uint8_t node, Time now) noexcept;
 
   std::array<Identifier, 0x800> identifiers_{};
-  std::vector<std::uint32_t> commands_;  // frames that the machine's own controller is told by
-  std::vector<Stream> streams_;          // sized once, at construction; those of a node side by side
+  std::vector<CanFilter> commands_;  // frames that the machine's own controller is told by
+  std::vector<Stream> streams_;      // sized once, at construction; those of a node side by side
   bool counting_ = false;
   Time stepped_at_ = kNever;
   Foreign controller_, sender_;

@@ -97,7 +97,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
   for (const SignalInfo& signal : kSignals) {
     const bool pressure = signal.role == NodeRole::kPressure;
     if (pressure && signal.index / 2 == machine.sensors.without_pressures) continue;
-    if (description_.broadcast(signal.role, signal.index).field != nullptr || is_status(signal)) continue;
+    if (description_.broadcast(signal.role, signal.index).field != nullptr || is_optional(signal)) continue;
     const bool told = signal.role == NodeRole::kValve || signal.role == NodeRole::kEnable;
     if (told && description_.by_frames()) continue;
     if (description_.node_of(signal.role, signal.index).id == 0)
@@ -425,7 +425,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   return {};
 }
 
-void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now) noexcept {
+void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now, bool may_command) noexcept {
   if (!commanded_ && watch_.foreign(now)) return;  // somebody else's machine, until now
   commanded_ = true;
   // From the first frame on: what a node was told before this start must not become true again when it is started.
@@ -433,7 +433,7 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now)
   if (spools_seen()) {
     send_set_points(operational ? commands : PassedCommands(), now);
     send_enable(led && operational);
-  } else if (withheld_ != Withheld::kSetPoints) {
+  } else if (may_command && withheld_ != Withheld::kSetPoints) {
     commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
   }
   if (description_.without_nodes()) return;

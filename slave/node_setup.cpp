@@ -252,6 +252,7 @@ SdoScript node_script(const MachineDescription& machine, const NodeDescription& 
     case NodeRole::kTilt:
       return tilt_script(machine, node);
     case NodeRole::kEnable:
+    case NodeRole::kReading:
       break;
   }
   return enable_script(machine, node);

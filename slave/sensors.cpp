@@ -33,6 +33,8 @@ std::size_t sensor_place(const NodeChannel& channel) noexcept {
     case NodeRole::kEnable:
       if (is_status(channel.info())) return kStatusPlace + index - kEStopClosedIndex;
       break;
+    case NodeRole::kReading:
+      return kReadingsPlace + index;
     case NodeRole::kValve:
       break;
   }
@@ -83,6 +85,7 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
                                                            .mapped = frame.bytes,
                                                            .field = field.bits,
                                                            .invalid_from = field.invalid_from,
+                                                           .yes_or_no = is_yes_or_no(field.info()),
                                                            .on = field.on,
                                                            .age_limit = from_seconds(kStatusPeriods * frame.period_s)};
     }
@@ -99,6 +102,7 @@ void SensorSet::restart() noexcept {
                            .field = before.field,
                            .status = before.status,
                            .invalid_from = before.invalid_from,
+                           .yes_or_no = before.yes_or_no,
                            .on = before.on,
                            .age_limit = before.age_limit};
     if (i < kPressures || i >= kTilt) continue;
@@ -137,7 +141,11 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
     return accept(channel, 0, false, static_cast<double>(*raw), now);
   if (which < kPressures) return on_pressure(channel, frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
-  if (which >= kStatusPlace) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
+  if (channel.yes_or_no) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
+  if (which >= kReadingsPlace) {
+    const double value = value_in(channel.field, frame);
+    return accept(channel, value, std::isfinite(value), 0, now);
+  }
   if (tilt_on_boom_)
     on_boom_tilt(channel, frame, now);
   else
@@ -228,7 +236,7 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 }
 
 Reason SensorSet::fault(Time now) const noexcept {
-  for (std::size_t i = 0; i < kChannels; ++i) {
+  for (std::size_t i = 0; i < kReadingsPlace; ++i) {
     if (counts(i) && channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
   }
   const auto stale = [&](const Channel& channel, Duration limit) -> Reason {
@@ -239,11 +247,21 @@ Reason SensorSet::fault(Time now) const noexcept {
   };
   const Reason old = stale(oldest(), age_limit_);
   if (old) return old;
-  for (std::size_t i = kStatusPlace; i < kChannels; ++i) {
+  for (std::size_t i = kStatusPlace; i < kReadingsPlace; ++i) {
     if (!counts(i)) continue;
     if (const Reason why = stale(channels_[i], channels_[i].age_limit)) return why;
   }
   return stale(channels_[kTilt], tilt_age_limit_);
+}
+
+MachineReadings SensorSet::readings(Time now) const noexcept {
+  MachineReadings all;
+  const Channel* channel = &channels_[kReadingsPlace];
+  MachineReadings::fields(all, [&](const char*, double& value) {
+    if (channel->at != kNever && channel->bad == 0 && now - channel->at <= channel->age_limit) value = channel->value;
+    ++channel;
+  });
+  return all;
 }
 
 Reason SensorSet::impossible(std::size_t which) const noexcept {

@@ -18,6 +18,7 @@
 #include "machine/kinematics.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::slave {
 
@@ -39,9 +40,10 @@ inline constexpr ValidityLimits kValidity{};
 inline constexpr double kStatusPeriods = 3.5;  ///< Age limit of a status by its frame's period: three may be lost.
 
 inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
-                             kSensorPlaces = kStatusPlace + 2;
+                             kReadingsPlace = kStatusPlace + 2,
+                             kSensorPlaces = kReadingsPlace + MachineReadings::kCount;
 /// Place of what a channel measures among pressures, lengths, slope, E-stop and pilot pressure as the machine sends
-/// them; kSensorPlaces where it measures nothing.
+/// them, and its readings; kSensorPlaces where it measures nothing.
 [[nodiscard]] std::size_t sensor_place(const NodeChannel& channel) noexcept;
 
 /// How much older than other values a slope may be: it does not come with every SYNC.
@@ -67,6 +69,8 @@ class SensorSet {
   [[nodiscard]] std::optional<bool> e_stop_closed() const noexcept { return yes(kStatusPlace); }
   [[nodiscard]] std::optional<bool> pilot_on() const noexcept { return yes(kStatusPlace + 1); }
   [[nodiscard]] bool tells_pilot() const noexcept { return counts(kStatusPlace + 1); }
+  /// Likewise what people are told; unknown as soon as the machine says that there is none, or after three periods.
+  [[nodiscard]] MachineReadings readings(Time now) const noexcept;
 
   /// First sensor that is stale (kSensorStale, ms), sends frames shorter than mapped (kFrameShort, bytes), impossible
   /// values (kSensorInvalid, raw) or a length that waits for the operator to believe it (kLengthElsewhere, mm); kNone
@@ -95,6 +99,7 @@ class SensorSet {
     BitField field{};                             ///< In its frame.
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
+    bool yes_or_no = false;                       ///< is_yes_or_no()
     std::uint64_t on = 1;                         ///< BroadcastField::on
     Duration age_limit{};
     double value = 0;                           ///< Last good one, SI.

@@ -12,6 +12,7 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       link_(link),
       bus_(bus),
       client_(machine, bus),
+      j1939_(machine.bus),
       sensors_(machine),
       plausibility_(machine, step_s_),
       valve_monitor_(step_s_),
@@ -38,7 +39,8 @@ void SlaveLoop::step(Time now) noexcept {
   watch_digging();
   decision_ = next_mode(decision_.state, observe(now));
   command(now);
-  client_.end_step(gate_.commands, led(decision_.state.mode), now);
+  if (client_.commanded()) j1939_.step(bus_, now);
+  client_.end_step(gate_.commands, led(decision_.state.mode), now, j1939_.may_command());
   ++sequence_;
   link_.send(encode(message(now)).view());
   restart_nodes_once_released(now);
@@ -49,7 +51,7 @@ void SlaveLoop::step(Time now) noexcept {
 void SlaveLoop::receive_frames(Time now) noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
-    if (!client_.receive(frame, now)) sensors_.receive(frame, now);
+    if (j1939_.receive(frame, now) && !client_.receive(frame, now)) sensors_.receive(frame, now);
   }
 }
 
@@ -141,7 +143,9 @@ Reason SlaveLoop::machine_fault() const noexcept {
     return {ReasonCode::kLoopOverrun, 0, static_cast<float>(to_seconds(gap_) * 1e3),
             static_cast<float>(to_seconds(longest_gap_) * 1e3)};
   }
-  return client_.fault() ? client_.fault() : valve_reason_;
+  if (client_.fault()) return client_.fault();
+  const Reason of_j1939 = j1939_.fault(stepped_at_);
+  return of_j1939 ? of_j1939 : valve_reason_;
 }
 
 ModeInputs SlaveLoop::observe(Time now) const noexcept {
@@ -150,7 +154,7 @@ ModeInputs SlaveLoop::observe(Time now) const noexcept {
   in.machine_fault = machine_fault();
   in.explains_fault = explains(in.machine_fault, decision_.state.fault, client_.bus());
   in.sensor_fault = sensor_fault_ ? sensor_fault_ : home_.blocking(now);
-  in.nodes_operational = client_.operational();
+  in.nodes_operational = client_.operational() && j1939_.may_command();
   in.pilot_on = pilot_on();
   const MasterMessage& message = operator_.message();
   in.link_lost = operator_.set_point().link;

@@ -16,6 +16,7 @@
 #include "machine/description.h"
 #include "slave/canopen_client.h"
 #include "slave/home_on_two.h"
+#include "slave/j1939_bus.h"
 #include "slave/joint_control.h"
 #include "slave/modes.h"
 #include "slave/motion_monitor.h"
@@ -67,6 +68,7 @@ class SlaveLoop {
   [[nodiscard]] SlaveMessage message(Time now) const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
+  [[nodiscard]] const J1939Bus& j1939() const noexcept { return j1939_; }
   /// Of the valves, [-1, 1]: as they tell; where they do not, where they should be by what they were told.
   [[nodiscard]] const JointVector& spool() const noexcept {
     return client_.spools_seen() ? client_.spool() : assumed_spool_.value();
@@ -115,6 +117,7 @@ class SlaveLoop {
   Link& link_;
   CanBus& bus_;
   CanopenClient client_;
+  J1939Bus j1939_;
   SensorSet sensors_;
   Plausibility plausibility_;
   ValveMonitor valve_monitor_;

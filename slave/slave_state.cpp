@@ -23,6 +23,7 @@ SlaveState state_of(Time now, const SlaveLoop& slave) noexcept {
     state.cylinder_m = measurement->cylinder_m;
     state.hull_pitch_rad = measurement->hull_pitch_rad;
   }
+  state.readings = slave.sensors().readings(now);
   state.oldest_node = slave.sensors().oldest_node();
   state.oldest_age_s = age_s(slave.sensors().oldest_at(), now);
   state.joint_rad = slave.newest_state().angle_rad;

@@ -9,6 +9,7 @@
 #include "core/time.h"
 #include "machine/contact_model.h"
 #include "transport/link_messages.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::slave {
 
@@ -29,6 +30,7 @@ struct SlaveState {
   std::array<double, 6> pressure_Pa{};
   JointVector cylinder_m = JointVector::Zero();
   double hull_pitch_rad = 0;
+  MachineReadings readings;
   std::uint8_t oldest_node = 0;
   double oldest_age_s = 0;
   // Joints.
@@ -71,9 +73,9 @@ struct SlaveState {
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
     [[maybe_unused]] const auto& [at, mode, blocking, fault, limits, operational, pilot_on, e_stop_open, measured,
-                                  pressure_Pa, cylinder_m, hull_pitch_rad, oldest_node, oldest_age_s, joint_rad,
-                                  joint_radps, heard, presence, enable, clutch, stop, device_ok, device, setpoint_rad,
-                                  setpoint_radps, rendered_N, assist_force_limit_N, assist_stop_on_object,
+                                  pressure_Pa, cylinder_m, hull_pitch_rad, readings, oldest_node, oldest_age_s,
+                                  joint_rad, joint_radps, heard, presence, enable, clutch, stop, device_ok, device,
+                                  setpoint_rad, setpoint_radps, rendered_N, assist_force_limit_N, assist_stop_on_object,
                                   message_age_s, round_trip_s, late_s, authority, malformed_datagrams, torque_Nm,
                                   fast_torque_Nm, tip_force_N, load_N, covariance_N2, confidence, residual_sigma,
                                   confidence_reasons, contact_model, unknown_torques, tip_torque_Nm,
@@ -92,6 +94,7 @@ struct SlaveState {
     visit("pressure_Pa", s.pressure_Pa);
     visit("cylinder_m", s.cylinder_m);
     visit("hull_pitch_rad", s.hull_pitch_rad);
+    visit("readings", s.readings);
     visit("oldest_node", s.oldest_node);
     visit("oldest_age_s", s.oldest_age_s);
     visit("joint_rad", s.joint_rad);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "estimation/force_estimator.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::slave {
 namespace {
@@ -41,6 +42,8 @@ OilDemand oil_demand(const MachineDescription& machine, const estimation::JointS
 StatusReporter::StatusReporter(const MachineDescription& machine, const CanBus& bus, CanMeter& meter, Link& link,
                                bool simulated, Mailbox<LoopHealth>* health) noexcept
     : machine_(machine), bus_(bus), meter_(meter), link_(link), mailbox_(health) {
+  for (int i = 0; i < static_cast<int>(MachineReadings::kCount); ++i)
+    has_readings_ = has_readings_ || machine.bus.broadcast(NodeRole::kReading, i).field != nullptr;
   status_.period = from_seconds(1 / machine.bus.sync_Hz);
   status_.machine = MachineName(machine.name);
   status_.simulated = simulated;
@@ -72,6 +75,12 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   const bool known = slave.confidence() > 0;
   status_.force_doubts = known ? slave.force().confidence_reasons : std::uint16_t{estimation::kBadInput};
   link_.send(encode(status_).view());
+  if (!has_readings_ || status_.stamp.sequence % kEveryNthReadings != 1) return;
+  ReadingsMessage message;
+  message.stamp = status_.stamp;
+  message.stamp.sequence = status_.stamp.sequence / kEveryNthReadings + 1;
+  message.set(slave.sensors().readings(now));
+  link_.send(encode(message).view());
 }
 
 /// A set-point went out in this step: whose hand is behind it?

@@ -2,6 +2,8 @@
 // nothing of it, and sent 20 times a second.
 #pragma once
 
+#include <cstdint>
+
 #include "core/joints.h"
 #include "core/loop_health.h"
 #include "core/mailbox.h"
@@ -28,6 +30,7 @@ struct OilDemand {
 class StatusReporter {
  public:
   static constexpr Duration kPeriod = 50ms;
+  static constexpr std::uint32_t kEveryNthReadings = 20;  ///< What changes slowly: with every n-th status.
 
   /// All outlive this. @param bus, @param meter, @param link of the loop; the meter is read here alone.
   /// @param simulated whether the bus is that of a simulation, as far as the program knows.
@@ -52,6 +55,7 @@ class StatusReporter {
   Mailbox<LoopHealth>* mailbox_;
   LoopHealth health_;
   MachineStatus status_;
+  bool has_readings_ = false;
   Time due_ = kNever, set_points_at_ = kNever;
 };
 

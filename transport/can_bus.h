@@ -12,6 +12,16 @@ inline constexpr std::uint32_t kExtendedId = 0x8000'0000;
 inline constexpr std::uint32_t kSecondBus = 0x2000'0000;
 inline constexpr std::uint32_t kMostId = 0x7FF, kMostExtendedId = 0x1FFF'FFFF;
 
+/// Identifiers that agree in the bits of the mask; by itself one identifier.
+struct CanFilter {
+  static constexpr std::uint32_t kWhole = kExtendedId | kSecondBus | kMostExtendedId;
+  std::uint32_t id, mask;
+  constexpr CanFilter(std::uint32_t with_id, std::uint32_t with_mask = kWhole) noexcept
+      : id(with_id), mask(with_mask) {}
+  [[nodiscard]] constexpr bool lets(std::uint32_t other) const noexcept { return ((id ^ other) & mask) == 0; }
+  bool operator==(const CanFilter&) const = default;
+};
+
 struct CanFrame {
   std::uint32_t id = 0;   ///< 11 bits; with kExtendedId 29; with kSecondBus likewise.
   std::uint8_t size = 0;  ///< 0..8

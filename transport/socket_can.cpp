@@ -97,10 +97,10 @@ int open_socket(const std::string& interface, int index, std::span<const can_fil
 }
 
 /// What one of the two sockets is to hear.
-std::vector<can_filter> filters_of(bool service, std::span<const std::uint32_t> hear) {
+std::vector<can_filter> filters_of(bool service, std::span<const CanFilter> hear) {
   std::vector<can_filter> filters;
-  for (const std::uint32_t id : hear) {
-    const canid_t bits = (id & CAN_EFF_FLAG) != 0 ? CAN_EFF_MASK : CAN_SFF_MASK;
+  for (const auto& [id, mask] : hear) {
+    const canid_t bits = mask & ((id & CAN_EFF_FLAG) != 0 ? CAN_EFF_MASK : CAN_SFF_MASK);
     if (is_service(id) == service) filters.push_back({id, bits | CAN_EFF_FLAG | CAN_RTR_FLAG});
   }
   for (canid_t function = 0; hear.empty() && function <= 0x780; function += 0x80) {
@@ -110,8 +110,8 @@ std::vector<can_filter> filters_of(bool service, std::span<const std::uint32_t> 
   return filters;
 }
 
-SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const std::uint32_t> hear) {
-  for (const std::uint32_t id : hear) {
+SocketCanBus::Sockets open_sockets(const std::string& interface, std::span<const CanFilter> hear) {
+  for (const auto& [id, mask] : hear) {
     const bool extended = (id & kExtendedId) != 0;
     const std::uint32_t number = id & ~kExtendedId, most = extended ? kMostExtendedId : kMostId;
     if (number > most)
@@ -137,9 +137,9 @@ std::string why_not_yet(const std::string& interface) {
   return find(interface).problem;
 }
 
-SocketCanBus::SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear)
+SocketCanBus::SocketCanBus(const std::string& interface, std::span<const CanFilter> hear)
     : SocketCanBus(interface, open_sockets(interface, hear),
-                   [interface, again = std::vector<std::uint32_t>(hear.begin(), hear.end())] {
+                   [interface, again = std::vector<CanFilter>(hear.begin(), hear.end())] {
                      return open_sockets(interface, again);
                    }) {}
 

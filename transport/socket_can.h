@@ -33,10 +33,10 @@ namespace knuckle {
 class SocketCanBus final : public CanBus {
  public:
   /// @param interface such as "can0" or "vcan0".
-  /// @param hear exact identifiers of what is to be received, 512 at most; everything else is left to the kernel to
+  /// @param hear identifiers of what is to be received, 512 filters at most; everything else is left to the kernel to
   ///   throw away. Empty: every data frame but one's own.
   /// @throws InputError where there is no such interface, it is no CAN interface, it is down, or access is denied.
-  explicit SocketCanBus(const std::string& interface, std::span<const std::uint32_t> hear = {});
+  explicit SocketCanBus(const std::string& interface, std::span<const CanFilter> hear = {});
 
   /// Sockets that are open already, each carrying struct can_frame; taken over.
   struct Sockets {

@@ -408,6 +408,8 @@ NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected
       return of_tilt(node, expected, machine);
     case NodeRole::kEnable:
       return of_enable(node);
+    case NodeRole::kReading:
+      break;
   }
   return {};
 }

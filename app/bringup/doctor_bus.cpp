@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "app/bringup/doctor_frames.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
 #include "machine/channel_status.h"
@@ -110,8 +111,7 @@ class Doctor {
       if (!expects(id)) judge_stranger(node);
     }
     if (machine_ == nullptr) return std::move(result_);
-    for (const BroadcastFrame& frame : machine_->bus.broadcasts) judge_broadcast(frame);
-    for (const CommandFrame& frame : machine_->bus.commands) judge_command(frame);
+    for (Finding& one : own_frame_findings(survey_, machine_->bus)) result_.findings.push_back(std::move(one));
     judge_frames();
     return std::move(result_);
   }
@@ -170,10 +170,7 @@ class Doctor {
   }
 
   [[nodiscard]] bool of_machine(std::uint32_t id) const {
-    const auto has = [id](const auto& frames) {
-      return std::any_of(frames.begin(), frames.end(), [id](const auto& frame) { return frame.id == id; });
-    };
-    if (has(machine_->bus.broadcasts) || has(machine_->bus.commands)) return true;
+    if (of_own_controller(id, machine_->bus)) return true;
     if (id > kMostId) return false;
     const std::uint8_t node = canopen::node_of(id);
     const std::uint32_t function = canopen::function_of(id);
@@ -435,50 +432,14 @@ class Doctor {
     return ": possibly " + names + fmt::format("; knuckle bus assign-id --from 0x{:02X} gives it that id", node.id);
   }
 
-  /// What the machine should send by itself.
-  void judge_broadcast(const BroadcastFrame& frame) {
-    const std::string about = fmt::format("{} ({})", frame.name, id_text(frame.id));
-    const auto heard = survey_.heard.find(frame.id);
-    if (heard == survey_.heard.end()) {
-      say(Level::kFault, about,
-          "not received: check that the machine's controller is on and that the identifier is right");
-      return;
-    }
-    const double seen_ms = 1e3 * survey_.listened_s / static_cast<double>(heard->second.count);
-    const bool is_short = heard->second.newest.size < frame.bytes;
-    const bool only_status = std::all_of(frame.fields.begin(), frame.fields.end(),
-                                         [](const BroadcastField& field) { return is_status(field.info()); });
-    // What only says yes or no may come as often as the file says, and a little later.
-    constexpr double kStatusLate = 1.5;
-    const double most_ms = 1e3 * (only_status ? kStatusLate * frame.period_s : machine_->bus.sensor_age_limit_s / 2);
-    const bool late = seen_ms > most_ms;
-    const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes", seen_ms, heard->second.newest.size);
-    say(is_short || late ? Level::kFault : Level::kOk, about,
-        is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)
-        : late   ? every + fmt::format("; must be at most {} ms, {}", number_text(most_ms),
-                                     only_status ? "one and a half of period_ms" : "half of bus.sensor_age_limit_ms")
-                 : every);
-  }
-
-  /// What nobody but Knuckle may send.
-  void judge_command(const CommandFrame& frame) {
-    const auto heard = survey_.heard.find(frame.id);
-    if (heard == survey_.heard.end()) return;
-    say(Level::kNote, fmt::format("{} ({})", frame.name, id_text(frame.id)),
-        fmt::format("comes {:.0f} times a second: another sender tells the machine what to do",
-                    static_cast<double>(heard->second.count) / survey_.listened_s));
-  }
-
   /// Identifiers that no node of the file sends.
   void judge_frames() {
     std::set<std::uint32_t> known{canopen::kNmtId, canopen::kSyncId, 0x100};
     for (const BusFrame& frame : frames_) known.insert(frame.id);
-    for (const BroadcastFrame& frame : machine_->bus.broadcasts) known.insert(frame.id);
-    for (const CommandFrame& frame : machine_->bus.commands) known.insert(frame.id);
     for (const auto& [id, frames] : survey_.heard) {
       const std::uint32_t function = canopen::function_of(id);
       const bool service = id <= kMostId && (function == 0x080 || function >= 0x580);
-      if (known.contains(id) || service) continue;
+      if (known.contains(id) || service || of_own_controller(id, machine_->bus)) continue;
       const unsigned node = id <= kMostId ? canopen::node_of(id) : 0;
       say(Level::kNote, "frames " + id_text(id),
           fmt::format("{:.0f} frames/s that no node of the machine file sends",

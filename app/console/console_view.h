@@ -12,6 +12,7 @@
 #include "master/master_state.h"
 #include "sim/world.h"
 #include "transport/link_messages.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::console {
@@ -118,6 +119,7 @@ struct ConsoleView {
   /// Of an imported table: what its sensors said, and nothing of modes, limits or the hand.
   bool sensors_alone = false;
   double status_age_s = 0;
+  MachineReadings readings;  ///< As told last.
   bool simulated = false, paused = false;
   bool led_by_scenario = false;  ///< By its own operator; what is held in the window has no effect.
   double simulated_s = 0;        ///< Of the session on screen.

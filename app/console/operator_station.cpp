@@ -145,6 +145,7 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
   view.status_heard = side_.master.machine_status().has_value();
   view.status_age_s = to_seconds(now - side_.master.machine_status_at());
   if (view.status_heard) view.status = *side_.master.machine_status();
+  view.readings = side_.master.machine_readings().value_or(MachineReadings{});
 }
 
 void OperatorStation::show_link(Time now, LinkSide& link) noexcept {

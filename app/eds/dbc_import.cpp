@@ -28,31 +28,28 @@ const SignalInfo& signal_info(const std::string& name) {
   cli::refuse_option("--signal", name, fmt::format("must be one of {}", fmt::join(measured_signal_names(), ", ")));
 }
 
+constexpr std::array kUnitNames{"bar", "Pa",    "kPa",  "MPa", "mm", "m", "rad", "deg",
+                                "rpm", "rad/s", "degC", "h",   "s",  "V", "%"};
+
 /// As machine files write it; empty where they know none such.
 std::string unit_name(std::string unit) {
   if (unit == "°" || unit == "\xB0" || unit == "degree" || unit == "degrees") unit = "deg";
-  constexpr std::array kKnown{"bar", "Pa", "kPa", "MPa", "mm", "m", "rad", "deg"};
-  return std::find(kKnown.begin(), kKnown.end(), unit) != kKnown.end() ? unit : "";
-}
-
-/// What J1939-71 keeps for errors and "not available" in parameters of whole bytes.
-std::string invalid_text(const DbcMessage& message, const BitField& field) {
-  if (!message.j1939 || field.type != BitField::Type::kUnsigned) return "";
-  if (field.bits == 8) return ", invalid_from = 0xFB";
-  if (field.bits == 16) return ", invalid_from = 0xFB00";
-  if (field.bits == 32) return ", invalid_from = 0xFB000000";
-  return "";
+  if (unit == "°C" ||
+      unit ==
+          "\xB0"
+          "C" ||
+      unit == "deg C" || unit == "C")
+    unit = "degC";
+  return std::find(kUnitNames.begin(), kUnitNames.end(), unit) != kUnitNames.end() ? unit : "";
 }
 
 std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info) {
-  if (is_status(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
+  if (is_yes_or_no(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
   const std::string unit = unit_name(signal.unit);
   if (unit.empty())
-    throw InputError(
-        fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be bar, Pa, kPa, MPa, mm, m, rad or deg",
-                    dbc.source, signal.line, signal.name, message.name, signal.unit));
-  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + '"' +
-         invalid_text(message, signal.field) + " }";
+    throw InputError(fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be {}", dbc.source, signal.line,
+                                 signal.name, message.name, signal.unit, fmt::join(kUnitNames, ", ")));
+  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\" }";
 }
 
 /// One message with what is wanted of it.
@@ -79,7 +76,7 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
 }
 
 std::string table_of(const DbcFile& dbc, const Frame& frame) {
-  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]") + "[bus.broadcast.signals]\n";
+  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true) + "[bus.broadcast.signals]\n";
   for (const auto& [name, signal] : frame.signals)
     text += fmt::format("{} = {}\n", name, field_text(dbc, *frame.message, *signal, signal_info(name)));
   return text;
@@ -185,7 +182,7 @@ void note(const Frame& frame, Import& import) {
   const std::string& message = frame.message->name;
   if (frame.message->j1939)
     import.to_do.push_back(message +
-                           ": the identifier's last byte is the sender's address: set id as it is on the bus");
+                           ": is taken from whichever address sends it: set source where several devices may");
   else if ((frame.message->id & kExtendedId) != 0)
     import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
   std::vector<std::string> names;
@@ -195,7 +192,7 @@ void note(const Frame& frame, Import& import) {
     if (name.ends_with("_angle") || name == "slope")
       import.to_do.push_back(name +
                              ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
-    if (is_status(signal_info(name)))
+    if (is_yes_or_no(signal_info(name)))
       import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
   }
 }

@@ -9,6 +9,7 @@
 #include "machine/bus_description.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
+#include "transport/j1939.h"
 
 namespace knuckle::eds {
 
@@ -26,15 +27,20 @@ const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const 
   return *signal;
 }
 
-std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header) {
+std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header, bool may_be_group) {
   if (!message.period_s)
     throw InputError(
         fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
                     dbc.source, message.line, message.name));
   const bool extended = (message.id & kExtendedId) != 0;
   const std::uint32_t id = message.id & ~kExtendedId;
-  std::string text = fmt::format("{}\nname = \"{}\"\nid = {}\n", header, message.name, id_text(message.id));
-  if (extended && id <= kMostId) text += "extended = true\n";
+  std::string text = fmt::format("{}\nname = \"{}\"\n", header, message.name);
+  if (may_be_group && message.j1939) {
+    text += fmt::format("pgn = 0x{:04X}\n", j1939::group_of(id));
+  } else {
+    text += fmt::format("id = {}\n", id_text(message.id));
+    if (extended && id <= kMostId) text += "extended = true\n";
+  }
   return text + fmt::format("bytes = {}\nperiod_ms = {}\n", message.size, number_text(1e3 * *message.period_s));
 }
 

@@ -11,7 +11,9 @@ namespace knuckle::eds {
 [[nodiscard]] const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const std::string& name);
 
 /// A table's header, with name, id, bytes and period. @throws InputError where the message has no period.
-[[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header);
+/// @param may_be_group of J1939 its parameter group in place of the id.
+[[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
+                                    bool may_be_group = false);
 
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
 [[nodiscard]] std::string bits_text(const BitField& field);

@@ -80,7 +80,7 @@ Cause by_operator(const Stop& stop, const char* id, const std::string& text) {
 /// Who says whether E-stop and pilot pressure are as they should be: the enable node, or a frame of the machine.
 std::string teller_text(const BusDescription& bus, int index) {
   const BroadcastFrame* const frame = bus.broadcast(NodeRole::kEnable, index).frame;
-  return frame == nullptr ? node_text(bus.enable()) : frame->name + " (" + id_text(frame->id) + ")";
+  return frame == nullptr ? node_text(bus.enable()) : frame_text(*frame, bus);
 }
 
 std::optional<Cause> motion(const Stop& stop) {

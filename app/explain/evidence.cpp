@@ -153,7 +153,7 @@ std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescriptio
   std::optional<std::uint8_t> said;
   const auto take = [&](int index, std::uint8_t bit) {
     const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);
-    if (sent == nullptr || sent->id != frame.id) return;
+    if (sent == nullptr || !sent->filter().lets(frame.id)) return;
     const bool yes = read_raw(field->bits, frame) == field->on;
     const unsigned others = said.value_or(last) & ~unsigned{bit};
     said = static_cast<std::uint8_t>(others | (yes ? bit : 0U));
@@ -233,8 +233,8 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
                                                    [&](const PdoSeen& pdo) { return pdo.id == can.frame.id; });
       });
       const auto& own = machine.bus.broadcasts;
-      const bool broadcast =
-          std::any_of(own.begin(), own.end(), [&](const BroadcastFrame& frame) { return frame.id == can.frame.id; });
+      const bool broadcast = std::any_of(
+          own.begin(), own.end(), [&](const BroadcastFrame& frame) { return frame.filter().lets(can.frame.id); });
       if (!broadcast && (!known || can.frame.id > kMostId || canopen::function_of(can.frame.id) == 0))
         ++evidence.foreign[can.frame.id];
     }

@@ -8,6 +8,7 @@
 #include "machine/reason_text.h"
 #include "slave/modes.h"
 #include "transport/canopen.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::explain {
@@ -69,7 +70,8 @@ LinkSeen link_seen(Time at, const recording::WireEvent& event, bool machine_side
   LinkSeen seen{at, event.kind, true};
   if (event.kind != WireEventKind::kLinkReceived) return seen;
   seen.understood = machine_side ? decode_master(event.data).has_value() || decode_home(event.data).has_value()
-                                 : decode_slave(event.data).has_value() || decode_status(event.data).has_value();
+                                 : decode_slave(event.data).has_value() || decode_status(event.data).has_value() ||
+                                       decode_readings(event.data).has_value();
   return seen;
 }
 

@@ -50,10 +50,10 @@ Cause by_foreign(const char* id, const std::string& text, const HeardById& frame
 }
 
 Cause other_controller(const Stop& stop, const Window& window, const MachineDescription& machine) {
-  std::vector<std::uint32_t> own = slave::controllers_own(machine.bus);
-  const std::vector<std::uint32_t> set_points = slave::set_point_ids(machine.bus);
-  own.insert(own.end(), set_points.begin(), set_points.end());
-  const auto wanted = [&](std::uint32_t id) { return std::find(own.begin(), own.end(), id) != own.end(); };
+  const std::vector<std::uint32_t> own = slave::controllers_own(machine.bus);
+  std::vector<CanFilter> filters = slave::set_point_filters(machine.bus);
+  filters.insert(filters.end(), own.begin(), own.end());
+  const auto wanted = [&](std::uint32_t id) { return slave::hears(filters, id); };
   return by_foreign("other_controller",
                     "another controller is on the machine's bus: stop one of the two, as each may reset the nodes that "
                     "the other leads",

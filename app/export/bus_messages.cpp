@@ -13,6 +13,7 @@
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/description.h"
+#include "machine/signal_units.h"
 #include "machine/toml_reader.h"
 #include "slave/bus_map.h"
 #include "slave/sensors.h"
@@ -212,6 +213,7 @@ std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& mac
     case NodeRole::kTilt:
       return tilt(frame, machine);
     case NodeRole::kEnable:
+    case NodeRole::kReading:
       break;
   }
   return {flag("EStopClosed", bit_of(canopen::kInputEStopClosed), "The E-stop chain is closed: nobody has pressed"),
@@ -241,23 +243,20 @@ std::vector<Signal> sdo() {
 /// Angles with sign and zero of their installation.
 Signal broadcast(const BroadcastField& field) {
   const SignalInfo& info = field.info();
-  if (is_status(info)) {
+  if (is_yes_or_no(info)) {
     Signal status = whole(info.name, field.bits.start_bit, field.bits.bits, fmt::format("{}: yes", field.on));
     status.order = field.bits.order;
     return status;
   }
-  const bool angle = info.is_angle || info.role == NodeRole::kTilt, pressure = info.role == NodeRole::kPressure;
-  const double unit = pressure ? kBar : 1;
+  const Unit& unit = shown_unit(info);
   Signal signal{.type = field.bits.type,
                 .order = field.bits.order,
                 .name = info.name,
                 .start_bit = field.bits.start_bit,
                 .bits = field.bits.bits,
-                .factor = rounded(field.bits.scale / unit),
-                .offset = rounded(field.bits.offset / unit),
-                .unit = pressure ? "bar"
-                        : angle  ? "rad"
-                                 : "m"};
+                .factor = rounded(field.bits.scale / unit.si),
+                .offset = rounded(field.bits.offset / unit.si),
+                .unit = unit.name};
   if (field.invalid_from) signal.about = fmt::format("No value from 0x{:X} on", *field.invalid_from);
   return signal;
 }
@@ -316,7 +315,8 @@ class Messages {
     if (!machine_.bus.without_nodes()) add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
     for (const BroadcastFrame& frame : machine_.bus.broadcasts)
-      add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame), "Sent by the machine itself");
+      add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame),
+          frame.on_request ? "Sent by the machine when asked" : "Sent by the machine itself");
     for (const CommandFrame& frame : machine_.bus.commands)
       add(frame.id, frame.name, kController, {kMachine}, frame.bytes, command(frame, machine_.bus.command_kind),
           frame.always ? "Also while nobody leads the machine" : "Only while an operator leads the machine");
@@ -439,11 +439,19 @@ void write_comments(std::ostream& out, const MachineDescription& machine, const 
 
 void write_attributes(std::ostream& out, const MachineDescription& machine, const std::vector<Message>& messages) {
   constexpr int kLongest_ms = 60000;
+  // That a message is a J1939 parameter group.
+  constexpr const char* kFormats =
+      "BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\";\n";
+  constexpr const char* kFormat = "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\n";
+  const std::vector<BroadcastFrame>& own = machine.bus.broadcasts;
+  const bool groups = std::any_of(own.begin(), own.end(), [](const BroadcastFrame& frame) { return frame.is_group(); });
   fmt::print(out,
              "BA_DEF_ \"BusType\" STRING ;\nBA_DEF_ \"Baudrate\" INT 0 1000000;\n"
-             "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 {};\nBA_DEF_DEF_ \"BusType\" \"CAN\";\n"
-             "BA_DEF_DEF_ \"Baudrate\" 500000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_ \"Baudrate\" {};\n",
-             kLongest_ms, machine.bus.bit_rate);
+             "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 {};\n{}BA_DEF_DEF_ \"BusType\" \"CAN\";\n"
+             "BA_DEF_DEF_ \"Baudrate\" 500000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n{}BA_ \"Baudrate\" {};\n",
+             kLongest_ms, groups ? kFormats : "", groups ? kFormat : "", machine.bus.bit_rate);
+  for (const BroadcastFrame& frame : own)
+    if (frame.is_group()) fmt::print(out, "BA_ \"VFrameFormat\" BO_ {} 3;\n", frame.id);
   for (const Message& message : messages) {
     if (!message.period_s) continue;
     const double period_ms = *message.period_s * 1e3, whole_ms = std::round(period_ms);

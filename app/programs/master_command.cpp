@@ -180,6 +180,7 @@ Json result_json(const Options& o, const recording::OperatorSetup& setup, double
   }
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
   json["machine_status"] = status_json(outcome.machine_status);
+  json["readings"] = readings_json(outcome.readings);
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
   json["realtime"] = {{"master", loop_json(outcome.loop)}};

@@ -63,6 +63,9 @@ class MasterRunner {
   [[nodiscard]] const std::optional<MachineStatus>& machine_status() const noexcept {
     return side_.master.machine_status();
   }
+  [[nodiscard]] MachineReadings readings() const noexcept {
+    return side_.master.machine_readings().value_or(MachineReadings{});
+  }
   [[nodiscard]] std::uint64_t lost() const noexcept { return events_.dropped() + rows_.lost(); }
 
  private:
@@ -250,6 +253,7 @@ MasterOutcome run_master(const recording::OperatorSetup& setup, HidPort& port, L
   outcome.ran_s = to_seconds(ran.ended_at);
   outcome.round_trip = runner->round_trip();
   outcome.machine_status = runner->machine_status();
+  outcome.readings = runner->readings();
   outcome.records_lost = runner->lost();
   teller.hand_over(outcome);
   run.console.event(ran.ended_at, "stopped: machine and device released");

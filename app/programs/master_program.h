@@ -20,6 +20,7 @@
 #include "transport/hid_port.h"
 #include "transport/link.h"
 #include "transport/link_messages.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::programs {
@@ -48,6 +49,7 @@ struct MasterOutcome {
   bool machine_was_heard = false;               ///< Likewise.
   Histogram round_trip;                         ///< As measured; one value each step while packets are received.
   std::optional<MachineStatus> machine_status;  ///< The newest; nothing where the machine's side sent none.
+  MachineReadings readings;                     ///< The newest.
   RealtimeReport loop;
   double ran_s = 0;
   std::uint64_t records_lost = 0;  ///< Events and rows there was no room for.

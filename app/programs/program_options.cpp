@@ -117,6 +117,12 @@ cli::Json reason_json(const Reason& reason, const BusDescription& bus) {
   return {{"code", name(reason.code)}, {"reason", text(reason, bus)}};
 }
 
+cli::Json readings_json(const MachineReadings& readings) {
+  cli::Json json = cli::Json::object();
+  MachineReadings::fields(readings, [&](const char* name, double value) { json[name] = value; });
+  return json;
+}
+
 namespace {
 
 constexpr std::size_t kLongestLine = 256, kAtOnce = 256;

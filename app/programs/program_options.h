@@ -20,6 +20,7 @@
 #include "core/reason.h"
 #include "machine/bus_description.h"
 #include "transport/can_health.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::programs {
 
@@ -81,6 +82,8 @@ void commit_all(std::initializer_list<AskedOutput*> outputs);
 [[nodiscard]] cli::Json milliseconds_json(const Histogram& histogram);
 /// {code, reason}; null where there is none.
 [[nodiscard]] cli::Json reason_json(const Reason& reason, const BusDescription& bus);
+/// By their names; null where one is unknown.
+[[nodiscard]] cli::Json readings_json(const MachineReadings& readings);
 
 // The link of a program that runs: what somebody types into its terminal, or writes into its standard input, to give
 // control up or take it; and, where it was dialled, its paths for the result.

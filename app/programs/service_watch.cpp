@@ -80,7 +80,7 @@ bool wait_until_there(const Waiting& waiting) {
   }
 }
 
-std::unique_ptr<SocketCanBus> open_when_up(const std::string& interface, std::span<const std::uint32_t> hear,
+std::unique_ptr<SocketCanBus> open_when_up(const std::string& interface, std::span<const CanFilter> hear,
                                            const std::function<void(const std::string&)>& note,
                                            const std::function<bool()>& keep_on) {
   ServiceWatch service;

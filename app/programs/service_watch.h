@@ -58,8 +58,7 @@ struct Waiting {
 /// Waits for an interface that is not there yet or down, and tells console and service manager what it waits for.
 /// @return nullptr where keep_on ended the waiting. @throws InputError where waiting is in vain (no CAN interface, no
 /// permission).
-[[nodiscard]] std::unique_ptr<SocketCanBus> open_when_up(const std::string& interface,
-                                                         std::span<const std::uint32_t> hear,
+[[nodiscard]] std::unique_ptr<SocketCanBus> open_when_up(const std::string& interface, std::span<const CanFilter> hear,
                                                          const std::function<void(const std::string&)>& note,
                                                          const std::function<bool()>& keep_on);
 

@@ -244,6 +244,7 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
   json.update(nodes_json(outcome, bus));
   json["stop"] = {
       {"commanded", outcome.commanded}, {"confirmed", outcome.stop_confirmed()}, {"unconfirmed", outcome.unconfirmed}};
+  json["readings"] = readings_json(outcome.readings);
   json["malformed_datagrams"] = outcome.malformed_datagrams;
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;
@@ -293,7 +294,7 @@ std::unique_ptr<bringup::OpenInterfaces> open_interfaces(const Options& o, const
   const std::vector<std::string> names = bringup::can_interfaces(o.can, machine.bus);
   std::vector<std::unique_ptr<SocketCanBus>> opened;
   for (std::size_t on = 0; on < names.size(); ++on) {
-    const std::vector<std::uint32_t> hear = slave::heard_by_controller(machine.bus.alone(on));
+    const std::vector<CanFilter> hear = slave::heard_by_controller(machine.bus.alone(on));
     opened.push_back(!o.wait_for_can ? std::make_unique<SocketCanBus>(names[on], hear)
                                      : open_when_up(
                                            names[on], hear, [&console](const std::string& what) { console.note(what); },

@@ -52,6 +52,9 @@ struct ForeignRead {
 std::string kind_of(const ForeignRead& read) {
   return "foreign read " + std::to_string(read.node);
 }
+std::string kind_of(const slave::J1939News& news) {
+  return fmt::format("j1939 {} {:02X} {:02X}", static_cast<int>(news.what), news.address, news.other);
+}
 /// All nodes work for the first time.
 struct NodesUp {
   Time at{};
@@ -84,6 +87,7 @@ class SlaveRunner {
   bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
   bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
   bool next(ForeignRead& read) noexcept { return reads_.pop(read); }
+  bool next(slave::J1939News& news) noexcept { return news_.pop(news); }
   bool next(NodesUp& up) noexcept { return up_.pop(up); }
   [[nodiscard]] const MachineDescription& machine() const noexcept { return machine_; }
   [[nodiscard]] const BusDescription& bus() const noexcept { return machine_.bus; }
@@ -112,10 +116,12 @@ class SlaveRunner {
   std::uint64_t emergencies_seen_ = 0, emergencies_lost_ = 0;
   std::uint64_t reads_seen_ = 0;
   Time read_at_ = kNever;
+  std::uint64_t news_seen_ = 0;
   Ring<ModeEvent, 256> events_;
   Ring<SetupFailureEvent, 16> failures_;
   Ring<slave::EmergencyRecord, 1024> emergencies_;
   Ring<ForeignRead, 16> reads_;
+  Ring<slave::J1939News, 16> news_;
   bool were_up_ = false;
   Ring<NodesUp, 2> up_;
   RowTable<slave::SlaveState> rows_;
@@ -132,6 +138,7 @@ void SlaveRunner::step(Time now) noexcept {
   observe(now);
   observe_nodes(now);
   observe_reads(now);
+  for (; news_seen_ < side_.slave.j1939().news_count(); ++news_seen_) news_.push(side_.slave.j1939().news(news_seen_));
 }
 
 void SlaveRunner::observe(Time now) noexcept {
@@ -179,7 +186,7 @@ void SlaveRunner::observe_reads(Time now) noexcept {
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
   side_.can.stamp(now);
-  const bool commanded = side_.slave.client().commanded();
+  const bool commanded = side_.slave.client().commanded() && side_.slave.j1939().may_command();
   if (!said_off_) {
     said_off_ = true;
     stop_.go_on_from(side_.slave.client().command_frames());
@@ -204,7 +211,8 @@ void SlaveRunner::write(const SlaveRecords& records) {
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = side_.slave.operator_input().malformed();
   outcome.records_lost += side_.can.lost() + rows_.lost() + events_.dropped() + failures_.dropped() +
-                          emergencies_.dropped() + emergencies_lost_ + reads_.dropped();
+                          emergencies_.dropped() + emergencies_lost_ + reads_.dropped() + news_.dropped();
+  outcome.readings = side_.slave.sensors().readings(last_.at);
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
   const BusDescription& bus = machine_.bus;
@@ -303,6 +311,10 @@ class Teller {
     while (runner.next(record)) {
       if (outcome_.add(record))
         say(record.at, "emergency: " + slave::text(record, runner.bus()), kind_of(record), Severity::kWarning);
+    }
+    slave::J1939News news;
+    while (runner.next(news)) {
+      say(news.at, "J1939: " + slave::text(news, runner.bus()), kind_of(news), Severity::kWarning);
     }
     ForeignRead read;
     while (runner.next(read)) {

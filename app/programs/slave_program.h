@@ -20,6 +20,7 @@
 #include "transport/link.h"
 #include "transport/link_messages.h"
 #include "transport/link_session.h"
+#include "transport/machine_readings.h"
 
 namespace knuckle::programs {
 
@@ -68,6 +69,7 @@ struct SlaveOutcome {
   std::vector<Emergency> emergencies;
   RealtimeReport loop;
   double ran_s = 0;
+  MachineReadings readings;  ///< As told at the end.
   std::uint32_t malformed_datagrams = 0;
   std::uint64_t records_lost = 0;  ///< Frames, rows, events, set-up failures, emergencies: no room for them.
   bool commanded = true;           ///< False where nothing was sent, as the machine was somebody else's all the time.

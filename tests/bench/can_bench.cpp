@@ -46,13 +46,13 @@ class Feeder {
 std::vector<can_frame> traffic(const BusDescription& bus, std::size_t count) {
   std::vector<can_frame> frames;
   const auto map = slave::bus_map(bus);
-  std::vector<std::uint32_t> own = slave::controllers_own(bus);
-  const auto set_points = slave::set_point_ids(bus);
-  own.insert(own.end(), set_points.begin(), set_points.end());
+  const std::vector<std::uint32_t> controllers = slave::controllers_own(bus);
+  std::vector<CanFilter> own = slave::set_point_filters(bus);
+  own.insert(own.end(), controllers.begin(), controllers.end());
   double rest = 0;
   for (std::size_t i = 0; frames.size() < count; ++i) {
     const PeriodicFrame& p = map[i % map.size()];
-    if (std::find(own.begin(), own.end(), p.id) != own.end()) continue;
+    if (slave::hears(own, p.id)) continue;
     rest += p.rate_Hz / bus.sync_Hz;
     if (rest < 1) continue;
     rest -= 1;

@@ -2,8 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "app/bringup/doctor_bus.h"
+#include "app/bringup/doctor_frames.h"
 #include "tests/bringup/surveyed.h"
-#include "tests/support/broadcast_machine.h"
+#include "tests/support/j1939_machine.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -37,6 +38,51 @@ TEST(DoctorBroadcasts, WhatDoesNotComeOrNotAsTheFileSaysIsAFault) {
   const BusDiagnosis slow = broadcasts_looked_at(broadcast_machine("period_ms = 20", "period_ms = 24"),
                                                  broadcast_machine("period_ms = 20", "period_ms = 20"));
   EXPECT_TRUE(healthy(slow.findings)) << "within half of the age limit";
+}
+
+TEST(DoctorBroadcasts, SaysWhatEachValueIs) {
+  const MachineDescription machine = knuckle::test::commanded_j1939_machine();
+  const BusDiagnosis diagnosis = broadcasts_looked_at(machine, machine);
+  const std::string all = test::said(diagnosis, Finding::Level::kOk);
+  for (const char* said :
+       {"front_angle (0x18FF1021): comes every 10.", "with 8 bytes: boom_angle 0.300 rad, arm_angle -1.500 rad",
+        " bar, ", "slope 0.0", "pilot_on no, e_stop_closed yes", "engine (PGN 0xF004 of 0x00): comes every 20.",
+        ": engine_speed 1800.0 rpm, engine_running yes\n"})
+    EXPECT_NE(all.find(said), std::string::npos) << said << "\n" << all;
+  const std::string notes = test::said(diagnosis, Finding::Level::kNote);
+  EXPECT_NE(notes.find("hours (PGN 0xFEE5 of 0x00): comes only when it is asked for"), std::string::npos) << notes;
+  EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
+}
+
+/// A survey in which these were heard, 100 each in a second.
+Findings own_frames_heard(const MachineDescription& machine, const std::vector<CanFrame>& frames) {
+  BusSurvey survey;
+  survey.listened_s = 1;
+  for (const CanFrame& frame : frames) survey.heard[frame.id] = {.count = 100, .newest = frame};
+  return own_frame_findings(survey, machine.bus);
+}
+
+std::string said_of(const Findings& findings, const std::string& about) {
+  std::string all;
+  for (const Finding& one : findings)
+    if (one.about.find(about) != std::string::npos) all += std::string(name(one.level)) + " " + one.text + "\n";
+  return all;
+}
+
+TEST(DoctorBroadcasts, ASecondSenderOfAGroupAndWhoHasKnucklesAddressAreTold) {
+  const MachineDescription machine = knuckle::test::j1939_machine("id = 0x18FF1021", "pgn = 0xFF10");
+  const auto frame = [](std::uint32_t id) { return CanFrame{.id = id | kExtendedId, .size = 8, .data = {0xFF}}; };
+  const Findings findings = own_frames_heard(machine, {frame(0x18FF1021), frame(0x18FF1022), frame(0x0CF00400),
+                                                       frame(0x0CF00417), frame(0x18FEEE03), frame(0x18FEF1F9)});
+  EXPECT_EQ(
+      said_of(findings, "front_angle (PGN 0xFF10)").rfind("FAULT is also sent by 0x22: take that device off, or", 0),
+      0U)
+      << said_of(findings, "front_angle");
+  EXPECT_EQ(said_of(findings, "engine (").rfind("note is also sent by 0x17: take that device off\n", 0), 0U);
+  EXPECT_EQ(said_of(findings, "coolant (PGN 0xFEEE)"),
+            "ok comes every 10.0 ms, with 8 bytes: coolant_temperature not available\n");
+  EXPECT_EQ(said_of(findings, "hydraulics").rfind("note not received", 0), 0U);
+  EXPECT_EQ(said_of(findings, "J1939 address 0xF9").rfind("note is used: 0x18FEF1F9 comes from it", 0), 0U);
 }
 
 TEST(DoctorBroadcasts, AFrameOf29BitsThatTheFileDoesNotHaveIsNoted) {

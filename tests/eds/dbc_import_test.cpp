@@ -28,7 +28,9 @@ BO_ 2147483681 Small: 4 Machine
 BO_ 500 Mixed: 8 Machine
  SG_ which M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
  SG_ slope m1 : 8|16@1- (0.01,0) [0|0] "deg" Vector__XXX
- SG_ speed : 24|16@1+ (1,0) [0|0] "rpm" Vector__XXX
+ SG_ speed : 24|16@1+ (1,0) [0|0] "km/h" Vector__XXX
+BO_ 2364539904 EEC1: 8 Machine
+ SG_ EngSpeed : 24|16@1+ (0.125,0) [0|8031.875] "rpm" Vector__XXX
 BO_ 501 Rare: 2 Machine
  SG_ slope : 0|16@1- (0.01,0) [0|0] "deg" Vector__XXX
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
@@ -40,6 +42,8 @@ BA_ "GenMsgCycleTime" BO_ 426 10;
 BA_ "GenMsgCycleTime" BO_ 2147483681 10;
 BA_ "GenMsgCycleTime" BO_ 500 10;
 BA_ "VFrameFormat" BO_ 2566852641 3;
+BA_ "VFrameFormat" BO_ 2364539904 3;
+BA_ "GenMsgCycleTime" BO_ 2364539904 20;
 SIG_VALTYPE_ 2147483681 slope : 1;
 )";
 
@@ -64,16 +68,27 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Front (0x18FF1021): boom_angle, arm_angle, bucket_angle",
                                                      "Body (0x1AA): slope"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_encoder", "arm_encoder", "bucket_encoder", "tilt"}));
-  EXPECT_EQ(import.to_do.size(), 5U) << "four angles, and the address in a J1939 identifier";
+  EXPECT_EQ(import.to_do.size(), 5U) << "four angles, and the sender of a J1939 group";
   const MachineDescription machine = parse_machine(import.text, "m.toml");
   const auto [frame, bucket] = machine.bus.broadcast(NodeRole::kEncoder, kBucket);
-  EXPECT_EQ(frame->id, 0x18FF1021U | kExtendedId);
+  EXPECT_TRUE(frame->filter().lets(0x0CFF1021U | kExtendedId)) << "a parameter group, whatever priority and sender";
+  EXPECT_FALSE(frame->source);
   EXPECT_EQ(frame->period_s, 0.01);
   EXPECT_EQ(bucket->bits.order, BitField::Order::kBigEndian);
   EXPECT_EQ(bucket->bits.start_bit, 39);
   EXPECT_FALSE(bucket->invalid_from) << "signed";
   EXPECT_EQ(machine.bus.broadcast(NodeRole::kEncoder, kBoom).field->invalid_from, 0xFB00U) << "J1939";
   EXPECT_EQ(machine.bus.nodes.size(), 10U);
+}
+
+TEST(DbcImport, WhatPeopleAreToldComesFromJ1939Groups) {
+  const Import import = imported_into({"engine_speed=EEC1.EngSpeed"});
+  EXPECT_TRUE(import.gone_nodes.empty());
+  EXPECT_NE(import.text.find("name = \"EEC1\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 20\n"), std::string::npos)
+      << import.text;
+  const auto [frame, speed] = parse_machine(import.text, "m.toml").bus.broadcast(NodeRole::kReading, 0);
+  EXPECT_TRUE(frame->is_group());
+  EXPECT_EQ(speed->invalid_from, 0xFB00U);
 }
 
 TEST(DbcImport, AllElseStaysAsItWas) {
@@ -123,8 +138,8 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
         {{"slope=Mixed.slope"}, "m.dbc:13: signal slope of Mixed is multiplexed"},
-        {{"slope=Mixed.speed"}, "has the unit \"rpm\": must be bar"},
-        {{"slope=Rare.slope"}, "m.dbc:15: Rare has no cycle time (GenMsgCycleTime)"},
+        {{"slope=Mixed.speed"}, "has the unit \"km/h\": must be bar"},
+        {{"slope=Rare.slope"}, "m.dbc:17: Rare has no cycle time (GenMsgCycleTime)"},
         {{"slope=Body.slope", "slope=Small.slope"}, "--signal slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
         {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {

@@ -14,6 +14,7 @@
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/two_buses.h"
+#include "tests/support/j1939_machine.h"
 #include "transport/canopen.h"
 
 namespace knuckle::exporting {
@@ -47,7 +48,9 @@ TEST(BusMessages, AreWhatTheControllerHearsAndWhatItTells) {
     const auto ids = slave::heard_by_controller(machine.bus);
     std::set<std::uint32_t> all = heard;
     all.insert(told.begin(), told.end());
-    EXPECT_EQ(all, std::set<std::uint32_t>(ids.begin(), ids.end())) << machine.name;
+    std::set<std::uint32_t> filters;
+    for (const CanFilter& filter : ids) filters.insert(filter.id);
+    EXPECT_EQ(all, filters) << machine.name;
     std::set<std::uint32_t> expected{canopen::kNmtId, canopen::kSyncId,
                                      canopen::heartbeat_id(machine.bus.controller_id), machine.bus.enable().rpdo_id()};
     for (int joint = 0; joint < kJoints; ++joint) expected.insert(machine.bus.set_point_id(joint));
@@ -67,6 +70,18 @@ TEST(BusMessages, SignalsFitIntoTheirFramesAndDoNotOverlap) {
       }
     }
   }
+}
+
+TEST(BusMessages, ParameterGroupsOfJ1939AreSaidToBeSome) {
+  std::ostringstream dbc;
+  write_dbc(test::j1939_machine(), dbc);
+  for (const char* said : {"BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\"", "BO_ 2566844158 coolant: 8 machine_controller",
+                           "BA_ \"VFrameFormat\" BO_ 2566844158 3;", "BA_ \"VFrameFormat\" BO_ 2565866496 3;",
+                           " SG_ coolant_temperature : 0|8@1+ (1,-40) [0|0] \"degC\""})
+    EXPECT_NE(dbc.str().find(said), std::string::npos) << said << dbc.str();
+  std::ostringstream without;
+  write_dbc(test::broadcast_machine(), without);
+  EXPECT_EQ(without.str().find("VFrameFormat"), std::string::npos);
 }
 
 TEST(BusMessages, RangesAreWhatTheSensorsAreBelievedIn) {

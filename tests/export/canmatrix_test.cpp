@@ -118,6 +118,7 @@ class OwnDecoders {
       case NodeRole::kTilt:
         return {{"Slope", canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad).value() * 180 / std::numbers::pi}};
       case NodeRole::kEnable:
+      case NodeRole::kReading:
         break;
     }
     const std::uint8_t inputs = canopen::parse_enable(frame).value();
@@ -226,6 +227,8 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
         case NodeRole::kEnable:
           frames.push_back(enable_inputs_frame(node.tpdo_id(), static_cast<std::uint8_t>(word() & 0x3U)));
           frames.push_back(enable_output_frame(node.rpdo_id(), static_cast<std::uint8_t>(word() & 0x1U)));
+          break;
+        case NodeRole::kReading:
           break;
       }
     }

@@ -163,8 +163,9 @@ TEST(RecordingExport, TableOfASessionIsARecordingOfItsSensorsToo) {
 
 TEST(RecordingExport, EveryDoubleHasAUnitOrIsKnownToHaveNone) {
   const std::set<std::string> none{
-      "authority", "confidence",  "residual_sigma",         "contact_compliance",  "wanted_valve",  "valve",
-      "spool",     "energy_gain", "setting_position_scale", "setting_force_scale", "touched_share", "home_asked"};
+      "authority",      "confidence",  "residual_sigma",         "contact_compliance",  "wanted_valve",  "valve",
+      "spool",          "energy_gain", "setting_position_scale", "setting_force_scale", "touched_share", "home_asked",
+      "engine_running", "fuel_level"};
   for (const auto* fields : {&fields_of<slave::SlaveState>(), &fields_of<master::MasterState>()})
     for (const Field& field : *fields)
       EXPECT_TRUE(field.type != NumberType::kDouble || unit_of(field.name).empty() == none.contains(field.name))

@@ -114,12 +114,32 @@ TEST(ReasonText, ASignalIsNamedWhereItsNodeHasSeveral) {
 
 // They stand in recordings and on the link: one that is moved names another sensor there.
 TEST(ReasonText, SignalsKeepTheirPlaces) {
-  constexpr std::array<const char*, 17> kPlaces{
-      "boom_spool",          "arm_spool",         "bucket_spool",     "boom_head_pressure",
-      "boom_rod_pressure",   "arm_head_pressure", "arm_rod_pressure", "bucket_head_pressure",
-      "bucket_rod_pressure", "boom_length",       "boom_angle",       "arm_length",
-      "arm_angle",           "bucket_length",     "bucket_angle",     "slope",
-      "machine_enable"};
+  constexpr std::array<const char*, 26> kPlaces{"boom_spool",
+                                                "arm_spool",
+                                                "bucket_spool",
+                                                "boom_head_pressure",
+                                                "boom_rod_pressure",
+                                                "arm_head_pressure",
+                                                "arm_rod_pressure",
+                                                "bucket_head_pressure",
+                                                "bucket_rod_pressure",
+                                                "boom_length",
+                                                "boom_angle",
+                                                "arm_length",
+                                                "arm_angle",
+                                                "bucket_length",
+                                                "bucket_angle",
+                                                "slope",
+                                                "machine_enable",
+                                                "e_stop_closed",
+                                                "pilot_on",
+                                                "engine_speed",
+                                                "engine_running",
+                                                "oil_temperature",
+                                                "coolant_temperature",
+                                                "engine_hours",
+                                                "battery_voltage",
+                                                "fuel_level"};
   for (std::size_t i = 0; i < kPlaces.size(); ++i) EXPECT_STREQ(kSignals.at(i).name, kPlaces[i]) << i;
 }
 

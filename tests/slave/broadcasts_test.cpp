@@ -187,7 +187,7 @@ TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
 
 TEST(Broadcasts, AreHeardAndCountedForTheBus) {
   const MachineDescription machine = calibrated_broadcasts();
-  const std::vector<std::uint32_t> heard = heard_by_controller(machine.bus);
+  const std::vector<CanFilter> heard = heard_by_controller(machine.bus);
   for (const std::uint32_t id : {kFrontAngle, kPressureFrame, kBodyFrame})
     EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
   const std::vector<PeriodicFrame> map = bus_map(machine.bus);

@@ -25,7 +25,8 @@ using Table = std::map<std::string, std::set<std::string>>;
 const Table kOutsideApp{
     {"core", {}},
     {"machine",
-     {"core", "transport/canopen.h", "transport/can_load.h", "transport/frame_checksum.h", "transport/signal_codec.h"}},
+     {"core", "transport/canopen.h", "transport/can_load.h", "transport/frame_checksum.h", "transport/j1939.h",
+      "transport/signal_codec.h"}},
     {"transport", {"core"}},
     {"transport/secure", {"core", "transport"}},
     {"transport/ice", {"core", "transport", "transport/secure"}},

@@ -16,7 +16,7 @@ inline std::vector<NodeDescription> one_node_each() {
   std::vector<NodeDescription> nodes;
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     const SignalInfo& signal = kSignals[i];
-    if (signal.is_angle || is_status(signal)) continue;
+    if (signal.is_angle || is_optional(signal)) continue;
     NodeDescription node;
     node.name = signal.name;
     for (const auto& [from, to] :

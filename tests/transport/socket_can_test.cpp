@@ -102,7 +102,7 @@ class SocketCan : public ::testing::Test {
 };
 
 TEST(SocketCanOpening, RefusesWhatIsNoCanInterfaceInOneLineThatNamesIt) {
-  const auto refusal = [](const std::string& name, std::span<const std::uint32_t> hear = {}) {
+  const auto refusal = [](const std::string& name, std::span<const CanFilter> hear = {}) {
     return test::refusal([&] { const SocketCanBus bus(name, hear); });
   };
   for (const char* name : {"nosuch7", "", "a_name_that_is_longer_than_any"}) {
@@ -110,9 +110,9 @@ TEST(SocketCanOpening, RefusesWhatIsNoCanInterfaceInOneLineThatNamesIt) {
     EXPECT_NE(line.find("\"" + std::string(name) + "\": no such interface"), std::string::npos) << line;
   }
   EXPECT_NE(refusal("lo").find("\"lo\": is not a CAN interface"), std::string::npos);
-  const std::vector<std::uint32_t> extended{0x181, 0x800}, many(513, 0x181);
+  const std::vector<CanFilter> extended{0x181, 0x800}, many(513, 0x181);
   EXPECT_NE(refusal("can0", extended).find("identifier 2048 to hear; limit 2047"), std::string::npos);
-  const std::vector<std::uint32_t> beyond{kExtendedId | 0x1FFFFFFF, kExtendedId | 0x20000000};
+  const std::vector<CanFilter> beyond{kExtendedId | 0x1FFFFFFF, kExtendedId | 0x20000000};
   EXPECT_NE(refusal("can0", beyond).find("identifier 536870912 to hear; limit 536870911"), std::string::npos);
   EXPECT_NE(refusal("can0", many).find("513 identifiers to hear; limit 512"), std::string::npos);
 }

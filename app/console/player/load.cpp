@@ -119,6 +119,8 @@ class Reader {
         if (auto message = decode_slave(event.data)) take_message(*message, wires.at, Duration(event.value));
       } else if (kind == LinkKind::kStatus) {
         if (const auto status = decode_status(event.data)) take_received(*status, wires.at);
+      } else if (const auto told = decode_readings(event.data); told && session_.of_far(told->stamp)) {
+        readings_ = told->readings();
       }
     }
   }
@@ -139,7 +141,7 @@ class Reader {
     if (!session_.of_far(status.stamp) || (old && status.stamp.session == data_.statuses.back().status.stamp.session))
       return;
     status.acted_report_at = session_.from_link(status.acted_report_at);
-    data_.statuses.push_back({at, status});
+    data_.statuses.push_back({at, status, readings_});
   }
 
   void take_machine_wires(const recording::StepWires& wires) {
@@ -153,7 +155,9 @@ class Reader {
           sent_at_ = wires.at;
         }
       } else if (kind == LinkKind::kStatus && !data_.operator_side) {
-        if (const auto status = decode_status(event.data)) data_.statuses.push_back({wires.at, *status});
+        if (const auto status = decode_status(event.data)) data_.statuses.push_back({wires.at, *status, readings_});
+      } else if (const auto told = decode_readings(event.data); told && !data_.operator_side) {
+        readings_ = told->readings();
       }
     }
   }
@@ -163,6 +167,7 @@ class Reader {
   LinkSession session_;
   RunData data_;
   SlaveMessage sent_;
+  MachineReadings readings_;
   Time sent_at_ = kNever;
   StepsRead operator_steps_, machine_steps_;
   std::vector<recording::Event> events_;

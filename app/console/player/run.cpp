@@ -162,6 +162,7 @@ ConsoleView Run::view(Time at) const {
   v.status_heard = row != nullptr;
   if (row != nullptr) {
     v.status = row->status;
+    v.readings = row->readings;
     v.status_age_s = to_seconds(at - row->at);
   }
   v.status_of_steps = machine != nullptr && !std::isnan(machine->command[0]);

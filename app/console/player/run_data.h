@@ -18,6 +18,7 @@
 #include "master/master_state.h"
 #include "slave/slave_state.h"
 #include "transport/link_messages.h"
+#include "transport/machine_readings.h"
 #include "transport/machine_status.h"
 
 namespace knuckle::console::player {
@@ -63,6 +64,7 @@ struct Arrival {
 struct StatusRow {
   Time at{};  ///< Of its arrival; at the machine's side, of its sending.
   MachineStatus status;
+  MachineReadings readings;  ///< As told until then.
 };
 
 /// Steps between these two are missing.

@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
+#include "machine/signal_units.h"
 
 namespace knuckle::console::screens {
 namespace {
@@ -85,6 +90,29 @@ void flow_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   lamp(ui, rest.cut_top(t.px(26)), pilot, s.pilot_on, t.colours.good);
 }
 
+/// What the machine file has of them.
+std::vector<std::pair<const SignalInfo*, double>> readings_of(const ConsoleData& data) {
+  std::vector<std::pair<const SignalInfo*, double>> all;
+  int i = 0;
+  MachineReadings::fields(data.view.readings, [&](const char*, double value) {
+    const BroadcastField* const field = data.facts.machine.bus.broadcast(NodeRole::kReading, i++).field;
+    if (field != nullptr) all.emplace_back(&field->info(), value);
+  });
+  return all;
+}
+
+void readings_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const Theme& t = ui.theme;
+  const Card card(ui, "MACHINE", area, status_freshness(data.view));
+  Area rest = card.inside();
+  for (const auto& [signal, value] : readings_of(data)) {
+    std::string label = signal->name;
+    std::replace(label.begin(), label.end(), '_', ' ');
+    value_row(ui, rest.cut_top(t.px(24)), label, std::isfinite(value) ? value_text(*signal, value) : "not available",
+              "");
+  }
+}
+
 }  // namespace
 
 DrawnScreen hydraulics_screen(const Ui& ui, const ConsoleData& data, UiState& /*state*/, Area area) {
@@ -92,6 +120,8 @@ DrawnScreen hydraulics_screen(const Ui& ui, const ConsoleData& data, UiState& /*
   const float gap = t.px(10);
   Area right = area.cut_right(t.px(300), gap);
   flow_card(ui, data, right.cut_top(t.px(data.view.simulated ? 258.F : 200.F), gap));
+  if (const std::size_t rows = readings_of(data).size(); rows > 0)
+    readings_card(ui, data, right.cut_top(t.px(56 + 24 * static_cast<float>(rows)), gap));
   limits_card(ui, data, right);
   for (std::size_t j = 0; j < kJoints; ++j) axis_card(ui, data, j, area.row(static_cast<int>(j), kJoints, gap));
   return std::nullopt;

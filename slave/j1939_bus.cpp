@@ -1,0 +1,193 @@
+#include "slave/j1939_bus.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "machine/reason_text.h"
+#include "transport/j1939.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr double kPeriodsHeard = 3.5;  // three frames may be lost
+
+/// What the machine is led by, of a group.
+std::optional<std::uint8_t> subject_in(const BroadcastFrame& frame) {
+  for (const BroadcastField& field : frame.fields)
+    if (field.info().role != NodeRole::kReading) return signal_subject(field.signal);
+  return std::nullopt;
+}
+
+/// J1939-81: that there is no address is said after a delay that differs from device to device, up to 153 ms.
+Duration delay_by(std::uint64_t name) noexcept {
+  return std::chrono::microseconds(600) * static_cast<int>(name & 0xFFU);
+}
+
+}  // namespace
+
+J1939Bus::J1939Bus(const BusDescription& bus) : commands_(bus.commands_by_address()) {
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    groups_.push_back({.filter = frame.filter(),
+                       .source = frame.source,
+                       .subject = subject_in(frame),
+                       .period = from_seconds(frame.period_s),
+                       .on_request = frame.on_request});
+  if (!bus.j1939_address) return;
+  address_ = *bus.j1939_address;
+  on_ = bus.j1939_line();
+  claim_ = Claim::kUnsaid;
+}
+
+/// The one that was heard first, until it falls silent: a device may get another address.
+bool J1939Bus::Group::counts(std::uint8_t from, Time now) const noexcept {
+  if (source) return from == *source;
+  return from == sender || heard_at == kNever ||
+         now - heard_at > std::max(kStands, from_seconds(kPeriodsHeard * to_seconds(period)));
+}
+
+std::uint8_t J1939Bus::Group::asked() const noexcept {
+  if (source) return *source;
+  return heard_at == kNever ? j1939::kEverybody : sender;
+}
+
+bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
+  if ((frame.id & kExtendedId) == 0) return true;
+  const std::uint8_t from = j1939::source_of(frame.id);
+  CanFrame alone = frame;
+  alone.id ^= on_;  // as if there were one bus
+  if (const auto name = j1939::claimed_name(alone)) on_claim(*name, from, now);
+  if (j1939::requested(alone) == j1939::kAddressClaim && j1939::is_for(address_, alone.id) && claim_ >= Claim::kHeld) {
+    answers_ = true;
+    answer_at_ = now;
+  }
+  Group* foreign = nullptr;
+  for (Group& group : groups_) {
+    if (group.filter.mask == CanFilter::kWhole || !group.filter.lets(frame.id)) continue;
+    if (group.counts(from, now)) {
+      group.sender = from;
+      group.heard_at = now;
+      frame.id = group.filter.id;
+      return true;
+    }
+    foreign = &group;
+  }
+  if (foreign == nullptr) return true;
+  const bool is_new = now - foreign->other_at > kStands || foreign->other != from;
+  foreign->other = from;
+  foreign->other_at = now;
+  if (is_new && !foreign->is_fault())
+    tell({.what = J1939News::What::kOtherSender,
+          .at = now,
+          .group = static_cast<std::uint8_t>(foreign - groups_.data()),
+          .address = foreign->source.value_or(foreign->sender),
+          .other = from});
+  return false;
+}
+
+void J1939Bus::on_claim(std::uint64_t name, std::uint8_t address, Time now) noexcept {
+  if (claim_ == Claim::kNone || address > j1939::kMostAddress) return;
+  if (address == address_)
+    on_own_address(name, now);
+  else
+    note_name(name, address, now);
+}
+
+/// The lower NAME keeps it; of two that are equal neither could tell that it has.
+void J1939Bus::on_own_address(std::uint64_t name, Time now) noexcept {
+  using What = J1939News::What;
+  if (claim_ == Claim::kLost) return;
+  answers_ = true;
+  if (name <= kName) {
+    claim_ = Claim::kLost;
+    answer_at_ = now + delay_by(name);
+    return tell({.what = What::kAddressLost, .at = now, .address = address_, .name = name});
+  }
+  answer_at_ = now;
+  if (now - contested_at_ > kStands) tell({.what = What::kContested, .at = now, .address = address_, .name = name});
+  contested_at_ = now;
+}
+
+void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noexcept {
+  const std::uint64_t before = names_[address];
+  names_[address] = name;
+  const auto sends = [address](const Group& group) {
+    return group.source ? *group.source == address : group.heard_at != kNever && group.sender == address;
+  };
+  const auto group = std::find_if(groups_.begin(), groups_.end(), sends);
+  if (before == 0 || before == name || group == groups_.end()) return;
+  tell({.what = J1939News::What::kOtherDevice,
+        .at = now,
+        .group = static_cast<std::uint8_t>(group - groups_.begin()),
+        .address = address,
+        .name = name});
+}
+
+void J1939Bus::step(CanBus& bus, Time now) noexcept {
+  if (claim_ == Claim::kNone) return;
+  say_claim(bus, now);
+  if (claim_ == Claim::kSaid && now - said_at_ >= kClaimWaits) claim_ = Claim::kHeld;
+  if (claim_ != Claim::kHeld) return;
+  for (Group& group : groups_) {
+    if (!group.on_request || (group.asked_at != kNever && now - group.asked_at < group.period)) continue;
+    CanFrame asks = j1939::request_frame(j1939::group_of(group.filter.id), address_, group.asked());
+    asks.id |= on_;
+    if (bus.send(asks)) group.asked_at = now;
+  }
+}
+
+/// What the bus does not take is said in the next step.
+void J1939Bus::say_claim(CanBus& bus, Time now) noexcept {
+  const auto say = [&](CanFrame frame) {
+    frame.id |= on_;
+    return bus.send(frame);
+  };
+  if (claim_ == Claim::kUnsaid) {
+    if (!say(j1939::claim_frame(kName, address_))) return;
+    // Who has which address: one that another device claims later is told.
+    (void)say(j1939::request_frame(j1939::kAddressClaim, address_, j1939::kEverybody));
+    claim_ = Claim::kSaid;
+    said_at_ = now;
+  }
+  if (!answers_ || now < answer_at_) return;
+  const std::uint8_t from = claim_ == Claim::kLost ? j1939::kNoAddress : address_;
+  answers_ = !say(j1939::claim_frame(kName, from));
+}
+
+Reason J1939Bus::fault(Time now) const noexcept {
+  if (commands_ && claim_ == Claim::kLost) return {ReasonCode::kAddressLost, 0, static_cast<float>(address_), 0};
+  for (const Group& group : groups_) {
+    if (group.is_fault() && now - group.other_at <= kStands)
+      return {ReasonCode::kGroupTwice, *group.subject, static_cast<float>(group.other),
+              static_cast<float>(group.sender)};
+  }
+  return {};
+}
+
+std::string text(const J1939News& news, const BusDescription& bus) {
+  const auto frame = [&] { return frame_text(bus.broadcasts.at(news.group), bus); };
+  switch (news.what) {
+    case J1939News::What::kOtherSender:
+      return fmt::format(
+          "{}: also comes from 0x{:02X}; the values of 0x{:02X} count: find out which is right, and give its address "
+          "as "
+          "source in the machine file",
+          frame(), news.other, news.address);
+    case J1939News::What::kOtherDevice:
+      return fmt::format("{}: its sender's address 0x{:02X} is claimed by another device than before (NAME 0x{:016X})",
+                         frame(), news.address, news.name);
+    case J1939News::What::kContested:
+      return fmt::format(
+          "another device wants J1939 address 0x{:02X} (NAME 0x{:016X}); Knuckle keeps it: give that "
+          "device, or bus.j1939_address, another one",
+          news.address, news.name);
+    case J1939News::What::kAddressLost:
+      break;
+  }
+  return fmt::format(
+      "J1939 address 0x{:02X} is another device's (NAME 0x{:016X}), so nothing is asked for any more: "
+      "give bus.j1939_address one that nobody has, then start again",
+      news.address, news.name);
+}
+
+}  // namespace knuckle::slave

@@ -1,0 +1,127 @@
+// J1939 parameter groups in machine files: what is read, and what is refused in one line.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "machine/reason_text.h"
+#include "tests/support/j1939_machine.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle {
+namespace {
+
+const BroadcastFrame& group(const BusDescription& bus, int reading) {
+  return *bus.broadcast(NodeRole::kReading, reading).frame;
+}
+
+TEST(GroupFile, IsReadByGroupSourceAndLength) {
+  const BusDescription bus = test::j1939_machine().bus;
+  EXPECT_EQ(bus.j1939_address, 0xF9);
+  const auto [engine, speed] = bus.broadcast(NodeRole::kReading, 0);
+  EXPECT_TRUE(engine->is_group());
+  EXPECT_EQ(engine->source, 0x00);
+  EXPECT_EQ(engine->period_s, 0.02);
+  EXPECT_FALSE(engine->on_request);
+  EXPECT_TRUE(engine->filter().lets(0x0CF00400U | kExtendedId));
+  EXPECT_TRUE(engine->filter().lets(0x18F00417U | kExtendedId)) << "to tell it";
+  EXPECT_FALSE(engine->filter().lets(0x18F00300U | kExtendedId));
+  EXPECT_EQ(speed->invalid_from, 0xFB00U) << "by its length";
+  EXPECT_NEAR(value_of(speed->bits, 14400), 1800 * 2 * std::numbers::pi / 60, 1e-9);
+  EXPECT_EQ(bus.broadcast(NodeRole::kReading, kEngineRunningIndex).field->invalid_from, 0xEU);
+  const auto [hours, time] = bus.broadcast(NodeRole::kReading, 4);
+  EXPECT_TRUE(hours->on_request);
+  EXPECT_EQ(hours->period_s, 10);
+  EXPECT_EQ(time->invalid_from, 0xFB000000U);
+  EXPECT_NEAR(value_of(time->bits, 20), 3600, 1e-6);
+  EXPECT_EQ(frame_text(*engine, bus), "engine (PGN 0xF004 of 0x00)");
+  EXPECT_EQ(frame_text(group(bus, 3), bus), "coolant (PGN 0xFEEE)");
+}
+
+TEST(GroupFile, WhatIsNoneMayBeSaidOtherwise) {
+  const auto none_of = [](const std::string& said) {
+    return test::j1939_machine("offset = -40, unit = \"degC\"", "offset = -40, unit = \"degC\"" + said)
+        .bus.broadcast(NodeRole::kReading, 3)
+        .field->invalid_from;
+  };
+  EXPECT_EQ(none_of(""), 0xFBU);
+  EXPECT_EQ(none_of(", invalid = \"j1939\""), 0xFBU);
+  EXPECT_EQ(none_of(", invalid_from = 0xFE"), 0xFEU);
+  EXPECT_EQ(none_of(", invalid = \"none\""), std::nullopt);
+  const auto angle =
+      test::j1939_machine("sign = -1, zero_rad = 0.12", "sign = -1, zero_rad = 0.12, invalid = \"j1939\"")
+          .bus.broadcast(NodeRole::kEncoder, kBoom);
+  EXPECT_EQ(angle.field->invalid_from, 0xFB00U) << "also where the frame is no group";
+}
+
+TEST(GroupFile, WhatTheMachineIsLedByMayBeAGroupAsWell) {
+  const BusDescription bus = test::j1939_machine("id = 0x18FF1021", "pgn = 0xFF10").bus;
+  const auto [frame, boom] = bus.broadcast(NodeRole::kEncoder, kBoom);
+  EXPECT_TRUE(frame->is_group());
+  EXPECT_EQ(boom->invalid_from, 0xFB00U);
+  EXPECT_FALSE(bus.broadcast(NodeRole::kEncoder, kBucket).field->invalid_from) << "signed";
+  const Reason twice{ReasonCode::kGroupTwice, subject_of(NodeRole::kEncoder, kBoom, bus), 0x17, 0x21};
+  EXPECT_EQ(text(twice, bus).rfind("front_angle (PGN 0xFF10), boom_angle: two devices send", 0), 0U)
+      << text(twice, bus);
+  EXPECT_NE(text(twice, bus).find("(0x17 beside 0x21)"), std::string::npos) << text(twice, bus);
+}
+
+TEST(GroupFile, CommandsFromTheAddressAreKnownFromOtherSourcesToo) {
+  const BusDescription bus = test::commanded_j1939_machine().bus;
+  EXPECT_TRUE(bus.commands_by_address());
+  EXPECT_TRUE(bus.commands[0].filter().lets(0x0CFF0127U | kExtendedId));
+  EXPECT_FALSE(bus.commands[0].filter().lets(0x18FF0205U | kExtendedId));
+  EXPECT_EQ(bus.commands[1].mask, CanFilter::kWhole) << "11 bits";
+  EXPECT_FALSE(test::command_machine().bus.commands_by_address());
+}
+
+TEST(GroupFile, WhatCannotBeIsRefusedInOneLine) {
+  struct Case {
+    const char *from, *to, *said;
+  };
+  for (const Case& c : {
+           Case{"pgn = 0xFEEE", "pgn = 0x20000", "key 'bus.broadcast[4].pgn' = 0x20000: must be a whole number within"},
+           {"pgn = 0xFEEE", "pgn = 0xEF21", "must end with 00: the last byte is the receiver's address"},
+           {"pgn = 0xFEEE", "pgn = 0xFE68", "is taken by 'coolant'"},
+           {"pgn = 0xFEEE", "pgn = 0xF004\nsource = 0x00", "is taken by 'engine'"},
+           {"pgn = 0xFEEE", "pgn = 0xF004", "is taken by 'engine'"},
+           {"pgn = 0xFEEE", "pgn = 0xFF10", "is taken by 'front_angle'"},
+           {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xF9", "is Knuckle's own address"},
+           {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xFE", "must be a whole number within [0, 253]"},
+           {"pgn = 0xFEEE", "pgn = 0xFEEE\nid = 0x18FEEE00", "id"},
+           {"id = 0x1A5", "id = 0x1A5\nsource = 0x00", "source"},
+           {"id = 0x1A5", "id = 0x1A5\nrequest_every_s = 10", "request_every_s"},
+           {"id = 0x18FF1021\nbytes = 8\nperiod_ms = 10", "pgn = 0xFF10\nbytes = 8\nrequest_every_s = 10",
+            "is for values that people are told"},
+           {"request_every_s = 10", "request_every_s = 10\nperiod_ms = 10", "period_ms"},
+           {"request_every_s = 10", "request_every_s = 0.5", "must be within [1, 3600]"},
+           {"unit = \"V\"", "unit = \"bar\"", "must be one of"},
+           {"scale = 0.05, unit = \"V\"", "scale = 0.05, unit = \"V\", invalid = \"j1939\", invalid_from = 5",
+            "stands beside invalid_from: keep one of the two"},
+           {"bits = 16, scale = 0.05, unit = \"V\"", "bits = 7, scale = 0.05, unit = \"V\", invalid = \"j1939\"",
+            "J1939 says it of unsigned values of 2, 4 and at least 8 bits"},
+           {"on = 0", "on = 14", "is said to be none by invalid_from"},
+       }) {
+    const std::string line = test::refusal([&] { (void)test::j1939_machine(c.from, c.to); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
+    EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
+  }
+}
+
+TEST(GroupFile, TwoSourcesOfAGroupAreTwoFrames) {
+  const BusDescription bus = test::j1939_machine("pgn = 0xFEEE", "pgn = 0xF004\nsource = 0x17").bus;
+  EXPECT_EQ(group(bus, 3).source, 0x17);
+}
+
+TEST(GroupFile, AnAddressGoesWithWhatNeedsOneAlone) {
+  const auto refused = [](const std::string& text) {
+    return test::refusal([&] { (void)parse_machine(text, "m.toml"); });
+  };
+  EXPECT_NE(refused(test::j1939_text("", "", "")).find("needs bus.j1939_address"), std::string::npos);
+  const std::string unused = refused(test::with_address(test::broadcast_text(), "0xF9"));
+  EXPECT_NE(unused.find("'bus.j1939_address' = 0xF9: is used by nothing"), std::string::npos) << unused;
+  EXPECT_NE(refused(test::j1939_text("", "", "0xFE")).find("must be a whole number within [0, 253]"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle

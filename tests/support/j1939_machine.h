@@ -1,0 +1,84 @@
+// Machines whose own controller sends J1939 parameter groups as well (numbers and scales of SAE J1939-71): engine,
+// temperatures, battery, and hours when asked.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "machine/load.h"
+#include "tests/support/command_machine.h"
+
+namespace knuckle::test {
+
+inline constexpr const char* kGroups = R"(
+[[bus.broadcast]]
+name = "engine"
+pgn = 0xF004
+source = 0x00
+bytes = 8
+period_ms = 20
+[bus.broadcast.signals]
+engine_speed = { start = 24, bits = 16, scale = 0.125, unit = "rpm" }
+engine_running = { start = 48, bits = 4, on = 0 }
+
+[[bus.broadcast]]
+name = "coolant"
+pgn = 0xFEEE
+bytes = 8
+period_ms = 1000
+[bus.broadcast.signals]
+coolant_temperature = { start = 0, bits = 8, scale = 1, offset = -40, unit = "degC" }
+
+[[bus.broadcast]]
+name = "hydraulics"
+pgn = 0xFE68
+bytes = 8
+period_ms = 1000
+[bus.broadcast.signals]
+oil_temperature = { start = 0, bits = 8, scale = 1, offset = -40, unit = "degC" }
+
+[[bus.broadcast]]
+name = "battery"
+pgn = 0xFEF7
+bytes = 8
+period_ms = 1000
+[bus.broadcast.signals]
+battery_voltage = { start = 32, bits = 16, scale = 0.05, unit = "V" }
+
+[[bus.broadcast]]
+name = "hours"
+pgn = 0xFEE5
+source = 0x00
+bytes = 8
+request_every_s = 10
+[bus.broadcast.signals]
+engine_hours = { start = 0, bits = 32, scale = 0.05, unit = "h" }
+)";
+
+/// @param text of a machine file
+inline std::string with_address(std::string text, const std::string& address) {
+  const std::string bus = "\n[bus]";
+  const auto at = text.find('\n', text.find(bus) + bus.size());
+  return text.insert(at, "\nj1939_address = " + address);
+}
+
+/// Valves and enable are nodes; with `to` in place of the first `from` of all that it sends.
+inline std::string j1939_text(const std::string& from = "", const std::string& to = "",
+                              const std::string& address = "0xF9") {
+  std::string broadcasts = std::string(kBroadcasts) + kGroups;
+  const auto at = broadcasts.find(from);
+  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
+  const std::string text = broadcast_text(broadcasts.replace(at, from.size(), to));
+  return address.empty() ? text : with_address(text, address);
+}
+inline MachineDescription j1939_machine(const std::string& from = "", const std::string& to = "") {
+  return parse_machine(j1939_text(from, to), "m.toml");
+}
+
+/// Without a node; its first command frame goes out from the address.
+inline MachineDescription commanded_j1939_machine() {
+  return parse_machine(with_address(command_text(kRateCommands, std::string(kStateBroadcast) + kGroups), "0x05"),
+                       "m.toml");
+}
+
+}  // namespace knuckle::test
