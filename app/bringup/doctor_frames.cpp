@@ -93,13 +93,12 @@ class OwnFrames {
     constexpr double kLate = 1.5;
     const double most_ms = 1e3 * (only_optional ? kLate * frame.period_s : bus_.sensor_age_limit_s / 2);
     const bool late = seen_ms > most_ms && !frame.only_readings();
-    const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes: {}", seen_ms, heard->newest.size,
-                                          readings_in(heard->newest, frame));
+    const std::string every = fmt::format("comes every {:.1f} ms, with {} bytes", seen_ms, heard->newest.size);
     say(is_short || late ? Level::kFault : Level::kOk, about,
         is_short ? every + fmt::format("; the file has {}: bus.broadcast.bytes", frame.bytes)
         : late   ? every + fmt::format("; must be at most {} ms, {}", number_text(most_ms),
                                      only_optional ? "one and a half of period_ms" : "half of bus.sensor_age_limit_ms")
-                 : every);
+                 : every + ": " + readings_in(heard->newest, frame));
   }
 
   /// What nobody but Knuckle may send.

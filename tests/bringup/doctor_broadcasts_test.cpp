@@ -45,9 +45,9 @@ TEST(DoctorBroadcasts, SaysWhatEachValueIs) {
   const BusDiagnosis diagnosis = broadcasts_looked_at(machine, machine);
   const std::string all = test::said(diagnosis, Finding::Level::kOk);
   for (const char* said :
-       {"front_angle (0x18FF1021): comes every 10.", "with 8 bytes: boom_angle 0.300 rad, arm_angle -1.500 rad",
-        " bar, ", "slope 0.0", "pilot_on no, e_stop_closed yes", "engine (PGN 0xF004 of 0x00): comes every 20.",
-        ": engine_speed 1800.0 rpm, engine_running yes\n"})
+       {"front_angle (0x18FF1021): comes every 10.", "with 8 bytes: arm_angle -1.500 rad, boom_angle 0.300 rad",
+        " bar, ", " bytes: slope ", "e_stop_closed yes, pilot_on no", "engine (PGN 0xF004 of 0x00): comes every 20.",
+        ": engine_running yes, engine_speed 1800.0 rpm\n"})
     EXPECT_NE(all.find(said), std::string::npos) << said << "\n" << all;
   const std::string notes = test::said(diagnosis, Finding::Level::kNote);
   EXPECT_NE(notes.find("hours (PGN 0xFEE5 of 0x00): comes only when it is asked for"), std::string::npos) << notes;
