@@ -61,6 +61,7 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
       return {field(Part::kValue, channel, channel.number == 2 ? canopen::kTiltLateral : canopen::kTiltSlope,
                     Type::kSigned, 16, sensors.tilt_step_rad)};
     case NodeRole::kEnable:
+    case NodeRole::kModule:
       break;
   }
   return {field(Part::kStatus, channel, canopen::kEnableInputs, Type::kUnsigned, 8)};
@@ -160,6 +161,7 @@ std::vector<std::uint8_t> receive_pdos(const NodeDescription& node) {
   std::vector<std::uint8_t> pdos;
   for (const NodeChannel& channel : node.channels)
     if (node.is_told()) pdos.push_back(channel.pdo());
+  for (unsigned output = 1; output <= node.outputs; output += kAnalogsPerFrame) pdos.push_back(analog_pdo(output));
   return pdos;
 }
 

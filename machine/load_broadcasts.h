@@ -1,4 +1,5 @@
-// [[bus.broadcast]] of a machine file: frames that the machine's own controller sends.
+// [[bus.broadcast]] of a machine file: frames that the machine's own controller sends; and the inputs of a module,
+// which are frames, too.
 #pragma once
 
 #include <cstddef>
@@ -20,5 +21,9 @@ namespace knuckle {
 /// @param bus its rates and limits.
 [[nodiscard]] std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, const BusDescription& bus,
                                                           const SensorDescription& sensors);
+
+/// Likewise [bus.node.inputs], without identifiers. @param node its name and id
+[[nodiscard]] std::vector<BroadcastFrame> read_inputs(TomlTable inputs, const NodeDescription& node,
+                                                      const BusDescription& bus, const SensorDescription& sensors);
 
 }  // namespace knuckle

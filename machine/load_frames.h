@@ -26,6 +26,9 @@ struct FrameHead {
 /// Notes a name or an identifier that one of the others has.
 [[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others);
 
+/// Channels of a module that the table's keys name, in order; notes keys that name none.
+[[nodiscard]] std::vector<int> analog_numbers(TomlTable& file);
+
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);
 

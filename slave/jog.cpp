@@ -67,6 +67,7 @@ bool possible(const FrameField& field, double value, const MachineDescription& m
                                      : kValidity.hull_tilt_rad);
     case NodeRole::kValve:
     case NodeRole::kEnable:
+    case NodeRole::kModule:
       break;
   }
   return true;

@@ -112,7 +112,8 @@ class Doctor {
       if (!expects(id)) judge_stranger(node);
     }
     if (machine_ == nullptr) return std::move(result_);
-    for (const BroadcastFrame& frame : machine_->bus.broadcasts) judge_broadcast(frame);
+    for (const BroadcastFrame& frame : machine_->bus.broadcasts)
+      if (frame.module == 0) judge_broadcast(frame);  // a module sends once it is started
     for (const CommandFrame& frame : machine_->bus.commands) judge_command(frame);
     judge_frames();
     return std::move(result_);
