@@ -12,11 +12,36 @@ const NodeDescription* find_if(const std::vector<NodeDescription>& nodes, const 
   return found == nodes.end() ? nullptr : &*found;
 }
 
+/// Id of the module that the signal of this name, or SignalInfo::node, goes through; 0 where it goes through none.
+std::uint8_t module_of(const std::string& name, const BusDescription& bus) noexcept {
+  for (const SignalInfo& signal : kSignals) {
+    if (signal.name != name && signal.node != name) continue;
+    const BroadcastFrame* const sent = bus.broadcast(signal.role, signal.index).frame;
+    if (sent != nullptr) return sent->module;
+    for (const CommandFrame& told : bus.commands)
+      if (signal.role == NodeRole::kValve && told.id == bus.set_point_id(signal.index)) return told.module;
+  }
+  return 0;
+}
+
 }  // namespace
 
 bool BroadcastFrame::only_readings() const noexcept {
   return std::all_of(fields.begin(), fields.end(),
                      [](const BroadcastField& field) { return field.info().role == NodeRole::kReading; });
+}
+
+double AnalogSensor::broken() const noexcept {
+  constexpr std::array kBelow{4.0 / 16, 0.5 / 4, 0.0};  // of the span
+  return low - kBelow[static_cast<std::size_t>(range)] * (high - low);
+}
+
+bool AnalogSensor::is_broken(double value) const noexcept {
+  if (range == Range::k0To10V) return false;
+  const bool current = range == Range::k4To20mA;
+  const double share = (value - low) / (high - low), below = current ? 0.4 / 16 : 0.25 / 4;
+  constexpr double kAbove = 1.0 / 16;  // 1 mA of 16, 0.25 V of 4
+  return !(share >= -below && share <= 1 + kAbove);
 }
 
 bool moves_joint(const CommandFrame& frame) noexcept {
@@ -25,7 +50,7 @@ bool moves_joint(const CommandFrame& frame) noexcept {
 }
 
 int NodeDescription::joint() const noexcept {
-  if (role == NodeRole::kTilt || role == NodeRole::kEnable) return -1;
+  if (role == NodeRole::kTilt || role == NodeRole::kEnable || role == NodeRole::kModule) return -1;
   const auto joint_of = [this](const NodeChannel& channel) {
     return role == NodeRole::kPressure ? channel.info().index / 2 : channel.info().index;
   };
@@ -119,7 +144,10 @@ const NodeDescription* BusDescription::find(const std::string& name) const noexc
     });
   };
   const NodeDescription* const found = find_if(nodes, called);
-  return found != nullptr ? found : find_if(nodes, has);
+  if (found != nullptr) return found;
+  if (const NodeDescription* const other = find_if(nodes, has)) return other;
+  const std::uint8_t module = module_of(name, *this);
+  return module == 0 ? nullptr : find(module);
 }
 
 const NodeDescription* BusDescription::find(std::uint8_t id) const noexcept {

@@ -18,9 +18,9 @@
 
 namespace knuckle {
 
-/// Device profile of CiA: 408, 404, 406, 410, 401. kReading: no node's, and nothing that moves the machine or stops it:
-/// people are told it.
-enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable, kReading };
+/// Device profile of CiA: 408, 404, 406, 410, 401, and 401 again: a module with analogue inputs, outputs or both.
+/// kReading: no node's, and nothing that moves the machine or stops it: people are told it.
+enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable, kReading, kModule };
 
 /// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
 struct SignalInfo {
@@ -31,8 +31,8 @@ struct SignalInfo {
   bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
 /// All are needed, but of each joint's length and angle one, and no is_optional(); valves and enable only where no
-/// CommandFrame tells the joints what to do. A node's place in BusDescription::nodes is that of its
-/// first signal here. Reasons in recordings and on the link name a signal by its place: new ones go to the end.
+/// CommandFrame tells the joints what to do: then there is no valve. A node's place in BusDescription::nodes is that of
+/// its first signal here. Reasons in recordings and on the link name a signal by its place: new ones go to the end.
 inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", NodeRole::kValve, 0},
                                      SignalInfo{"arm_spool", "arm_valve", NodeRole::kValve, 1},
                                      SignalInfo{"bucket_spool", "bucket_valve", NodeRole::kValve, 2},
@@ -125,7 +125,7 @@ struct NodeDescription {
   static constexpr std::size_t kMostPdos = 4;  ///< As the pre-defined connection set has.
   std::string name;                            ///< Also in scenarios, options and reports.
   NodeRole role = NodeRole::kValve;
-  std::vector<NodeChannel> channels;  ///< By number.
+  std::vector<NodeChannel> channels;  ///< By number. None of a module: frames have what goes through it.
   std::uint8_t id = 0;
   std::uint32_t device_type = 0, vendor = 0, product = 0;
   ValveProfile profile = ValveProfile::kCia408;           ///< Of a valve.
@@ -136,9 +136,12 @@ struct NodeDescription {
   std::vector<std::vector<std::uint32_t>> tpdo_maps;
   std::string unguarded;  ///< Of a node that is told to move something: why it may do without a guard. Else empty.
   GuardProof guard;
+  std::uint8_t outputs = 0;  ///< Of a module: how many analogue ones, all that it has.
+  /// Of a module: where 0x6444 has the 16 bits of an output, 0 or 16.
+  std::uint8_t error_value_shift = 0;
   /// Whether it is told what to do, so that it needs a guard.
   [[nodiscard]] constexpr bool is_told() const noexcept {
-    return role == NodeRole::kValve || role == NodeRole::kEnable;
+    return role == NodeRole::kValve || role == NodeRole::kEnable || outputs > 0;
   }
   [[nodiscard]] constexpr std::uint32_t tpdo_id(std::size_t pdo = 0) const noexcept { return id_of(tpdos, 0x180, pdo); }
   [[nodiscard]] constexpr std::uint32_t rpdo_id(std::size_t pdo = 0) const noexcept { return id_of(rpdos, 0x200, pdo); }
@@ -158,18 +161,50 @@ struct NodeDescription {
 /// "1 = boom_spool, 2 = arm_spool"
 [[nodiscard]] std::string channels_text(const NodeDescription& node);
 
+/// How a sensor on an analogue input says its value: by that a broken wire is known, or not.
+struct AnalogSensor {
+  enum class Range : std::uint8_t {
+    k4To20mA,
+    kHalfTo4AndAHalfV,  ///< Ratiometric, of 5 V.
+    k0To10V             ///< A broken wire reads as 0 V, as its lowest value does.
+  } range = Range::k4To20mA;
+  double low = 0, high = 0;  ///< SI, at the ends of the range; high is below low where the sensor counts down.
+  /// What it says with a broken wire, 0 mA or 0 V.
+  [[nodiscard]] double broken() const noexcept;
+  /// Whether no sound sensor and wire can say this: below 3.6 mA or 0.25 V, above 21 mA or 4.75 V (as NAMUR NE 43).
+  [[nodiscard]] bool is_broken(double value) const noexcept;
+  bool operator==(const AnalogSensor&) const = default;
+};
+/// As machine files call them, in the order of AnalogSensor::Range.
+inline constexpr std::array kAnalogRangeNames{"4-20mA", "0.5-4.5V", "0-10V"};
+
+/// A module's analogue input or output, from 1, in a process data object: CiA 401 has four a frame, from the second
+/// frame on.
+inline constexpr std::uint8_t kAnalogsPerFrame = 4, kMostAnalogs = 12, kAnalogBits = 16;
+[[nodiscard]] constexpr std::uint8_t analog_pdo(unsigned number) noexcept {
+  return static_cast<std::uint8_t>(1 + (number - 1) / kAnalogsPerFrame);
+}
+[[nodiscard]] constexpr std::uint8_t analog_start_bit(unsigned number) noexcept {
+  return static_cast<std::uint8_t>((number - 1) % kAnalogsPerFrame * kAnalogBits);
+}
+[[nodiscard]] constexpr unsigned analog_number(std::uint8_t pdo, const BitField& bits) noexcept {
+  return (pdo - 1U) * kAnalogsPerFrame + bits.start_bit / kAnalogBits + 1U;
+}
+
 /// A value in a frame that the machine sends by itself.
 struct BroadcastField {
   std::uint8_t signal = 0;  ///< Place in kSignals.
   BitField bits;            ///< To SI; of an angle or slope with sign and zero of its installation.
   /// Raw values from here on say that there is none: 0xFB of 8 bits, 0xFB00 of 16 in J1939.
   std::optional<std::uint64_t> invalid_from{};
-  std::uint64_t on = 1;  ///< Of is_yes_or_no(): the raw value that says yes.
+  std::uint64_t on = 1;                  ///< Of is_yes_or_no(): the raw value that says yes.
+  std::optional<AnalogSensor> analog{};  ///< Of a module's input.
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
   bool operator==(const BroadcastField&) const = default;
 };
 
-/// A frame that the machine's own controller sends: nobody starts its sender, but it must keep coming.
+/// A frame that the machine's own controller sends: nobody starts its sender, but it must keep coming. Or what a
+/// module's inputs say, with each SYNC.
 struct BroadcastFrame {
   std::string name;
   std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
@@ -180,7 +215,9 @@ struct BroadcastFrame {
   double period_s = 0;
   bool on_request = false;  ///< Of a group: it is asked for once a period, and need not come by itself.
   std::vector<BroadcastField> fields{};
-  FrameClosing closing{};  ///< Where it has a counter or a checksum.
+  FrameClosing closing{};   ///< Where it has a counter or a checksum.
+  std::uint8_t module = 0;  ///< Id of the node that sends it; 0: the machine's own controller does.
+  std::uint8_t pdo = 0;     ///< Which of its transmit PDOs, from 0.
   [[nodiscard]] constexpr CanFilter filter() const noexcept { return {id, mask}; }
   [[nodiscard]] constexpr bool is_group() const noexcept { return mask != CanFilter::kWhole; }
   /// Whether it is for people alone.
@@ -193,10 +230,11 @@ enum class CommandKind : std::uint8_t {
   kSpool,          ///< CANopen valves, which tell where their spools are.
   kPilotPressure,  ///< By frames of the machine's own bus: the pressure that moves a spool. Nobody tells where it is.
   kCurrent,        ///< Likewise the current of the magnet that makes that pressure.
+  kVoltage,        ///< Likewise the voltage that a valve's electronics make it from.
   kJointRate,      ///< Likewise the joint's speed: the machine's own controller moves the spool.
 };
 
-/// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A,
+/// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A, V,
 /// rad/s; of a constant as the file has it.
 struct CommandField {
   std::string name;
@@ -214,7 +252,8 @@ struct CommandField {
   bool operator==(const CommandField&) const = default;
 };
 
-/// A frame that tells the machine's own controller what to do. When they stop, it ends all motion by itself.
+/// A frame that tells the machine's own controller, or a module's outputs, what to do. When they stop, it ends all
+/// motion by itself.
 struct CommandFrame {
   std::string name;
   std::uint32_t id = 0;  ///< With kExtendedId where it has 29 bits, with kSecondBus where it is on that.
@@ -226,6 +265,8 @@ struct CommandFrame {
   bool always = true;  ///< Also while nobody leads the machine.
   std::vector<CommandField> fields{};
   FrameClosing closing{};
+  std::uint8_t module = 0;  ///< Id of the node that it is for; 0: the machine's own controller.
+  std::uint8_t pdo = 0;     ///< Which of its receive PDOs, from 0.
   [[nodiscard]] constexpr CanFilter filter() const noexcept { return {id, mask}; }
   bool operator==(const CommandFrame&) const = default;
 };
@@ -299,6 +340,7 @@ struct BusDescription {
   }
   [[nodiscard]] const NodeDescription& tilt() const noexcept { return node_of(NodeRole::kTilt, 0); }
   [[nodiscard]] const NodeDescription& enable() const noexcept { return node_of(NodeRole::kEnable, 0); }
+  [[nodiscard]] bool has_enable() const noexcept { return enable().id != 0; }
   // Identifiers of the frames of a joint's valve: what it is told (by a command frame, what extends it), and its status
   // with the spool's position.
   [[nodiscard]] std::uint32_t set_point_id(std::integral auto joint) const noexcept {
@@ -333,7 +375,7 @@ struct BusDescription {
   [[nodiscard]] std::string node_names() const;
   /// Whether nobody needs SYNC, heartbeat or NMT.
   [[nodiscard]] bool without_nodes() const noexcept { return nodes.empty(); }
-  /// Whether the machine's own controller is told what to do, and no valve or enable node.
+  /// Whether the machine's own controller or a module's outputs are told what to do, and no valve node.
   [[nodiscard]] bool by_frames() const noexcept { return !commands.empty(); }
   /// kSecondBus where j1939_address is claimed on that: the bus of the frames that are sent from it.
   [[nodiscard]] std::uint32_t j1939_line() const noexcept;

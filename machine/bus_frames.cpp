@@ -62,6 +62,7 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
                     Type::kSigned, 16, sensors.tilt_step_rad)};
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kModule:
       break;
   }
   return {field(Part::kStatus, channel, canopen::kEnableInputs, Type::kUnsigned, 8)};
@@ -161,6 +162,7 @@ std::vector<std::uint8_t> receive_pdos(const NodeDescription& node) {
   std::vector<std::uint8_t> pdos;
   for (const NodeChannel& channel : node.channels)
     if (node.is_told()) pdos.push_back(channel.pdo());
+  for (unsigned output = 1; output <= node.outputs; output += kAnalogsPerFrame) pdos.push_back(analog_pdo(output));
   return pdos;
 }
 

@@ -13,10 +13,12 @@ struct DeviceProfile {
   NodeRole role;
   const char* devices;  ///< What they are.
 };
-inline constexpr std::array kDeviceProfiles{
-    DeviceProfile{408, NodeRole::kValve, "hydraulic valve"},
-    DeviceProfile{404, NodeRole::kPressure, "measuring device"}, DeviceProfile{406, NodeRole::kEncoder, "encoder"},
-    DeviceProfile{410, NodeRole::kTilt, "inclinometer"}, DeviceProfile{401, NodeRole::kEnable, "inputs and outputs"}};
+inline constexpr std::array kDeviceProfiles{DeviceProfile{408, NodeRole::kValve, "hydraulic valve"},
+                                            DeviceProfile{404, NodeRole::kPressure, "measuring device"},
+                                            DeviceProfile{406, NodeRole::kEncoder, "encoder"},
+                                            DeviceProfile{410, NodeRole::kTilt, "inclinometer"},
+                                            DeviceProfile{401, NodeRole::kEnable, "inputs and outputs"},
+                                            DeviceProfile{401, NodeRole::kModule, "inputs and outputs"}};
 
 /// The profile's number in a device type (object 0x1000): its lower 16 bits. 0: the device keeps to none.
 [[nodiscard]] constexpr std::uint16_t profile_number(std::uint32_t device_type) noexcept {

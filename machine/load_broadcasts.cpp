@@ -27,12 +27,21 @@ bool is_measured(const SignalInfo& signal) noexcept {
   return signal.role != NodeRole::kValve && (signal.role != NodeRole::kEnable || is_status(signal));
 }
 
+const Unit& read_unit(TomlTable& file, const SignalInfo& signal) {
+  std::vector<const char*> names;
+  for (const Unit& unit : units_of(signal)) names.push_back(unit.name);
+  return units_of(signal)[static_cast<std::size_t>(file.choice("unit", names))];
+}
+
+/// Of a position, as of nodes.
+double largest_step(const SignalInfo& signal) noexcept {
+  return is_angle(signal) ? 2 * std::numbers::pi / 512 : 5e-3;
+}
+
 /// Value = sign (raw * scale + offset) in the unit, + zero_rad.
 void read_meaning(TomlTable& file, const SignalInfo& signal, BitField& bits) {
   constexpr double kMost = 1e9;
-  std::vector<const char*> names;
-  for (const Unit& unit : units_of(signal)) names.push_back(unit.name);
-  const double unit = units_of(signal)[static_cast<std::size_t>(file.choice("unit", names))].si;
+  const double unit = read_unit(file, signal).si;
   const double scale = file.number("scale", -kMost, kMost);
   file.require(scale != 0, "scale", "must not be 0");
   const double offset = file.has("offset") ? file.number("offset", -kMost, kMost) : 0;
@@ -43,9 +52,8 @@ void read_meaning(TomlTable& file, const SignalInfo& signal, BitField& bits) {
   }
   if (is_angle(signal) && file.has("zero_rad"))
     zero_rad = file.number("zero_rad", -2 * std::numbers::pi, 2 * std::numbers::pi);
-  constexpr double kLargestStep_rad = 2 * std::numbers::pi / 512, kLargestStep_m = 5e-3;  // as of nodes
   if (signal.role == NodeRole::kEncoder && bits.type != BitField::Type::kFloat) {
-    const double most = (signal.is_angle ? kLargestStep_rad : kLargestStep_m) / unit;
+    const double most = largest_step(signal) / unit;
     file.require(std::abs(scale) <= most, "scale", "must be at most " + number_text(most) + " a step",
                  {"unit", "type"});
   }
@@ -92,6 +100,50 @@ std::optional<std::uint64_t> read_invalid(TomlTable& file, const BitField& bits,
   file.require(from || !has_kind || !by_length, "invalid",
                "J1939 says it of unsigned values of 2, 4 and at least 8 bits: give invalid_from", {"bits", "type"});
   return from;
+}
+
+/// signal, range, and the counts and the values at the range's two ends.
+BroadcastField read_input(TomlTable file, unsigned number, const SensorDescription& sensors) {
+  using Counts = std::numeric_limits<std::int16_t>;
+  constexpr double kMost = 1e9;
+  std::vector<const char*> names;
+  std::vector<std::size_t> places;
+  for (std::size_t place = 0; place < kSignals.size(); ++place) {
+    if (!is_measured(kSignals[place]) || is_optional(kSignals[place])) continue;
+    names.push_back(kSignals[place].name);
+    places.push_back(place);
+  }
+  BroadcastField field{
+      .signal = static_cast<std::uint8_t>(places[static_cast<std::size_t>(file.choice("signal", names))]),
+      .bits = {.type = BitField::Type::kSigned, .start_bit = analog_start_bit(number), .bits = kAnalogBits}};
+  const SignalInfo& signal = field.info();
+  AnalogSensor sensor;
+  sensor.range = static_cast<AnalogSensor::Range>(file.choice("range", kAnalogRangeNames));
+  const auto least = static_cast<double>(file.integer("counts_low", Counts::min(), Counts::max()));
+  const auto most = static_cast<double>(file.integer("counts_high", Counts::min(), Counts::max()));
+  file.require(least != most, "counts_high", "must not be counts_low", {"counts_low"});
+  const auto [unit_name, unit] = read_unit(file, signal);
+  sensor.low = file.number("low", -kMost, kMost) * unit;
+  sensor.high = file.number("high", -kMost, kMost) * unit;
+  file.require(sensor.low != sensor.high, "high", "must not be low", {"low"});
+  field.analog = sensor;
+  if (!file.sound({"signal", "range", "counts_low", "counts_high", "unit", "low", "high"})) return field;
+  field.bits.scale = (sensor.high - sensor.low) / (most - least);
+  field.bits.offset = sensor.low - least * field.bits.scale;
+  const double lowest = value_of(field.bits, raw_of(field.bits, sensor.broken()));
+  file.require(sensor.range == AnalogSensor::Range::k0To10V || sensor.is_broken(lowest), "counts_low",
+               "leaves no counts for a broken wire", {"counts_high"});
+  const double step = std::abs(field.bits.scale);
+  const bool pressure = signal.role == NodeRole::kPressure;
+  const double coarsest = pressure ? sensors.pressure_step_Pa : largest_step(signal);
+  file.require(step <= coarsest * (1 + 1e-9), "counts_high",
+               fmt::format("makes a count {} {}: must be at most {}", number_text(step / unit), unit_name,
+                           number_text(coarsest / unit)),
+               {"counts_low", "low", "high", "unit"});
+  file.require(!pressure || std::max(sensor.low, sensor.high) >= sensors.pressure_range_Pa * (1 - 1e-9), "high",
+               fmt::format("must reach sensors.pressure_range_bar, {}", number_text(sensors.pressure_range_Pa / kBar)),
+               {"low", "unit", ".sensors.pressure_range_bar"});
+  return field;
 }
 
 /// Yes or no.
@@ -231,6 +283,25 @@ std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, std::v
   for (TomlTable& file : files) reader.read(file, 0);
   for (TomlTable& file : on_second) reader.read(file, kSecondBus);
   return reader.take();
+}
+
+std::vector<BroadcastFrame> read_inputs(TomlTable inputs, const NodeDescription& node, const BusDescription& bus,
+                                        const SensorDescription& sensors) {
+  std::vector<BroadcastFrame> frames;
+  const std::vector<int> numbers = analog_numbers(inputs);
+  if (numbers.empty()) inputs.require(false, "", "must have at least one input");
+  for (const int one : numbers) {
+    const auto number = static_cast<unsigned>(one);
+    const std::uint8_t pdo = analog_pdo(number);
+    if (frames.empty() || frames.back().pdo != pdo)
+      frames.push_back({.name = fmt::format("{}_tpdo{}", node.name, pdo + 1),
+                        .period_s = 1 / bus.sync_Hz,
+                        .module = node.id,
+                        .pdo = pdo});
+    frames.back().fields.push_back(read_input(inputs.table(std::to_string(one)), number, sensors));
+    frames.back().bytes = bytes_of(frames.back().fields.back().bits);
+  }
+  return frames;
 }
 
 }  // namespace knuckle

@@ -1,4 +1,5 @@
-// [[bus.broadcast]] of a machine file: frames that the machine's own controller sends.
+// [[bus.broadcast]] of a machine file: frames that the machine's own controller sends; and the inputs of a module,
+// which are frames, too.
 #pragma once
 
 #include <cstddef>
@@ -21,5 +22,9 @@ namespace knuckle {
 [[nodiscard]] std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files,
                                                           std::vector<TomlTable> on_second, const BusDescription& bus,
                                                           const SensorDescription& sensors);
+
+/// Likewise [bus.node.inputs], without identifiers. @param node its name and id
+[[nodiscard]] std::vector<BroadcastFrame> read_inputs(TomlTable inputs, const NodeDescription& node,
+                                                      const BusDescription& bus, const SensorDescription& sensors);
 
 }  // namespace knuckle

@@ -48,8 +48,9 @@ bool is_word_of_dbc(const std::string& name) {
 /// Reads nodes and refuses names, signals and ids of nodes and frames that another has taken.
 class NodeReader {
  public:
-  explicit NodeReader(const BusDescription& bus)
-      : wire_(bus.wire), commanded_(bus.by_frames()), ids_{{bus.controller_id, "controller_id"}} {
+  /// @param file [bus] @param bus gets the frames of modules.
+  NodeReader(const TomlTable& file, BusDescription& bus, const SensorDescription& sensors)
+      : file_(file), bus_(bus), sensors_(sensors), ids_{{bus.controller_id, "controller_id"}} {
     for (const BroadcastFrame& frame : bus.broadcasts) {
       frames_.emplace(frame.id, frame.name);
       for (const BroadcastField& field : frame.fields) signals_.emplace(field.signal, frame.name);
@@ -84,7 +85,7 @@ class NodeReader {
       const auto same = [&](const NodeDescription& other) { return other.name == node.name; };
       file.require(std::none_of(all.begin(), all.end(), same), "name", "is the name of another node");
       read_profile(file, node);
-      read_channels(file, node);
+      if (node.role != NodeRole::kModule) read_channels(file, node);
       check_name(file, node);
       read(file, node);
       all.push_back(std::move(node));
@@ -108,7 +109,7 @@ class NodeReader {
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
       const std::size_t other = in_place_of(i);
       if (is_pressure_of(kSignals[i], without_pressures) || is_optional(kSignals[i])) continue;
-      if (commanded_ && is_told(kSignals[i])) continue;
+      if (bus_.by_frames() && is_told(kSignals[i])) continue;
       if (other < i || signals_.count(i) + signals_.count(other) > 0) continue;
       names += (names.empty() ? "" : ", ") + std::string(kSignals[i].name);
       if (other != i) names += std::string(" or ") + kSignals[other].name;
@@ -116,10 +117,10 @@ class NodeReader {
     return names;
   }
 
-  /// A node that is told what to do, beside frames that tell it; empty where there is none.
+  /// A valve beside frames that tell the joints what to do; empty where there is none.
   [[nodiscard]] std::string told() const {
     for (const auto& [place, node] : signals_)
-      if (commanded_ && is_told(kSignals[place])) return node;
+      if (bus_.by_frames() && kSignals[place].role == NodeRole::kValve) return node;
     return "";
   }
 
@@ -170,6 +171,7 @@ class NodeReader {
                                 NodeRole::kEncoder, NodeRole::kTilt,  NodeRole::kEnable};
     const auto profile = static_cast<std::size_t>(file.choice("profile", kProfiles));
     node.role = kRoles[profile];
+    if (node.role == NodeRole::kEnable && (file.has("inputs") || file.has("outputs"))) node.role = NodeRole::kModule;
     if (profile == 1) node.profile = ValveProfile::kPved;
   }
 
@@ -190,6 +192,7 @@ class NodeReader {
       case NodeRole::kEncoder:
       case NodeRole::kEnable:
       case NodeRole::kReading:
+      case NodeRole::kModule:
         break;
     }
     return {1, "must be channel 1"};
@@ -231,20 +234,57 @@ class NodeReader {
         if (known) signals_.emplace(place, node.name);  // it is not missing, too
         continue;
       }
-      if (known) {
-        const auto [other, is_new] = signals_.emplace(place, node.name);
-        channels.require(is_new, key, "is taken by '" + other->second + "'");
-        const auto twin = in_place_of(place) == place ? signals_.end() : signals_.find(in_place_of(place));
-        channels.require(twin == signals_.end(), key,
-                         twin == signals_.end() ? ""
-                                                : "'" + twin->second + "' has " + kSignals[twin->first].name +
-                                                      ": of a joint's length and angle there must be one");
-      }
+      if (known) take_signal(channels, key, place, node.name);
       node.channels.push_back({static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(place)});
     }
     file.require(!node.channels.empty(), "channels",
                  "must say what channel 1 is: { 1 = \"" + std::string(names[0]) + "\" }");
     if (node.channels.empty()) node.channels.push_back({1, static_cast<std::uint8_t>(places[0])});
+  }
+
+  void take_signal(const TomlTable& file, const std::string& key, std::size_t place, const std::string& node) {
+    const auto [other, is_new] = signals_.emplace(place, node);
+    file.require(is_new, key, "is taken by '" + other->second + "'");
+    const auto twin = in_place_of(place) == place ? signals_.end() : signals_.find(in_place_of(place));
+    file.require(twin == signals_.end(), key,
+                 twin == signals_.end() ? ""
+                                        : "'" + twin->second + "' has " + kSignals[twin->first].name +
+                                              ": of a joint's length and angle there must be one");
+  }
+
+  /// Its inputs and outputs are frames like those of a machine's own controller.
+  void read_module(TomlTable& file, NodeDescription& node) {
+    if (file.has("inputs")) {
+      const TomlTable inputs = file.table("inputs");
+      for (BroadcastFrame& frame : read_inputs(inputs, node, bus_, sensors_)) {
+        for (const BroadcastField& field : frame.fields) {
+          const std::string key = std::to_string(analog_number(frame.pdo, field.bits)) + ".signal";
+          if (inputs.sound({key})) take_signal(inputs, key, field.signal, node.name);
+        }
+        frame.id = take_pdo(file, node, false, frame.pdo);
+        bus_.broadcasts.push_back(std::move(frame));
+      }
+    }
+    if (!file.has("outputs")) return;
+    const std::int64_t shift = any_integer(file, "error_value_shift");
+    const bool known = shift == 0 || shift == kAnalogBits;
+    file.require(known, "error_value_shift",
+                 "must be 16 where object 0x6444 has an output's 16 bits in its upper half, 0 where in its lower one");
+    node.error_value_shift = static_cast<std::uint8_t>(known ? shift : 0);
+    const std::size_t first = bus_.commands.size();
+    read_outputs(file_, file.table("outputs"), node, bus_);
+    for (std::size_t i = first; i < bus_.commands.size(); ++i)
+      bus_.commands[i].id = take_pdo(file, node, true, bus_.commands[i].pdo);
+  }
+
+  /// @return its identifier
+  std::uint32_t take_pdo(TomlTable& file, NodeDescription& node, bool to_node, std::uint8_t pdo) {
+    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"}, kRpdoKeys{"rpdo", "rpdo2", "rpdo3", "rpdo4"};
+    const char* const key = (to_node ? kRpdoKeys : kTpdoKeys)[pdo];
+    (to_node ? node.rpdos : node.tpdos)[pdo] = frame_id(file, key);
+    const std::uint32_t id = to_node ? node.rpdo_id(pdo) : node.tpdo_id(pdo);
+    take(file, node.name, key, id);
+    return id;
   }
 
   void read(TomlTable& file, NodeDescription& node) {
@@ -263,24 +303,26 @@ class NodeReader {
     node.vendor = static_cast<std::uint32_t>(file.integer("vendor", 0, kMax32));
     node.product = static_cast<std::uint32_t>(file.integer("product", 0, kMax32));
     if (node.measures_angle()) node.rotary = read_rotary(file);
+    if (node.role == NodeRole::kModule)
+      read_module(file, node);
+    else
+      read_pdos(file, node);
+    if (node.is_told() && file.has("unguarded")) node.unguarded = file.text("unguarded");
+  }
+
+  void read_pdos(TomlTable& file, NodeDescription& node) {
     read_maps(file, node);
-    constexpr std::array kTpdoKeys{"tpdo", "tpdo2", "tpdo3", "tpdo4"}, kRpdoKeys{"rpdo", "rpdo2", "rpdo3", "rpdo4"};
-    const std::vector<std::uint8_t> pdos = transmit_pdos(node, wire_);
+    const std::vector<std::uint8_t> pdos = transmit_pdos(node, bus_.wire);
     file.require(pdos.size() <= NodeDescription::kMostPdos, "channels",
                  "need " + std::to_string(pdos.size()) + " frames, and a node has 4: use fewer channels" +
-                     (wire_.pressure == WireDescription::Pressure::kInteger16
+                     (bus_.wire.pressure == WireDescription::Pressure::kInteger16
                           ? ""
                           : ", or in [bus.wire] pressure_value = \"integer16\": a frame has two of those"));
     for (const std::uint8_t pdo : pdos) {
       if (pdo >= NodeDescription::kMostPdos) break;
-      node.tpdos[pdo] = frame_id(file, kTpdoKeys[pdo]);
-      take(file, node.name, kTpdoKeys[pdo], node.tpdo_id(pdo));
+      take_pdo(file, node, false, pdo);
     }
-    if (node.is_told() && file.has("unguarded")) node.unguarded = file.text("unguarded");
-    for (const std::uint8_t pdo : receive_pdos(node)) {
-      node.rpdos[pdo] = frame_id(file, kRpdoKeys[pdo]);
-      take(file, node.name, kRpdoKeys[pdo], node.rpdo_id(pdo));
-    }
+    for (const std::uint8_t pdo : receive_pdos(node)) take_pdo(file, node, true, pdo);
   }
 
   /// Optional, one after the other from the first.
@@ -328,7 +370,7 @@ class NodeReader {
   }
   [[nodiscard]] std::vector<FrameField> known_fields(const NodeDescription& node) const {
     BusDescription alone;
-    alone.wire = wire_;
+    alone.wire = bus_.wire;
     alone.nodes = {node};
     std::vector<FrameField> all;
     for (const BusFrame& frame : bus_frames(alone)) {
@@ -371,15 +413,16 @@ class NodeReader {
                  "its frames' identifier " + fmt::format("0x{:03X}", id) + " is taken by '" + other->second + "'");
   }
 
-  WireDescription wire_;
-  bool commanded_;  ///< By frames, and no node.
+  const TomlTable& file_;
+  BusDescription& bus_;
+  const SensorDescription& sensors_;
   std::map<std::int64_t, std::string> ids_;
   std::map<std::uint32_t, std::string> frames_;
   std::map<std::size_t, std::string> signals_;
 };
 
-std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& bus, int without_pressures) {
-  NodeReader read(bus);
+std::vector<NodeDescription> read_nodes(TomlTable& file, BusDescription& bus, const SensorDescription& sensors) {
+  NodeReader read(file, bus, sensors);
   if (!file.has("node") && file.has("nodes")) {
     file.require(bus.broadcasts.empty(), "broadcast",
                  "goes with [[bus.node]] tables alone: write them by knuckle bus migrate");
@@ -391,13 +434,13 @@ std::vector<NodeDescription> read_nodes(TomlTable& file, const BusDescription& b
     file.require(false, "nodes", "stands beside [[bus.node]] tables: keep one of the two");
   }
   std::vector<NodeDescription> nodes = read.read_listed(file.tables("node"));
-  const std::string missing = read.missing(without_pressures);
+  check_commands(file, bus);
+  const std::string missing = read.missing(sensors.without_pressures);
   file.require(missing.empty(), "node", "no node has " + missing, {"broadcast", ".sensors.without_pressures"});
   const std::string told = read.told();
-  file.require(told.empty(), "command",
-               "stands beside node '" + told + "': valves and enable are nodes, or the frames tell all of it",
-               {"node"});
-  const std::string beside = read.pressure_of(without_pressures);
+  file.require(told.empty(), file.has("command") ? "command" : "node",
+               "stands beside node '" + told + "': valves are nodes, or frames and outputs tell all of them", {"node"});
+  const std::string beside = read.pressure_of(sensors.without_pressures);
   file.require(beside.empty(), "node",
                "there is " + beside + ", although sensors.without_pressures says that nobody measures it",
                {".sensors.without_pressures"});
@@ -496,11 +539,11 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
                "is used by nothing: no [[bus.broadcast]] has request_every_s, and no [[bus.command]] an id of 29 bits "
                "that ends with it",
                {"broadcast", "command"});
-  bus.nodes = read_nodes(file, bus, sensors.without_pressures);
+  bus.nodes = read_nodes(file, bus, sensors);
   const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
                       bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
-  file.require(!status || bus.by_frames(), "broadcast",
-               "e_stop_closed and pilot_on only go with [[bus.command]]: here the enable node tells both", {"command"});
+  file.require(!status || (bus.by_frames() && !bus.has_enable()), "broadcast",
+               "e_stop_closed and pilot_on do not go with an enable node, which tells both", {"command", "node"});
   for (std::size_t on = 0; on < bus.lines(); ++on) check_frames_beside_nodes(files[on], bus.alone(on));
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });

@@ -31,7 +31,8 @@ constexpr std::array kCommandUnits{
     CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},      CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
     CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure}, CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
     CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},  CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
-    CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},      CommandUnit{{"A", 1}, CommandKind::kCurrent}};
+    CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},      CommandUnit{{"A", 1}, CommandKind::kCurrent},
+    CommandUnit{{"mV", kMilli}, CommandKind::kVoltage},      CommandUnit{{"V", 1}, CommandKind::kVoltage}};
 
 class CommandReader {
  public:
@@ -63,13 +64,46 @@ class CommandReader {
     bus_.commands.push_back(std::move(frame));
   }
 
+  /// All that the module has, so that each has a neutral.
+  void read_outputs(TomlTable outputs, NodeDescription& node) {
+    const std::vector<int> numbers = analog_numbers(outputs);
+    outputs.require(
+        !numbers.empty() && numbers.back() == static_cast<int>(numbers.size()), "",
+        "must say all outputs that the module has, from 1 on: those that nothing hangs on with their neutral");
+    const double period_s = bus_.set_point_every_nth_sync / bus_.sync_Hz;
+    file_.require(period_s <= kSlowestJoint_s * (1 + 1e-9), "set_point_every_nth_sync",
+                  fmt::format("is {} ms: must be at most {} with outputs that move a joint",
+                              number_text(period_s / kMilli), number_text(kSlowestJoint_s / kMilli)),
+                  {"sync_Hz"});
+    CommandFrame frame;
+    for (const int number : numbers) {
+      const std::uint8_t pdo = analog_pdo(static_cast<unsigned>(number));
+      if (!frame.fields.empty() && pdo != frame.pdo) bus_.commands.push_back(std::exchange(frame, {}));
+      const BitField bits{.type = BitField::Type::kSigned,
+                          .start_bit = analog_start_bit(static_cast<unsigned>(number)),
+                          .bits = kAnalogBits};
+      if (frame.fields.empty())
+        frame = {
+            .name = fmt::format("{}_rpdo{}", node.name, pdo + 1), .period_s = period_s, .module = node.id, .pdo = pdo};
+      frame.bytes = bytes_of(bits);
+      const std::string key = std::to_string(number);
+      CommandField field = read_field(outputs.table(key), bits);
+      field.name = fmt::format("{}_{}", node.name, number);
+      if (outputs.sound({key})) check_beside(outputs, key, field, frame);
+      frame.fields.push_back(std::move(field));
+    }
+    if (!frame.fields.empty()) bus_.commands.push_back(std::move(frame));
+    node.outputs = static_cast<std::uint8_t>(numbers.size());
+  }
+
   /// Once all frames are known.
   void check_joints() {
-    if (kind_) bus_.command_kind = *kind_;
+    const char* const key = file_.has("command") ? "command" : "node";
+    if (!file_.sound({key})) return;
     for (int joint = 0; joint < kJoints; ++joint) {
       for (const bool extend : {true, false}) {
         if (bus_.command(joint, extend) != nullptr) continue;
-        file_.require(false, "command",
+        file_.require(false, key,
                       fmt::format("no field {} the {}: one must have joint = \"{}\" with {}",
                                   extend ? "extends" : "retracts", kJointNames[static_cast<std::size_t>(joint)],
                                   kJointNames[static_cast<std::size_t>(joint)], extend ? "extend" : "retract"));
@@ -83,7 +117,9 @@ class CommandReader {
     if (keys.empty()) fields.require(false, "", "must have at least one field");
     for (const std::string& key : keys) {
       check_name(fields, key);
-      CommandField field = read_field(fields.table(key), frame.bytes);
+      TomlTable file = fields.table(key);
+      const BitField bits = read_bits(file, frame.bytes);
+      CommandField field = read_field(file, bits);
       field.name = key;
       if (fields.sound({key})) {
         for (const UsedBits& other : used)
@@ -121,9 +157,9 @@ class CommandReader {
     for (const CommandFrame& at : bus_.commands) look(at);
   }
 
-  CommandField read_field(TomlTable file, std::uint8_t frame_bytes) {
+  CommandField read_field(TomlTable file, const BitField& bits) {
     CommandField field;
-    field.bits = read_bits(file, frame_bytes);
+    field.bits = bits;
     double unit = 1;
     if (file.has("joint")) {
       field.joint = file.choice("joint", kJointNames);
@@ -149,20 +185,21 @@ class CommandReader {
     for (const CommandUnit& one : kCommandUnits) names.push_back(one.unit.name);
     const CommandUnit& unit = kCommandUnits[static_cast<std::size_t>(file.choice("unit", names))];
     if (!file.sound({"unit"})) return unit.unit.si;
-    file.require(!kind_ || *kind_ == unit.kind, "unit",
+    CommandKind& kind = bus_.command_kind;
+    file.require(kind == CommandKind::kSpool || kind == unit.kind, "unit",
                  "is another kind of command than that of another joint's field");
-    kind_ = unit.kind;
+    kind = unit.kind;
     return unit.unit.si;
   }
 
   /// In the file's unit; noted where the field's bits cannot say it. A speed that is nearly 0 is no neutral.
   static double read_value(TomlTable& file, const char* key, const BitField& bits, double unit) {
-    constexpr double kExact = 1e-6;  // of a step
+    constexpr double kExact = 1e-6, kExactSteps = 1e-3;  // number_text() says the nearest so exactly
     const double value = file.number(key, -kMost, kMost) * unit;
     if (bits.scale == 0 || !file.sound({"start", "bits", "order", "type", "scale", "offset"})) return value;
     const double said = value_of(bits, raw_of(bits, value));
     const bool is_float = bits.type == BitField::Type::kFloat;
-    const double most = is_float ? kExact * std::max(1.0, std::abs(value)) : kExact * std::abs(bits.scale);
+    const double most = is_float ? kExact * std::max(1.0, std::abs(value)) : kExactSteps * std::abs(bits.scale);
     file.require(std::abs(said - value) <= most, key,
                  fmt::format("cannot be said by these bits: nearest is {}", number_text(said / unit)),
                  {"start", "bits", "order", "type", "scale", "offset"});
@@ -183,7 +220,7 @@ class CommandReader {
     far(field.retract, retract, "retract");
     file.require(!field.extend || !field.retract || extend * retract < 0, "retract",
                  "must be on neutral's other side than extend", {"neutral", "extend"});
-    const bool rate = kind_ == CommandKind::kJointRate;
+    const bool rate = bus_.command_kind == CommandKind::kJointRate;
     file.require(!rate || (field.extend && field.retract), "joint", "of a speed it must have extend and retract",
                  {"unit"});
     file.require(!rate || field.neutral == 0, "neutral", "of a speed must be 0", {"unit"});
@@ -192,7 +229,6 @@ class CommandReader {
   const TomlTable& file_;
   BusDescription& bus_;
   std::vector<FrameHead> heads_;
-  std::optional<CommandKind> kind_;
 };
 
 }  // namespace
@@ -203,7 +239,14 @@ void read_commands(const TomlTable& file, std::vector<TomlTable> files, std::vec
   CommandReader reader(file, bus);
   for (TomlTable& one : files) reader.read(one, 0);
   for (TomlTable& one : on_second) reader.read(one, kSecondBus);
-  if (file.sound({"command"})) reader.check_joints();
+}
+
+void read_outputs(const TomlTable& file, TomlTable outputs, NodeDescription& node, BusDescription& bus) {
+  CommandReader(file, bus).read_outputs(std::move(outputs), node);
+}
+
+void check_commands(const TomlTable& file, BusDescription& bus) {
+  if (bus.by_frames()) CommandReader(file, bus).check_joints();
 }
 
 }  // namespace knuckle

@@ -117,6 +117,23 @@ FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others,
   return head;
 }
 
+std::vector<int> analog_numbers(TomlTable& file) {
+  std::vector<int> numbers;
+  for (const std::string& key : file.keys()) {
+    const bool digits = !key.empty() && key.size() <= 2 &&
+                        std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+    const int number = digits ? std::stoi(key) : 0;
+    if (number >= 1 && number <= kMostAnalogs && key == std::to_string(number)) {
+      numbers.push_back(number);
+      continue;
+    }
+    file.require(false, key, fmt::format("must be a channel from 1 to {}", kMostAnalogs));
+    file.leave(key);
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
 BitField read_bits(TomlTable& file, std::uint8_t frame_bytes) {
   BitField bits;
   bits.start_bit = static_cast<std::uint8_t>(file.integer("start", 0, 63));

@@ -27,6 +27,9 @@ struct FrameHead {
 [[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
                                         bool may_be_group);
 
+/// Channels of a module that the table's keys name, in order; notes keys that name none.
+[[nodiscard]] std::vector<int> analog_numbers(TomlTable& file);
+
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);
 

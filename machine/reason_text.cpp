@@ -30,7 +30,9 @@ const NodeDescription* node_of(const Reason& reason, const BusDescription& bus) 
   const SubjectKind kind = subject_kind(reason.code);
   if (kind != SubjectKind::kNode && kind != SubjectKind::kNodeOrSignal) return nullptr;
   const SignalInfo* const signal = signal_info(reason);
-  return bus.find(signal == nullptr ? reason.subject : bus.node_of(signal->role, signal->index).id);
+  if (signal == nullptr) return bus.find(reason.subject);
+  const BroadcastFrame* const frame = bus.broadcast(signal->role, signal->index).frame;
+  return bus.find(frame != nullptr ? frame->module : bus.node_of(signal->role, signal->index).id);
 }
 
 std::string node_text(const NodeDescription& node) {
@@ -78,8 +80,22 @@ std::string subject_text(const Reason& reason, const BusDescription& bus) {
   return node_text(*node) + bus_text(node->id, bus) + (signal == nullptr ? "" : std::string(", ") + signal->name);
 }
 
+namespace {
+
+/// Of a value that only a broken wire or a short circuit of an analogue sensor can say.
+std::string wire_text(const Reason& reason, const BusDescription& bus) {
+  const SignalInfo* const signal = signal_info(reason);
+  if (signal == nullptr || reason.code != ReasonCode::kSensorInvalid) return "";
+  const BroadcastField* const field = bus.broadcast(signal->role, signal->index).field;
+  if (field == nullptr || !field->analog || !field->analog->is_broken(double(reason.value))) return "";
+  return fmt::format("; outside {}: its wire is broken or has a short circuit",
+                     kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
+}
+
+}  // namespace
+
 std::string text(const Reason& reason, const BusDescription& bus) {
-  return text_about(subject_text(reason, bus), reason);
+  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus);
 }
 
 std::string text_with_code(const Reason& reason, const BusDescription& bus) {

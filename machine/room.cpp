@@ -84,22 +84,25 @@ namespace {
 /// What a machine that is told by frames of its own bus does not say, and what must be there instead.
 void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
   if (!bus.by_frames()) return;
-  if (bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field == nullptr)
+  if (!bus.has_enable() && bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field == nullptr)
     notes.emplace_back(
         "no frame has e_stop_closed: Knuckle does not know whether the machine's E-stop is open, which must stop the "
         "machine by wire");
-  if (bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field == nullptr)
+  if (!bus.has_enable() && bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field == nullptr)
     notes.emplace_back(
         "no frame has pilot_on: Knuckle does not know whether the machine can move, and takes it that it can");
   notes.emplace_back(
       "nobody tells where the spools are: a valve that does not follow, or a position sensor that stands still, is "
       "found "
       "by the joint's motion alone, after about a second");
+  const auto is_module = [](const CommandFrame& frame) { return frame.module != 0; };
+  const std::string ends =
+      std::all_of(bus.commands.begin(), bus.commands.end(), is_module)
+          ? "that the module's outputs take their error values when its controller falls silent "
+          : fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
+                        number_text(1e3 * bus.valve_watchdog_s));
   const GuardProof& proof = bus.commands_guard;
   if (proof.proved && proof.changed == GuardProof::Changed::kNothing) return;
-  const std::string ends =
-      fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
-                  number_text(1e3 * bus.valve_watchdog_s));
   if (proof.date.empty())
     notes.push_back(ends + "is not proved: knuckle commission proves it");
   else if (!proof.proved)
@@ -109,7 +112,25 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
                     ", with other frames or another valve_watchdog_ms than the machine file now has");
 }
 
+void add_untold_wires(const BusDescription& bus, std::vector<std::string>& notes) {
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    for (const BroadcastField& field : frame.fields) {
+      if (!field.analog || field.analog->range != AnalogSensor::Range::k0To10V) continue;
+      notes.push_back(fmt::format(
+          "{} is on a 0-10V input, where a broken wire reads as 0 V, as {}: what else tells that it is wrong "
+          "must be known, or use 4-20mA or 0.5-4.5V",
+          field.info().name, value_text(field.info(), field.analog->low)));
+    }
+  }
+}
+
 }  // namespace
+
+std::string value_text(const SignalInfo& signal, double value) {
+  if (signal.role == NodeRole::kPressure) return fmt::format("{:.2f} bar", value / kBar);
+  const bool angle = signal.is_angle || signal.role == NodeRole::kTilt;
+  return angle ? fmt::format("{:.2f} deg", value / kDegree) : fmt::format("{:.4f} m", value);
+}
 
 std::vector<std::string> machine_notes(const MachineDescription& machine) {
   constexpr double kWorthTelling = 0.01;
@@ -129,6 +150,7 @@ std::vector<std::string> machine_notes(const MachineDescription& machine) {
         "some centimetres instead of millimetres",
         kJointNames[static_cast<std::size_t>(without)]));
   add_unknowns(machine.bus, notes);
+  add_untold_wires(machine.bus, notes);
   return notes;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/joints.h"
+#include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "machine/kinematics.h"
 
@@ -40,5 +41,8 @@ struct WallRoom {
 /// What to know before this machine moves, a line each: a wall that cuts off a hundredth of the working range or more,
 /// which may be another machine's; what it costs that a cylinder has no pressure transmitters.
 [[nodiscard]] std::vector<std::string> machine_notes(const MachineDescription& machine);
+
+/// What is measured, for people: "12.34 bar", "-50.00 deg", "1.2345 m".
+[[nodiscard]] std::string value_text(const SignalInfo& signal, double value);
 
 }  // namespace knuckle

@@ -342,7 +342,7 @@ EnableNode::EnableNode(const BusDescription& bus)
       inputs_(protocol_.add(canopen::kEnableInputs, 1, Access::kReadOnly)),
       outputs_(protocol_.add(canopen::kEnableOutputs, 1, Access::kReadWrite)),
       full_stroke_(bus.wire.valve_full_stroke) {
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; !bus.by_frames() && j < kJoints; ++j) {
     set_point_ids_[j] = bus.set_point_id(j);
     spool_ids_[j] = bus.spool_id(j);
   }

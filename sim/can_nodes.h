@@ -1,7 +1,7 @@
 // The machine's CANopen nodes: valves of one or several axes (CiA 408), pressure transmitters of one or several
-// channels (404), wire or rotary encoders (406), a tilt sensor (410) and the machine enable (401); and the controller
-// that the machine has by itself, with the frames that it sends. They know plain signals and frames, and nothing of the
-// plant.
+// channels (404), wire or rotary encoders (406), a tilt sensor (410), the machine enable and modules with analogue
+// inputs and outputs (401); and the controller that the machine has by itself, with the frames that it sends. They know
+// plain signals and frames, and nothing of the plant.
 #pragma once
 
 #include <array>
@@ -38,9 +38,6 @@ struct Outbox {
 };
 
 enum class Access : std::uint8_t { kReadOnly, kReadWrite };
-
-/// What an operational node does on a communication error (CiA 301): 0 goes pre-operational, 1 stays, 2 stops. u8.
-inline constexpr canopen::Object kErrorBehaviour{0x1029, 1};
 
 /// An object of a device that is sold.
 struct DeviceObject {
@@ -217,11 +214,12 @@ enum class NodeFault : std::uint8_t {
   kNone,
   kSilent,      ///< Its cable is off: it neither sends nor hears, and its own watchdogs run out.
   kFrozen,      ///< Goes on sending its last values.
-  kInvalid,     ///< Sends the impossible value devices have for "broken" (largest integer; pressure status bit).
+  kInvalid,     ///< Sends the impossible value devices have for "broken" (largest integer; pressure status bit); the
+                ///< wire of a module's first input is broken.
   kSpike,       ///< One PDO far off, then well again.
   kBrokenWire,  ///< Encoder: the wire snaps and winds back at 1.5 m/s; a rotary one breaks off and turns at 5 rad/s.
   kStuck,       ///< Valve: the spool stays where it is as long as there is pilot pressure.
-  kDeadGuard,   ///< Valve or enable node: it misses neither set-points nor heartbeat.
+  kDeadGuard,   ///< Valve, enable node or module: it misses neither set-points nor heartbeat.
 };
 
 /// CiA 408 proportional valve with one or several axes. An injected fault is the whole node's, an axis that misses its
@@ -313,10 +311,11 @@ class SensorNode {
 class EnableNode {
  public:
   explicit EnableNode(const BusDescription& bus);
-  /// Every frame on the bus: it compares the valves' set-points with their actual positions.
+  /// Every frame on the bus: it compares the valves' set-points with their actual positions, where they tell these.
   void observe(const CanFrame& frame) noexcept;
   void step(Time now, Outbox& out) noexcept;
   [[nodiscard]] bool pilot() const noexcept { return pilot_; }
+  [[nodiscard]] const NodeProtocol& protocol() const noexcept { return protocol_; }
   [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
   /// A plain output module: what it took away is there again as soon as the cause is gone.
@@ -330,7 +329,8 @@ class EnableNode {
 
   NodeProtocol protocol_;
   NodeProtocol::Handle inputs_, outputs_;
-  PerJoint<std::uint32_t> set_point_ids_{}, spool_ids_{};
+  static constexpr std::uint32_t kNoId = ~0U;
+  PerJoint<std::uint32_t> set_point_ids_{kNoId, kNoId, kNoId}, spool_ids_ = set_point_ids_;
   double full_stroke_;
   PerJoint<double> demand_{};                         ///< The newest set-points on the bus ...
   PerJoint<std::array<double, kDemands>> demands_{};  ///< ... and as they were every 10 ms, a ring.
@@ -342,6 +342,37 @@ class EnableNode {
   bool estop_ = false, pilot_ = false;
   bool latched_ = false;  ///< Taken away: the output must be off once before it can come on again.
   bool latches_ = true;
+  NodeFault fault_ = NodeFault::kNone;
+};
+
+/// CiA 401 module with analogue inputs, outputs or both. As delivered it sends no inputs, and its error values are 0.
+class ModuleNode {
+ public:
+  ModuleNode(const NodeDescription& node, const BusDescription& bus);
+  /// What its inputs say, by frames. Each has a sensor on it.
+  [[nodiscard]] const std::vector<BroadcastFrame>& inputs() const noexcept { return inputs_; }
+  void sense(const BroadcastFrame& frame, const BroadcastField& field, double value) noexcept;
+  void step(Time now, Outbox& out) noexcept;
+  [[nodiscard]] std::size_t output_frames() const noexcept { return outputs_.size(); }
+  /// What its outputs do now, as the frame would say it that tells them so; neutral until it was first started.
+  [[nodiscard]] CanFrame output_frame(std::size_t which) const noexcept;
+  [[nodiscard]] NodeProtocol& protocol() noexcept { return protocol_; }
+  /// False where it cannot have this fault.
+  bool inject(NodeFault fault) noexcept;
+
+ private:
+  struct Output {
+    NodeProtocol::Handle value = 0, mode = 0, error = 0;
+    std::uint32_t now = 0;
+  };
+  NodeProtocol protocol_;
+  std::uint8_t error_value_shift_;
+  std::vector<BroadcastFrame> inputs_;
+  std::vector<CommandFrame> outputs_;
+  NodeProtocol::Handle sends_ = 0;
+  std::vector<NodeProtocol::Handle> read_;
+  std::vector<Output> told_;
+  bool started_ = false, missed_ = false;
   NodeFault fault_ = NodeFault::kNone;
 };
 
@@ -374,10 +405,11 @@ class CanNodes {
   [[nodiscard]] double noise_of(const SignalInfo& signal) noexcept;
   void step_sensors(const MachineSignals& signals) noexcept;
   void step_broadcasts(const MachineSignals& signals) noexcept;
+  void step_modules(const MachineSignals& signals) noexcept;
   template <typename Node, typename... Arguments>
   void step_node(std::size_t index, Node& node, const Arguments&... arguments) noexcept;
   [[nodiscard]] ValveNode::Spools spools_of(std::size_t valve) const noexcept;
-  /// Place in all_: valves, pressures, encoders, tilt, enable; its size where there is none.
+  /// Place in all_: valves, pressures, encoders, tilt, enable, modules; its size where there is none.
   [[nodiscard]] std::size_t index_of(std::uint8_t id) const noexcept;
 
   CanBus& port_;
@@ -391,7 +423,8 @@ class CanNodes {
   std::vector<NodeChannel> encoder_signals_;
   NodeChannel tilt_signal_;
   EnableNode enable_;
-  std::optional<OwnController> own_;  // of a machine that is told by frames
+  std::vector<ModuleNode> modules_;
+  std::optional<OwnController> own_;  // of a machine that is told by frames; pilot valves behind modules, too
   bool estop_ = false;
   std::vector<BroadcastFrame> broadcasts_;
   std::vector<Time> broadcast_due_;

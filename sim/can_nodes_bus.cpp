@@ -59,11 +59,13 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   for (SensorNode& node : tilts_) all_.push_back(&node.protocol());
   enable_at_ = all_.size();
   all_.push_back(&enable_.protocol());
+  for (const NodeDescription& node : machine.bus.nodes)
+    if (node.role == NodeRole::kModule) modules_.emplace_back(node, machine.bus);
+  for (ModuleNode& node : modules_) all_.push_back(&node.protocol());
+  std::erase_if(broadcasts_, [](const BroadcastFrame& frame) { return frame.module != 0; });
   silent_.assign(all_.size(), 0);
-  if (machine.bus.by_frames()) {
-    own_.emplace(machine);
-    silent_[enable_at_] = 1;  // there is none
-  }
+  if (machine.bus.by_frames()) own_.emplace(machine);
+  if (!machine.bus.has_enable()) silent_[enable_at_] = 1;
   for (const BroadcastFrame& frame : broadcasts_) broadcast_due_.push_back(frame.on_request ? Time::max() : Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
 }
@@ -76,6 +78,7 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < valves_.size(); ++i) step_node(i, valves_[i], spools_of(i));
   step_sensors(signals);
   step_node(enable_at_, enable_);
+  step_modules(signals);
   if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa});
   step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
@@ -135,6 +138,7 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
       return kReadings[static_cast<std::size_t>(signal.index)];
     case NodeRole::kValve:
     case NodeRole::kEnable:
+    case NodeRole::kModule:
       break;
   }
   return 0;
@@ -180,6 +184,21 @@ void CanNodes::step_sensors(const MachineSignals& signals) noexcept {
   }
 }
 
+/// Pilot valves hang on the outputs, whoever is on the bus.
+void CanNodes::step_modules(const MachineSignals& signals) noexcept {
+  for (std::size_t i = 0; i < modules_.size(); ++i) {
+    ModuleNode& module = modules_[i];
+    if (module.protocol().samples_now()) {
+      for (const BroadcastFrame& frame : module.inputs()) {
+        for (const BroadcastField& field : frame.fields)
+          module.sense(frame, field, sensed(field.info(), signals) + noise_of(field.info()));
+      }
+    }
+    step_node(enable_at_ + 1 + i, module);
+    for (std::size_t k = 0; k < module.output_frames(); ++k) own_->hear(module.output_frame(k), now_, false);
+  }
+}
+
 /// The machine's own controller sends by its own clock, whatever state the nodes are in.
 void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < broadcasts_.size(); ++i) {
@@ -208,7 +227,10 @@ ValveNode::Spools CanNodes::spools_of(std::size_t valve) const noexcept {
 }
 
 NodeOutputs CanNodes::outputs() const noexcept {
-  if (own_) return {own_->spool_demand(), own_->pilot()};
+  if (own_) {
+    const bool has_enable = enable_.protocol().id() != 0;
+    return {own_->spool_demand(), own_->pilot() && (!has_enable || enable_.pilot())};
+  }
   NodeOutputs out{.pilot = enable_.pilot()};
   for (std::size_t i = 0; i < valves_.size(); ++i)
     for (const NodeChannel& axis : valve_channels_[i])
@@ -231,6 +253,11 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
   const bool encoder = i >= first_encoder_ && i < first_tilt_;
   if ((fault == NodeFault::kStuck && !valve) || (fault == NodeFault::kBrokenWire && !encoder)) return false;
   if (fault == NodeFault::kSpike && (valve || i == enable_at_)) return false;
+  if (i > enable_at_) {
+    const bool known = modules_[i - enable_at_ - 1].inject(fault);
+    if (known) silent_[i] = fault == NodeFault::kSilent;
+    return known;
+  }
   const bool guard = fault == NodeFault::kDeadGuard;
   if (guard && !valve && i != enable_at_) return false;
   const bool own = fault == NodeFault::kNone || fault == NodeFault::kSilent || guard;

@@ -413,7 +413,7 @@ void NodeProtocol::send(Tpdo& tpdo, Time now, Outbox& out) noexcept {
 
 void NodeProtocol::communication_error() noexcept {
   constexpr std::uint32_t kGoPreOperational = 0, kStop = 2;
-  const Entry* behaviour = find(kErrorBehaviour);
+  const Entry* behaviour = find(canopen::kErrorBehaviour);
   if (behaviour == nullptr || !operational()) return;
   if (behaviour->value == kGoPreOperational) obey(NmtCommand::kEnterPreOperational);
   if (behaviour->value == kStop) obey(NmtCommand::kStop);

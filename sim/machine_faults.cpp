@@ -61,14 +61,18 @@ const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus
     case FaultKind::kValveStuck:
       return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve can be stuck";
     case FaultKind::kGuardDead:
-      return is(NodeRole::kValve, node, bus) || node == bus.enable().id ? nullptr
-                                                                        : "only a node that is told has guards";
+      return bus.find(node) != nullptr && bus.find(node)->is_told() ? nullptr : "only a node that is told has guards";
     case FaultKind::kForeignSender:
       return is(NodeRole::kValve, node, bus) ? nullptr : "only a valve has set-points";
     case FaultKind::kEncoderBroken:
       return is(NodeRole::kEncoder, node, bus) ? nullptr : "only an encoder has a wire";
     case FaultKind::kSensorFrozen:
     case FaultKind::kSensorInvalid:
+      if (is(NodeRole::kModule, node, bus))
+        return std::any_of(bus.broadcasts.begin(), bus.broadcasts.end(),
+                           [node](const BroadcastFrame& frame) { return frame.module == node; })
+                   ? nullptr
+                   : "only a module with inputs can do that";
       return node != bus.enable().id ? nullptr : "the enable node cannot do that";
     default:
       return nullptr;

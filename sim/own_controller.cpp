@@ -38,8 +38,9 @@ OwnController::OwnController(const MachineDescription& machine)
 }
 
 /// What its counter or checksum says to be old or damaged is not heard.
-void OwnController::hear(const CanFrame& frame, Time now) noexcept {
+void OwnController::hear(const CanFrame& frame, Time now, bool from_bus) noexcept {
   for (Heard& heard : frames_) {
+    if ((heard.frame.module == 0) != from_bus) continue;
     if (heard.frame.id != frame.id || frame.size < heard.frame.bytes) continue;
     const FrameCheck check = check_frame(heard.frame.closing, heard.count, frame);
     heard.count = check.count;

@@ -1,5 +1,6 @@
 // The controller that a machine has by itself, where frames tell it what to do: it moves pilot valves as they say, or
-// keeps the joints' speeds. When the frames stop, it closes all valves.
+// keeps the joints' speeds. When the frames stop, it closes all valves. Pilot valves on a module's outputs do as those
+// say, at once.
 #pragma once
 
 #include <array>
@@ -19,7 +20,8 @@ class OwnController {
  public:
   explicit OwnController(const MachineDescription& machine);
 
-  void hear(const CanFrame& frame, Time now) noexcept;
+  /// @param from_bus else it is what a module's outputs do; what the bus says to a module is not for this controller.
+  void hear(const CanFrame& frame, Time now, bool from_bus = true) noexcept;
   /// What its own sensors say.
   struct Seen {
     JointVector joint_rad = JointVector::Zero();

@@ -32,6 +32,9 @@ BusWatch::BusWatch(const BusDescription& bus) {
       else
         add_stream(frame.id, stream_of(frame, node, bus));
     }
+    for (const BroadcastFrame& inputs : bus.broadcasts)
+      if (inputs.module == node)
+        add_stream(inputs.id, stream_of({.every_nth_sync = 1, .fields = {}, .mapped = {}}, node, bus));
     add_stream(canopen::heartbeat_id(node), {.node = node, .heartbeat = true, .per_s = 1 / bus.node_heartbeat_s});
     add(canopen::sdo_request_id(node), Kind::kRequest, node);
   }

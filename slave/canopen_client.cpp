@@ -282,13 +282,12 @@ void CanopenClient::on_emergency(Node& node, const CanFrame& frame, Time now) no
 
 /// Valves' status and the enable node's inputs.
 bool CanopenClient::on_pdo(const CanFrame& frame, Time now) noexcept {
-  if (!spools_seen()) return false;
-  for (std::size_t i = 0; i < kJoints; ++i) {
+  for (std::size_t i = 0; spools_seen() && i < kJoints; ++i) {
     if (frame.id != description_.spool_id(i)) continue;
     on_valve_status(static_cast<int>(i), frame, now);
     return true;
   }
-  if (frame.id != description_.enable().tpdo_id()) return false;
+  if (!description_.has_enable() || frame.id != description_.enable().tpdo_id()) return false;
   on_inputs(frame, now);
   return true;
 }
@@ -416,7 +415,7 @@ Reason CanopenClient::supervise(Time now) const noexcept {
       if (const Reason why = valve_fault(j, now)) return why;
     }
   }
-  if (!spools_seen()) return {};
+  if (!description_.has_enable()) return {};
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
   if (age_s > age_limit_s && tried_ != description_.enable().id) {
@@ -430,12 +429,11 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now,
   commanded_ = true;
   // From the first frame on: what a node was told before this start must not become true again when it is started.
   const bool operational = phase_ == Phase::kOperational;
-  if (spools_seen()) {
+  if (spools_seen())
     send_set_points(operational ? commands : PassedCommands(), now);
-    send_enable(led && operational);
-  } else if (may_command && withheld_ != Withheld::kSetPoints) {
+  else if (may_command && withheld_ != Withheld::kSetPoints)
     commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
-  }
+  if (description_.has_enable()) send_enable(led && operational);
   if (description_.without_nodes()) return;
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;
   if (heartbeat_due && withheld_ != Withheld::kHeartbeat) {

@@ -152,7 +152,7 @@ void CanopenClient::activate(Time now) noexcept {
       }
     }
   }
-  if (!spools_seen() || (all_active && inputs_seen_at_ != kNever)) {
+  if (all_active && (!description_.has_enable() || inputs_seen_at_ != kNever)) {
     for (Node& node : nodes_) {
       node.errors.restart();
       node.emergency = canopen::kEmcyReset;  // what comes from here on counts beside the answer

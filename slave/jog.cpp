@@ -69,6 +69,7 @@ bool possible(const FrameField& field, double value, const MachineDescription& m
     case NodeRole::kValve:
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kModule:
       break;
   }
   return true;
@@ -157,13 +158,13 @@ void Jog::take(Broadcast& known, const CanFrame& frame, Time now) noexcept {
 }
 
 std::optional<bool> Jog::e_stop_open() const noexcept {
-  if (client_.spools_seen()) return client_.e_stop_open();
+  if (machine_.bus.has_enable()) return client_.e_stop_open();
   return status_[0].on ? std::optional(!*status_[0].on) : std::nullopt;
 }
 
 /// Where nobody tells: as asked.
 bool Jog::pilot_on() const noexcept {
-  if (client_.spools_seen()) return client_.pilot_on();
+  if (machine_.bus.has_enable()) return client_.pilot_on();
   return status_[1].told ? status_[1].on.value_or(false) : wants_pilot(phase_);
 }
 

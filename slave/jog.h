@@ -142,7 +142,7 @@ class Jog {
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   /// As the enable node says, or the machine by itself; nullopt where no frame says it, or none has come.
   [[nodiscard]] std::optional<bool> e_stop_open() const noexcept;
-  [[nodiscard]] bool tells_e_stop() const noexcept { return client_.spools_seen() || status_[0].told; }
+  [[nodiscard]] bool tells_e_stop() const noexcept { return machine_.bus.has_enable() || status_[0].told; }
 
  private:
   struct Status {

@@ -95,10 +95,41 @@ bool has_several_axes(const NodeDescription& node) noexcept {
   return node.role == NodeRole::kValve && (node.channels.back().number > 1 || node.device_type >> 16 == 0xFFFFU);
 }
 
-void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDescription& node) {
+/// All channels up to the last that is used, as CiA 401 maps them by itself.
+std::vector<std::uint32_t> analog_map(Object first, std::uint8_t pdo, std::uint8_t bytes) {
+  std::vector<std::uint32_t> mapped;
+  for (unsigned number = analog_number(pdo, {.start_bit = 0}); mapped.size() < bytes / sizeof(std::int16_t); ++number)
+    mapped.push_back(canopen::mapping({first.index, static_cast<std::uint8_t>(number)}, kAnalogBits));
+  return mapped;
+}
+
+/// Process data of one node.
+std::vector<BusFrame> frames_of(const MachineDescription& machine, const NodeDescription& node) {
   BusDescription alone = machine.bus;
   alone.nodes = {node};
-  for (const BusFrame& frame : bus_frames(alone, machine.sensors)) {
+  std::vector<BusFrame> frames = bus_frames(alone, machine.sensors);
+  for (const BroadcastFrame& inputs : alone.broadcasts) {
+    if (inputs.module == node.id)
+      frames.push_back({.pdo = inputs.pdo,
+                        .id = inputs.id,
+                        .every_nth_sync = 1,
+                        .fields = {},
+                        .mapped = analog_map(canopen::kAnalogInput, inputs.pdo, inputs.bytes)});
+  }
+  for (const CommandFrame& outputs : alone.commands) {
+    if (outputs.module == node.id)
+      frames.push_back({.to_node = true,
+                        .pdo = outputs.pdo,
+                        .id = outputs.id,
+                        .fields = {},
+                        .mapped = analog_map(canopen::kAnalogOutput, outputs.pdo, outputs.bytes)});
+  }
+  return frames;
+}
+
+void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDescription& node) {
+  const std::vector<BusFrame> frames = frames_of(machine, node);
+  for (const BusFrame& frame : frames) {
     const auto parameters =
         static_cast<std::uint16_t>((frame.to_node ? canopen::kRpdo1CobId : canopen::kTpdo1CobId).index + frame.pdo);
     const bool by_sync = !frame.to_node && frame.every_nth_sync > 0;
@@ -107,22 +138,22 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
       add_fixed_pdo(script, parameters, frame);
     else
       script.push_back(pdo(parameters, frame));
-    const bool by_timer = by_sync && !node.is_told();
+    const bool by_timer = by_sync && (!node.is_told() || node.role == NodeRole::kModule);
     script.push_back(setting({parameters, 2}, type, 1, by_timer ? Kind::kTransmission : Kind::kSetting));
     if (by_timer) script.push_back(own_timer(parameters, machine.bus, frame.every_nth_sync));
     if (frame.repeat_s > 0 && !by_sync && !frame.to_node)
       script.push_back(setting({parameters, 5}, milliseconds(frame.repeat_s), 2));
   }
-  const auto has = [](const std::vector<std::uint8_t>& pdos, std::size_t one) {
-    return std::find(pdos.begin(), pdos.end(), one) != pdos.end();
+  const auto has = [&frames](bool to_node, std::size_t pdo) {
+    return std::any_of(frames.begin(), frames.end(),
+                       [&](const BusFrame& frame) { return frame.to_node == to_node && frame.pdo == pdo; });
   };
-  const std::vector<std::uint8_t> sent = transmit_pdos(node, machine.bus.wire), received = receive_pdos(node);
   for (std::size_t i = 0; i < NodeDescription::kMostPdos; ++i)
-    if (!has(sent, i)) script.push_back(pdo_off(canopen::kTpdo1CobId, i, node.tpdo_id(i)));
-  // An axis that is not ours moves something, too.
-  const bool several_axes = has_several_axes(node);
-  for (std::size_t i = 0; several_axes && i < NodeDescription::kMostPdos; ++i)
-    if (!has(received, i)) script.push_back(pdo_off(canopen::kRpdo1CobId, i, node.rpdo_id(i)));
+    if (!has(false, i)) script.push_back(pdo_off(canopen::kTpdo1CobId, i, node.tpdo_id(i)));
+  // An axis or an output that is not ours moves something, too.
+  const bool several = has_several_axes(node) || node.outputs > 0;
+  for (std::size_t i = 0; several && i < NodeDescription::kMostPdos; ++i)
+    if (!has(true, i)) script.push_back(pdo_off(canopen::kRpdo1CobId, i, node.rpdo_id(i)));
 }
 
 SetupPart produce_heartbeat(const BusDescription& bus) {
@@ -139,7 +170,7 @@ void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescript
     timers.asked.push_back({timer, milliseconds(bus.valve_watchdog_s), 2});
   }
   timers.written = timers.asked;
-  if (node.role == NodeRole::kValve) script.push_back(timers);
+  if (node.role != NodeRole::kEnable) script.push_back(timers);
   const std::uint32_t watched = std::uint32_t{bus.controller_id} << 16 | milliseconds(bus.controller_timeout_s);
   script.push_back(setting(canopen::kConsumerHeartbeat, watched, 4, kind));
   if (node.guard.proved && node.guard.serial != 0)
@@ -241,6 +272,33 @@ SdoScript enable_script(const MachineDescription& machine, const NodeDescription
   return script;
 }
 
+/// Raw 0 of an output may be full speed: what it does when it is started, or is left alone, is neutral.
+void add_outputs(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+  for (const CommandFrame& frame : bus.commands) {
+    for (const CommandField& field : frame.fields) {
+      if (frame.module != node.id) continue;
+      const auto number = static_cast<std::uint8_t>(analog_number(frame.pdo, field.bits));
+      const auto neutral = static_cast<std::uint32_t>(raw_of(field.bits, field.neutral));
+      const auto is_signed = static_cast<std::uint32_t>(static_cast<std::int16_t>(neutral));
+      script.push_back(setting({canopen::kAnalogOutput.index, number}, neutral, 2));
+      script.push_back(setting({canopen::kOutputErrorMode.index, number}, 1, 1));
+      script.push_back(setting({canopen::kOutputErrorValue.index, number}, is_signed << node.error_value_shift, 4));
+    }
+  }
+  script.push_back(setting(canopen::kErrorBehaviour, 0, 1, Kind::kOptional));
+  add_guards(script, bus, node);
+}
+
+SdoScript module_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = identity(node);
+  if (node.outputs > 0) script.push_back(required({canopen::kAnalogOutput.index, 0}, node.outputs, 1));
+  add_pdos(script, machine, node);
+  script.push_back(setting(canopen::kAnalogInputSends, 1, 1, Kind::kOptional));
+  if (node.outputs > 0) add_outputs(script, machine.bus, node);
+  script.push_back(produce_heartbeat(machine.bus));
+  return script;
+}
+
 SdoScript node_script(const MachineDescription& machine, const NodeDescription& node) {
   switch (node.role) {
     case NodeRole::kValve:
@@ -251,6 +309,8 @@ SdoScript node_script(const MachineDescription& machine, const NodeDescription& 
       return encoder_script(machine, node);
     case NodeRole::kTilt:
       return tilt_script(machine, node);
+    case NodeRole::kModule:
+      return module_script(machine, node);
     case NodeRole::kEnable:
     case NodeRole::kReading:
       break;
@@ -289,8 +349,8 @@ std::vector<std::string> guard_lines(const BusDescription& bus, const std::funct
                            : ", and its record does not say with which channels and times"));
   }
   if (!never.empty())
-    lines.push_back(fmt::format("never proved to stop without its controller: {}; knuckle commission proves it",
-                                fmt::join(never, ", ")));
+    lines.push_back(fmt::format("never proved to stop without its controller: {}; {}", fmt::join(never, ", "),
+                                bus.by_frames() ? "try it" : "knuckle commission proves it"));
   return lines;
 }
 

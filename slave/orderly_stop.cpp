@@ -25,7 +25,7 @@ OrderlyStop::OrderlyStop(const MachineDescription& machine, CanBus& bus)
 }
 
 bool OrderlyStop::tells_pilot() const noexcept {
-  return !machine_.bus.by_frames() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
+  return machine_.bus.has_enable() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
 }
 
 void OrderlyStop::step(Time now) noexcept {
@@ -88,15 +88,15 @@ void OrderlyStop::hear() noexcept {
                         check_frame(sent->closing, std::nullopt, frame).fault != FrameFault::kNone;
       pilot_off_ = !none && *raw != field->on;
     }
-    if (machine_.bus.by_frames()) continue;
+    if (machine_.bus.without_nodes()) continue;
     const std::uint8_t node = canopen::node_of(frame.id);
     if (const auto state = canopen::parse_heartbeat(frame)) resting_[node] = *state != canopen::NmtState::kOperational;
     if (const auto answer = canopen::parse_sdo_response(frame)) hear_answer(node, *answer);
-    if (frame.id == machine_.bus.enable().tpdo_id()) {
+    if (machine_.bus.has_enable() && frame.id == machine_.bus.enable().tpdo_id()) {
       const auto inputs = canopen::parse_enable(frame);
       if (inputs) pilot_off_ = (*inputs & canopen::kInputPilotOn) == 0;
     }
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; !machine_.bus.by_frames() && j < kJoints; ++j) {
       if (frame.id != machine_.bus.spool_id(j)) continue;
       if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
         valves_[j] = {true, status->status_word, status->spool};
@@ -119,27 +119,28 @@ void OrderlyStop::hear_answer(std::uint8_t node, const canopen::SdoResponse& ans
 
 /// One question in every other step: a driver of several axes answers one after the other.
 void OrderlyStop::ask_resting() noexcept {
-  if (machine_.bus.by_frames()) return;
   const int turn = syncs_ / 2 % (kJoints + 1);
   if (syncs_ % 2 != 0) return;
   const std::uint8_t enable = machine_.bus.enable().id;
   if (turn == kJoints) {
-    if (resting_[enable] && !pilot_off_) bus_.send(canopen::sdo_upload(enable, canopen::kEnableInputs));
+    if (machine_.bus.has_enable() && resting_[enable] && !pilot_off_)
+      bus_.send(canopen::sdo_upload(enable, canopen::kEnableInputs));
     return;
   }
   const std::uint8_t valve = machine_.bus.valve(turn).id;
-  if (resting_[valve] && !disabled(valves_[static_cast<std::size_t>(turn)]))
+  if (!machine_.bus.by_frames() && resting_[valve] && !disabled(valves_[static_cast<std::size_t>(turn)]))
     bus_.send(canopen::sdo_upload(valve, valve_object(machine_.bus, turn, canopen::kValveStatusWord)));
 }
 
 void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once, Time now) noexcept {
-  if (machine_.bus.by_frames()) return commands_.step(PassedCommands(), false, bus_, now);
+  if (machine_.bus.by_frames()) commands_.step(PassedCommands(), false, bus_, now);
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
-  for (int j = 0; j < kJoints; ++j) {
+  for (int j = 0; !machine_.bus.by_frames() && j < kJoints; ++j) {
     const ValveWords words = valve_words(machine_.bus.valve(j).profile);
     bus_.send(valve_frame(machine_.bus, j, words.*state, neutral));
   }
+  if (!machine_.bus.has_enable()) return;
   bus_.send(canopen::enable_output_frame(machine_.bus.enable().rpdo_id(), 0));
 }
 

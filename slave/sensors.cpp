@@ -36,6 +36,7 @@ std::size_t sensor_place(const NodeChannel& channel) noexcept {
     case NodeRole::kReading:
       return kReadingsPlace + index;
     case NodeRole::kValve:
+    case NodeRole::kModule:
       break;
   }
   return kSensorPlaces;
@@ -80,12 +81,14 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
   for (const BroadcastFrame& frame : bus.broadcasts) {
     if (frame.closing.counter || frame.closing.checksum) closed_.push_back({frame.id, frame.closing});
     for (const BroadcastField& field : frame.fields) {
-      channels_[sensor_place({.signal = field.signal})] = {.subject = signal_subject(field.signal),
+      channels_[sensor_place({.signal = field.signal})] = {.node = frame.module,
+                                                           .subject = signal_subject(field.signal),
                                                            .frame_id = frame.id,
                                                            .mapped = frame.bytes,
                                                            .field = field.bits,
                                                            .invalid_from = field.invalid_from,
                                                            .yes_or_no = is_yes_or_no(field.info()),
+                                                           .analog = field.analog,
                                                            .on = field.on,
                                                            .age_limit = from_seconds(kStatusPeriods * frame.period_s)};
     }
@@ -103,6 +106,7 @@ void SensorSet::restart() noexcept {
                            .status = before.status,
                            .invalid_from = before.invalid_from,
                            .yes_or_no = before.yes_or_no,
+                           .analog = before.analog,
                            .on = before.on,
                            .age_limit = before.age_limit};
     if (i < kPressures || i >= kTilt) continue;
@@ -139,6 +143,9 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
   if (const auto raw = channel.invalid_from ? read_raw(channel.field, frame) : std::nullopt;
       raw && *raw >= *channel.invalid_from)
     return accept(channel, 0, false, static_cast<double>(*raw), now);
+  if (const double value = channel.analog ? value_in(channel.field, frame) : 0;
+      channel.analog && channel.analog->is_broken(value))
+    return accept(channel, 0, false, value, now);
   if (which < kPressures) return on_pressure(channel, frame, now);
   if (which < kTilt) return on_length(which - kPressures, frame, now);
   if (channel.yes_or_no) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);

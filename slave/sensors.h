@@ -100,6 +100,7 @@ class SensorSet {
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
     bool yes_or_no = false;                       ///< is_yes_or_no()
+    std::optional<AnalogSensor> analog{};         ///< BroadcastField::analog
     std::uint64_t on = 1;                         ///< BroadcastField::on
     Duration age_limit{};
     double value = 0;                           ///< Last good one, SI.

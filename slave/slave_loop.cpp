@@ -121,7 +121,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
   sensor_fault_ = plausibility_.step(*measurement, spool());
   if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
   valve_reason_ = watch_valves();
-  const bool pilot_told = client_.spools_seen() || sensors_.tells_pilot();
+  const bool pilot_told = client_.bus().has_enable() || sensors_.tells_pilot();
   if (!pilot_told || !pilot_on() || led(decision_.state.mode))
     unasked_since_ = kNever;
   else if (unasked_since_ == kNever)

@@ -79,7 +79,7 @@ class SlaveLoop {
   }
   /// True where nobody tells.
   [[nodiscard]] bool pilot_on() const noexcept {
-    return client_.spools_seen() ? client_.pilot_on() : sensors_.pilot_on().value_or(!sensors_.tells_pilot());
+    return client_.bus().has_enable() ? client_.pilot_on() : sensors_.pilot_on().value_or(!sensors_.tells_pilot());
   }
   [[nodiscard]] const HomeOnTwo& home() const noexcept { return home_; }
   [[nodiscard]] const JointControl& control() const noexcept { return control_; }

@@ -65,6 +65,8 @@ struct Object {
 // CiA 301
 inline constexpr Object kDeviceType{0x1000, 0}, kErrorRegister{0x1001, 0};
 inline constexpr Object kConsumerHeartbeat{0x1016, 1};  ///< u32: node << 16 | time in ms
+/// What an operational node does on a communication error: 0 goes pre-operational, 1 stays, 2 stops. u8.
+inline constexpr Object kErrorBehaviour{0x1029, 1};
 inline constexpr Object kProducerHeartbeat{0x1017, 0};  ///< u16, ms; 0 = off
 inline constexpr Object kVendorId{0x1018, 1}, kProductCode{0x1018, 2};
 inline constexpr Object kSerialNumber{0x1018, 4};
@@ -106,6 +108,11 @@ inline constexpr Object kTiltSlope{0x6010, 0};       ///< i16 longitudinal slope
 inline constexpr Object kTiltLateral{0x6020, 0};     ///< i16 lateral slope
 // CiA 401 machine enable
 inline constexpr Object kEnableInputs{0x6000, 1}, kEnableOutputs{0x6200, 1};  ///< u8
+// CiA 401 analogue inputs and outputs; sub-index n is channel n, 0 how many there are
+inline constexpr Object kAnalogInput{0x6401, 1}, kAnalogOutput{0x6411, 1};  ///< i16
+inline constexpr Object kAnalogInputSends{0x6423, 0};                       ///< u8; 1: inputs are sent at all
+inline constexpr Object kOutputErrorMode{0x6443, 1};                        ///< u8; 1: takes the error value, 0: stays
+inline constexpr Object kOutputErrorValue{0x6444, 1};  ///< i32; where in it the 16 bits are, differs
 
 /// One entry of a PDO mapping (objects 0x16nn, 0x1Ann).
 [[nodiscard]] constexpr std::uint32_t mapping(Object object, unsigned bits) noexcept {

@@ -11,6 +11,7 @@
 #include "machine/channel_status.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
+#include "machine/room.h"
 #include "slave/jog.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"
@@ -367,6 +368,29 @@ NodeReading of_tilt(const SurveyedNode& node, const NodeDescription& expected, c
           possible ? "" : "reports an impossible slope: check the sensor and its wiring", !possible};
 }
 
+Object input_object(const BroadcastFrame& frame, const BroadcastField& field) noexcept {
+  return {canopen::kAnalogInput.index, static_cast<std::uint8_t>(analog_number(frame.pdo, field.bits))};
+}
+
+/// All that its inputs measure, and the first broken wire.
+NodeReading of_module(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+  NodeReading all;
+  for (const BroadcastFrame& frame : machine.bus.broadcasts) {
+    for (const BroadcastField& field : frame.fields) {
+      const auto raw = frame.module == expected.id ? node.value(input_object(frame, field)) : std::nullopt;
+      if (!raw) continue;
+      const double value = value_of(field.bits, *raw);
+      all.text +=
+          fmt::format("{}{} {}", all.text.empty() ? "" : ", ", field.info().name, value_text(field.info(), value));
+      if (all.fault || !field.analog->is_broken(value)) continue;
+      all.fault = true;
+      all.complaint = fmt::format("{}: its wire is broken or has a short circuit: outside {}", field.info().name,
+                                  kAnalogRangeNames[static_cast<std::size_t>(field.analog->range)]);
+    }
+  }
+  return all;
+}
+
 NodeReading of_enable(const SurveyedNode& node) {
   const auto inputs = node.value(canopen::kEnableInputs);
   if (!inputs) return {};
@@ -393,6 +417,10 @@ std::vector<canopen::Object> reading_objects(const NodeDescription& node, const 
   for (const NodeChannel& channel : node.channels) {
     if (lacks_status(fields, channel)) objects.push_back(pressure_status(channel));
   }
+  for (const BroadcastFrame& frame : machine.bus.broadcasts) {
+    for (const BroadcastField& field : frame.fields)
+      if (frame.module == node.id) objects.push_back(input_object(frame, field));
+  }
   return objects;
 }
 
@@ -410,6 +438,8 @@ NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected
       return of_enable(node);
     case NodeRole::kReading:
       break;
+    case NodeRole::kModule:
+      return of_module(node, expected, machine);
   }
   return {};
 }

@@ -301,7 +301,7 @@ class Wizard {
     if (!bench_->tells_e_stop())
       return keep({Level::kNote, "E-stop",
                    "no frame tells of it: press it with the engine running, and see that the levers do nothing"});
-    const std::string who = machine_.bus.by_frames() ? "the machine" : "the enable node";
+    const std::string who = machine_.bus.has_enable() ? "the enable node" : "the machine";
     const auto wait_for = [&](bool open) {
       for (const Time end = access_.now() + kEStopPatience; bench_->e_stop_open() != open; bench_->idle()) {
         if (access_.now() >= end)

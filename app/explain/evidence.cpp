@@ -95,6 +95,8 @@ NodeSeen unseen(const NodeDescription& node, const MachineDescription& machine) 
       channel->fields.push_back(field);
     }
   }
+  for (const BroadcastFrame& inputs : machine.bus.broadcasts)
+    if (inputs.module == node.id) seen.pdos.push_back({fmt::format("TPDO{}", inputs.pdo + 1), inputs.id, {}});
   return seen;
 }
 
@@ -142,14 +144,14 @@ NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machin
     }
   }
   for (std::size_t i = 0; i < data.size(); ++i) seen.pdos[i].frames = data[i].around(stop.at, window.to);
-  seen.data = missing_first(seen.pdos);
   seen.heartbeat = heartbeats.around(stop.at, window.to);
+  seen.data = seen.pdos.empty() ? seen.heartbeat : missing_first(seen.pdos);  // a module may have outputs alone
   return seen;
 }
 
 /// What the enable node, or the machine by itself, says of E-stop and pilot pressure. @param last what it said before
 std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescription& bus, std::uint8_t last) {
-  if (!bus.by_frames()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
+  if (bus.has_enable()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
   std::optional<std::uint8_t> said;
   const auto take = [&](int index, std::uint8_t bit) {
     const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);

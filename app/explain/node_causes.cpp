@@ -494,6 +494,7 @@ std::optional<Cause> sensor_cause(const Stop& stop, const Window& window, const 
   const NodeSeen* const found = meant_by(stop, evidence, machine);
   if (found == nullptr) return std::nullopt;
   const NodeSeen& seen = *found;
+  if (seen.node.role == NodeRole::kModule) return std::nullopt;  // its reason says what is known of a sensor on it
   const bool encoder = seen.node.role == NodeRole::kEncoder, pressure = seen.node.role == NodeRole::kPressure;
   if (invalid && pressure) return invalid_pressure(seen, stop, machine);
   if (invalid && encoder) return invalid_length(seen, stop, window, machine);

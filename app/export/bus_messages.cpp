@@ -214,6 +214,7 @@ std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& mac
       return tilt(frame, machine);
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kModule:
       break;
   }
   return {flag("EStopClosed", bit_of(canopen::kInputEStopClosed), "The E-stop chain is closed: nobody has pressed"),
@@ -265,7 +266,10 @@ Signal broadcast(const BroadcastField& field) {
 Signal command(const CommandField& field, CommandKind kind) {
   const bool moves = field.joint.has_value(), pressure = moves && kind == CommandKind::kPilotPressure;
   const double unit = pressure ? kBar : 1;
-  const char* const name = pressure ? "bar" : kind == CommandKind::kCurrent ? "A" : "rad/s";
+  const char* const name = pressure                        ? "bar"
+                           : kind == CommandKind::kCurrent ? "A"
+                           : kind == CommandKind::kVoltage ? "V"
+                                                           : "rad/s";
   std::string about = fmt::format("neutral {}", number_text(field.neutral / unit));
   if (field.led != field.neutral && !moves) about += fmt::format(", {} while led", number_text(field.led));
   if (field.extend) about += fmt::format(", {} extends at full speed", number_text(*field.extend / unit));
@@ -315,15 +319,22 @@ class Messages {
     if (!machine_.bus.without_nodes()) add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
     for (const BroadcastFrame& frame : machine_.bus.broadcasts)
-      add(frame.id, frame.name, kMachine, {kController}, frame.bytes, broadcast(frame),
-          frame.on_request ? "Sent by the machine when asked" : "Sent by the machine itself");
+      add(frame.id, frame.name, own(frame.module), {kController}, frame.bytes, broadcast(frame),
+          frame.module != 0  ? "Analogue inputs"
+          : frame.on_request ? "Sent by the machine when asked"
+                             : "Sent by the machine itself");
     for (const CommandFrame& frame : machine_.bus.commands)
-      add(frame.id, frame.name, kController, {kMachine}, frame.bytes, command(frame, machine_.bus.command_kind),
+      add(frame.id, frame.name, kController, {own(frame.module)}, frame.bytes,
+          command(frame, machine_.bus.command_kind),
           frame.always ? "Also while nobody leads the machine" : "Only while an operator leads the machine");
     return std::move(messages_);
   }
 
  private:
+  /// The module of this id; 0: the machine.
+  [[nodiscard]] std::string own(std::uint8_t module) const {
+    return module == 0 ? kMachine : machine_.bus.find(module)->name;
+  }
   void add(std::uint32_t id, std::string name, std::string sender, std::vector<std::string> receivers,
            std::uint8_t size, std::vector<Signal> signals, std::string about) {
     Message message{id,   std::move(name),    std::move(sender), std::move(receivers),
@@ -479,12 +490,22 @@ void write_values(std::ostream& out, const std::vector<Message>& messages) {
 
 }  // namespace
 
+namespace {
+
+bool speaks_itself(const BusDescription& bus) {
+  const auto own = [](const auto& frame) { return frame.module == 0; };
+  return std::any_of(bus.broadcasts.begin(), bus.broadcasts.end(), own) ||
+         std::any_of(bus.commands.begin(), bus.commands.end(), own);
+}
+
+}  // namespace
+
 void write_dbc(const MachineDescription& read, std::ostream& out) {
   const MachineDescription machine = calibrated(read);
   const std::vector<Message> messages = bus_messages(machine);
   out << "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: " << kController;
   for (const NodeDescription& node : machine.bus.nodes) out << ' ' << node.name;
-  if (!machine.bus.broadcasts.empty() || machine.bus.by_frames()) out << ' ' << kMachine;
+  if (speaks_itself(machine.bus)) out << ' ' << kMachine;
   out << "\n\n";
   for (const Message& message : messages) write_message(out, message);
   write_comments(out, machine, messages);

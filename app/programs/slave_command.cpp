@@ -306,10 +306,10 @@ std::unique_ptr<bringup::OpenInterfaces> open_interfaces(const Options& o, const
 
 /// Of two buses by their names.
 Json counters_json(const bringup::OpenInterfaces& interfaces, const BusDescription& bus) {
-  if (!bus.second) return counters_json(interfaces.each().front()->counters());
+  if (!bus.second) return programs::counters_json(interfaces.each().front()->counters());
   Json json = Json::object();
   for (std::size_t on = 0; on < bus.lines(); ++on)
-    json[bus.line(on).name] = counters_json(interfaces.each()[on]->counters());
+    json[bus.line(on).name] = programs::counters_json(interfaces.each()[on]->counters());
   return json;
 }
 

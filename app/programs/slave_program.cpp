@@ -217,8 +217,9 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   if (!outcome.commanded) return;
   const BusDescription& bus = machine_.bus;
   outcome.by_frames = bus.by_frames();
-  if (outcome.by_frames && stop_.unconfirmed_pilot())
-    outcome.unconfirmed.emplace_back(bus.broadcast(NodeRole::kEnable, kPilotOnIndex).frame->name);
+  if (const BroadcastFrame* const sent = bus.broadcast(NodeRole::kEnable, kPilotOnIndex).frame;
+      sent != nullptr && stop_.unconfirmed_pilot())
+    outcome.unconfirmed.emplace_back(sent->name);
   const auto valves = stop_.unconfirmed_valves();
   for (const NodeDescription& node : machine_.bus.nodes) {
     const bool valve = node.role == NodeRole::kValve &&

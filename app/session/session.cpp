@@ -108,6 +108,9 @@ Time Session::Impl::last_good_input(const Injected& broken, Time latched_at) con
       if (!frame.to_node && measures && wire.nodes[frame.node].id == node.id)
         return last_frame_before(logs.machine.frames, frame.id, broken.at).value_or(broken.at);
     }
+    for (const BroadcastFrame& inputs : wire.broadcasts)
+      if (inputs.module == node.id)
+        return last_frame_before(logs.machine.frames, inputs.id, broken.at).value_or(broken.at);
     return broken.at;
   };
   // Of several axes that which stood first.

@@ -274,7 +274,7 @@ TEST(CommissionGuards, OfAValveThatWaitsForTheHeartbeatAloneIsTriedByWithholding
 TEST(CommissionGuards, OfNodesThatGoPreOperationalOnACommunicationErrorAreProved) {
   const auto bus = simulated_bus();
   for (const NodeDescription& node : solar().bus.nodes)
-    if (node.is_told()) bus->machine().nodes().node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+    if (node.is_told()) bus->machine().nodes().node(node.id)->add(canopen::kErrorBehaviour, 1, sim::Access::kReadWrite);
   const Outcome outcome = commission(bus, up_to_guards());
   for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"})
     EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: "), std::string::npos) << outcome.told;

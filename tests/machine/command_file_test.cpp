@@ -171,13 +171,13 @@ TEST(CommandFile, TheTwoWaysOfAJointAreInOneFrame) {
 TEST(CommandFile, WhatTheEnableNodeTellsIsToldByNoFrame) {
   const std::string text = test::broadcast_text(std::string(test::kBroadcasts) + test::kStateBroadcast);
   const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  EXPECT_NE(line.find("only go with [[bus.command]]"), std::string::npos) << line;
+  EXPECT_NE(line.find("do not go with an enable node, which tells both"), std::string::npos) << line;
 }
 
 TEST(CommandFile, StandsBesideNoNodeThatIsToldWhatToDo) {
   const std::string text = test::broadcast_text(std::string(test::kRateCommands) + test::kBroadcasts);
   const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  EXPECT_NE(line.find("stands beside node 'boom_valve': valves and enable are nodes, or the frames tell all of it"),
+  EXPECT_NE(line.find("stands beside node 'boom_valve': valves are nodes, or frames and outputs tell all of them"),
             std::string::npos)
       << line;
 }

@@ -106,7 +106,7 @@ TEST(Guard, OfANodeThatGoesPreOperationalIsAskedBySdo) {
   GuardRig rig;
   const BusDescription& bus = rig.bench.description.bus;
   for (const NodeDescription& node : bus.nodes)
-    if (node.is_told()) rig.bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+    if (node.is_told()) rig.bench.nodes.node(node.id)->add(canopen::kErrorBehaviour, 1, sim::Access::kReadWrite);
   for (const NodeDescription& node : bus.nodes) {
     if (!node.is_told()) continue;
     rig.start();

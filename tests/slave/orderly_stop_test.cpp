@@ -167,7 +167,7 @@ struct Resting {
       return enable_alone ? node.role == NodeRole::kEnable : node.is_told();
     };
     for (const NodeDescription& node : machine.bus.nodes)
-      if (rests(node)) bench.nodes.node(node.id)->add(sim::kErrorBehaviour, 1, sim::Access::kReadWrite);
+      if (rests(node)) bench.nodes.node(node.id)->add(canopen::kErrorBehaviour, 1, sim::Access::kReadWrite);
     EXPECT_TRUE(bench.engage()) << text(bench.loop.blocking());
     if (frozen) bench.nodes.inject(machine.bus.valve(*frozen).id, sim::NodeFault::kFrozen);
     bench.can.lost = {canopen::heartbeat_id(machine.bus.controller_id)};
