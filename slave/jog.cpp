@@ -20,7 +20,6 @@ constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stro
 constexpr Duration kStands = 100ms, kStaysBack = 200ms;
 constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
 constexpr double kGuardCreep_m = 2e-3;
-constexpr double kSilentStep_m = 1e-3;  // of a cylinder that goes on: coarse angles count in less
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr double kMostStrokes = 2;  // in one motion: a cylinder makes one, and its drawing may be off
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
@@ -375,22 +374,20 @@ void Jog::note_guard(Time now) noexcept {
 
 /// The cylinder that was led until no more frames came.
 void Jog::note_silence(Time now) noexcept {
-  const double t_s = to_seconds(now - since_), length_m = sensors_.length_m[plan_.joint];
-  if (std::abs(length_m - still_at_m_) > kSilentStep_m) {
-    still_at_m_ = length_m;
-    still_since_s_ = t_s;
-    guard_seen_.stopped_s.reset();
-  } else if (t_s - still_since_s_ > to_seconds(kStaysBack)) {
-    guard_seen_.stopped_s = still_since_s_;
-  }
-  if (t_s >= to_seconds(guard_patience())) enter(Phase::kPilotDown, now);
+  note_sample(now);
+  sample_->silent = true;
+  if (now - since_ >= kSilence) enter(Phase::kPilotDown, now);
+}
+
+void Jog::note_sample(Time now) noexcept {
+  const double command = gate_.commands[plan_.joint];
+  sample_ = {to_seconds(now - since_), command, client_.spools_seen() ? client_.spool()[plan_.joint] : command,
+             sensors_.length_m, sensors_.pressure_Pa};
 }
 
 void Jog::note_motion(Time now) noexcept {
   const double t_s = to_seconds(now - since_), length_m = sensors_.length_m[plan_.joint];
-  const double command = gate_.commands[plan_.joint];
-  sample_ = {t_s, command, client_.spools_seen() ? client_.spool()[plan_.joint] : command, sensors_.length_m,
-             sensors_.pressure_Pa};
+  note_sample(now);
   if (std::abs(length_m - still_at_m_) > kStall_m) {
     still_at_m_ = length_m;
     still_since_s_ = t_s;
@@ -423,8 +420,9 @@ void Jog::enter(Phase phase, Time now) noexcept {
     const double ago_s = heartbeat ? bus.controller_heartbeat_s : to_seconds(now - client_.set_points_at());
     guard_earliest_s_ = guard_seen_.guard_s - ago_s - 1 / bus.sync_Hz;
   }
-  if (phase == Phase::kMoving) from_m_ = sensors_.length_m;
-  still_at_m_ = sensors_.length_m[plan_.joint];
+  if (phase != Phase::kMoving) return;
+  from_m_ = sensors_.length_m;
+  still_at_m_ = from_m_[plan_.joint];
   still_since_s_ = 0;
 }
 
@@ -458,7 +456,7 @@ void Jog::move(const JogPlan& plan) noexcept {
   if (phase_ != Phase::kRest || plan.joint < 0 || plan.joint >= kJoints) return;
   plan_ = plan;
   guarded_ = 0;
-  guard_seen_ = {};
+  guard_seen_ = {};  // what is withheld is no heartbeat
   begin(Phase::kMoving);
 }
 

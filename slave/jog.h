@@ -47,8 +47,8 @@ struct JogPlan {
   double longest_s = 10;
   double back_m = 1e9;       ///< Ends after so much motion against its command.
   bool until_stall = false;  ///< Ends where the cylinder, having moved, stands still against the open valve.
-  /// Where it has travelled, command frames end instead of the command, until the cylinder stands or patience ends:
-  /// what the machine's own controller does when nobody tells it anything. See guard_seen().
+  /// Where it has travelled, command frames end instead of the command, for kSilence: what the machine's own controller
+  /// does when nobody tells it anything.
   bool then_silence = false;
 };
 /// Of the joint that moves, since its motion began; the command as it passed the gate, and so the spool where nobody
@@ -57,6 +57,7 @@ struct JogSample {
   double t_s = 0, command = 0, spool = 0;
   JointVector length_m = JointVector::Zero();
   std::array<double, 6> pressure_Pa{};
+  bool silent = false;  ///< After command frames had ended; t_s since then.
 };
 enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 
@@ -98,7 +99,8 @@ class Jog {
     kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
     kPilotDown,  ///< Switched off, until that is reported, where it is.
   };
-  static constexpr Duration kSettle = 400ms;  ///< Of kClosing.
+  static constexpr Duration kSettle = 400ms;    ///< Of kClosing.
+  static constexpr Duration kSilence = 1500ms;  ///< JogPlan::then_silence
 
   /// Bus must outlive it. @throws InputError where the machine file cannot be worked with.
   Jog(const MachineDescription& machine, CanBus& bus);
@@ -160,6 +162,7 @@ class Jog {
   void take(Broadcast& known, const CanFrame& frame, Time now) noexcept;
   [[nodiscard]] bool pilot_on() const noexcept;
   void note_silence(Time now) noexcept;
+  void note_sample(Time now) noexcept;
   void hear(Time now) noexcept;
   void take(const CanFrame& frame, Time now) noexcept;
   void take(const FrameField& field, double value, Time now) noexcept;

@@ -189,17 +189,6 @@ slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescri
   return seen;
 }
 
-slave::GuardSeen JogBench::try_silence(int joint, double way_m, double longest_s) {
-  const JogRun made = run({.joint = joint,
-                           .peak = slave::kJogTable.command,
-                           .travel_m = way_m,
-                           .longest_s = longest_s,
-                           .then_silence = true});
-  slave::GuardSeen seen = jog_.guard_seen();
-  if (made.end != slave::JogEnd::kTravelled) seen.tried = slave::GuardSeen::Tried::kDidNotFollow;
-  return seen;
-}
-
 /// Whatever is wrong meanwhile, and not for long.
 void JogBench::restore(std::uint8_t node, slave::SdoScript script) noexcept {
   jog_.write_objects(node, std::move(script));
@@ -301,20 +290,36 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
                 (seen.other_guard ? "; that it also stops without a heartbeat was not tried" : ""));
 }
 
-GuardJudged judge_silence(int joint, const slave::GuardSeen& seen) {
-  const std::string what = fmt::format("{}, when command frames stop", axis(joint));
-  if (seen.tried == slave::GuardSeen::Tried::kDidNotFollow)
-    return {false, {Level::kNote, what, "not proved: its cylinder did not move far enough before"}};
-  if (!seen.stopped_s)
+/// It has stopped when it is where it stands in the end, but for its swinging on the oil.
+GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
+  constexpr double kSwing_m = 3e-3, kEnd_s = 0.3, kStands_s = 0.6, kBefore_s = 0.2, kSlowest_mps = 5e-3;
+  const int joint = run.plan.joint;
+  const std::string what = fmt::format("{}, when command frames end", axis(joint));
+  double before_m = 0, led_m = 0, led_s = 0, stands_m = 0, count = 0, stopped_s = 0;
+  for (const slave::JogSample& s : run.samples)
+    if (!s.silent) led_s = s.t_s;
+  for (const slave::JogSample& s : run.samples) {
+    const double length_m = s.length_m[joint];
+    if (!s.silent && s.t_s <= led_s - kBefore_s) before_m = length_m;
+    if (!s.silent) led_m = length_m;
+    if (!s.silent || s.t_s < run.samples.back().t_s - kEnd_s) continue;
+    stands_m += length_m;
+    ++count;
+  }
+  stands_m /= std::max(count, 1.0);
+  if (run.end != slave::JogEnd::kTravelled || led_m - before_m < kSlowest_mps * kBefore_s)
+    return {false, {Level::kNote, what, "not proved: its cylinder did not move far or fast enough before"}};
+  for (const slave::JogSample& s : run.samples)
+    if (s.silent && std::abs(s.length_m[joint] - stands_m) > kSwing_m) stopped_s = s.t_s;
+  if (stopped_s > run.samples.back().t_s - kStands_s)
     return {false,
             {Level::kFault, what, "its cylinder goes on moving: the machine's own controller must end all motion"}};
-  const bool in_time = *seen.stopped_s <= seen.guard_s + kStopping_s;
-  const std::string stands = fmt::format("its cylinder stands after {:.0f} ms", 1e3 * *seen.stopped_s);
-  if (in_time) return {true, {Level::kOk, what, stands}};
+  const std::string stands = fmt::format("its cylinder stands after {:.0f} ms", 1e3 * stopped_s);
+  if (stopped_s <= bus.valve_watchdog_s + kStopping_s) return {true, {Level::kOk, what, stands}};
   return {false,
           {Level::kFault, what,
            stands + fmt::format(", which is late: valve_watchdog_ms = {:.0f}, and {:.0f} ms to stop",
-                                1e3 * seen.guard_s, 1e3 * kStopping_s)}};
+                                1e3 * bus.valve_watchdog_s, 1e3 * kStopping_s)}};
 }
 
 Finding judge_direction(const JogRun& run, Seen seen) {

@@ -53,9 +53,6 @@ class JogBench {
   /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
   /// anew. @throws CommissionEnded
   [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node, int joint);
-  /// What the machine's own controller does when command frames stop while a cylinder extends by `way_m`.
-  /// @throws CommissionEnded
-  [[nodiscard]] slave::GuardSeen try_silence(int joint, double way_m, double longest_s);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 
@@ -88,8 +85,8 @@ struct GuardJudged {
   Finding finding;
 };
 [[nodiscard]] GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen);
-/// Likewise of the machine's own controller, by the cylinder that it moved.
-[[nodiscard]] GuardJudged judge_silence(int joint, const slave::GuardSeen& seen);
+/// Likewise of the machine's own controller, by the cylinder that it moved until command frames ended.
+[[nodiscard]] GuardJudged judge_silence(const JogRun& run, const BusDescription& bus);
 
 // Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 

@@ -215,7 +215,12 @@ class Wizard {
     GuardResult& result = result_.guards.emplace_back();
     result.proved = true;
     for (int j = 0; j < kJoints; ++j) {
-      const GuardJudged judged = judge_silence(j, bench_->try_silence(j, kSmallWay_m, kSmallest_s));
+      const GuardJudged judged = judge_silence(bench_->run({.joint = j,
+                                                            .peak = slave::kJogTable.command,
+                                                            .travel_m = kSmallWay_m,
+                                                            .longest_s = kSmallest_s,
+                                                            .then_silence = true}),
+                                               machine_.bus);
       result.proved = result.proved && judged.proved;
       result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.about + ": " + judged.finding.text;
       keep(judged.finding);

@@ -93,7 +93,7 @@ TEST(CommissionFrames, ZerosSignsAndWhatEndsMotionAreFoundOfAMachineLedBySpeeds)
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_TRUE(healthy(outcome.result.findings)) << outcome.told;
   check_zeros(outcome, -0.3);
-  EXPECT_NE(outcome.told.find("boom, when command frames stop: its cylinder stands after"), std::string::npos);
+  EXPECT_NE(outcome.told.find("boom, when command frames end: its cylinder stands after"), std::string::npos);
   EXPECT_NE(outcome.told.find("dead bands: not measured"), std::string::npos);
 
   const std::string found = commissioned_text(text, file, outcome.result, {"can0", "2026-03-01", "x"});
@@ -125,7 +125,7 @@ TEST(CommissionFrames, AMachineThatGoesOnWithoutCommandsIsNotTaken) {
   MachineDescription deaf = machine_of(text);
   deaf.bus.valve_watchdog_s = 0.5;
   const Outcome outcome = commission(deaf, machine_of(text), all(false));
-  EXPECT_NE(outcome.ended.find("boom, when command frames stop: its cylinder stands after"), std::string::npos)
+  EXPECT_NE(outcome.ended.find("boom, when command frames end: its cylinder stands after"), std::string::npos)
       << outcome.ended;
   EXPECT_NE(outcome.ended.find("which is late: valve_watchdog_ms = 50"), std::string::npos) << outcome.ended;
 }
