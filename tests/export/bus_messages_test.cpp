@@ -75,9 +75,10 @@ TEST(BusMessages, SignalsFitIntoTheirFramesAndDoNotOverlap) {
 TEST(BusMessages, ParameterGroupsOfJ1939AreSaidToBeSome) {
   std::ostringstream dbc;
   write_dbc(test::j1939_machine(), dbc);
-  for (const char* said : {"BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\"", "BO_ 2566844158 coolant: 8 machine_controller",
-                           "BA_ \"VFrameFormat\" BO_ 2566844158 3;", "BA_ \"VFrameFormat\" BO_ 2565866496 3;",
-                           " SG_ coolant_temperature : 0|8@1+ (1,-40) [0|0] \"degC\""})
+  for (const char* said :
+       {"BA_DEF_ BO_ \"VFrameFormat\" ENUM \"StandardCAN\"", "BO_ 2566844158 coolant: 8 machine_controller",
+        "BA_ \"VFrameFormat\" BO_ 2566844158 3;", "BA_ \"VFrameFormat\" BO_ 2565866496 3;",
+        " SG_ coolant_temperature : 0|8@1+ (1,-40) [0|0] \"degC\""})
     EXPECT_NE(dbc.str().find(said), std::string::npos) << said << dbc.str();
   std::ostringstream without;
   write_dbc(test::broadcast_machine(), without);
