@@ -136,17 +136,17 @@ std::string channels_text(const NodeDescription& node) {
   return all;
 }
 
-const NodeDescription* BusDescription::find(const std::string& name) const noexcept {
-  const auto called = [&](const NodeDescription& node) { return node.name == name; };
+const NodeDescription* BusDescription::find(const std::string& wanted) const noexcept {
+  const auto called = [&](const NodeDescription& node) { return node.name == wanted; };
   const auto has = [&](const NodeDescription& node) {
     return std::any_of(node.channels.begin(), node.channels.end(), [&](const NodeChannel& channel) {
-      return channel.info().name == name || channel.info().node == name;
+      return channel.info().name == wanted || channel.info().node == wanted;
     });
   };
   const NodeDescription* const found = find_if(nodes, called);
   if (found != nullptr) return found;
   if (const NodeDescription* const other = find_if(nodes, has)) return other;
-  const std::uint8_t module = module_of(name, *this);
+  const std::uint8_t module = module_of(wanted, *this);
   return module == 0 ? nullptr : find(module);
 }
 

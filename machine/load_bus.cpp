@@ -539,6 +539,15 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
                "is used by nothing: no [[bus.broadcast]] has request_every_s, and no [[bus.command]] an id of 29 bits "
                "that ends with it",
                {"broadcast", "command"});
+  const auto speaks_elsewhere = [&bus](const auto& frame, bool speaks) {
+    return speaks && (frame.id & kSecondBus) != bus.j1939_line();
+  };
+  bool apart = false;
+  for (const BroadcastFrame& frame : bus.broadcasts) apart = apart || speaks_elsewhere(frame, frame.on_request);
+  for (const CommandFrame& frame : bus.commands)
+    apart = apart || speaks_elsewhere(frame, frame.mask != CanFilter::kWhole);
+  file.require(!apart, "j1939_address", "is one bus's alone: frames from it, and what it asks for, must be on one",
+               {"broadcast", "command"});
   bus.nodes = read_nodes(file, bus, sensors);
   const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
                       bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;

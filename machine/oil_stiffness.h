@@ -19,15 +19,17 @@ namespace knuckle {
   return hydraulics.bulk_modulus_Pa * (head * head / (hose + head * s) + rod * rod / (hose + rod * (stroke - s)));
 }
 
-/// By how much a joint stands behind what the oil let into its cylinder would make of it without a load; 0 where its
-/// lever is too short to tell.
+/// By how much a joint stands behind what the oil let into its cylinder would make of it without a load; fades to 0
+/// where its lever becomes too short to tell.
 /// @param cylinder_N p_A A_A - p_B A_B
 [[nodiscard]] inline double given_way_rad(const MachineDescription& machine, const Kinematics& kinematics, int joint,
                                           double angle_rad, double cylinder_N) noexcept {
   const auto at = kinematics.cylinder_at(joint, angle_rad);
-  if (!at || std::abs(at->lever_m) < kNearToggle_m) return 0;
+  if (!at) return 0;
+  const double sure = std::clamp((std::abs(at->lever_m) - kNearToggle_m) / kNearToggle_m, 0.0, 1.0);
+  if (sure == 0) return 0;
   const auto& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
-  return cylinder_N / oil_stiffness_N_per_m(cylinder, machine.hydraulics, at->length_m) / at->lever_m;
+  return sure * cylinder_N / oil_stiffness_N_per_m(cylinder, machine.hydraulics, at->length_m) / at->lever_m;
 }
 
 }  // namespace knuckle

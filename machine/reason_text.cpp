@@ -56,7 +56,7 @@ std::string bus_text(std::uint32_t id, const BusDescription& bus) {
 std::string commands_text(const BusDescription& bus) {
   std::string text;
   for (const CommandFrame& frame : bus.commands)
-    text += (text.empty() ? "" : ", ") + frame.name + ' ' + id_text(frame.id);
+    text += (text.empty() ? "" : ", ") + frame.name + ' ' + id_text(frame.id) + bus_text(frame.id, bus);
   return text;
 }
 

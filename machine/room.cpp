@@ -7,6 +7,7 @@
 
 #include "machine/description.h"
 #include "machine/kinematics.h"
+#include "machine/signal_units.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
@@ -96,11 +97,14 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
       "found "
       "by the joint's motion alone, after about a second");
   const auto is_module = [](const CommandFrame& frame) { return frame.module != 0; };
+  if (std::any_of(bus.commands.begin(), bus.commands.end(), is_module))
+    notes.emplace_back(
+        "that a module's outputs take their error values when its controller falls silent is not proved: try it, with "
+        "the bucket on the ground, before anybody relies on it");
+  if (std::all_of(bus.commands.begin(), bus.commands.end(), is_module)) return;
   const std::string ends =
-      std::all_of(bus.commands.begin(), bus.commands.end(), is_module)
-          ? "that the module's outputs take their error values when its controller falls silent "
-          : fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
-                        number_text(1e3 * bus.valve_watchdog_s));
+      fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
+                  number_text(1e3 * bus.valve_watchdog_s));
   const GuardProof& proof = bus.commands_guard;
   if (proof.proved && proof.changed == GuardProof::Changed::kNothing) return;
   if (proof.date.empty())
@@ -125,12 +129,6 @@ void add_untold_wires(const BusDescription& bus, std::vector<std::string>& notes
 }
 
 }  // namespace
-
-std::string value_text(const SignalInfo& signal, double value) {
-  if (signal.role == NodeRole::kPressure) return fmt::format("{:.2f} bar", value / kBar);
-  const bool angle = signal.is_angle || signal.role == NodeRole::kTilt;
-  return angle ? fmt::format("{:.2f} deg", value / kDegree) : fmt::format("{:.4f} m", value);
-}
 
 std::vector<std::string> machine_notes(const MachineDescription& machine) {
   constexpr double kWorthTelling = 0.01;

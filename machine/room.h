@@ -42,7 +42,4 @@ struct WallRoom {
 /// which may be another machine's; what it costs that a cylinder has no pressure transmitters.
 [[nodiscard]] std::vector<std::string> machine_notes(const MachineDescription& machine);
 
-/// What is measured, for people: "12.34 bar", "-50.00 deg", "1.2345 m".
-[[nodiscard]] std::string value_text(const SignalInfo& signal, double value);
-
 }  // namespace knuckle

@@ -61,4 +61,19 @@ void refuse_unidentified(const MachineDescription& machine) {
       "knuckle identify writes of what knuckle commission records");
 }
 
+void refuse_unjogged(const MachineDescription& machine) {
+  const BusDescription& bus = machine.bus;
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(machine.source + ": key 'bus': " + what +
+                     ": such a machine cannot be commissioned or recovered so far: set sign and zero_rad by hand, then "
+                     "use knuckle slave");
+  };
+  if (bus.second) refuse("two buses");
+  for (const NodeDescription& node : bus.nodes)
+    if (node.role == NodeRole::kModule) refuse(node.name + " is a module of analogue inputs or outputs");
+  if (bus.commands_by_address()) refuse("command frames from a J1939 address");
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    if (frame.is_group() && !frame.only_readings()) refuse(frame.name + " is a J1939 group that it is led by");
+}
+
 }  // namespace knuckle::slave

@@ -431,8 +431,8 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now,
   const bool operational = phase_ == Phase::kOperational;
   if (spools_seen())
     send_set_points(operational ? commands : PassedCommands(), now);
-  else if (may_command && withheld_ != Withheld::kSetPoints)
-    commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now);
+  else if (withheld_ != Withheld::kSetPoints)
+    commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now, may_command);
   if (description_.has_enable()) send_enable(led && operational);
   if (description_.without_nodes()) return;
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;

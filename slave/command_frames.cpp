@@ -37,12 +37,13 @@ bool CommandFrames::stops(const CommandFrame& frame, const PassedCommands& comma
   });
 }
 
-void CommandFrames::step(const PassedCommands& commands, bool led, CanBus& bus, Time now) noexcept {
+void CommandFrames::step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address) noexcept {
   const bool turned = led != led_;
   const JointVector before = demand_;
   for (Sent& one : frames_) {
     if (led) one.resting = false;
     if (one.resting && !one.frame.always) continue;
+    if (!has_address && one.frame.mask != CanFilter::kWhole) continue;
     const bool due = one.due == kNever || now + kEarly >= one.due;
     if (!due && !turned && !stops(one.frame, commands, before)) continue;
     if (!send(one, commands, led, bus)) {

@@ -19,7 +19,8 @@ class CommandFrames {
 
   /// Sends what is due. What the bus does not take is due again in the next step.
   /// @param led an operator leads the machine: constants have their values for that.
-  void step(const PassedCommands& commands, bool led, CanBus& bus, Time now) noexcept;
+  /// @param has_address frames from the J1939 address may go out
+  void step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address = true) noexcept;
 
   /// Of the same bus: what was sent last, and where the counters stand.
   void go_on_from(const CommandFrames& before) noexcept;

@@ -111,7 +111,8 @@ void J1939Bus::on_own_address(std::uint64_t name, Time now) noexcept {
 void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noexcept {
   const std::uint64_t before = names_[address];
   names_[address] = name;
-  const auto sends = [address](const Group& group) {
+  const auto sends = [this, address](const Group& group) {
+    if ((group.filter.id & kSecondBus) != on_) return false;
     return group.source ? *group.source == address : group.heard_at != kNever && group.sender == address;
   };
   const auto group = std::find_if(groups_.begin(), groups_.end(), sends);
@@ -125,6 +126,10 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {
   if (claim_ == Claim::kNone) return;
+  // Who was there meanwhile is not known: claimed anew.
+  const bool gone = bus.state() == CanState::kBusOff || bus.state() == CanState::kDown;
+  if (gone && claim_ != Claim::kLost) claim_ = Claim::kUnsaid;
+  if (gone) return;
   say_claim(bus, now);
   if (claim_ == Claim::kSaid && now - said_at_ >= kClaimWaits) claim_ = Claim::kHeld;
   if (claim_ != Claim::kHeld) return;

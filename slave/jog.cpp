@@ -20,6 +20,7 @@ constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stro
 constexpr Duration kStands = 100ms, kStaysBack = 200ms;
 constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
 constexpr double kGuardCreep_m = 2e-3;
+constexpr double kMostSilentWays = 4;  // of the way led, for a cylinder that nobody leads any more
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr double kMostStrokes = 2;  // in one motion: a cylinder makes one, and its drawing may be off
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
@@ -141,6 +142,7 @@ void Jog::take(Broadcast& known, const CanFrame& frame, Time now) noexcept {
   known.count = check.count;
   if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return;
   for (const BroadcastField& field : known.frame.fields) {
+    if (field.info().role == NodeRole::kReading) continue;
     const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
     const auto raw = read_raw(field.bits, frame);
     const bool none = !raw || (field.invalid_from && *raw >= *field.invalid_from);
@@ -169,7 +171,7 @@ bool Jog::pilot_on() const noexcept {
 
 void Jog::take(const FrameField& field, double value, Time now) noexcept {
   const std::size_t place = sensor_place(field.channel);
-  if (place == kSensorPlaces) return;
+  if (place >= sensors_.at.size()) return;
   if (field.part == FrameField::Part::kStatus) {
     const unsigned bad = unsigned{canopen::kPressureInvalid} | canopen::kPressureOverload;
     sensors_.pressure_invalid[place] = (static_cast<unsigned>(value) & bad) != 0;
@@ -376,7 +378,8 @@ void Jog::note_guard(Time now) noexcept {
 void Jog::note_silence(Time now) noexcept {
   note_sample(now);
   sample_->silent = true;
-  if (now - since_ >= kSilence) enter(Phase::kPilotDown, now);
+  const double way_m = std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]);
+  if (now - since_ >= kSilence || way_m > kMostSilentWays * plan_.travel_m) enter(Phase::kPilotDown, now);
 }
 
 void Jog::note_sample(Time now) noexcept {

@@ -20,7 +20,7 @@ Reason not_following(int joint, double seen_rad, double limit_rad) noexcept {
 
 }  // namespace
 
-MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s) noexcept
+MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s)
     : machine_(machine),
       kinematics_(machine),
       step_s_(step_s),

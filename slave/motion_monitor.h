@@ -33,7 +33,7 @@ inline constexpr MotionLimits kMotion{};
 /// known which way they may move a joint, not how fast: Plausibility looks for the joints that stand.
 class MotionMonitor {
  public:
-  MotionMonitor(const MachineDescription& machine, double step_s) noexcept;
+  MotionMonitor(const MachineDescription& machine, double step_s);
   void reset() noexcept;
   /// @param demand as on the wire, [-1, 1] @param pressed something is touched: a joint may stand.
   /// @return kMotionNotFollowing, with degrees beyond, or missing, and their limit.

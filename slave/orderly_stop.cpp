@@ -7,6 +7,7 @@
 #include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 #include "transport/canopen.h"
+#include "transport/j1939.h"
 
 namespace knuckle::slave {
 namespace {
@@ -28,7 +29,8 @@ bool OrderlyStop::tells_pilot() const noexcept {
   return machine_.bus.has_enable() || machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
 }
 
-void OrderlyStop::step(Time now) noexcept {
+void OrderlyStop::step(Time now, bool has_address) noexcept {
+  has_address_ = has_address;
   if (done()) return;
   const bool first = phase_since_ == kNever;
   if (first) phase_since_ = now;
@@ -82,7 +84,8 @@ void OrderlyStop::hear() noexcept {
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
     if (const auto [sent, field] = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex);
-        sent != nullptr && sent->id == frame.id) {
+        sent != nullptr && sent->filter().lets(frame.id) &&
+        (!sent->source || j1939::source_of(frame.id) == *sent->source)) {
       const auto raw = read_raw(field->bits, frame);
       const bool none = !raw || (field->invalid_from && *raw >= *field->invalid_from) ||
                         check_frame(sent->closing, std::nullopt, frame).fault != FrameFault::kNone;
@@ -133,7 +136,7 @@ void OrderlyStop::ask_resting() noexcept {
 }
 
 void OrderlyStop::send_commands(std::uint16_t ValveWords::*state, bool at_once, Time now) noexcept {
-  if (machine_.bus.by_frames()) commands_.step(PassedCommands(), false, bus_, now);
+  if (machine_.bus.by_frames()) commands_.step(PassedCommands(), false, bus_, now, has_address_);
   if (!at_once && syncs_ % machine_.bus.set_point_every_nth_sync != 0) return;
   const PassedCommands neutral;
   for (int j = 0; !machine_.bus.by_frames() && j < kJoints; ++j) {

@@ -28,7 +28,8 @@ class OrderlyStop {
   void go_on_from(const CommandFrames& before) noexcept { commands_.go_on_from(before); }
 
   /// In place of the slave loop's step, every SYNC period, until done(). SYNC and heartbeat go on until then.
-  void step(Time now) noexcept;
+  /// @param has_address as of CommandFrames::step()
+  void step(Time now, bool has_address = true) noexcept;
   [[nodiscard]] bool done() const noexcept { return phase_ == Phase::kDone; }
   /// Valves that did not confirm disabled, and an enable node, or a machine that tells it, that did not confirm pilot
   /// pressure off.
@@ -56,6 +57,7 @@ class OrderlyStop {
   const MachineDescription& machine_;
   CanBus& bus_;
   CommandFrames commands_;
+  bool has_address_ = true;
   std::vector<std::uint8_t> held_;  // node ids still to be released
   Phase phase_ = Phase::kNeutral;
   Time phase_since_ = kNever, heartbeat_at_ = kNever;

@@ -282,15 +282,6 @@ class Progress {
   int completed_ = 0;
 };
 
-/// What ends motion by them when the controller falls silent is not tried yet.
-void refuse_modules(const MachineDescription& machine) {
-  for (const CommandFrame& frame : machine.bus.commands)
-    if (frame.module != 0)
-      throw InputError(machine.source + ": key 'bus.node': " + machine.bus.find(frame.module)->name +
-                       ": a machine whose valves hang on analogue outputs cannot be commissioned so far: set signs by "
-                       "hand, then use knuckle slave");
-}
-
 std::string next_command(const std::vector<std::string>& r, const std::string& machine) {
   return "next: knuckle identify " + r[0] + ' ' + r[1] + " --hold-out " + r[2] + " --hold-out " + r[3] + " --machine " +
          machine + " --out calibrated.toml --report identify.html\n";
@@ -301,7 +292,7 @@ int run_commission(CommissionCommandOptions options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
-  refuse_modules(machine);
+  slave::refuse_unjogged(machine);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
   BusAccess bus = access_of(options, read);

@@ -50,8 +50,8 @@ std::string jog_text(const Reason& reason, const BusDescription& bus) {
                  100 * double(reason.value), 100 * double(reason.limit));
     }
     case ReasonCode::kPilotOff:
-      return bus.by_frames() ? "the machine reports no pilot pressure: check its safety lever"
-                             : "no pilot pressure: check the enable node's output and the enable valve";
+      return !bus.has_enable() ? "the machine reports no pilot pressure: check its safety lever"
+                               : "no pilot pressure: check the enable node's output and the enable valve";
     case ReasonCode::kJogOtherMoves:
       return "the " + joint(reason.subject) + " cylinder moved by " + value + " mm without a command, limit " + limit +
              " mm: valves, hoses or encoders are exchanged, or a load holding valve leaks";
@@ -71,9 +71,9 @@ std::string take_out_of_service(const MachineDescription& machine, BusAccess& ac
   }
   const auto valves = stop.unconfirmed_valves();
   const bool confirmed = std::none_of(valves.begin(), valves.end(), [](bool open) { return open; });
-  if (machine.bus.by_frames()) return "Out of service: all commands neutral.";
   return confirmed && !stop.unconfirmed_pilot()
-             ? "Out of service: valves disabled, pilot pressure off."
+             ? machine.bus.by_frames() ? "Out of service: all commands neutral."
+                                       : "Out of service: valves disabled, pilot pressure off."
              : "Out of service, but not confirmed by all nodes: their own watchdogs stop them.";
 }
 

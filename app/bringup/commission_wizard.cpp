@@ -225,6 +225,7 @@ class Wizard {
       result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.about + ": " + judged.finding.text;
       keep(judged.finding);
     }
+    if (machine_.bus.has_enable()) guards();
   }
 
   void guards() {

@@ -21,8 +21,11 @@ class OwnFrames {
   OwnFrames(const BusSurvey& survey, const BusDescription& bus) : survey_(survey), bus_(bus) {}
 
   [[nodiscard]] Findings run() {
-    for (const BroadcastFrame& frame : bus_.broadcasts) judge_broadcast(frame);
-    for (const CommandFrame& frame : bus_.commands) judge_command(frame);
+    // A module sends once it is started, and is told by who has started it.
+    for (const BroadcastFrame& frame : bus_.broadcasts)
+      if (frame.module == 0) judge_broadcast(frame);
+    for (const CommandFrame& frame : bus_.commands)
+      if (frame.module == 0) judge_command(frame);
     judge_address();
     return std::move(findings_);
   }

@@ -122,6 +122,7 @@ int run_recover(const RecoverOptions& options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription machine = calibrated(load_machine(file));
+  slave::refuse_unjogged(machine);
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
   BusAccess bus = real_access(options.can);
   slave::refuse_other_controller(machine.bus, bus);

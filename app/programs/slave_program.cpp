@@ -186,7 +186,7 @@ void SlaveRunner::observe_reads(Time now) noexcept {
 void SlaveRunner::step_stop(Time now) noexcept {
   if (stopped()) return;
   side_.can.stamp(now);
-  const bool commanded = side_.slave.client().commanded() && side_.slave.j1939().may_command();
+  const bool commanded = side_.slave.client().commanded();
   if (!said_off_) {
     said_off_ = true;
     stop_.go_on_from(side_.slave.client().command_frames());
@@ -196,7 +196,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
     events_.push({now, Mode::kOff, {}, {}});
     status_.put({});
   }
-  if (commanded) stop_.step(now);
+  if (commanded) stop_.step(now, side_.slave.j1939().may_command());
   farewell_.stamp = side_.slave.operator_input().session().stamp(farewell_.stamp.sequence + 1, now);
   side_.link.send(encode(farewell_).view());
   side_.tap.end_step(now, ReasonCode::kNone);
