@@ -9,9 +9,14 @@
 #include "core/error.h"
 #include "machine/load.h"
 #include "machine/room.h"
+#include "slave/bus_listen.h"
 #include "tests/bringup/commission_script.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/j1939_machine.h"
+#include "tests/support/module_machine.h"
+#include "tests/support/refusal.h"
+#include "tests/support/two_buses.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -178,6 +183,30 @@ TEST(CommissionFrames, ASignalThatIsNotOnOneLineIsRefusedBeforeAnythingMoves) {
                                 "boom_angle.offset = -10\nboom_angle.unit = \"rad\"\nboom_angle.sign = -1");
   const MachineDescription machine = machine_of(text);
   EXPECT_THROW(check_layout(text, machine), InputError);
+}
+
+/// Readings are no sensors that a motion is judged by.
+TEST(CommissionFrames, ReadingsOfTheMachineChangeNothing) {
+  const std::string text = command_text(
+      kRateCommands, std::string(knuckle::test::kStateBroadcast) +
+                         "[[bus.broadcast]]\nname = \"engine\"\nid = 0x18FF5021\nbytes = 8\nperiod_ms = 20\n"
+                         "[bus.broadcast.signals]\nengine_speed = { start = 0, bits = 16, scale = 0.125, "
+                         "unit = \"rpm\" }\noil_temperature = { start = 16, bits = 8, offset = -40, unit = "
+                         "\"degC\" }\nengine_hours = { start = 32, bits = 32, scale = 0.05, unit = \"h\" }\n");
+  const Outcome outcome = commission(machine_of(text), machine_of(text), all(false));
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  check_zeros(outcome, 0);
+}
+
+TEST(CommissionFrames, WhatIsNotLookedAfterYetIsRefused) {
+  for (const auto& [machine, why] :
+       {std::pair{machine_of(knuckle::test::two_buses_text()), "two buses"},
+        {knuckle::test::module_machine(), "is a module of analogue inputs or outputs"},
+        {knuckle::test::commanded_j1939_machine(), "command frames from a J1939 address"}}) {
+    const std::string line = knuckle::test::refusal([&] { slave::refuse_unjogged(machine); });
+    EXPECT_NE(line.find(why), std::string::npos) << line;
+  }
+  EXPECT_NO_THROW(slave::refuse_unjogged(knuckle::test::command_machine()));
 }
 
 }  // namespace
