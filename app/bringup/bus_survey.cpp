@@ -11,7 +11,7 @@
 #include "machine/channel_status.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
-#include "machine/room.h"
+#include "machine/signal_units.h"
 #include "slave/jog.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"

@@ -75,7 +75,7 @@ TEST(TwoBusesFile, WhatOthersSendCountsInTheBudget) {
   EXPECT_NEAR(parsed(with("40")).bus.second->foreign_load, 0.4, 1e-12);
   const std::string said = test::refusal([&] { (void)parsed(with("50")); });
   EXPECT_NE(said.find("key 'bus[1].bit_rate_kbps' = 250: too slow: these frames load the bus to 63.9 % with worst-case "
-                      "stuffing and those of others; must be at most 60 %; would fit: bit_rate_kbps = 500 (31.9 %)"),
+                      "stuffing and those of others; must be at most 60 %; would fit: bit_rate_kbps = 500 (32 %)"),
             std::string::npos)
       << said;
   const std::string one = changed("\n[bus]", "\n[bus]\nforeign_load_percent = 60", test::broadcast_text());
@@ -89,7 +89,7 @@ TEST(TwoBusesFile, WhatCannotBeIsRefusedInOneLine) {
   };
   for (const Case& c : {
            Case{"name = \"machine\"", "name = \"valves\"",
-                "key 'bus[1].name' = \"valves\": is the name of the other bus"},
+                "key 'bus[1].name' = 'valves': is the name of the other bus"},
            {"name = \"machine\"", "name = \"can=1\"", "must be a letter and up to 14 letters, digits and _"},
            {"name = \"machine\"\n", "", "key 'bus[1].name' is missing"},
            {"name = \"valves\"\n", "", "key 'bus[0].name' is missing"},

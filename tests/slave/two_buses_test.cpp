@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -114,7 +115,7 @@ TEST(TwoBuses, BothFloodedAreNeutralInTimeAndTheSignalsBusIsNamed) {
       flood(m.second, 3);
       m.move(JointVector(0.2, -0.2, -0.25), 1ms);
       if (stopped == kNever && m.loop.mode() == Mode::kFault) stopped = m.now;
-      if (to_seconds(m.now - from) > limit_s + 0.2) EXPECT_TRUE(m.closed()) << to_seconds(m.now - from);
+      EXPECT_TRUE(m.closed() || to_seconds(m.now - from) <= limit_s + 0.2) << to_seconds(m.now - from);
     }
     ASSERT_NE(stopped, kNever);
     EXPECT_LE(to_seconds(stopped - from), limit_s + 0.02);
@@ -146,10 +147,10 @@ TEST(TwoBuses, WhatStopsComingOnTheSecondIsNamedWithIt) {
 TEST(TwoBuses, EqualIdentifiersAreHeldApart) {
   TwoBuses m(kMachines[0]);
   EXPECT_TRUE(m.led()) << m.fault();
-  const std::vector<std::uint32_t> first = heard_by_controller(m.description.bus.alone(0)),
-                                   second = heard_by_controller(m.description.bus.alone(1));
-  EXPECT_EQ(std::count(first.begin(), first.end(), 0x190U), 1);
-  EXPECT_EQ(second, (std::vector<std::uint32_t>{0x18FF1021U | kExtendedId, 0x18FF2021U | kExtendedId, 0x190U}));
+  const std::vector<CanFilter> first = heard_by_controller(m.description.bus.alone(0)),
+                               second = heard_by_controller(m.description.bus.alone(1));
+  EXPECT_EQ(std::count(first.begin(), first.end(), CanFilter(0x190)), 1);
+  EXPECT_EQ(second, (std::vector<CanFilter>{0x18FF1021U | kExtendedId, 0x18FF2021U | kExtendedId, 0x190U}));
 }
 
 TEST(TwoBuses, AnotherSenderOfACommandIsAFaultOnItsBusAlone) {
