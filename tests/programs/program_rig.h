@@ -151,8 +151,9 @@ class Site {
     });
     slave_thread_ = std::thread([this] {
       programs::ProgramConsole console("slave", slave_said.stream, false);
-      slave = programs::run_slave(machine_, wire_.slave(), link_, random_start(),
-                                  {[this] { return !end_slave_; }, console}, {&candump.stream, "can7", &csv.stream});
+      slave =
+          programs::run_slave(machine_, wire_.slave(), link_, random_start(), {[this] { return !end_slave_; }, console},
+                              {&candump.stream, "can7", "", &csv.stream});
     });
   }
   ~Site() {

@@ -262,7 +262,7 @@ TEST(J1939Bus, SaysNothingWithoutAnAddressAndAllocatesNothing) {
   const test::NoAllocScope scope;
   bus.run(1s);
   for (std::uint8_t i = 0; i < 200; ++i) {
-    CanFrame frame{.id = 0x18FEEE00U + i % 5 | kExtendedId, .size = 8, .data = {i}};
+    CanFrame frame{.id = (0x18FEEE00U + i % 5) | kExtendedId, .size = 8, .data = {i}};
     (void)bus.j1939.receive(frame, bus.now);
     bus.hears(j1939::claim_frame(i, i));
     bus.run(5ms);

@@ -11,7 +11,7 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr double kStep_s = 5e-3;
+constexpr double kPeriod_s = 5e-3;
 
 /// One joint of the 20 t machine, a spring between the oil let in and the link: x'' = w^2 (u - x) - 2 z w x'.
 struct Swinging {
@@ -31,22 +31,22 @@ struct Swinging {
     JointCommand command{.position_rad = state.angle_rad, .active = true};
     command.position_rad[kBucket] = set_rad;
     const double asked_radps = control.step(state, {}, command, JointVector::Zero()).rate_radps[kBucket];
-    valve_radps += kStep_s / kLag_s * (asked_radps - valve_radps);
-    let_in_rad += kStep_s * valve_radps;
+    valve_radps += kPeriod_s / kLag_s * (asked_radps - valve_radps);
+    let_in_rad += kPeriod_s * valve_radps;
     const double w = std::abs(at.lever_m) * std::sqrt(k / kInertia_kgm2);
-    rate_radps += kStep_s * (w * w * (let_in_rad - load_rad - at_rad) - 2 * kDamping * w * rate_radps);
-    at_rad += kStep_s * rate_radps;
+    rate_radps += kPeriod_s * (w * w * (let_in_rad - load_rad - at_rad) - 2 * kDamping * w * rate_radps);
+    at_rad += kPeriod_s * rate_radps;
     return std::abs(at_rad - set_rad);
   }
   double largest(double time_s) {
     double most = 0;
-    for (int i = 0; i < static_cast<int>(time_s / kStep_s); ++i) most = std::max(most, step());
+    for (int i = 0; i < static_cast<int>(time_s / kPeriod_s); ++i) most = std::max(most, step());
     return most;
   }
 
   MachineDescription machine = load_machine(find_config("machine", "standard200"));
   Kinematics kinematics{machine};
-  JointControl control{machine, kStep_s};
+  JointControl control{machine, kPeriod_s};
   double set_rad, let_in_rad, at_rad, rate_radps = 0, valve_radps = 0;
   double load_rad = 0;  ///< What the oil gives way to a load, standing.
 };
