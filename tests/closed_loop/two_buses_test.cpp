@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/error.h"
 #include "machine/reason_text.h"
 #include "tests/closed_loop/session_rig.h"
 

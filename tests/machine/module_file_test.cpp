@@ -87,7 +87,7 @@ TEST(ModuleFile, ABrokenWireIsKnownByItsRange) {
 TEST(ModuleFile, CheckSaysWhatIsNotTold) {
   std::string all;
   for (const std::string& note : machine_notes(module_machine())) all += note + "\n";
-  EXPECT_NE(all.find("slope is on a 0-10V input, where a broken wire reads as 0 V, as -50.00 deg"), std::string::npos)
+  EXPECT_NE(all.find("slope is on a 0-10V input, where a broken wire reads as 0 V, as -0.873 rad"), std::string::npos)
       << all;
   EXPECT_EQ(all.find("boom_angle is on"), std::string::npos) << all;
   EXPECT_NE(all.find("that a module's outputs take their error values"), std::string::npos) << all;
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(
     Lines, BadModuleFile,
     testing::Values(
         BadModule{"joint = \"arm\"", "joint = \"boom\"", "moves the joint as module_1 of 'module_rpdo2' does"},
-        BadModule{"neutral = 6, extend = 9", "extend = 9", "'bus.node[1].outputs.1.neutral': missing"},
+        BadModule{"neutral = 6, extend = 9", "extend = 9", "'bus.node[1].outputs.1.neutral' is missing"},
         BadModule{"neutral = 6, extend", "neutral = 6.0005, extend", "cannot be said by these bits: nearest is 6.001"},
         BadModule{"scale = 0.001, neutral = 6, extend", "scale = 0.00030518509475997, neutral = 6, extend",
                   "nearest is 5.99993896"},
@@ -118,15 +118,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadModule{"extend = 9", "extend = 6.05", "must be at least 100 steps of scale from neutral"},
         BadModule{"4 = { scale = 0.001, neutral = 6 }", "5 = { scale = 0.001, neutral = 6 }",
                   "must say all outputs that the module has, from 1 on"},
-        BadModule{"4 = { scale", "13 = { scale", "'bus.node[1].outputs.13': must be a channel from 1 to 12"},
+        BadModule{"4 = { scale", "13 = { scale", "'bus.node[1].outputs.13' = a table: must be a channel from 1 to 12"},
         BadModule{"4 = { scale = 0.001, neutral = 6 }", "4 = { scale = 0.001 }", "outputs.4.neutral"},
         BadModule{"neutral = 6 }", "neutral = 60 }", "cannot be said by these bits: nearest is 32.767"},
         BadModule{"error_value_shift = 16\n", "", "error_value_shift"},
         BadModule{"error_value_shift = 16", "error_value_shift = 8", "must be 16 where object 0x6444"},
         BadModule{"3 = { joint = \"bucket\"", "3 = { joint = \"arm\"", "moves the joint as module_2"},
         BadModule{"\"boom_rod_pressure\"", "\"boom_head_pressure\"", "is taken by 'module'"},
-        BadModule{"signal = \"slope\"", "signal = \"boom_length\"",
-                  "'module' has boom_angle: of a joint's length and angle there must be one"},
+        BadModule{"signal = \"slope\"", "signal = \"boom_length\"", "inputs.11.unit' = 'deg': must be one of"},
         BadModule{"\"slope\"", "\"boom_spool\"", "must be one of"},
         BadModule{"range = \"0-10V\"", "range = \"0-5V\"", "must be one of"},
         BadModule{"counts_low = 6553", "counts_low = -32768", "leaves no counts for a broken wire"},
