@@ -292,7 +292,8 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
 
 /// It has stopped when it is where it stands in the end, but for its swinging on the oil.
 GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
-  constexpr double kSwing_m = 3e-3, kEnd_s = 0.3, kStands_s = 0.6, kBefore_s = 0.2, kSlowest_mps = 5e-3;
+  constexpr double kSwing_m = 3e-3, kFinest_m = 1e-3, kSwing_s = 0.1, kEnd_s = 0.3, kStands_s = 0.6, kBefore_s = 0.2,
+                   kSlowest_mps = 5e-3;
   const int joint = run.plan.joint;
   const std::string what = fmt::format("{}, when command frames end", axis(joint));
   double before_m = 0, led_m = 0, led_s = 0, stands_m = 0, count = 0, stopped_s = 0;
@@ -309,8 +310,10 @@ GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
   stands_m /= std::max(count, 1.0);
   if (run.end != slave::JogEnd::kTravelled || led_m - before_m < kSlowest_mps * kBefore_s)
     return {false, {Level::kNote, what, "not proved: its cylinder did not move far or fast enough before"}};
+  // A slow cylinder swings less, and says less of when it has stopped.
+  const double swing_m = std::clamp(kSwing_s / kBefore_s * (led_m - before_m), kFinest_m, kSwing_m);
   for (const slave::JogSample& s : run.samples)
-    if (s.silent && std::abs(s.length_m[joint] - stands_m) > kSwing_m) stopped_s = s.t_s;
+    if (s.silent && std::abs(s.length_m[joint] - stands_m) > swing_m) stopped_s = s.t_s;
   if (stopped_s > run.samples.back().t_s - kStands_s)
     return {false,
             {Level::kFault, what, "its cylinder goes on moving: the machine's own controller must end all motion"}};

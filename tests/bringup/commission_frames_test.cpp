@@ -191,7 +191,7 @@ TEST(CommissionFrames, ReadingsOfTheMachineChangeNothing) {
       kRateCommands, std::string(knuckle::test::kStateBroadcast) +
                          "[[bus.broadcast]]\nname = \"engine\"\nid = 0x18FF5021\nbytes = 8\nperiod_ms = 20\n"
                          "[bus.broadcast.signals]\nengine_speed = { start = 0, bits = 16, scale = 0.125, "
-                         "unit = \"rpm\" }\noil_temperature = { start = 16, bits = 8, offset = -40, unit = "
+                         "unit = \"rpm\" }\noil_temperature = { start = 16, bits = 8, scale = 1, offset = -40, unit = "
                          "\"degC\" }\nengine_hours = { start = 32, bits = 32, scale = 0.05, unit = \"h\" }\n");
   const Outcome outcome = commission(machine_of(text), machine_of(text), all(false));
   ASSERT_EQ(outcome.ended, "") << outcome.told;

@@ -317,7 +317,7 @@ TEST(CommissionWizard, EStopThatIsNotWiredIsFoundBeforeAnythingMoves) {
   const Outcome outcome =
       commission(simulated_bus(), all(), solar(), [](BusAccess& access) { access.press_e_stop = [](bool) {}; });
   EXPECT_EQ(outcome.ended,
-            "the E-stop was pressed, but the enable node reports its chain closed: check the node's input");
+            "the E-stop was pressed, but the enable node reports its chain closed: check the input");
 }
 
 TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
