@@ -316,8 +316,7 @@ TEST(CommissionWizard, AMachineThatAnotherControllerLeadsIsLeftAlone) {
 TEST(CommissionWizard, EStopThatIsNotWiredIsFoundBeforeAnythingMoves) {
   const Outcome outcome =
       commission(simulated_bus(), all(), solar(), [](BusAccess& access) { access.press_e_stop = [](bool) {}; });
-  EXPECT_EQ(outcome.ended,
-            "the E-stop was pressed, but the enable node reports its chain closed: check the input");
+  EXPECT_EQ(outcome.ended, "the E-stop was pressed, but the enable node reports its chain closed: check the input");
 }
 
 TEST(CommissionWizard, EStopDuringAMotionEndsIt) {

@@ -13,8 +13,8 @@
 #include "tests/export/machines.h"
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/bus_nodes.h"
-#include "tests/support/two_buses.h"
 #include "tests/support/j1939_machine.h"
+#include "tests/support/two_buses.h"
 #include "transport/canopen.h"
 
 namespace knuckle::exporting {
