@@ -93,6 +93,7 @@ class CommandReader {
       frame.fields.push_back(std::move(field));
     }
     if (!frame.fields.empty()) bus_.commands.push_back(std::move(frame));
+    outputs.require(bus_.command_kind != CommandKind::kJointRate, "", "say voltages, currents or pressures, no speeds");
     node.outputs = static_cast<std::uint8_t>(numbers.size());
   }
 

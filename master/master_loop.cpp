@@ -75,6 +75,7 @@ void MasterLoop::receive(Time now) noexcept {
     }
   }
   silence_s_ = to_seconds(now - slave_at_);
+  if (silence_s_ >= kBelieved_s) readings_.reset();
   other_machine_ = judge_far_end(now);
 }
 

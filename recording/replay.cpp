@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "machine/device_description.h"
 #include "machine/load.h"
+#include "machine/reason_text.h"
 #include "master/master_state.h"
 #include "recording/fields.h"
 #include "recording/replayed_wires.h"
@@ -76,7 +77,8 @@ bool is_of(const std::string& number, std::span<const std::string> fields) {
 std::string input_text(const WireEvent& event) {
   switch (event.kind) {
     case WireEventKind::kCanReceived:
-      return fmt::format("CAN frame {:#05x}: {:02X}", event.value, fmt::join(event.data, " "));
+      return fmt::format("CAN frame {}: {:02X}", id_text(static_cast<std::uint32_t>(event.value)),
+                         fmt::join(event.data, " "));
     case WireEventKind::kHidReceived:
       return "HID report";
     case WireEventKind::kLinkReceived:

@@ -5,6 +5,15 @@
 #include "slave/valve_frame.h"
 
 namespace knuckle::slave {
+namespace {
+
+/// A module's outputs have the device's defaults after a reset, which need not be neutral.
+bool may_be_reset(const BusDescription& bus, std::uint8_t id) noexcept {
+  const NodeDescription* const node = bus.find(id);
+  return node == nullptr || node->outputs == 0;
+}
+
+}  // namespace
 
 /// Once: what a full queue does not take goes out in a later step, and only a few go out in one, as SYNC is behind
 /// them.
@@ -40,7 +49,7 @@ bool CanopenClient::set_up(Node& node, Time now) noexcept {
   if (failure.what == What::kSilent && to_seconds(now - phase_since_) <= patience_s) {
     node.told = false;  // it may be booting: then it has heard nothing
     node.dialogue.restart();
-  } else if (!node.was_reset &&
+  } else if (!node.was_reset && may_be_reset(description_, node.id) &&
              (failure.what == What::kNotKept || (failure.what == What::kAborted && failure.writing))) {
     (void)reset(node, now);
   } else {
@@ -102,7 +111,7 @@ void CanopenClient::check_errors(Time now) noexcept {
       setup_failure_ = node.errors.details();
       return fail(node.errors.failure());
     }
-    if (node.was_reset)
+    if (node.was_reset || !may_be_reset(description_, node.id))
       return fail(
           {ReasonCode::kNodeEmergency, node.id, static_cast<float>(newest_error(node.id)), canopen::kEmcyReset});
     if (!reset(node, now)) return;

@@ -85,11 +85,16 @@ TEST(Module, WithMoreOutputsThanTheFileSaysIsNotStarted) {
   EXPECT_EQ(why, "module (node 0x41): reading 0x6411:00 gave 0x8, the machine file says 0x4");
 }
 
+/// Nor reset: its outputs would be at the device's defaults, which need not be neutral.
 TEST(Module, WithoutErrorValuesIsNotStarted) {
   OnModule m;
   m.module().remove({0x6444, 3});
   m.engage();
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeSetup) << m.fault();
+  EXPECT_TRUE(std::none_of(m.wire.begin(), m.wire.end(), [](const auto& sent) {
+    const auto nmt = canopen::parse_nmt(sent.frame);
+    return nmt && nmt->command == canopen::NmtCommand::kResetNode && nmt->node == kModule;
+  }));
 }
 
 TEST(Module, WithoutAnyGuardIsStartedOnlyIfTheFileSaysWhy) {
