@@ -22,7 +22,8 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
 }
 
 std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
-  if (bus.without_nodes()) return {};
+  const bool unknown = bus.broadcasts.empty() && bus.commands.empty();  // as for who gives a device its node id
+  if (bus.without_nodes() && !unknown) return {};
   return {canopen::kNmtId, canopen::kSyncId, canopen::heartbeat_id(bus.controller_id)};
 }
 

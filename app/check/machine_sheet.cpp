@@ -29,8 +29,8 @@ std::string joint_line(const MachineDescription& machine, const Kinematics& kine
   const LinkDescription& link = machine.links[i];
   const CylinderDescription& cylinder = machine.cylinders[i];
   const JointSpan span = cylinder_span(machine, kinematics, joint);
-  const auto [low_m, high_m] = std::minmax(kinematics.cylinder_at(joint, link.min_rad)->length_m,
-                                           kinematics.cylinder_at(joint, link.max_rad)->length_m);
+  const auto [low_m, high_m] = std::minmax(
+      {kinematics.cylinder_at(joint, link.min_rad)->length_m, kinematics.cylinder_at(joint, link.max_rad)->length_m});
   const LeverRange lever = lever_range(machine, kinematics, joint);
   return fmt::format("{:<7} {:<17} {:<17} {:<15} {:<15} {:<15} {:<6} {:.3f}", kJointNames[i],
                      range_text(link.min_rad, link.max_rad, 3), range_text(span.min_rad, span.max_rad, 3),

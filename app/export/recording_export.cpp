@@ -224,7 +224,7 @@ StateDatasets::StateDatasets(Hdf5File& file, const std::string& group, std::span
   first_ = file.add_dataset(group + "/time_s", NumberType::kDouble, 1);
   file.attribute(group + "/time_s", "unit", "s");
   for (const Field& field : fields_) {
-    const std::string path = group + "/" + field.name;
+    const std::string path = group + "/" + (field.part.empty() ? "" : field.part + "_") + field.name;
     (void)file_.add_dataset(path, field.type, field.count);
     if (const std::string unit = unit_of_field(field); !unit.empty()) file_.attribute(path, "unit", unit);
     if (field.vector) file_.attribute(path, "columns", recordings::column_names(field));
