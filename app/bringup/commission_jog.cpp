@@ -216,7 +216,8 @@ constexpr double kStopping_s = 0.3;  // a spool closes, and that is told: by SDO
 constexpr double kMoved_m = 2e-3;
 constexpr double kDecisive_Pa =
     20e5;  // the pressure of a chamber that drives its cylinder against a stop rises by more
-constexpr double kStrokeTolerance_m = 8e-3;  // pins beside their nominal place; cushions not passed
+// Pins beside their nominal place, by more on a larger machine; cushions not passed.
+constexpr double kStrokeTolerance_m = 8e-3, kStrokeTolerance = 0.015;
 constexpr double kLastOfRun_s = 0.2, kBeforeRun_s = 0.1;
 constexpr double kFirstWay_m = 4e-4, kLastWay_m = 4e-3;  // part of the ramp's motion that the line is fitted to
 
@@ -407,7 +408,8 @@ Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machi
   const double most_m = cylinder.max_length_m - cylinder.min_length_m;
   const double least_m = std::abs(kinematics.cylinder_at(joint, link.max_rad).value().length_m -
                                   kinematics.cylinder_at(joint, link.min_rad).value().length_m);
-  const bool good = stroke_m >= least_m - kStrokeTolerance_m && stroke_m <= most_m + kStrokeTolerance_m;
+  const double tolerance_m = std::max(kStrokeTolerance_m, kStrokeTolerance * most_m);
+  const bool good = stroke_m >= least_m - tolerance_m && stroke_m <= most_m + tolerance_m;
   const std::string range =
       fmt::format("{:.1f} mm measured between its stops, expected {:.1f} mm (joint range) to {:.1f} mm (cylinder)",
                   1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
