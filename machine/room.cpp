@@ -108,7 +108,9 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
   const GuardProof& proof = bus.commands_guard;
   if (proof.proved && proof.changed == GuardProof::Changed::kNothing) return;
   if (proof.date.empty())
-    notes.push_back(ends + "is not proved: knuckle commission proves it");
+    notes.push_back(ends + "is not proved: " +
+                    (jog_obstacle(bus).empty() ? "knuckle commission proves it"
+                                               : "try it, with the bucket on the ground, before anybody relies on it"));
   else if (!proof.proved)
     notes.push_back(ends + "was tried on " + proof.date + " and not proved");
   else
@@ -150,6 +152,16 @@ std::vector<std::string> machine_notes(const MachineDescription& machine) {
   add_unknowns(machine.bus, notes);
   add_untold_wires(machine.bus, notes);
   return notes;
+}
+
+std::string jog_obstacle(const BusDescription& bus) {
+  if (bus.second) return "two buses";
+  for (const NodeDescription& node : bus.nodes)
+    if (node.role == NodeRole::kModule) return node.name + " is a module of analogue inputs or outputs";
+  if (bus.commands_by_address()) return "command frames from a J1939 address";
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    if (frame.is_group() && !frame.only_readings()) return frame.name + " is a J1939 group that it is led by";
+  return "";
 }
 
 }  // namespace knuckle

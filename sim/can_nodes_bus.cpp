@@ -108,9 +108,12 @@ void CanNodes::hear(Time now) noexcept {
 }
 
 void CanNodes::hear_request(const CanFrame& frame, Time now) noexcept {
-  const auto group = j1939::requested(frame);
+  CanFrame alone = frame;
+  alone.id &= ~kSecondBus;
+  const auto group = j1939::requested(alone);
   for (std::size_t i = 0; group && i < broadcasts_.size(); ++i) {
     const std::uint32_t id = sent_as(broadcasts_[i]);
+    if ((id & kSecondBus) != (frame.id & kSecondBus)) continue;
     if (broadcasts_[i].is_group() && j1939::group_of(id) == *group && j1939::is_for(j1939::source_of(id), frame.id))
       broadcast_due_[i] = now;
   }

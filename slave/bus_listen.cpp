@@ -8,6 +8,7 @@
 #include "core/frame_words.h"
 #include "machine/description.h"
 #include "machine/reason_text.h"
+#include "machine/room.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::slave {
@@ -62,18 +63,11 @@ void refuse_unidentified(const MachineDescription& machine) {
 }
 
 void refuse_unjogged(const MachineDescription& machine) {
-  const BusDescription& bus = machine.bus;
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(machine.source + ": key 'bus': " + what +
-                     ": such a machine cannot be commissioned or recovered so far: set sign and zero_rad by hand, then "
-                     "use knuckle slave");
-  };
-  if (bus.second) refuse("two buses");
-  for (const NodeDescription& node : bus.nodes)
-    if (node.role == NodeRole::kModule) refuse(node.name + " is a module of analogue inputs or outputs");
-  if (bus.commands_by_address()) refuse("command frames from a J1939 address");
-  for (const BroadcastFrame& frame : bus.broadcasts)
-    if (frame.is_group() && !frame.only_readings()) refuse(frame.name + " is a J1939 group that it is led by");
+  const std::string obstacle = jog_obstacle(machine.bus);
+  if (obstacle.empty()) return;
+  throw InputError(machine.source + ": key 'bus': " + obstacle +
+                   ": such a machine cannot be commissioned or recovered so far: set sign and zero_rad by hand, then "
+                   "use knuckle slave");
 }
 
 }  // namespace knuckle::slave

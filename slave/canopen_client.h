@@ -43,10 +43,10 @@ class CanopenClient {
   /// Last thing in a loop step: set-points every nth SYNC (those that drop to neutral at once) and enable output, or
   /// command frames; the controller's heartbeat, which therefore stops with the loop, and SYNC.
   /// @param led an operator leads the machine: pilot pressure is asked for.
-  /// @param may_command else no command frame goes out.
+  /// @param may_command else no command frame goes out from the J1939 address; others do.
   void end_step(const PassedCommands& commands, bool led, Time now, bool may_command = true) noexcept;
   /// Starts all nodes anew; clears the fault. What a node was told before is asked, not told again, and only a node
-  /// that does not take what it is told, or keeps an error, is reset, once.
+  /// that does not take what it is told, or keeps an error, is reset, once; one with analogue outputs never.
   void restart() noexcept;
 
   /// From now on nodes that send nothing but the pressures of this joint's cylinder are needed no more, or again.

@@ -126,8 +126,11 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {
   if (claim_ == Claim::kNone) return;
-  // Who was there meanwhile is not known: claimed anew.
-  const bool gone = bus.state() == CanState::kBusOff || bus.state() == CanState::kDown;
+  // Who was there meanwhile is not known: claimed anew. Another bus that fails changes nothing: there neutral must go
+  // out from the address.
+  const CanState state = bus.state();
+  const bool own = (bus.state_of() != 0) == (on_ != 0);
+  const bool gone = own && (state == CanState::kBusOff || state == CanState::kDown);
   if (gone && claim_ != Claim::kLost) claim_ = Claim::kUnsaid;
   if (gone) return;
   say_claim(bus, now);

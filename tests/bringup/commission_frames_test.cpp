@@ -135,6 +135,30 @@ TEST(CommissionFrames, AMachineThatGoesOnWithoutCommandsIsNotTaken) {
   EXPECT_NE(outcome.ended.find("which is late: valve_watchdog_ms = 50"), std::string::npos) << outcome.ended;
 }
 
+TEST(CommissionFrames, AMachineThatNeverStopsIsLedNoFurtherThanALittle) {
+  const std::string text = command_text();
+  MachineDescription deaf = machine_of(text);
+  deaf.bus.valve_watchdog_s = 10;
+  const Outcome outcome = commission(deaf, machine_of(text), all(false));
+  EXPECT_NE(outcome.ended.find("goes on moving"), std::string::npos) << outcome.ended;
+  EXPECT_LT(outcome.moved_m, 0.1) << "four times 15 mm, and what it takes to stop";
+}
+
+TEST(CommissionFrames, BesideAnEnableNodeItsGuardIsProvedToo) {
+  std::string text = command_text(kRateCommands, "");
+  text.insert(text.find("[[bus.command]]"),
+              "[[bus.node]]\nname = \"enable\"\nprofile = \"cia401\"\nid = 0x40\ndevice_type = 0x0191\n"
+              "vendor = 0x4B4E\nproduct = 0x0401\nchannels = { 1 = \"machine_enable\" }\n");
+  Script script = all(false);
+  script[1] = "configure";
+  const Outcome outcome = commission(machine_of(text), machine_of(text), script);
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  EXPECT_TRUE(healthy(outcome.result.findings)) << outcome.told;
+  ASSERT_EQ(outcome.result.guards.size(), 2U);
+  EXPECT_EQ(outcome.result.guards[1].node, "enable");
+  EXPECT_TRUE(outcome.result.guards[1].proved) << outcome.told;
+}
+
 TEST(CommissionFrames, WhatNoFrameTellsIsSaidAndTheRestIsDone) {
   const std::string text = command_text(kRateCommands, "");
   Script script = all(false);

@@ -28,9 +28,9 @@ BO_ 2147483681 Small: 4 Machine
 BO_ 500 Mixed: 8 Machine
  SG_ which M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
  SG_ slope m1 : 8|16@1- (0.01,0) [0|0] "deg" Vector__XXX
- SG_ speed : 24|16@1+ (1,0) [0|0] "km/h" Vector__XXX
-BO_ 2364539904 EEC1: 8 Machine
- SG_ EngSpeed : 24|16@1+ (0.125,0) [0|8031.875] "rpm" Vector__XXX
+ SG_ pace : 24|16@1+ (1,0) [0|0] "furlong" Vector__XXX
+BO_ 2364539904 Engine: 8 Machine
+ SG_ turns : 24|16@1+ (0.125,0) [0|0] "rpm" Vector__XXX
 BO_ 501 Rare: 2 Machine
  SG_ slope : 0|16@1- (0.01,0) [0|0] "deg" Vector__XXX
 BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
@@ -82,9 +82,9 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
 }
 
 TEST(DbcImport, WhatPeopleAreToldComesFromJ1939Groups) {
-  const Import import = imported_into({"engine_speed=EEC1.EngSpeed"});
+  const Import import = imported_into({"engine_speed=Engine.turns"});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_NE(import.text.find("name = \"EEC1\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"), std::string::npos)
+  EXPECT_NE(import.text.find("name = \"Engine\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"), std::string::npos)
       << import.text;
   const auto [frame, speed] = parse_machine(import.text, "m.toml").bus.broadcast(NodeRole::kReading, 0);
   EXPECT_TRUE(frame->is_group());
@@ -138,7 +138,7 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
         {{"slope=Mixed.slope"}, "m.dbc:13: signal slope of Mixed is multiplexed"},
-        {{"slope=Mixed.speed"}, "has the unit \"km/h\": must be bar"},
+        {{"slope=Mixed.pace"}, "has the unit \"furlong\": must be bar"},
         {{"slope=Rare.slope"}, "m.dbc:17: Rare has no cycle time (GenMsgCycleTime)"},
         {{"slope=Body.slope", "slope=Small.slope"}, "--signal slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},

@@ -6,6 +6,7 @@
 #include "machine/reason_text.h"
 #include "tests/support/j1939_machine.h"
 #include "tests/support/refusal.h"
+#include "tests/support/two_buses.h"
 
 namespace knuckle {
 namespace {
@@ -119,6 +120,11 @@ TEST(GroupFile, AnAddressGoesWithWhatNeedsOneAlone) {
   EXPECT_NE(refused(test::j1939_text("", "", "")).find("needs bus.j1939_address"), std::string::npos);
   const std::string unused = refused(test::with_address(test::broadcast_text(), "0xF9"));
   EXPECT_NE(unused.find("'bus.j1939_address' = 0xF9: is used by nothing"), std::string::npos) << unused;
+  const std::string commands =
+      test::command_text(test::kRateCommands, std::string(test::kStateBroadcast) + test::kGroups);
+  const std::string apart = refused(test::on_two_buses(test::with_address(commands, "0x05")));
+  EXPECT_NE(apart.find("is one bus's alone"), std::string::npos)
+      << "commands on the one, requests on the other: " << apart;
   EXPECT_NE(refused(test::j1939_text("", "", "0xFE")).find("must be a whole number within [0, 253]"),
             std::string::npos);
 }

@@ -137,6 +137,16 @@ INSTANTIATE_TEST_SUITE_P(
                   "its frames' identifier 0x240 is taken by 'enable.rpdo'"},
         BadModule{"name = \"module\"\n", "name = \"module\"\nchannels = { 1 = \"machine_enable\" }\n", "channels"}));
 
+TEST(ModuleFile, OutputsAreNoSpeeds) {
+  constexpr const char* kSpeeds = R"([bus.node.outputs]
+1 = { joint = "boom", unit = "rad/s", scale = 0.0001, neutral = 0, extend = 0.6, retract = -0.6 }
+2 = { joint = "arm", unit = "rad/s", scale = 0.0001, neutral = 0, extend = -0.6, retract = 0.6 }
+3 = { joint = "bucket", unit = "rad/s", scale = 0.0001, neutral = 0, extend = -0.6, retract = 0.6 }
+)";
+  const std::string line = test::refusal([&] { (void)module_machine(kSpeeds); });
+  EXPECT_NE(line.find("say voltages, currents or pressures, no speeds"), std::string::npos) << line;
+}
+
 TEST(ModuleFile, WhatARefusalCallsNearestIsTaken) {
   const BusDescription bus =
       module_machine(test::kVoltageOutputs, "scale = 0.001, neutral = 6, extend = 9, retract = 3",

@@ -212,6 +212,23 @@ TEST(MasterLoop, BelievesAModeForHalfASecondOnly) {
   EXPECT_TRUE(rig.loop.set_scales(5, 2e-3));
 }
 
+TEST(MasterLoop, ForgetsWhatAMachineToldOfItselfWithTheLink) {
+  MasterRig rig;
+  rig.run(0.3);
+  ReadingsMessage message;
+  message.stamp = rig.session.stamp(1, rig.now);
+  MachineReadings readings;
+  readings.battery_V = 27.6;
+  message.set(readings);
+  rig.network.b().send(encode(message).view());
+  rig.run(0.05);
+  ASSERT_TRUE(rig.loop.machine_readings());
+  EXPECT_NEAR(rig.loop.machine_readings()->battery_V, 27.6, 0.01);
+  rig.machine_silent = true;
+  rig.run(0.7);
+  EXPECT_FALSE(rig.loop.machine_readings());
+}
+
 // Every way a felt force can end or start must stay below 0.5 N/ms at the motors.
 struct Transition {
   const char* name;

@@ -11,6 +11,7 @@
 
 #include "slave/safety_gate.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/j1939_machine.h"
 
 namespace knuckle::slave {
 namespace {
@@ -129,6 +130,17 @@ TEST(CommandFrames, AStopThatTheBusDidNotTakeIsSentAgain) {
   told.step({}, false);
   ASSERT_EQ(told.bus.take(kFront).size(), 1U);
   EXPECT_EQ(told.frames.demand(), JointVector::Zero());
+}
+
+/// Without its J1939 address Knuckle may not speak from it; all else goes to neutral as ever.
+TEST(CommandFrames, OnlyThoseFromALostAddressAreSilent) {
+  const MachineDescription machine = test::commanded_j1939_machine();
+  ASSERT_NE(machine.bus.commands[0].mask, CanFilter::kWhole);
+  CommandFrames frames(machine.bus);
+  KeptBus bus;
+  frames.step(PassedCommands(), false, bus, Time{1s}, false);
+  ASSERT_EQ(bus.sent.size(), 1U);
+  EXPECT_EQ(bus.sent[0].id, machine.bus.commands[1].id);
 }
 
 TEST(CommandFrames, TakingOverIsToldAtOnce) {

@@ -25,7 +25,10 @@ class SentFrames final : public CanBus {
     return true;
   }
   bool receive(CanFrame& /*frame*/) noexcept override { return false; }
-  [[nodiscard]] CanState state() const noexcept override { return CanState::kActive; }
+  [[nodiscard]] CanState state() const noexcept override { return now; }
+  [[nodiscard]] std::uint8_t state_of() const noexcept override { return of; }
+  CanState now = CanState::kActive;
+  std::uint8_t of = 0;  ///< Which of two buses is in that state.
   std::vector<CanFrame> frames;
   bool full = false;
 };
@@ -142,6 +145,34 @@ TEST(J1939Address, IsClaimedOnceTheBusTakesIt) {
   bus.sent.full = false;
   bus.run(5ms);
   EXPECT_EQ(bus.taken().size(), 2U);
+}
+
+TEST(J1939Address, IsClaimedAnewAfterItsBusWasGone) {
+  for (const CanState gone : {CanState::kBusOff, CanState::kDown}) {
+    HeardJ1939 bus(test::commanded_j1939_machine());
+    bus.run(300ms);
+    ASSERT_TRUE(bus.j1939.may_command());
+    (void)bus.taken();
+    bus.sent.now = gone;
+    bus.run(5ms);
+    EXPECT_FALSE(bus.j1939.may_command()) << "nobody knows who has it meanwhile";
+    EXPECT_TRUE(bus.taken().empty());
+    bus.sent.now = CanState::kActive;
+    bus.run(5ms);
+    EXPECT_EQ(bus.taken().size(), 2U);
+    bus.run(300ms);
+    EXPECT_TRUE(bus.j1939.may_command());
+  }
+}
+
+/// Neutral must go out from the address, in the same step.
+TEST(J1939Address, IsHeldWhenTheOtherBusFails) {
+  HeardJ1939 bus(test::commanded_j1939_machine());
+  bus.run(300ms);
+  bus.sent.now = CanState::kDown;
+  bus.sent.of = 1;
+  bus.run(5ms);
+  EXPECT_TRUE(bus.j1939.may_command());
 }
 
 TEST(J1939Address, IsDefendedAgainstAHigherName) {

@@ -8,8 +8,10 @@
 
 #include "machine/reason_text.h"
 #include "slave/bus_map.h"
+#include "slave/orderly_stop.h"
 #include "slave/status_reporter.h"
 #include "tests/slave/bench_machine.h"
+#include "tests/support/two_buses.h"
 #include "transport/j1939.h"
 #include "transport/machine_readings.h"
 
@@ -76,6 +78,29 @@ TEST(J1939Machine, HoursComeByRequestAlone) {
   EXPECT_NEAR(m.readings().engine_time_s, 4321 * 3600, 90);
   EXPECT_EQ(m.frames(0x18EA00F9U | kExtendedId).size(), 3U);
   EXPECT_EQ(m.frames(0x18FEE500U | kExtendedId).size(), 3U);
+}
+
+TEST(J1939Machine, HoursComeByRequestOverTheSecondBus) {
+  J1939Machine m(parse_machine(test::on_two_buses(test::j1939_text()), "m.toml"));
+  m.run(5s);
+  EXPECT_NEAR(m.readings().engine_time_s, 4321 * 3600, 90);
+  EXPECT_EQ(m.frames(0x18EA00F9U | kExtendedId | kSecondBus).size(), 1U);
+  EXPECT_TRUE(m.frames(0x18EA00F9U | kExtendedId).empty());
+}
+
+TEST(J1939Machine, AnOrderlyStopHearsPilotPressureInAGroup) {
+  std::string state = test::kStateBroadcast;
+  state.replace(state.find("id = 0x18FF4021"), 15, "pgn = 0xFF40");
+  J1939Machine m(parse_machine(test::command_text(test::kRateCommands, state), "m.toml"));
+  ASSERT_TRUE(m.engage()) << m.fault();
+  m.hung = true;
+  OrderlyStop stop(m.description, m.can);
+  for (int i = 0; i < 1000 && !stop.done(); ++i) {
+    stop.step(m.now);
+    m.run(5ms);
+  }
+  ASSERT_TRUE(stop.done());
+  EXPECT_FALSE(stop.unconfirmed_pilot());
 }
 
 TEST(J1939Machine, ASecondSenderOfItsAnglesStopsIt) {

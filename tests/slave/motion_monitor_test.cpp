@@ -116,6 +116,21 @@ TEST(MotionMonitor, AJointThatSwingsOnItsOilIsNoValvesDoing) {
   EXPECT_FALSE(finds(true));
 }
 
+/// Where a lever becomes too short to tell, what the oil gives way fades: a step of it would be travel.
+TEST(MotionMonitor, WhatTheOilGivesWayIsContinuousTowardsAToggle) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  const Kinematics kinematics(machine);
+  double last_rad = given_way_rad(machine, kinematics, kBucket, -2.5, 3e4), most_rad = 0;
+  EXPECT_EQ(last_rad, 0) << "16 mm of lever";
+  for (double angle_rad = -2.5; angle_rad < -1.5; angle_rad += 1e-3) {
+    const double now_rad = given_way_rad(machine, kinematics, kBucket, angle_rad, 3e4);
+    EXPECT_LT(std::abs(now_rad - last_rad), 1e-3) << angle_rad;
+    most_rad = std::max(most_rad, std::abs(now_rad));
+    last_rad = now_rad;
+  }
+  EXPECT_GT(most_rad, 0.01);
+}
+
 /// Else nobody could ever go on without starting anew.
 TEST(MotionMonitor, ForgetsOnceTheJointStandsAndNobodyAsksForMotion) {
   for (const auto& [demand, rate] : {std::pair(0.3, 0.0), {0.0, 0.5}}) {
