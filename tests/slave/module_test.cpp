@@ -86,9 +86,9 @@ TEST(Module, WithMoreOutputsThanTheFileSaysIsNotStarted) {
 }
 
 /// Nor reset: its outputs would be at the device's defaults, which need not be neutral.
-TEST(Module, WithoutErrorValuesIsNotStarted) {
+TEST(Module, ThatTakesNoErrorValuesIsNotStarted) {
   OnModule m;
-  m.module().remove({0x6444, 3});
+  m.module().refuse({0x6444, 3}, canopen::SdoAbort::kDeviceState);
   m.engage();
   EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeSetup) << m.fault();
   EXPECT_TRUE(std::none_of(m.wire.begin(), m.wire.end(), [](const auto& sent) {
