@@ -19,15 +19,17 @@
 namespace knuckle {
 
 /// Device profile of CiA: 408, 404, 406, 410, 401, and 401 again: a module with analogue inputs, outputs or both.
-/// kReading: no node's, and nothing that moves the machine or stops it: people are told it.
-enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable, kReading, kModule };
+/// kReading: no node's, and nothing that moves the machine or stops it: people are told it. kPilot: no node's: the
+/// pressure that moves a spool, where the machine or a module's input measures it.
+enum class NodeRole : std::uint8_t { kValve, kPressure, kEncoder, kTilt, kEnable, kReading, kModule, kPilot };
 
 /// A value that Knuckle needs from the machine, or tells it. What a node's channel is.
 struct SignalInfo {
   const char* name;  ///< As machine files call it.
   const char* node;  ///< What its node is called where the file has [bus.nodes], and in scenarios.
   NodeRole role;     ///< Of the nodes that can have it.
-  int index;  ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side; of a reading its place.
+  int index;  ///< Joint; of a pressure 2 joint for the head side, 2 joint + 1 for the rod side; of a reading its place;
+              ///< of a pilot pressure 2 joint for what extends, 2 joint + 1 for what retracts.
   bool is_angle = false;  ///< Of an encoder: of the joint, in place of its cylinder's length.
 };
 /// All are needed, but of each joint's length and angle one, and no is_optional(); valves and enable only where no
@@ -60,7 +62,13 @@ inline constexpr std::array kSignals{SignalInfo{"boom_spool", "boom_valve", Node
                                      SignalInfo{"coolant_temperature", "coolant_temperature", NodeRole::kReading, 3},
                                      SignalInfo{"engine_hours", "engine_hours", NodeRole::kReading, 4},
                                      SignalInfo{"battery_voltage", "battery_voltage", NodeRole::kReading, 5},
-                                     SignalInfo{"fuel_level", "fuel_level", NodeRole::kReading, 6}};
+                                     SignalInfo{"fuel_level", "fuel_level", NodeRole::kReading, 6},
+                                     SignalInfo{"boom_extend_pilot", "boom_extend_pilot", NodeRole::kPilot, 0},
+                                     SignalInfo{"boom_retract_pilot", "boom_retract_pilot", NodeRole::kPilot, 1},
+                                     SignalInfo{"arm_extend_pilot", "arm_extend_pilot", NodeRole::kPilot, 2},
+                                     SignalInfo{"arm_retract_pilot", "arm_retract_pilot", NodeRole::kPilot, 3},
+                                     SignalInfo{"bucket_extend_pilot", "bucket_extend_pilot", NodeRole::kPilot, 4},
+                                     SignalInfo{"bucket_retract_pilot", "bucket_retract_pilot", NodeRole::kPilot, 5}};
 inline constexpr int kEStopClosedIndex = 1, kPilotOnIndex = 2;  ///< SignalInfo::index of NodeRole::kEnable.
 inline constexpr int kEngineRunningIndex = 1;                   ///< Of NodeRole::kReading.
 /// Whether a machine may send it by itself, and does not need it: SignalInfo::index 1 or 2 of NodeRole::kEnable.
@@ -68,7 +76,7 @@ inline constexpr int kEngineRunningIndex = 1;                   ///< Of NodeRole
   return signal.role == NodeRole::kEnable && signal.index > 0;
 }
 [[nodiscard]] constexpr bool is_optional(const SignalInfo& signal) noexcept {
-  return is_status(signal) || signal.role == NodeRole::kReading;
+  return is_status(signal) || signal.role == NodeRole::kReading || signal.role == NodeRole::kPilot;
 }
 /// Its raw value says yes or no.
 [[nodiscard]] constexpr bool is_yes_or_no(const SignalInfo& signal) noexcept {
@@ -199,8 +207,19 @@ struct BroadcastField {
   std::optional<std::uint64_t> invalid_from{};
   std::uint64_t on = 1;                  ///< Of is_yes_or_no(): the raw value that says yes.
   std::optional<AnalogSensor> analog{};  ///< Of a module's input.
+  /// Of a message of several packets: the byte from which on bits are counted.
+  std::uint8_t first_byte = 0;
+  // Of a pilot pressure [Pa]: up to where the spool stays shut, and from where on it is at its full stroke.
+  double shut_Pa = 0, full_Pa = 0;
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
   bool operator==(const BroadcastField&) const = default;
+};
+
+/// Which of the frames under one identifier: those in which these bits have this raw value.
+struct Multiplexer {
+  BitField bits;
+  std::uint64_t value = 0;
+  bool operator==(const Multiplexer&) const = default;
 };
 
 /// A frame that the machine's own controller sends: nobody starts its sender, but it must keep coming. Or what a
@@ -211,8 +230,10 @@ struct BroadcastFrame {
   /// Bits of an identifier that it is known by: of a J1939 parameter group neither priority nor addresses.
   std::uint32_t mask = CanFilter::kWhole;
   std::optional<std::uint8_t> source{};  ///< Of a group: the only address whose values count. Else the first heard.
+  /// Above 8: a message of several packets, a group's alone.
   std::uint8_t bytes = 8;
   double period_s = 0;
+  std::optional<Multiplexer> multiplexer{};
   bool on_request = false;  ///< Of a group: it is asked for once a period, and need not come by itself.
   std::vector<BroadcastField> fields{};
   FrameClosing closing{};   ///< Where it has a counter or a checksum.
@@ -222,6 +243,10 @@ struct BroadcastFrame {
   [[nodiscard]] constexpr bool is_group() const noexcept { return mask != CanFilter::kWhole; }
   /// Whether it is for people alone.
   [[nodiscard]] bool only_readings() const noexcept;
+  /// Whether a frame of this identifier is this one.
+  [[nodiscard]] bool is_in(const CanFrame& frame) const noexcept {
+    return !multiplexer || read_raw(multiplexer->bits, frame) == multiplexer->value;
+  }
   bool operator==(const BroadcastFrame&) const = default;
 };
 
@@ -231,11 +256,19 @@ enum class CommandKind : std::uint8_t {
   kPilotPressure,  ///< By frames of the machine's own bus: the pressure that moves a spool. Nobody tells where it is.
   kCurrent,        ///< Likewise the current of the magnet that makes that pressure.
   kVoltage,        ///< Likewise the voltage that a valve's electronics make it from.
+  kFlow,           ///< Likewise the flow through the valve, as a share of its most.
   kJointRate,      ///< Likewise the joint's speed: the machine's own controller moves the spool.
 };
 
+/// Where a field says how far and not which way: the bits beside it that say that, by raw values.
+struct CommandDirection {
+  BitField bits;
+  std::uint64_t neutral = 0, extend = 0, retract = 0;
+  bool operator==(const CommandDirection&) const = default;
+};
+
 /// A value in a frame that the machine's own controller is told what to do by. SI by its unit in the file: Pa, A, V,
-/// rad/s; of a constant as the file has it.
+/// rad/s, a share; of a constant as the file has it.
 struct CommandField {
   std::string name;
   BitField bits;
@@ -243,6 +276,7 @@ struct CommandField {
   double led = 0;                             ///< Of a constant: its value while an operator leads the machine.
   std::optional<int> joint{};                 ///< The one that it moves; else it is a constant.
   std::optional<double> extend{}, retract{};  ///< Values at the full command; neutral where there is none.
+  std::optional<CommandDirection> direction{};
   /// @param command [-1, 1], positive extends the joint's cylinder; of a constant anything.
   [[nodiscard]] double value(double command, bool is_led) const noexcept {
     if (!joint) return is_led ? led : neutral;

@@ -62,6 +62,7 @@ std::vector<FrameField> sent(const NodeDescription& node, const NodeChannel& cha
                     Type::kSigned, 16, sensors.tilt_step_rad)};
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kPilot:
     case NodeRole::kModule:
       break;
   }

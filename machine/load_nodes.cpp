@@ -184,6 +184,7 @@ class NodeReader {
       case NodeRole::kEncoder:
       case NodeRole::kEnable:
       case NodeRole::kReading:
+      case NodeRole::kPilot:
       case NodeRole::kModule:
         break;
     }

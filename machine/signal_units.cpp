@@ -28,7 +28,7 @@ constexpr std::array<std::span<const Unit>, 7> kReadingUnits{
 std::span<const Unit> units_of(const SignalInfo& signal) noexcept {
   if (is_yes_or_no(signal)) return {};
   if (signal.role == NodeRole::kReading) return kReadingUnits[static_cast<std::size_t>(signal.index)];
-  if (signal.role == NodeRole::kPressure) return kPressureUnits;
+  if (signal.role == NodeRole::kPressure || signal.role == NodeRole::kPilot) return kPressureUnits;
   if (is_angle(signal)) return kAngleUnits;
   return kLengthUnits;
 }

@@ -142,6 +142,7 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
     case NodeRole::kValve:
     case NodeRole::kEnable:
     case NodeRole::kModule:
+    case NodeRole::kPilot:
       break;
   }
   return 0;

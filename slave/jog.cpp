@@ -69,6 +69,7 @@ bool possible(const FrameField& field, double value, const MachineDescription& m
     case NodeRole::kValve:
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kPilot:
     case NodeRole::kModule:
       break;
   }

@@ -311,6 +311,7 @@ SdoScript node_script(const MachineDescription& machine, const NodeDescription& 
       return module_script(machine, node);
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kPilot:
       break;
   }
   return enable_script(machine, node);

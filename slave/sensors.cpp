@@ -35,6 +35,8 @@ std::size_t sensor_place(const NodeChannel& channel) noexcept {
       break;
     case NodeRole::kReading:
       return kReadingsPlace + index;
+    case NodeRole::kPilot:
+      return kPilotsPlace + index;
     case NodeRole::kValve:
     case NodeRole::kModule:
       break;

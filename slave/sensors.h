@@ -40,10 +40,10 @@ inline constexpr ValidityLimits kValidity{};
 inline constexpr double kStatusPeriods = 3.5;  ///< Age limit of a status by its frame's period: three may be lost.
 
 inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
-                             kReadingsPlace = kStatusPlace + 2,
-                             kSensorPlaces = kReadingsPlace + MachineReadings::kCount;
+                             kReadingsPlace = kStatusPlace + 2, kPilotsPlace = kReadingsPlace + MachineReadings::kCount,
+                             kSensorPlaces = kPilotsPlace + 2 * kJoints;
 /// Place of what a channel measures among pressures, lengths, slope, E-stop and pilot pressure as the machine sends
-/// them, and its readings; kSensorPlaces where it measures nothing.
+/// them, its readings, and the pilot pressures of its spools; kSensorPlaces where it measures nothing.
 [[nodiscard]] std::size_t sensor_place(const NodeChannel& channel) noexcept;
 
 /// How much older than other values a slope may be: it does not come with every SYNC.

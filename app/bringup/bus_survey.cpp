@@ -437,6 +437,7 @@ NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected
     case NodeRole::kEnable:
       return of_enable(node);
     case NodeRole::kReading:
+    case NodeRole::kPilot:
       break;
     case NodeRole::kModule:
       return of_module(node, expected, machine);

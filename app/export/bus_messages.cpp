@@ -214,6 +214,7 @@ std::vector<Signal> sent_in(const BusFrame& frame, const MachineDescription& mac
       return tilt(frame, machine);
     case NodeRole::kEnable:
     case NodeRole::kReading:
+    case NodeRole::kPilot:
     case NodeRole::kModule:
       break;
   }
