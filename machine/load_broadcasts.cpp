@@ -185,6 +185,7 @@ class BroadcastReader {
                          .source = head.source,
                          .bytes = head.bytes,
                          .period_s = head.period_s,
+                         .multiplexer = head.multiplexer,
                          .on_request = head.on_request};
     read_signals(file.table("signals"), frame);
     check_period(file, frame);
@@ -192,13 +193,26 @@ class BroadcastReader {
                  "is Knuckle's own address: bus.j1939_address must be one that nobody has", {".bus.j1939_address"});
     std::vector<UsedBits> used;
     for (const BroadcastField& field : frame.fields) used.push_back({field.bits, field.info().name});
+    if (frame.multiplexer) used.push_back({frame.multiplexer->bits, "the multiplexer"});
     frame.closing = read_frame_closing(file, frame.bytes, used);
+    check_closing(file, frame);
     heads_.push_back(head);
     all_.push_back(std::move(frame));
   }
   [[nodiscard]] std::vector<BroadcastFrame> take() { return std::move(all_); }
 
  private:
+  /// The counter runs over all frames of an identifier.
+  void check_closing(const TomlTable& file, const BroadcastFrame& frame) const {
+    for (const BroadcastFrame& other : all_) {
+      if (other.id != frame.id || !frame.multiplexer) continue;
+      const std::string same = "must be as of '" + other.name + "', which has the same identifier";
+      file.require(other.closing.counter == frame.closing.counter, "counter", same);
+      file.require(other.closing.checksum == frame.closing.checksum, "checksum", same);
+      return;
+    }
+  }
+
   void check_period(const TomlTable& file, const BroadcastFrame& frame) const {
     const bool only_readings = frame.only_readings();
     if (frame.on_request) {
@@ -240,6 +254,8 @@ class BroadcastReader {
   /// Bits and signals are one value's alone; of a joint's length and angle there is one.
   void check_beside(const TomlTable& signals, const std::string& key, const BroadcastField& field,
                     const BroadcastFrame& frame) const {
+    signals.require(!frame.multiplexer || !overlap(field.bits, frame.multiplexer->bits), key,
+                    "has bits of the multiplexer");
     for (const BroadcastField& other : frame.fields)
       signals.require(!overlap(field.bits, other.bits), key, fmt::format("has bits of {}", other.info().name));
     const auto look = [&](const BroadcastFrame& at) {

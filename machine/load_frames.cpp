@@ -96,24 +96,59 @@ void check_name(const TomlTable& file, const std::string& name, const std::vecto
   file.require(std::none_of(others.begin(), others.end(), same), "name", "is the name of another frame");
 }
 
+/// Frames under one identifier are told apart by what the same bits say.
+void check_alone(TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others, bool is_group) {
+  for (const FrameHead& other : others) {
+    if (!may_be_both(other, head)) continue;
+    if (!head.multiplexer || !other.multiplexer) {
+      const bool one = head.multiplexer || other.multiplexer;
+      file.require(false, is_group ? "pgn" : "id",
+                   "is taken by '" + other.name + "'" + (one ? ": both must have a multiplexer" : ""),
+                   {"extended", "source", "multiplexer"});
+      return;
+    }
+    const bool same = other.id == head.id && other.mask == head.mask && other.source == head.source;
+    file.require(same, is_group ? "pgn" : "id",
+                 "may be that of '" + other.name + "': id or pgn, and source, must be as there");
+    file.require(other.bytes == head.bytes, "bytes",
+                 fmt::format("must be {}, as of '{}' under the same identifier", other.bytes, other.name));
+    file.require(other.multiplexer->bits == head.multiplexer->bits, "multiplexer",
+                 "must have the bits of that of '" + other.name + "'");
+    file.require(other.multiplexer->value != head.multiplexer->value, "multiplexer",
+                 fmt::format("has value {}, as that of '{}'", head.multiplexer->value, other.name));
+  }
+}
+
+Multiplexer read_multiplexer(TomlTable file, std::uint8_t frame_bytes) {
+  constexpr int kMostBits = 32;
+  Multiplexer multiplexer{.bits = read_bits(file, frame_bytes)};
+  const BitField& bits = multiplexer.bits;
+  file.require(bits.type == BitField::Type::kUnsigned && bits.bits <= kMostBits, "bits",
+               "must be at most 32 of an unsigned", {"type"});
+  const std::int64_t most = (std::int64_t{1} << std::min<int>(bits.bits, kMostBits)) - 1;
+  multiplexer.value = static_cast<std::uint64_t>(file.integer("value", 0, most));
+  return multiplexer;
+}
+
 }  // namespace
 
-FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool may_be_group) {
+FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast) {
   FrameHead head;
   head.name = file.text("name");
   check_name(file, head.name, others);
-  const bool group = may_be_group && file.has("pgn");
+  const bool group = is_broadcast && file.has("pgn");
   if (group)
     read_group(file, head);
   else
     head.id = read_id(file);
   head.id |= bus;
-  const auto twin =
-      std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return may_be_both(other, head); });
-  file.require(twin == others.end(), group ? "pgn" : "id",
-               twin == others.end() ? "" : "is taken by '" + twin->name + "'", {"extended", "source"});
   head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, 8));
   head.period_s = head.on_request ? file.number("request_every_s", 1, 3600) : file.number("period_ms", 1, 1000, kMilli);
+  if (is_broadcast && file.has("multiplexer")) {
+    file.require(!head.on_request, "multiplexer", "does not go with request_every_s", {"request_every_s"});
+    head.multiplexer = read_multiplexer(file.table("multiplexer"), head.bytes);
+  }
+  check_alone(file, head, others, group);
   return head;
 }
 

@@ -20,12 +20,14 @@ struct FrameHead {
   std::optional<std::uint8_t> source{};
   std::uint8_t bytes = 8;
   double period_s = 0;
+  std::optional<Multiplexer> multiplexer{};
   bool on_request = false;
 };
-/// Notes a name or an identifier that one of the others has.
-/// @param bus kSecondBus where it is on that @param may_be_group "pgn" may stand in place of "id".
+/// Notes a name that one of the others has, or an identifier that no multiplexer tells apart from another's.
+/// @param bus kSecondBus where it is on that
+/// @param is_broadcast "pgn" may stand in place of "id", and there may be a multiplexer.
 [[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
-                                        bool may_be_group);
+                                        bool is_broadcast);
 
 /// Channels of a module that the table's keys name, in order; notes keys that name none.
 [[nodiscard]] std::vector<int> analog_numbers(TomlTable& file);

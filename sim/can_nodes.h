@@ -17,6 +17,7 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
+#include "sim/broadcast_faults.h"
 #include "sim/lss_node.h"
 #include "sim/own_controller.h"
 #include "transport/can_bus.h"
@@ -388,6 +389,11 @@ class CanNodes {
 
   /// False where no node has this id or its kind cannot have this fault.
   bool inject(std::uint8_t node, NodeFault fault) noexcept;
+  /// Of a frame that the machine sends by itself. @param frame place in BusDescription::broadcasts @param signals as
+  /// BroadcastFaults::inject() has them.
+  void inject_broadcast(std::size_t frame, BroadcastFault fault, std::uint64_t signals) noexcept {
+    broadcast_faults_.inject(frame, fault, signals);
+  }
   bool send_emcy(std::uint8_t node, std::uint16_t code) noexcept;
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;
@@ -428,7 +434,8 @@ class CanNodes {
   bool estop_ = false;
   std::vector<BroadcastFrame> broadcasts_;
   std::vector<Time> broadcast_due_;
-  std::vector<std::uint64_t> broadcast_count_;
+  std::vector<std::uint64_t> broadcast_count_;  // of the first of each identifier
+  BroadcastFaults broadcast_faults_;
   std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
   std::vector<char> silent_;
   std::size_t first_pressure_ = 0, first_encoder_ = 0, first_tilt_ = 0, enable_at_ = 0;

@@ -30,7 +30,12 @@ SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
 }  // namespace
 
 CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors, CanBus& port, std::uint64_t seed)
-    : port_(port), errors_(errors), random_(seed), enable_(machine.bus), broadcasts_(machine.bus.broadcasts) {
+    : port_(port),
+      errors_(errors),
+      random_(seed),
+      enable_(machine.bus),
+      broadcasts_(machine.bus.broadcasts),
+      broadcast_faults_(broadcasts_) {
   for (const NodeDescription& node : machine.bus.nodes) {
     if (node.role == NodeRole::kValve) {
       valves_.emplace_back(node, machine.bus.wire.valve_full_stroke);
@@ -62,11 +67,11 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   for (const NodeDescription& node : machine.bus.nodes)
     if (node.role == NodeRole::kModule) modules_.emplace_back(node, machine.bus);
   for (ModuleNode& node : modules_) all_.push_back(&node.protocol());
-  std::erase_if(broadcasts_, [](const BroadcastFrame& frame) { return frame.module != 0; });
   silent_.assign(all_.size(), 0);
   if (machine.bus.by_frames()) own_.emplace(machine);
   if (!machine.bus.has_enable()) silent_[enable_at_] = 1;
-  for (const BroadcastFrame& frame : broadcasts_) broadcast_due_.push_back(frame.on_request ? Time::max() : Time{});
+  for (const BroadcastFrame& frame : broadcasts_)
+    broadcast_due_.push_back(frame.on_request || frame.module != 0 ? Time::max() : Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
 }
 
@@ -210,6 +215,7 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
     if (now_ < broadcast_due_[i]) continue;
     broadcast_due_[i] = sent.on_request ? Time::max() : now_ + from_seconds(sent.period_s);
     CanFrame frame{.id = sent_as(sent), .size = sent.bytes, .data = {}};
+    if (sent.multiplexer) write_raw(sent.multiplexer->bits, sent.multiplexer->value, frame);
     for (const BroadcastField& field : sent.fields) {
       if (is_yes_or_no(field.info())) {
         write_raw(field.bits, raw_status(field), frame);
@@ -218,9 +224,14 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
       const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
       write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
     }
-    close_frame(sent.closing, broadcast_count_[i], frame);
-    if (sent.closing.counter) broadcast_count_[i] = next_count(*sent.closing.counter, broadcast_count_[i]);
-    out_.push(frame);
+    broadcast_faults_.spoil_values(i, sent, frame);
+    // The counter runs over all frames of an identifier.
+    const auto first = std::find_if(broadcasts_.begin(), broadcasts_.end(),
+                                    [&](const BroadcastFrame& other) { return sent_as(other) == frame.id; });
+    std::uint64_t& count = broadcast_count_[static_cast<std::size_t>(first - broadcasts_.begin())];
+    close_frame(sent.closing, count, frame);
+    if (sent.closing.counter) count = next_count(*sent.closing.counter, count);
+    if (broadcast_faults_.spoil(i, sent, frame)) out_.push(frame);
   }
 }
 

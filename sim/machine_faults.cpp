@@ -15,12 +15,33 @@ constexpr std::array<const char*, kFaultKinds> kNames{
     "bus_off",          "can_down",       "no_acknowledge", "node_silent",      "node_emergency", "emcy_storm",
     "node_reset",       "wrong_identity", "sensor_frozen",  "sensor_invalid",   "encoder_broken", "valve_stuck",
     "guard_dead",       "foreign_sender", "node_id_twice",  "e_stop",           "sync_dropped",   "bus_cut",
-    "other_controller", "babble"};
+    "other_controller", "babble",         "frame_silent",   "frame_frozen",     "values_frozen",  "values_invalid",
+    "values_spike",     "frame_checksum", "frame_short"};
 
 bool is(NodeRole role, std::uint8_t id, const BusDescription& bus) noexcept {
   const NodeDescription* const node = bus.find(id);
   return node != nullptr && node->role == role;
 }
+
+}  // namespace
+
+std::optional<FrameSubject> subject_at(std::size_t number, const BusDescription& bus) noexcept {
+  for (std::size_t frame = 0; frame < bus.broadcasts.size(); ++frame) {
+    const BroadcastFrame& sent = bus.broadcasts[frame];
+    if (sent.module != 0) continue;
+    if (number == kSignals.size() + frame) return FrameSubject{.frame = frame};
+    for (const BroadcastField& field : sent.fields)
+      if (field.signal == number) return FrameSubject{frame, std::uint64_t{1} << number};
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+const char* name_of(std::size_t number, const BusDescription& bus) noexcept {
+  return number < kSignals.size() ? kSignals[number].name : bus.broadcasts[number - kSignals.size()].name.c_str();
+}
+static_assert(kSignals.size() <= 64);
 
 }  // namespace
 
@@ -51,6 +72,28 @@ bool concerns_node(FaultKind kind) noexcept {
   return kind >= FaultKind::kNodeSilent && kind <= FaultKind::kNodeIdTwice;
 }
 
+bool concerns_frame(FaultKind kind) noexcept {
+  return kind >= FaultKind::kFrameSilent;
+}
+
+BroadcastFault broadcast_fault(FaultKind kind) noexcept {
+  constexpr int kFirst = static_cast<int>(FaultKind::kFrameSilent);
+  return static_cast<BroadcastFault>(static_cast<int>(kind) - kFirst + static_cast<int>(BroadcastFault::kSilent));
+}
+
+std::optional<std::uint8_t> frame_subject(const std::string& name, const BusDescription& bus) noexcept {
+  for (std::size_t number = 0; number < kSignals.size() + bus.broadcasts.size(); ++number)
+    if (subject_at(number, bus) && name == name_of(number, bus)) return static_cast<std::uint8_t>(number);
+  return std::nullopt;
+}
+
+std::string frame_subject_names(const BusDescription& bus) {
+  std::string all;
+  for (std::size_t number = 0; number < kSignals.size() + bus.broadcasts.size(); ++number)
+    if (subject_at(number, bus)) all += (all.empty() ? "" : ", ") + std::string(name_of(number, bus));
+  return all.empty() ? "none: this machine sends no frames by itself" : all;
+}
+
 bool concerns_bus(FaultKind kind) noexcept {
   return kind == FaultKind::kBusOff || kind == FaultKind::kCanDown || kind == FaultKind::kNoAcknowledge ||
          kind == FaultKind::kBusCut || kind == FaultKind::kBabble;
@@ -74,6 +117,10 @@ const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus
                    ? nullptr
                    : "only a module with inputs can do that";
       return node != bus.enable().id ? nullptr : "the enable node cannot do that";
+    case FaultKind::kFrameChecksum: {
+      const auto subject = subject_at(node, bus);
+      return subject && bus.broadcasts[subject->frame].closing.checksum ? nullptr : "the frame has no checksum";
+    }
     default:
       return nullptr;
   }
@@ -95,6 +142,9 @@ MachineFaults::MachineFaults(const BusDescription& bus, const std::array<double,
 void MachineFaults::set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept {
   SimulatedMachine& machine = far.machine();
   FaultyPort& port = far.nodes_end();
+  if (const auto subject = concerns_frame(kind) ? subject_at(node, bus_) : std::nullopt)
+    return machine.nodes().inject_broadcast(subject->frame, broken ? broadcast_fault(kind) : BroadcastFault::kNone,
+                                            subject->signals);
   const auto inject = [&](NodeFault fault) { machine.inject(node, broken ? fault : NodeFault::kNone); };
   switch (kind) {
     case FaultKind::kNodeSilent:

@@ -52,8 +52,16 @@ enum class FaultKind : std::uint8_t {
   kBusCut,           ///< cable cut between controller and nodes
   kOtherController,  ///< somebody else sends SYNC and the controller's heartbeat, 20 a second
   kBabble,           ///< a node fills the bus to 95 % with frames of the highest priority
+  // Of a frame that the machine sends by itself, in the order of BroadcastFault.
+  kFrameSilent,    ///< it does not come
+  kFrameFrozen,    ///< it repeats itself, with its counter and checksum
+  kValuesFrozen,   ///< its values, or one of them, stand; counter and checksum go on
+  kValuesInvalid,  ///< they are sent as "not available", else as the highest that the bits can say
+  kValuesSpike,    ///< they are far off in one frame
+  kFrameChecksum,  ///< its checksum is wrong
+  kFrameShort,     ///< it has a byte less
 };
-inline constexpr int kFaultKinds = 32;
+inline constexpr int kFaultKinds = 39;
 inline constexpr Duration kLinkSlowBy =
     218ms;  ///< A round trip above the one at which cues take over, below the one at which the machine holds.
 inline constexpr double kLinkLossyShare = 0.85;
@@ -68,9 +76,23 @@ inline constexpr Duration kClockStepBy = 10s;
 [[nodiscard]] bool behind_bus(FaultKind kind) noexcept;
 /// It is about one node.
 [[nodiscard]] bool concerns_node(FaultKind kind) noexcept;
+/// It is about a frame that the machine sends by itself, or a value in it.
+[[nodiscard]] bool concerns_frame(FaultKind kind) noexcept;
+[[nodiscard]] BroadcastFault broadcast_fault(FaultKind kind) noexcept;
+/// A frame, and the values in it that a fault is about, as a bit for each place in kSignals.
+struct FrameSubject {
+  std::size_t frame = 0;  ///< Place in BusDescription::broadcasts.
+  std::uint64_t signals = ~std::uint64_t{0};
+};
+/// As a number: below kSignals.size() that of a value, above it that of a frame.
+[[nodiscard]] std::optional<FrameSubject> subject_at(std::size_t number, const BusDescription& bus) noexcept;
+/// @param name of a frame or a signal. @return the fault's subject; nullopt where the machine sends nothing so called.
+[[nodiscard]] std::optional<std::uint8_t> frame_subject(const std::string& name, const BusDescription& bus) noexcept;
+/// "front_angle, boom_angle, ...": for the line that refuses another name.
+[[nodiscard]] std::string frame_subject_names(const BusDescription& bus);
 /// It is about one bus where there are two.
 [[nodiscard]] bool concerns_bus(FaultKind kind) noexcept;
-/// Why this node of the bus cannot have it; nullptr where it can.
+/// Why this node of the bus, or what frame_subject() said, cannot have it; nullptr where it can.
 [[nodiscard]] const char* why_not(FaultKind kind, std::uint8_t node, const BusDescription& bus) noexcept;
 
 class MachineFaults {
@@ -78,7 +100,8 @@ class MachineFaults {
   /// @param bus_loads share of each bus' time that its own frames take at worst.
   MachineFaults(const BusDescription& bus, const std::array<double, 2>& bus_loads) noexcept;
 
-  /// @param kind one behind the bus; others do nothing. @param node that it concerns, or of two buses which; else 0.
+  /// @param kind one behind the bus; others do nothing. @param node that it concerns, or of two buses which, or
+  /// frame_subject(); else 0.
   void set(FaultKind kind, std::uint8_t node, bool broken, MachineOnBus& far) noexcept;
   /// What has to be done again: every millisecond while it is broken.
   void keep_up(FaultKind kind, std::uint8_t node, MachineOnBus& far) noexcept;

@@ -16,7 +16,14 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   if (nodes) map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
   for (const NodeDescription& node : bus.nodes)
     map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
-  for (const BroadcastFrame& frame : bus.broadcasts) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    const auto known =
+        std::find_if(map.begin(), map.end(), [&](const PeriodicFrame& other) { return other.id == frame.id; });
+    if (known == map.end())
+      map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
+    else  // a multiplexer tells them apart
+      known->rate_Hz += 1 / frame.period_s;
+  }
   for (const CommandFrame& frame : bus.commands) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
   return map;
 }
@@ -48,7 +55,8 @@ std::vector<CanFilter> heard_by_controller(const BusDescription& bus) {
   for (const BusFrame& frame : bus_frames(bus)) {
     if (!frame.to_node) ids.emplace_back(frame.id);
   }
-  for (const BroadcastFrame& frame : bus.broadcasts) ids.push_back(frame.filter());
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    if (std::find(ids.begin(), ids.end(), frame.filter()) == ids.end()) ids.push_back(frame.filter());
   if (bus.j1939_address) {
     for (const std::uint32_t group : {j1939::kRequest, j1939::kAddressClaim})
       ids.emplace_back(j1939::identifier(group, 0), j1939::group_mask(group));

@@ -27,12 +27,25 @@ Duration delay_by(std::uint64_t name) noexcept {
 }  // namespace
 
 J1939Bus::J1939Bus(const BusDescription& bus) : commands_(bus.commands_by_address()) {
-  for (const BroadcastFrame& frame : bus.broadcasts)
-    groups_.push_back({.filter = frame.filter(),
-                       .source = frame.source,
-                       .subject = subject_in(frame),
-                       .period = from_seconds(frame.period_s),
-                       .on_request = frame.on_request});
+  for (std::size_t place = 0; place < bus.broadcasts.size(); ++place) {
+    const BroadcastFrame& frame = bus.broadcasts[place];
+    if (!frame.is_group()) continue;
+    const Group group{.broadcast = static_cast<std::uint8_t>(place),
+                      .filter = frame.filter(),
+                      .source = frame.source,
+                      .subject = subject_in(frame),
+                      .period = from_seconds(frame.period_s),
+                      .on_request = frame.on_request};
+    const auto known =
+        std::find_if(groups_.begin(), groups_.end(), [&](const Group& one) { return one.filter.id == frame.id; });
+    if (known == groups_.end()) {
+      groups_.push_back(group);
+      continue;
+    }
+    // What a multiplexer tells apart has one sender.
+    if (!known->subject) known->subject = group.subject;
+    known->period = std::min(known->period, group.period);
+  }
   if (!bus.j1939_address) return;
   address_ = *bus.j1939_address;
   on_ = bus.j1939_line();
@@ -63,7 +76,7 @@ bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
   }
   Group* foreign = nullptr;
   for (Group& group : groups_) {
-    if (group.filter.mask == CanFilter::kWhole || !group.filter.lets(frame.id)) continue;
+    if (!group.filter.lets(frame.id)) continue;
     if (group.counts(from, now)) {
       group.sender = from;
       group.heard_at = now;
@@ -79,7 +92,7 @@ bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
   if (is_new && !foreign->is_fault())
     tell({.what = J1939News::What::kOtherSender,
           .at = now,
-          .group = static_cast<std::uint8_t>(foreign - groups_.data()),
+          .group = foreign->broadcast,
           .address = foreign->source.value_or(foreign->sender),
           .other = from});
   return false;
@@ -117,11 +130,7 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
   };
   const auto group = std::find_if(groups_.begin(), groups_.end(), sends);
   if (before == 0 || before == name || group == groups_.end()) return;
-  tell({.what = J1939News::What::kOtherDevice,
-        .at = now,
-        .group = static_cast<std::uint8_t>(group - groups_.begin()),
-        .address = address,
-        .name = name});
+  tell({.what = J1939News::What::kOtherDevice, .at = now, .group = group->broadcast, .address = address, .name = name});
 }
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {

@@ -64,6 +64,7 @@ class J1939Bus {
  private:
   enum class Claim : std::uint8_t { kNone, kUnsaid, kSaid, kHeld, kLost };
   struct Group {
+    std::uint8_t broadcast = 0;  ///< Its first place in BusDescription::broadcasts.
     CanFilter filter;
     std::optional<std::uint8_t> source;   ///< That the machine file gives.
     std::optional<std::uint8_t> subject;  ///< Of a reason, where the machine is led by it.

@@ -130,19 +130,26 @@ void Jog::take(const CanFrame& frame, Time now) noexcept {
     if (frame.size < known.bytes()) return refuse_short(machine_.bus.nodes[known.node].id, frame.size, known.bytes());
     for (const FrameField& field : known.fields) take(field, read_value(field.bits, frame).value_or(0), now);
   }
-  for (Broadcast& known : broadcasts_)
-    if (known.frame.id == frame.id) take(known, frame, now);
+  take_broadcast(frame, now);
 }
 
 /// What its counter or checksum says to be old or damaged only lets the values before it age.
-void Jog::take(Broadcast& known, const CanFrame& frame, Time now) noexcept {
-  if (known.frame.fields.empty()) return;
-  if (frame.size < known.frame.bytes)
-    return refuse_short(signal_subject(known.frame.fields.front().signal), frame.size, known.frame.bytes);
-  const FrameCheck check = check_frame(known.frame.closing, known.count, frame);
-  known.count = check.count;
+void Jog::take_broadcast(const CanFrame& frame, Time now) noexcept {
+  const auto first = std::find_if(broadcasts_.begin(), broadcasts_.end(),
+                                  [&](const Broadcast& known) { return known.frame.id == frame.id; });
+  if (first == broadcasts_.end()) return;
+  const FrameCheck check = check_frame(first->frame.closing, first->count, frame);
+  first->count = check.count;
   if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return;
-  for (const BroadcastField& field : known.frame.fields) {
+  for (const Broadcast& known : broadcasts_)
+    if (known.frame.id == frame.id && known.frame.is_in(frame)) take(known.frame, frame, now);
+}
+
+void Jog::take(const BroadcastFrame& known, const CanFrame& frame, Time now) noexcept {
+  if (known.fields.empty()) return;
+  if (frame.size < known.bytes)
+    return refuse_short(signal_subject(known.fields.front().signal), frame.size, known.bytes);
+  for (const BroadcastField& field : known.fields) {
     if (field.info().role == NodeRole::kReading) continue;
     const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
     const auto raw = read_raw(field.bits, frame);

@@ -157,9 +157,10 @@ class Jog {
   /// A frame that the machine sends by itself.
   struct Broadcast {
     BroadcastFrame frame;
-    std::optional<std::uint64_t> count{};
+    std::optional<std::uint64_t> count{};  ///< Of the first of an identifier: of all its frames.
   };
-  void take(Broadcast& known, const CanFrame& frame, Time now) noexcept;
+  void take_broadcast(const CanFrame& frame, Time now) noexcept;
+  void take(const BroadcastFrame& known, const CanFrame& frame, Time now) noexcept;
   [[nodiscard]] bool pilot_on() const noexcept;
   void note_silence(Time now) noexcept;
   void note_sample(Time now) noexcept;

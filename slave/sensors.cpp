@@ -81,11 +81,14 @@ SensorSet::SensorSet(const MachineDescription& machine)
 
 void SensorSet::add_broadcasts(const BusDescription& bus) {
   for (const BroadcastFrame& frame : bus.broadcasts) {
-    if (frame.closing.counter || frame.closing.checksum) closed_.push_back({frame.id, frame.closing});
+    const bool is_known =
+        std::any_of(closed_.begin(), closed_.end(), [&](const ClosedFrame& known) { return known.id == frame.id; });
+    if (!is_known && (frame.closing.counter || frame.closing.checksum)) closed_.push_back({frame.id, frame.closing});
     for (const BroadcastField& field : frame.fields) {
       channels_[sensor_place({.signal = field.signal})] = {.node = frame.module,
                                                            .subject = signal_subject(field.signal),
                                                            .frame_id = frame.id,
+                                                           .multiplexer = frame.multiplexer,
                                                            .mapped = frame.bytes,
                                                            .field = field.bits,
                                                            .invalid_from = field.invalid_from,
@@ -103,6 +106,7 @@ void SensorSet::restart() noexcept {
     channels_[i] = Channel{.node = before.node,
                            .subject = before.subject,
                            .frame_id = before.frame_id,
+                           .multiplexer = before.multiplexer,
                            .mapped = before.mapped,
                            .field = before.field,
                            .status = before.status,
@@ -122,7 +126,9 @@ void SensorSet::restart() noexcept {
 void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
   const bool is_none = is_void(frame);
   for (std::size_t which = 0; which < kChannels; ++which) {
-    if (!counts(which) || channels_[which].frame_id != frame.id) continue;
+    const Channel& channel = channels_[which];
+    if (!counts(which) || channel.frame_id != frame.id) continue;
+    if (channel.multiplexer && read_raw(channel.multiplexer->bits, frame) != channel.multiplexer->value) continue;
     if (is_none)
       accept(channels_[which], 0, false, 0, now);
     else

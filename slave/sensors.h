@@ -95,6 +95,7 @@ class SensorSet {
     std::uint8_t node = 0;     ///< 0: the machine sends it by itself.
     std::uint8_t subject = 0;  ///< Of a reason about it alone: subject_of().
     std::uint32_t frame_id = 0;
+    std::optional<Multiplexer> multiplexer{};     ///< BroadcastFrame::multiplexer
     std::uint8_t mapped = 0;                      ///< Bytes of its frame.
     BitField field{};                             ///< In its frame.
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
@@ -119,7 +120,8 @@ class SensorSet {
     const Channel& channel = channels_[which];
     return channel.at == kNever ? std::nullopt : std::optional(channel.value != 0);
   }
-  /// A frame that the machine sends with a counter or a checksum.
+  /// An identifier whose frames the machine sends with a counter or a checksum: of those that a multiplexer tells apart
+  /// the counter runs over all.
   struct ClosedFrame {
     std::uint32_t id = 0;
     FrameClosing closing;

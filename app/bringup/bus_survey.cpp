@@ -156,14 +156,19 @@ class Surveyor {
     while (access_.bus().receive(frame)) hear(frame);
   }
 
+  void note(const CanFrame& frame, HeardFrames& frames) const {
+    frames.newest_at = access_.now();
+    if (++frames.count == 1) frames.first_at = frames.newest_at;
+    frames.bits += worst_case_bits(frame.size, frame.id);
+    if (frame == frames.newest) ++frames.repeated;
+    frames.newest = frame;
+  }
+
   void hear(const CanFrame& frame) {
     if (listening_) {
-      HeardFrames& frames = found_.heard[frame.id];
-      frames.newest_at = access_.now();
-      if (++frames.count == 1) frames.first_at = frames.newest_at;
-      frames.bits += worst_case_bits(frame.size, frame.id);
-      if (frame == frames.newest) ++frames.repeated;
-      frames.newest = frame;
+      note(frame, found_.heard[frame.id]);
+      for (const BroadcastFrame& one : options_.multiplexed)
+        if (one.filter().lets(frame.id) && one.is_in(frame)) note(frame, found_.multiplexed[{frame.id, one.name}]);
     }
     found_.sync = found_.sync || frame.id == canopen::kSyncId;
     if (const auto answer = lss::parse_answer(frame); answer && answer->service == lss::Service::kUnconfigured)
@@ -226,6 +231,13 @@ bool SurveyedNode::contradicts_itself() const noexcept {
     using Answer = ObjectRead::Answer;
     return one.answer == Answer::kValue && first.answer == Answer::kValue && one.value != first.value;
   });
+}
+
+std::vector<BroadcastFrame> multiplexed_frames(const BusDescription& bus) {
+  std::vector<BroadcastFrame> all;
+  for (const BroadcastFrame& frame : bus.broadcasts)
+    if (frame.multiplexer) all.push_back(frame);
+  return all;
 }
 
 BusSurvey survey_bus(BusAccess& access, std::uint32_t bit_rate,

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/time.h"
@@ -63,6 +64,8 @@ struct BusSurvey {
   double listened_s = 0;
   double load = 0;                             ///< Share of the bit rate, without what the survey sent itself.
   std::map<std::uint32_t, HeardFrames> heard;  ///< By identifier.
+  /// Likewise of SurveyOptions::multiplexed, by identifier and BroadcastFrame::name.
+  std::map<std::pair<std::uint32_t, std::string>, HeardFrames> multiplexed;
   std::map<std::uint8_t, SurveyedNode> nodes;  ///< By id; every node that sent a frame or got a request.
   bool others_ask = false;       ///< Another program uses SDO: no request was sent, as responses could be mixed up.
   bool sync = false;             ///< A controller is active.
@@ -72,8 +75,10 @@ struct BusSurvey {
 
 struct SurveyOptions {
   double listen_s = 2;
-  double answer_s = 0.25;  ///< Patience for one SDO answer.
+  double answer_s = 0.25;                     ///< Patience for one SDO answer.
+  std::vector<BroadcastFrame> multiplexed{};  ///< Those of one identifier that are told apart.
 };
+[[nodiscard]] std::vector<BroadcastFrame> multiplexed_frames(const BusDescription& bus);
 
 /// @param wanted objects to read of nodes by their id; every other id is read for its device type and, where it
 /// answers, for its identity. @param check called every millisecond; may throw to end it.

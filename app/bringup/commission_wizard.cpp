@@ -557,8 +557,9 @@ void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check) {
   alone_on_bus(machine, access);
-  BusDiagnosis diagnosis =
-      diagnose(survey_bus(access, machine.bus.bit_rate, doctor_objects(machine), {}, check), &machine);
+  BusDiagnosis diagnosis = diagnose(survey_bus(access, machine.bus.bit_rate, doctor_objects(machine),
+                                               {.multiplexed = multiplexed_frames(machine.bus)}, check),
+                                    &machine);
   for (const std::string& line : diagnosis_lines(diagnosis)) dialogue.say(line);
   if (!healthy(diagnosis.findings))
     throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");

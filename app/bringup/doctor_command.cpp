@@ -199,6 +199,7 @@ BusDiagnosis diagnose_buses(const DoctorOptions& o, const std::optional<MachineD
   for (std::size_t on = 0; on < access.size(); ++on) {
     std::optional<MachineDescription> one = machine;
     if (one) one->bus = one->bus.alone(on);
+    survey.multiplexed = one ? multiplexed_frames(one->bus) : std::vector<BroadcastFrame>();
     const std::uint32_t bit_rate = one ? one->bus.bit_rate : 1000 * o.bit_rate_kbps.value_or(500);
     const auto wanted = one ? doctor_objects(*one) : std::map<std::uint8_t, std::vector<canopen::Object>>();
     BusDiagnosis found =

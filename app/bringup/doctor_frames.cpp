@@ -35,17 +35,24 @@ class OwnFrames {
     findings_.push_back({level, about, text});
   }
 
-  /// Of a group all that sends it.
   [[nodiscard]] std::vector<const HeardFrames*> heard_as(const CanFilter& filter) const {
     std::vector<const HeardFrames*> all;
     for (const auto& [id, frames] : survey_.heard)
       if (filter.lets(id)) all.push_back(&frames);
     return all;
   }
+  /// Of a group all that sends it.
+  [[nodiscard]] std::vector<const HeardFrames*> heard_as(const BroadcastFrame& frame) const {
+    if (!frame.multiplexer) return heard_as(frame.filter());
+    std::vector<const HeardFrames*> all;
+    for (const auto& [key, frames] : survey_.multiplexed)
+      if (key.second == frame.name) all.push_back(&frames);
+    return all;
+  }
 
   /// The sender whose values count: the one that the file gives, else the most frequent.
   const HeardFrames* sender_of(const BroadcastFrame& frame, const std::string& about) {
-    const std::vector<const HeardFrames*> all = heard_as(frame.filter());
+    const std::vector<const HeardFrames*> all = heard_as(frame);
     const HeardFrames* sender = nullptr;
     std::string others;
     for (const HeardFrames* one : all) {

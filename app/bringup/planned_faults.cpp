@@ -31,6 +31,14 @@ std::uint8_t node_in(const std::string& text, const std::string& cell, sim::Faul
   return node;
 }
 
+std::uint8_t frame_in(const std::string& text, const std::string& cell, sim::FaultKind kind,
+                      const BusDescription& bus) {
+  const auto found = sim::frame_subject(cell, bus);
+  if (!found) refuse(text, "no frame or signal \"" + cell + "\"; there are " + sim::frame_subject_names(bus));
+  if (const char* const why = sim::why_not(kind, *found, bus)) refuse(text, why);
+  return *found;
+}
+
 std::uint8_t bus_in(const std::string& text, const std::string& cell, const BusDescription& bus) {
   const auto found = bus.line_named(cell);
   if (!found) refuse(text, "no bus \"" + cell + "\"" + (bus.second ? "; there are " + bus.line_names() : ""));
@@ -53,10 +61,15 @@ PlannedFault parse_fault(const std::string& text, const BusDescription& bus) {
   fault.kind = *named;
   const bool given = colon != std::string::npos, of_bus = sim::concerns_bus(fault.kind) && bus.second;
   if (of_bus && !given) refuse(text, "needs a bus: " + kind + ":BUS@S; there are " + bus.line_names());
-  if (!of_bus && sim::concerns_node(fault.kind) != given)
-    refuse(text, given ? kind + " takes no node" : "needs a node: " + kind + ":NODE@S");
+  const bool of_frame = sim::concerns_frame(fault.kind);
+  if (!of_bus && (of_frame || sim::concerns_node(fault.kind)) != given)
+    refuse(text, given      ? kind + " takes no node"
+                 : of_frame ? "needs a frame or a signal: " + kind + ":FRAME@S"
+                            : "needs a node: " + kind + ":NODE@S");
   if (of_bus)
     fault.node = bus_in(text, what.substr(colon + 1), bus);
+  else if (of_frame)
+    fault.node = frame_in(text, what.substr(colon + 1), fault.kind, bus);
   else if (given)
     fault.node = node_in(text, what.substr(colon + 1), fault.kind, bus);
   const auto plus = when.find('+');

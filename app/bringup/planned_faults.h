@@ -17,12 +17,13 @@ namespace knuckle::bringup {
 
 struct PlannedFault {
   sim::FaultKind kind = sim::FaultKind::kNodeSilent;  ///< One behind the bus.
-  std::uint8_t node = 0;                              ///< Or of two buses which; 0 where the kind concerns none.
+  std::uint8_t node = 0;                              ///< Or of two buses which, or sim::frame_subject(); 0 for none.
   std::optional<double> at_s;                         ///< nullopt: at every SIGUSR1 at which it is not active.
   double duration_s = std::numeric_limits<double>::infinity();
   std::string text;  ///< As given on the command line.
 };
-/// "KIND[:NODE]@S[+D]", with usr1 for S at a signal; NODE by name or id, or the name of one of two buses.
+/// "KIND[:NODE]@S[+D]", with usr1 for S at a signal; NODE by name or id, or the name of one of two buses, of a frame or
+/// of a signal.
 /// @throws InputError naming --fault, its value and what is wrong with it.
 [[nodiscard]] PlannedFault parse_fault(const std::string& text, const BusDescription& bus);
 

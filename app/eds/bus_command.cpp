@@ -258,7 +258,7 @@ std::string with_device(const std::string& machine_text, const std::string& mach
 namespace {
 
 struct BusOptions {
-  std::string action, file, id, as, machine, can, from;
+  std::string action, file, id, as, machine, can, from, bus;
   std::optional<std::uint32_t> serial;
   std::vector<std::string> by_objects, signals, commands, constants, counters;
 };
@@ -349,14 +349,15 @@ int import_dbc(const BusOptions& o) {
   for (const std::string& one : o.commands) told.commands.push_back(wanted_command(one));
   for (const std::string& one : o.constants) told.constants.push_back(wanted_constant(one));
   for (const std::string& one : o.counters) told.counters.push_back(wanted_counter(one));
-  if (signals.empty() && told.commands.empty())
-    cli::refuse_option("--signal", "", "is required by bus import, or --command is");
+  if (signals.empty() && told.commands.empty() && told.constants.empty() && told.counters.empty())
+    cli::refuse_option("--signal", "", "is required by bus import, or --command, --constant or --counter is");
   cli::check_readable("FILE", o.file);
   cli::Places places;
   places.input("FILE", o.file);
   const std::string before = text_to_change(o.machine, places);
   const DbcFile dbc = read_dbc(o.file);
-  const Import import = with_frames(before, o.machine, dbc, signals, told);
+  const Import import = with_frames(before, o.machine, dbc, signals, told,
+                                    o.bus.empty() ? std::nullopt : std::optional(wanted_bus(o.bus)));
   for (const std::string& slip : dbc.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
   const std::string kept = write_keeping_older(o.machine, import.text);
   for (const std::string& frame : import.frames) std::cout << frame << '\n';
@@ -433,6 +434,7 @@ void check_options(const BusOptions& o) {
         {"--command", !o.commands.empty(), "", "", import},
         {"--constant", !o.constants.empty(), "", "", import},
         {"--counter", !o.counters.empty(), "", "", import},
+        {"--bus", !o.bus.empty(), o.bus, "", import},
         {"--can", !o.can.empty(), o.can, assign, assign},
         {"--from", !o.from.empty(), o.from, "", assign},
         {"--serial", o.serial.has_value(), "", "", assign},
@@ -491,6 +493,8 @@ cli::Command bus_entry() {
         command
             .add_option("--counter", o->counters, "import: the counter of such a message: MESSAGE.SIGNAL (repeatable)")
             .one_value_each();
+        command.add_option("--bus", o->bus,
+                           "import: on which bus: its name in the machine file; NAME=KBPS makes a second one");
         command.add_option(
             "--machine", o->machine,
             "add, import, migrate: machine file (.toml) that is changed; as it was, it is kept as FILE.N.toml. "

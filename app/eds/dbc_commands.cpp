@@ -52,17 +52,19 @@ class NamedMessages {
 
 class TableWriter {
  public:
-  TableWriter(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted)
-      : dbc_(dbc), message_(message), wanted_(wanted) {}
+  /// @param there what the machine file has of it already.
+  TableWriter(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted, const CommandFrame* there)
+      : dbc_(dbc), message_(message), wanted_(wanted), there_(there) {}
 
   [[nodiscard]] CommandTable table() {
     for (const DbcSignal& signal : message_.signals) add(signal);
-    std::string text = head_text(dbc_, message_, "[[bus.command]]") + "send = \"always\"\n" + counter_ +
-                       "[bus.command.fields]\n" + fields_;
-    std::string summary = fmt::format("{} ({})", message_.name, id_text(message_.id));
-    if (!moves_.empty()) summary += fmt::format(": {}", fmt::join(moves_, ", "));
-    if (!rests_.empty()) summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
-    return {message_.name, std::move(text), std::move(summary)};
+    if (there_ == nullptr) table_.head = head_text(dbc_, message_, "[[bus.command]]") + "send = \"always\"\n";
+    table_.message = &message_;
+    table_.summary = fmt::format("{} ({})", message_.name, id_text(message_.id));
+    if (!moves_.empty()) table_.summary += fmt::format(": {}", fmt::join(moves_, ", "));
+    if (!rests_.empty())
+      table_.summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
+    return std::move(table_);
   }
 
  private:
@@ -73,10 +75,14 @@ class TableWriter {
     const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
                                     [&](const PlaceInDbc& place) { return is(place, message_, signal); });
     if (counts) {
-      counter_ += fmt::format("counter = {{ {} }}\n", bits_text(signal.field));
+      table_.counter = fmt::format("counter = {{ {} }}\n", bits_text(signal.field));
       return;
     }
-    std::string line = signal.name + " = { " + bits_text(signal.field) + scale_text(signal.field);
+    const CommandField* const has = field_there(signal);
+    const bool named = find(wanted_.commands, message_, signal) || find(wanted_.constants, message_, signal);
+    if (there_ != nullptr && !named && (has != nullptr || closes(signal) || rest_of_all() == nullptr)) return;
+    const std::string name = has != nullptr ? has->name : signal.name;
+    std::string line = name + " = { " + bits_text(signal.field) + scale_text(signal.field);
     if (const WantedCommand* const command = find(wanted_.commands, message_, signal)) {
       line += fmt::format(", unit = \"{}\", joint = \"{}\", neutral = 0", signal.unit, command->joint);
       if (command->extend) line += ", extend = " + number_text(*command->extend);
@@ -88,15 +94,37 @@ class TableWriter {
       if (constant.led) line += ", led = " + number_text(*constant.led);
       rests_.push_back(signal.name);
     }
-    fields_ += line + " }\n";
+    table_.fields.push_back({name, line + " }", find(wanted_.commands, message_, signal) != nullptr});
+  }
+
+  /// Also by another name, where a person gave it one.
+  [[nodiscard]] const CommandField* field_there(const DbcSignal& signal) const {
+    const CommandField* there = nullptr;
+    for (std::size_t i = 0; there_ != nullptr && i < there_->fields.size(); ++i) {
+      const CommandField& field = there_->fields[i];
+      const bool same = field.bits.start_bit == signal.field.start_bit && field.bits.bits == signal.field.bits &&
+                        field.bits.order == signal.field.order;
+      if (field.name == signal.name) return &field;
+      if (same) there = &field;
+    }
+    return there;
+  }
+  /// Whether the file has its bits as counter or checksum.
+  [[nodiscard]] bool closes(const DbcSignal& signal) const {
+    const FrameClosing& closing = there_->closing;
+    return (closing.counter && overlap(closing.counter->field, signal.field)) ||
+           (closing.checksum && overlap(closing.checksum->field, signal.field));
+  }
+  [[nodiscard]] const WantedConstant* rest_of_all() const {
+    const auto all = std::find_if(wanted_.constants.begin(), wanted_.constants.end(), [&](const WantedConstant& one) {
+      return one.place.message == message_.name && one.place.signal.empty();
+    });
+    return all == wanted_.constants.end() ? nullptr : &*all;
   }
 
   [[nodiscard]] const WantedConstant& constant_of(const DbcSignal& signal) const {
     if (const WantedConstant* const own = find(wanted_.constants, message_, signal)) return *own;
-    const auto all = std::find_if(wanted_.constants.begin(), wanted_.constants.end(), [&](const WantedConstant& one) {
-      return one.place.message == message_.name && one.place.signal.empty();
-    });
-    if (all != wanted_.constants.end()) return *all;
+    if (const WantedConstant* const all = rest_of_all()) return *all;
     throw InputError(
         fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "
                     "{}=VALUE for all that nothing else is said of",
@@ -106,7 +134,8 @@ class TableWriter {
   const DbcFile& dbc_;
   const DbcMessage& message_;
   const WantedFrames& wanted_;
-  std::string counter_, fields_;
+  const CommandFrame* there_;
+  CommandTable table_;
   std::vector<std::string> moves_, rests_;
 };
 
@@ -173,7 +202,14 @@ PlaceInDbc wanted_counter(const std::string& text) {
   return place;
 }
 
-std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted) {
+std::string CommandTable::text() const {
+  std::string text = head + counter + "[bus.command.fields]\n";
+  for (const Field& field : fields) text += field.line + '\n';
+  return text;
+}
+
+std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted, const BusDescription& before,
+                                         std::uint32_t on) {
   refuse_twice(wanted);
   NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
@@ -187,7 +223,15 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
                                    first.sender));
   }
   std::vector<CommandTable> tables;
-  for (const DbcMessage* const message : messages.all) tables.push_back(TableWriter(dbc, *message, wanted).table());
+  for (const DbcMessage* const message : messages.all) {
+    const auto there = std::find_if(before.commands.begin(), before.commands.end(), [&](const CommandFrame& frame) {
+      return frame.module == 0 && frame.id == (message->id | on);
+    });
+    const bool is_there = there != before.commands.end();
+    CommandTable table = TableWriter(dbc, *message, wanted, is_there ? &*there : nullptr).table();
+    if (is_there) table.there = static_cast<std::size_t>(there - before.commands.begin());
+    tables.push_back(std::move(table));
+  }
   return tables;
 }
 

@@ -2,11 +2,14 @@
 // a joint, what each other signal rests at and which one counts is said by hand: a DBC says none of it.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/eds/dbc_file.h"
+#include "machine/bus_description.h"
 
 namespace knuckle::eds {
 
@@ -38,11 +41,22 @@ struct WantedFrames {
 
 /// A table as machine files have it.
 struct CommandTable {
-  std::string name, text, summary;  ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
+  struct Field {
+    std::string name, line;
+    bool moves = false;  ///< A joint; else it is a constant.
+  };
+  const DbcMessage* message = nullptr;
+  std::optional<std::size_t> there{};  ///< Place in BusDescription::commands of the one that the file has already.
+  std::string head, counter;           ///< Lines, each with its end; the counter's may be none.
+  std::vector<Field> fields;           ///< Of one that is there: what is changed or added.
+  std::string summary;                 ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
+  [[nodiscard]] std::string text() const;
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.
+/// @param before what the machine file has already @param on 0, or kSecondBus
 /// @throws InputError, one line, where the DBC has no such signal, a message no fixed place or period, or where a
 /// signal of such a message has no value.
-[[nodiscard]] std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted);
+[[nodiscard]] std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted,
+                                                       const BusDescription& before, std::uint32_t on);
 
 }  // namespace knuckle::eds

@@ -5,11 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <sstream>
+#include <optional>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/eds/dbc_to_machine.h"
+#include "app/eds/frame_tables.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
@@ -20,8 +21,6 @@
 
 namespace knuckle::eds {
 namespace {
-
-constexpr const char* kNodeTable = "[[bus.node]]";
 
 const SignalInfo& signal_info(const std::string& name) {
   if (const auto place = measured_signal(name)) return kSignals[*place];
@@ -52,9 +51,10 @@ std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcS
   return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\" }";
 }
 
-/// One message with what is wanted of it.
+/// One frame with what is wanted of it: of a message, those with one value of its multiplexer.
 struct Frame {
   const DbcMessage* message = nullptr;
+  std::optional<DbcMultiplexing> by;
   std::vector<std::pair<std::string, const DbcSignal*>> signals;  ///< By Knuckle's names.
 };
 
@@ -64,8 +64,19 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
     (void)signal_info(one.signal);
     const DbcMessage& message = dbc.usable(one.message);
     const DbcSignal* const signal = &signal_of(dbc, message, one.source);
-    auto frame = std::find_if(frames.begin(), frames.end(), [&](const Frame& f) { return f.message == &message; });
-    if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, {}});
+    const auto by = multiplexing_of(dbc, message, *signal);
+    auto frame = frames.end();
+    for (auto other = frames.begin(); other != frames.end(); ++other) {
+      if (other->message != &message) continue;
+      if (other->by.has_value() != by.has_value())
+        throw InputError(fmt::format(
+            "{}:{}: of {} signal {} is in every frame, and {} only with one value of a multiplexer: a machine file can "
+            "have but one of both kinds",
+            dbc.source, message.line, message.name, by ? other->signals.front().second->name : signal->name,
+            by ? signal->name : other->signals.front().second->name));
+      if (!by || by->value == other->by->value) frame = other;
+    }
+    if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, by, {}});
     for (const Frame& other : frames) {
       for (const auto& [name, source] : other.signals)
         if (name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
@@ -75,35 +86,13 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
   return frames;
 }
 
+std::string line_of(const DbcFile& dbc, const Frame& frame, const std::string& name, const DbcSignal& signal) {
+  return fmt::format("{} = {}", name, field_text(dbc, *frame.message, signal, signal_info(name)));
+}
+
 std::string table_of(const DbcFile& dbc, const Frame& frame) {
-  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true) + "[bus.broadcast.signals]\n";
-  for (const auto& [name, signal] : frame.signals)
-    text += fmt::format("{} = {}\n", name, field_text(dbc, *frame.message, *signal, signal_info(name)));
-  return text;
-}
-
-/// From its header to the next one; signals of a broadcast and fields of a command are within its table.
-struct Table {
-  std::string kind;  ///< Its header; empty before the first.
-  std::vector<std::string> lines;
-};
-
-std::vector<Table> tables_of(const std::string& text) {
-  std::vector<Table> tables(1);
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) {
-    const bool begins =
-        line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
-    if (begins) tables.push_back({line.substr(0, line.find_first_of("# \t\r")), {}});
-    tables.back().lines.push_back(line);
-  }
-  return tables;
-}
-
-std::string text_of(const std::vector<Table>& tables) {
-  std::string text;
-  for (const Table& table : tables)
-    for (const std::string& line : table.lines) text += line + '\n';
+  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by) + "[bus.broadcast.signals]\n";
+  for (const auto& [name, signal] : frame.signals) text += line_of(dbc, frame, name, *signal) + '\n';
   return text;
 }
 
@@ -137,29 +126,6 @@ std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::ve
   return names;
 }
 
-/// Behind the last line that is more than a comment: what follows is said of the next table.
-std::vector<std::string>::iterator end_of_values(Table& table) {
-  const auto is_value = [](const std::string& line) {
-    const auto first = line.find_first_not_of(" \t\r");
-    return first != std::string::npos && line[first] != '#';
-  };
-  return std::find_if(table.lines.rbegin(), table.lines.rend(), is_value).base();
-}
-
-/// @param all names of the nodes, in their order. @return whether each was found.
-bool erase_nodes(std::vector<Table>& tables, const std::vector<std::string>& all,
-                 const std::vector<std::string>& names) {
-  std::size_t place = 0;
-  for (Table& table : tables) {
-    if (table.kind != kNodeTable || place++ >= all.size()) continue;
-    const std::string& name = all[place - 1];
-    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
-    table.lines.erase(table.lines.begin(), end_of_values(table));
-    table.kind.clear();
-  }
-  return place == all.size();
-}
-
 std::vector<std::string> names_in(const std::string& text, const std::string& source, const char* key) {
   std::vector<std::string> names;
   TomlTable file = TomlTable::parse(text, source), bus = bus_tables(file).front();
@@ -168,54 +134,139 @@ std::vector<std::string> names_in(const std::string& text, const std::string& so
   return names;
 }
 
-/// What a person may have changed is not replaced.
-void refuse_again(const std::string& text, const std::string& source, const std::string& kind,
-                  const std::string& name) {
-  const std::vector<std::string> there = names_in(text, source, kind.c_str());
-  if (std::find(there.begin(), there.end(), name) == there.end()) return;
-  throw InputError(source + ": has a " + kind + " '" + name +
-                   "' already, perhaps with values set by hand: take its table out first");
+/// What a DBC does not say of a signal that the file did not have.
+void note(const std::string& name, Import& import) {
+  if (name.ends_with("_angle") || name == "slope")
+    import.to_do.push_back(name +
+                           ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
+  if (is_yes_or_no(signal_info(name)))
+    import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
 }
 
-/// What it has, and what a DBC does not say of it.
+/// Likewise of a frame.
 void note(const Frame& frame, Import& import) {
-  const std::string& message = frame.message->name;
+  const std::string name = frame_name(*frame.message, frame.by);
   if (frame.message->j1939)
-    import.to_do.push_back(message +
-                           ": is taken from whichever address sends it: set source where several devices may");
+    import.to_do.push_back(name + ": is taken from whichever address sends it: set source where several devices may");
   else if ((frame.message->id & kExtendedId) != 0)
-    import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
-  std::vector<std::string> names;
-  for (const auto& [name, signal] : frame.signals) names.push_back(name);
-  import.frames.push_back(fmt::format("{} ({}): {}", message, id_text(frame.message->id), fmt::join(names, ", ")));
-  for (const std::string& name : names) {
-    if (name.ends_with("_angle") || name == "slope")
-      import.to_do.push_back(name +
-                             ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
-    if (is_yes_or_no(signal_info(name)))
-      import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
-  }
+    import.to_do.push_back(name + ": set invalid_from where values can say that there is none, as in J1939");
+  if (frame.by)
+    import.to_do.push_back(fmt::format("{}: period_ms is that of its {} frames in turn: set how often this one comes",
+                                       name, frame.by->of));
 }
 
-/// The file's text with these tables behind the last one of the bus, and without these nodes.
-std::string with_tables(const std::string& text, const std::string& source, const std::vector<std::string>& added,
-                        const std::vector<std::string>& nodes, const std::vector<std::string>& gone) {
-  std::vector<Table> tables = tables_of(text);
-  const bool found = erase_nodes(tables, nodes, gone);
-  const auto last = std::find_if(tables.rbegin(), tables.rend(), [](const Table& table) {
-    return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
-  });
-  if (!found || last == tables.rend())
-    throw InputError(source + ": its [[bus.node]] headers must each begin a line, written as here");
-  const std::string line_end = text.find("\r\n") != std::string::npos ? "\r" : "";
-  std::vector<std::string> lines;
-  for (const std::string& table : added) {
-    lines.push_back(line_end);
-    std::istringstream in(table);
-    for (std::string line; std::getline(in, line);) lines.push_back(line + line_end);
+bool same_value(const BroadcastField& field, const SignalInfo& signal) {
+  return field.info().role == signal.role && field.info().index == signal.index;
+}
+
+/// Puts frames into a machine file's text: into tables that are there already, else into new ones.
+class Importer {
+ public:
+  Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus)
+      : before_(before), tables_(tables), dbc_(dbc), bus_(bus) {}
+
+  void put(const Frame& frame) {
+    const auto there = place_of(frame);
+    std::vector<std::string> names;
+    std::vector<std::pair<std::size_t, std::string>> moved;
+    for (const auto& [name, signal] : frame.signals) {
+      names.push_back(name);
+      bool is_there = false;
+      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
+        for (const BroadcastField& field : before_.broadcasts[place].fields) {
+          if (!same_value(field, signal_info(name))) continue;
+          if (place == there && field.info().name == name)
+            is_there = true;
+          else
+            moved.emplace_back(place, field.info().name);
+        }
+      }
+      if (!is_there) note(name, import);
+      if (there) set(*there, frame, name, *signal, is_there);
+    }
+    for (const auto& [place, name] : moved) tables_.erase(Kind::kBroadcast, place, name);
+    if (!there) {
+      tables_.append(table_of(dbc_, frame), bus_);
+      note(frame, import);
+    }
+    import.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
+                                        id_text(frame.message->id), fmt::join(names, ", "),
+                                        there ? ", in the table that was there" : ""));
   }
-  last->lines.insert(end_of_values(*last), lines.begin(), lines.end());
-  return text_of(tables);
+
+  void put(const CommandTable& table) {
+    import.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
+    if (!table.there) return tables_.append(table.text(), bus_);
+    const CommandFrame& there = before_.commands[*table.there];
+    for (const CommandTable::Field& field : table.fields) {
+      const auto was = std::find_if(there.fields.begin(), there.fields.end(),
+                                    [&](const CommandField& one) { return one.name == field.name; });
+      const bool is_there = was != there.fields.end(), moved = is_there && was->joint && field.moves;
+      tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
+                  [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
+    }
+    if (!table.counter.empty())
+      tables_.set_key(Kind::kCommand, *table.there, "counter", table.counter.substr(0, table.counter.size() - 1));
+  }
+
+  Import import;
+
+ private:
+  using Kind = FrameTables::Kind;
+
+  [[nodiscard]] std::optional<std::size_t> place_of(const Frame& frame) const {
+    const std::uint32_t on = bus_ == 0 ? 0 : kSecondBus;
+    for (std::size_t place = 0; place < before_.broadcasts.size(); ++place) {
+      const BroadcastFrame& there = before_.broadcasts[place];
+      const bool same = there.multiplexer && frame.by ? there.multiplexer->value == frame.by->value
+                                                      : there.multiplexer.has_value() == frame.by.has_value();
+      if (there.module == 0 && same && there.filter().lets(frame.message->id | on)) return place;
+    }
+    return std::nullopt;
+  }
+
+  /// What the DBC says is its again; sign, zero and what else was set by hand stays.
+  void set(std::size_t place, const Frame& frame, const std::string& name, const DbcSignal& signal, bool is_there) {
+    constexpr std::array kOfDbc{"start", "bits", "order", "type", "scale", "offset", "unit"};
+    tables_.set(Kind::kBroadcast, place, name, line_of(dbc_, frame, name, signal), is_there,
+                [&](const std::string& key) { return std::find(kOfDbc.begin(), kOfDbc.end(), key) == kOfDbc.end(); });
+    if (!is_there) return;
+    const BroadcastField* const was = before_.broadcast(signal_info(name).role, signal_info(name).index).field;
+    const bool is_length = was->info().role == NodeRole::kEncoder && !was->info().is_angle;
+    if (is_length) import.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
+  }
+
+  const BusDescription& before_;
+  FrameTables& tables_;
+  const DbcFile& dbc_;
+  std::size_t bus_;
+};
+
+/// Which bus the frames are on, which is made where the file does not have it.
+std::size_t bus_of(const std::optional<WantedBus>& wanted, const BusDescription& before, const std::string& source,
+                   FrameTables& tables, Import& import) {
+  if (!wanted) {
+    if (before.second)
+      cli::refuse_option("--bus", "", "is required: " + source + " has two buses, " + before.line_names());
+    return 0;
+  }
+  for (std::size_t bus = 0; bus < before.lines(); ++bus) {
+    if (before.line(bus).name != wanted->name) continue;
+    if (wanted->bit_rate_kbps) cli::refuse_option("--bus", wanted->name, source + " has that bus: give its name alone");
+    return bus;
+  }
+  if (before.second) cli::refuse_option("--bus", wanted->name, "must be one of " + before.line_names());
+  if (!wanted->bit_rate_kbps)
+    cli::refuse_option(
+        "--bus", wanted->name,
+        source + " has no such bus: for a second one give its bit rate in kbit/s, such as " + wanted->name + "=250");
+  const bool nameless = before.name.empty();
+  const std::string first = wanted->name == "first" ? "other" : "first";
+  tables.add_bus(nameless ? std::optional(first) : std::nullopt, wanted->name, *wanted->bit_rate_kbps);
+  if (nameless)
+    import.to_do.push_back(first + ": is the name of the bus that was there: change it where another is better");
+  import.to_do.push_back(wanted->name + ": set foreign_load_percent where others send on this bus, too");
+  return 1;
 }
 
 }  // namespace
@@ -228,39 +279,51 @@ WantedSignal wanted_signal(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1), text.substr(point + 1)};
 }
 
+WantedBus wanted_bus(const std::string& text) {
+  const auto equals = text.find('=');
+  WantedBus wanted{text.substr(0, equals), {}};
+  if (equals == std::string::npos && !text.empty()) return wanted;
+  const auto kbps = equals == std::string::npos ? std::nullopt : cli::whole_number(text.substr(equals + 1), 1000);
+  if (wanted.name.empty() || !kbps) cli::refuse_option("--bus", text, "must be such as machine, or machine=250");
+  wanted.bit_rate_kbps = static_cast<int>(*kbps);
+  return wanted;
+}
+
 Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                   const std::vector<WantedSignal>& signals, const WantedFrames& commands) {
+                   const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+                   const std::optional<WantedBus>& on) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
-  if (before.second)
-    throw InputError(machine_source +
-                     ": has two buses: import into a file with one [bus], then move each table below the "
-                     "[[bus]] that it is on");
   TomlTable file = TomlTable::parse(machine_text, machine_source);
   if (bus_tables(file).front().has("nodes"))
     throw InputError(machine_source + ": needs [[bus.node]] tables: write them by knuckle bus migrate");
-  const std::vector<std::string> nodes = names_in(machine_text, machine_source, "node");
+  FrameTables tables(machine_text, machine_source);
+  const auto own = [](const auto& frames) {
+    return static_cast<std::size_t>(
+        std::count_if(frames.begin(), frames.end(), [](const auto& frame) { return frame.module == 0; }));
+  };
+  if (tables.count(FrameTables::Kind::kBroadcast) != own(before.broadcasts) ||
+      tables.count(FrameTables::Kind::kCommand) != own(before.commands))
+    throw InputError(machine_source +
+                     ": its [[bus.broadcast]] and [[bus.command]] headers must each begin a line, written as here");
+  Import import;
+  const std::size_t bus = bus_of(on, before, machine_source, tables, import);
   const std::vector<Frame> frames = frames_of(dbc, signals);
-  const std::vector<CommandTable> told = command_tables(dbc, commands);
+  const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
   for (const CommandTable& table : told) {
     for (const Frame& frame : frames)
-      if (dbc.usable(table.name).sender == frame.message->sender)
+      if (table.message->sender == frame.message->sender)
         throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
-                                     table.name, frame.message->sender, frame.message->name));
+                                     table.message->name, frame.message->sender, frame.message->name));
   }
-  Import import;
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
-  std::vector<std::string> added;
-  for (const Frame& frame : frames) {
-    refuse_again(machine_text, machine_source, "broadcast", frame.message->name);
-    added.push_back(table_of(dbc, frame));
-    note(frame, import);
-  }
-  for (const CommandTable& table : told) {
-    refuse_again(machine_text, machine_source, "command", table.name);
-    added.push_back(table.text);
-    import.frames.push_back(table.summary);
-  }
-  if (!told.empty()) {
+  if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))
+    throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
+  Importer importer(before, tables, dbc, bus);
+  importer.import = std::move(import);
+  for (const Frame& frame : frames) importer.put(frame);
+  for (const CommandTable& table : told) importer.put(table);
+  import = std::move(importer.import);
+  if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
     import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");
     import.to_do.emplace_back(
         "commands: set send = \"while_led\" where a frame may not come while nobody leads, and counter and checksum "
@@ -268,7 +331,7 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
     import.to_do.emplace_back(
         "valve_watchdog_ms: must be how long the machine's controller waits for command frames before it stops");
   }
-  import.text = with_tables(machine_text, machine_source, added, nodes, import.gone_nodes);
+  import.text = tables.text();
   try {
     (void)parse_machine(import.text, machine_source);
   } catch (const FileErrors& errors) {

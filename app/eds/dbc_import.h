@@ -2,6 +2,7 @@
 // [[bus.broadcast]] and [[bus.command]] tables of a machine file, which is whole by itself from then on.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,16 +19,27 @@ struct WantedSignal {
 /// @throws InputError where it is not of this form.
 [[nodiscard]] WantedSignal wanted_signal(const std::string& text);
 
+/// On which bus: --bus machine, or --bus machine=250 for one that the file does not have yet.
+struct WantedBus {
+  std::string name;
+  std::optional<int> bit_rate_kbps{};
+};
+/// @throws InputError where it is not of this form.
+[[nodiscard]] WantedBus wanted_bus(const std::string& text);
+
 struct Import {
   std::string text;                     ///< Of the machine file.
   std::vector<std::string> frames;      ///< "Front_Angle (0x18FF1021): boom_angle, arm_angle"
   std::vector<std::string> gone_nodes;  ///< Whose signals these frames have now.
   std::vector<std::string> to_do;       ///< What a DBC does not say.
 };
-/// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was.
+/// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was. A
+/// frame that the file has already gets what it has not, and of the rest what the DBC says anew: its comments, period,
+/// sign, zero, neutral and all else that a DBC does not say stay. A signal that another frame had is moved.
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands);
+                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+                                 const std::optional<WantedBus>& on = {});
 
 }  // namespace knuckle::eds

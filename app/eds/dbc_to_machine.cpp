@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <set>
 #include <vector>
 
 #include "core/error.h"
@@ -12,6 +13,11 @@
 #include "transport/j1939.h"
 
 namespace knuckle::eds {
+namespace {
+
+constexpr std::size_t kMostFrames = 256;  // that a multiplexer tells apart
+
+}  // namespace
 
 const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const std::string& name) {
   const DbcSignal* const signal = message.find(name);
@@ -21,27 +27,53 @@ const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const 
     throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name, name,
                                  fmt::join(names, ", ")));
   }
-  if (signal->condition)
-    throw InputError(fmt::format("{}:{}: signal {} of {} is multiplexed: must be in every frame of the message",
-                                 dbc.source, signal->line, signal->name, message.name));
   return *signal;
 }
 
-std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header, bool may_be_group) {
+std::optional<DbcMultiplexing> multiplexing_of(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal) {
+  if (!signal.condition) return std::nullopt;
+  const DbcSignal& multiplexer = message.signals[signal.condition->multiplexer];
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("{}:{}: signal {} of {} {}", dbc.source, signal.line, signal.name, message.name, why));
+  };
+  if (multiplexer.condition)
+    refuse(fmt::format("is multiplexed by {}, which is multiplexed itself: a machine file has one multiplexer a frame",
+                       multiplexer.name));
+  const auto [from, to] = signal.condition->values.front();
+  if (signal.condition->values.size() > 1 || from != to)
+    refuse(fmt::format("comes with several values of {}: a machine file takes it with one alone", multiplexer.name));
+  std::set<std::uint64_t> values;
+  for (const DbcSignal& other : message.signals) {
+    if (!other.condition || other.condition->multiplexer != signal.condition->multiplexer) continue;
+    for (const auto& [first, last] : other.condition->values)
+      for (std::uint64_t value = first; value <= last && values.size() < kMostFrames; ++value) values.insert(value);
+  }
+  return DbcMultiplexing{&multiplexer, from, values.size()};
+}
+
+std::string frame_name(const DbcMessage& message, const std::optional<DbcMultiplexing>& by) {
+  return by ? fmt::format("{}_{}", message.name, by->value) : message.name;
+}
+
+std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header, bool may_be_group,
+                      const std::optional<DbcMultiplexing>& by) {
   if (!message.period_s)
     throw InputError(
         fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
                     dbc.source, message.line, message.name));
   const bool extended = (message.id & kExtendedId) != 0;
   const std::uint32_t id = message.id & ~kExtendedId;
-  std::string text = fmt::format("{}\nname = \"{}\"\n", header, message.name);
+  std::string text = fmt::format("{}\nname = \"{}\"\n", header, frame_name(message, by));
   if (may_be_group && message.j1939) {
     text += fmt::format("pgn = 0x{:04X}\n", j1939::group_of(id));
   } else {
     text += fmt::format("id = {}\n", id_text(message.id));
     if (extended && id <= kMostId) text += "extended = true\n";
   }
-  return text + fmt::format("bytes = {}\nperiod_ms = {}\n", message.size, number_text(1e3 * *message.period_s));
+  const double period_s = *message.period_s * (by ? static_cast<double>(by->of) : 1);
+  text += fmt::format("bytes = {}\nperiod_ms = {}\n", message.size, number_text(1e3 * period_s));
+  if (by) text += fmt::format("multiplexer = {{ {}, value = {} }}\n", bits_text(by->multiplexer->field), by->value);
+  return text;
 }
 
 std::string bits_text(const BitField& field) {

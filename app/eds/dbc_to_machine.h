@@ -1,19 +1,38 @@
 // What of a DBC stands in machine files, in their words.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "app/eds/dbc_file.h"
 
 namespace knuckle::eds {
 
-/// @throws InputError where the message has no such signal, or not in every frame.
+/// @throws InputError where the message has no such signal.
 [[nodiscard]] const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const std::string& name);
 
-/// A table's header, with name, id, bytes and period. @throws InputError where the message has no period.
+/// Of a signal that is there only where a multiplexer has this value: one of so many that tell the message's frames
+/// apart.
+struct DbcMultiplexing {
+  const DbcSignal* multiplexer = nullptr;
+  std::uint64_t value = 0;
+  std::size_t of = 1;
+};
+/// Nothing where it is in every frame. @throws InputError where its multiplexer is multiplexed itself, or has several
+/// values.
+[[nodiscard]] std::optional<DbcMultiplexing> multiplexing_of(const DbcFile& dbc, const DbcMessage& message,
+                                                             const DbcSignal& signal);
+
+/// As the machine file calls it: the message's, and the multiplexer's value.
+[[nodiscard]] std::string frame_name(const DbcMessage& message, const std::optional<DbcMultiplexing>& by);
+
+/// A table's header, with name, id, bytes, period and multiplexer. A DBC has the message's period: frames that are told
+/// apart are taken to come in turn. @throws InputError where the message has no period.
 /// @param may_be_group of J1939 its parameter group in place of the id.
 [[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
-                                    bool may_be_group = false);
+                                    bool may_be_group = false, const std::optional<DbcMultiplexing>& by = {});
 
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
 [[nodiscard]] std::string bits_text(const BitField& field);

@@ -155,7 +155,7 @@ std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescriptio
   std::optional<std::uint8_t> said;
   const auto take = [&](int index, std::uint8_t bit) {
     const auto [sent, field] = bus.broadcast(NodeRole::kEnable, index);
-    if (sent == nullptr || !sent->filter().lets(frame.id)) return;
+    if (sent == nullptr || !sent->filter().lets(frame.id) || !sent->is_in(frame)) return;
     const bool yes = read_raw(field->bits, frame) == field->on;
     const unsigned others = said.value_or(last) & ~unsigned{bit};
     said = static_cast<std::uint8_t>(others | (yes ? bit : 0U));

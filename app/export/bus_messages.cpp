@@ -296,11 +296,30 @@ void add_closing(const FrameClosing& closing, std::vector<Signal>& all) {
   if (closing.checksum) closes("checksum", closing.checksum->field);
 }
 
-std::vector<Signal> broadcast(const BroadcastFrame& frame) {
+/// Of all frames that a multiplexer tells apart, or of the only one.
+std::vector<Signal> broadcast(const BroadcastFrame& first, const std::vector<BroadcastFrame>& frames) {
   std::vector<Signal> all;
-  for (const BroadcastField& field : frame.fields) all.push_back(broadcast(field));
-  add_closing(frame.closing, all);
+  if (first.multiplexer) {
+    const BitField& bits = first.multiplexer->bits;
+    all.push_back(whole("multiplexer", bits.start_bit, bits.bits, "Which values the frame has"));
+    all.back().order = bits.order;
+    all.back().is_multiplexer = true;
+  }
+  for (const BroadcastFrame& frame : frames) {
+    if (frame.id != first.id) continue;
+    for (const BroadcastField& field : frame.fields) {
+      all.push_back(broadcast(field));
+      if (frame.multiplexer) all.back().with_multiplexer = frame.multiplexer->value;
+    }
+  }
+  add_closing(first.closing, all);
   return all;
+}
+
+/// front_3 with the multiplexer's value 3 is of the message front.
+std::string message_name(const BroadcastFrame& first) {
+  const std::string ending = first.multiplexer ? fmt::format("_{}", first.multiplexer->value) : "";
+  return first.name.substr(0, first.name.size() - (first.name.ends_with(ending) ? ending.size() : 0));
 }
 
 std::vector<Signal> command(const CommandFrame& frame, CommandKind kind) {
@@ -319,11 +338,15 @@ class Messages {
   std::vector<Message> all() {
     if (!machine_.bus.without_nodes()) add_network();
     for (std::size_t node = 0; node < machine_.bus.nodes.size(); ++node) add_node(node);
-    for (const BroadcastFrame& frame : machine_.bus.broadcasts)
-      add(frame.id, frame.name, own(frame.module), {kController}, frame.bytes, broadcast(frame),
+    const std::vector<BroadcastFrame>& sent = machine_.bus.broadcasts;
+    for (const BroadcastFrame& frame : sent) {
+      const auto is_it = [&](const Message& message) { return message.id == frame.id; };
+      if (frame.multiplexer && std::any_of(messages_.begin(), messages_.end(), is_it)) continue;
+      add(frame.id, message_name(frame), own(frame.module), {kController}, frame.bytes, broadcast(frame, sent),
           frame.module != 0  ? "Analogue inputs"
           : frame.on_request ? "Sent by the machine when asked"
                              : "Sent by the machine itself");
+    }
     for (const CommandFrame& frame : machine_.bus.commands)
       add(frame.id, frame.name, kController, {own(frame.module)}, frame.bytes,
           command(frame, machine_.bus.command_kind),
@@ -414,7 +437,10 @@ std::string listed(const std::vector<std::string>& names) {
 void write_message(std::ostream& out, const Message& message) {
   fmt::print(out, "BO_ {} {}: {} {}\n", message.id, message.name, message.size, message.sender);
   for (const Signal& signal : message.signals) {
-    fmt::print(out, " SG_ {} : {}|{}@{}{} ({},{}) [{}|{}] {} {}\n", signal.name, signal.start_bit, signal.bits,
+    const std::string mark = signal.is_multiplexer     ? " M"
+                             : signal.with_multiplexer ? fmt::format(" m{}", *signal.with_multiplexer)
+                                                       : "";
+    fmt::print(out, " SG_ {}{} : {}|{}@{}{} ({},{}) [{}|{}] {} {}\n", signal.name, mark, signal.start_bit, signal.bits,
                signal.order == BitField::Order::kLittleEndian ? 1 : 0, signal.type == Type::kUnsigned ? '+' : '-',
                signal.factor, signal.offset, signal.min, signal.max, quoted(signal.unit), listed(message.receivers));
   }
@@ -462,8 +488,10 @@ void write_attributes(std::ostream& out, const MachineDescription& machine, cons
              "BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 {};\n{}BA_DEF_DEF_ \"BusType\" \"CAN\";\n"
              "BA_DEF_DEF_ \"Baudrate\" 500000;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n{}BA_ \"Baudrate\" {};\n",
              kLongest_ms, groups ? kFormats : "", groups ? kFormat : "", machine.bus.bit_rate);
-  for (const BroadcastFrame& frame : own)
-    if (frame.is_group()) fmt::print(out, "BA_ \"VFrameFormat\" BO_ {} 3;\n", frame.id);
+  for (const Message& message : messages)
+    if (std::any_of(own.begin(), own.end(),
+                    [&](const BroadcastFrame& frame) { return frame.is_group() && frame.id == message.id; }))
+      fmt::print(out, "BA_ \"VFrameFormat\" BO_ {} 3;\n", message.id);
   for (const Message& message : messages) {
     if (!message.period_s) continue;
     const double period_ms = *message.period_s * 1e3, whole_ms = std::round(period_ms);

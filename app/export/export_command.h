@@ -53,6 +53,8 @@ struct Signal {
   std::string unit{};
   std::vector<std::pair<std::uint32_t, std::string>> values{};  ///< Names of raw values.
   std::string about{};
+  bool is_multiplexer = false;
+  std::optional<std::uint64_t> with_multiplexer{};  ///< Only in frames in which the multiplexer has this raw value.
 };
 
 struct Message {
@@ -73,7 +75,8 @@ inline constexpr const char* kMachine = "machine_controller";
 
 /// Where there are nodes, NMT, SYNC and the controller's heartbeat; then for each node of the machine file its PDOs,
 /// heartbeat, EMCY and SDO. Names: NODE_TPDO1, NODE_RPDO1, NODE_heartbeat, NODE_EMCY, NODE_SDO_tx (answers),
-/// NODE_SDO_rx (requests). Broadcasts and commands at last, by their names; signals of broadcasts by Knuckle's.
+/// NODE_SDO_rx (requests). Broadcasts and commands at last, by their names; signals of broadcasts by Knuckle's. What a
+/// multiplexer tells apart is one message, called as its first without the multiplexer's value.
 /// @param machine as calibrated() gives it.
 [[nodiscard]] std::vector<Message> bus_messages(const MachineDescription& machine);
 

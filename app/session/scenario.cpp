@@ -225,6 +225,13 @@ int fault_subject(TomlTable& table, sim::FaultKind kind, const BusDescription& b
     table.require(found.has_value(), "bus", "must be one of " + bus.line_names());
     return static_cast<int>(found.value_or(0));
   }
+  if (concerns_frame(kind)) {
+    const auto found = sim::frame_subject(table.text("frame"), bus);
+    if (!table.require(found.has_value(), "frame", "must be one of " + sim::frame_subject_names(bus))) return 0;
+    const char* const why = why_not(kind, *found, bus);
+    table.require(why == nullptr, "frame", why == nullptr ? "" : why);
+    return *found;
+  }
   if (!concerns_node(kind)) return 0;
   const auto joint = [&table] { return static_cast<std::size_t>(table.choice("joint", {"boom", "arm", "bucket"})); };
   if (kind == sim::FaultKind::kEncoderBroken) {
@@ -267,6 +274,7 @@ std::vector<ScheduledFault> read_faults(TomlTable& file, const std::vector<std::
       table.leave("node");
       table.leave("joint");
       table.leave("bus");
+      table.leave("frame");
     }
     faults.push_back(fault);
   }

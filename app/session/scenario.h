@@ -29,7 +29,7 @@ struct ScheduledFault {
   int phase = 0;          ///< Index of the operator's phase in which it happens.
   double after_s = 0;     ///< Into that phase.
   double duration_s = 0;  ///< Then it is mended.
-  int subject = 0;        ///< Id of the node, or which of two buses, it is about; 0 where it is about none.
+  int subject = 0;        ///< Id of the node, which of two buses, or sim::frame_subject(); 0 where it is about none.
 };
 
 struct Scenario {

@@ -85,6 +85,52 @@ TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
   EXPECT_EQ(bus.nodes.size(), 10U) << "sensors are nodes still";
 }
 
+/// Into a file that has frames already.
+Import told_again(const Asked& asked, const std::string& before) {
+  return with_frames(before, "m.toml", parse_dbc(kToldDbc, "m.dbc"), {}, asked.frames());
+}
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
+  Asked first;
+  first.constants = {"Rates.slew=0", "Setting=3"};
+  std::string before = told_of(first).text;
+  before = changed(before, "period_ms = 20\nsend = \"always\"", "period_ms = 20\nsend = \"while_led\"   # tried");
+  const std::string mode = "mode = { start = 8, bits = 4, scale = 1, neutral = 3 }";
+  EXPECT_EQ(told_again({.commands = {}, .constants = {"Setting.mode=0,2"}, .counters = {}}, before).text,
+            changed(before, mode, "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
+  EXPECT_NE(told_again({.commands = {}, .constants = {"Setting.mode=0,2"}, .counters = {}},
+                       changed(before, mode + "\n", ""))
+                .text.find("mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"),
+            std::string::npos);
+  const std::string renamed = changed(before, mode, "front_by_bus = { start = 8, bits = 4, neutral = 3 }   # by hand");
+  EXPECT_EQ(told_again({.commands = {}, .constants = {"Setting.mode=1"}, .counters = {}}, renamed).text,
+            changed(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
+      << "it keeps the name that it was given";
+}
+
+TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
+  const std::string before = changed(told_of({}).text, "joint = \"boom\", neutral = 0", "joint = \"boom\", neutral = 0.1");
+  const Import again = told_again({.commands = {"boom=Rates.boom:extend=0.5,retract=-0.6"}, .constants = {}, .counters = {}}, before);
+  EXPECT_EQ(again.text, changed(before, "neutral = 0.1, extend = 0.6", "neutral = 0.1, extend = 0.5"));
+  EXPECT_EQ(again.frames, std::vector<std::string>{"Rates (0x18FF0105): boom, in the table that was there"});
+  EXPECT_TRUE(again.to_do.empty());
+}
+
+TEST(DbcCommands, ACounterThatWasForgottenIsAdded) {
+  Asked first;
+  first.constants = {"Rates.slew=0", "Setting.mode=0", "Setting.horn=0", "Setting.alive=0"};
+  first.counters = {};
+  std::string before = changed(told_of(first).text, "alive = { start = 48, bits = 8, scale = 1, neutral = 0 }\n", "");
+  const Import again = told_again({.commands = {}, .constants = {}, .counters = {"Setting.alive"}}, before);
+  EXPECT_EQ(parse_machine(again.text, "m.toml").bus.commands[1].closing.counter->field.start_bit, 48);
+}
+
 TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
   struct Case {
     Asked asked;

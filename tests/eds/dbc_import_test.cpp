@@ -29,6 +29,13 @@ BO_ 500 Mixed: 8 Machine
  SG_ which M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
  SG_ slope m1 : 8|16@1- (0.01,0) [0|0] "deg" Vector__XXX
  SG_ pace : 24|16@1+ (1,0) [0|0] "furlong" Vector__XXX
+ SG_ turn : 40|16@1+ (0.001,-10) [0|0] "rad" Vector__XXX
+ SG_ arm m3 : 8|16@1+ (0.0004,-10) [0|0] "rad" Vector__XXX
+BO_ 502 Nested: 8 Machine
+ SG_ outer M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ inner m1M : 8|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ deep m2 : 16|16@1- (0.01,0) [0|0] "deg" Vector__XXX
+ SG_ wide m3 : 32|16@1- (0.01,0) [0|0] "deg" Vector__XXX
 BO_ 2364539904 Engine: 8 Machine
  SG_ turns : 24|16@1+ (0.125,0) [0|0] "rpm" Vector__XXX
 BO_ 501 Rare: 2 Machine
@@ -40,21 +47,33 @@ BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
 BA_ "GenMsgCycleTime" BO_ 2566852641 10;
 BA_ "GenMsgCycleTime" BO_ 426 10;
 BA_ "GenMsgCycleTime" BO_ 2147483681 10;
-BA_ "GenMsgCycleTime" BO_ 500 10;
+BA_ "GenMsgCycleTime" BO_ 500 5;
+BA_ "GenMsgCycleTime" BO_ 502 10;
 BA_ "VFrameFormat" BO_ 2566852641 3;
 BA_ "VFrameFormat" BO_ 2364539904 3;
 BA_ "GenMsgCycleTime" BO_ 2364539904 100;
 SIG_VALTYPE_ 2147483681 slope : 1;
+SG_MUL_VAL_ 502 inner outer 1-1;
+SG_MUL_VAL_ 502 deep inner 2-2;
+SG_MUL_VAL_ 502 wide outer 3-4;
 )";
 
 std::string text_before_import() {
   return whole_file(knuckle::test::source_dir() + "/config/machines/solar015.toml", 1);
 }
 
-Import imported_into(const std::vector<std::string>& wanted, const std::string& machine = text_before_import()) {
+Import imported_into(const std::vector<std::string>& wanted, const std::string& machine = text_before_import(),
+                     const std::string& bus = "", const std::string& dbc = kImportedDbc) {
   std::vector<WantedSignal> all;
   for (const std::string& one : wanted) all.push_back(wanted_signal(one));
-  return with_frames(machine, "m.toml", parse_dbc(kImportedDbc, "m.dbc"), all, {});
+  return with_frames(machine, "m.toml", parse_dbc(dbc, "m.dbc"), all, {},
+                     bus.empty() ? std::nullopt : std::optional(wanted_bus(bus)));
+}
+
+std::string with_text(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
 }
 
 const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm",
@@ -100,15 +119,85 @@ TEST(DbcImport, AllElseStaysAsItWas) {
   EXPECT_NE(after.find(enable), std::string::npos);
 }
 
-TEST(DbcImport, WhatWasImportedIsNotReplacedForItMayHaveBeenChangedByHand) {
-  const std::string once = imported_into(kAngleSignals).text;
-  const std::string line = knuckle::test::refusal([&] { (void)imported_into(kAngleSignals, once); });
-  EXPECT_EQ(line.rfind("m.toml: has a broadcast 'Front' already", 0), 0U) << line;
+TEST(DbcImport, AMultiplexedSignalIsOfTheFramesInWhichItsMultiplexerHasItsValue) {
+  const Import import = imported_into({"slope=Mixed.slope", "arm_angle=Mixed.arm"});
+  EXPECT_EQ(import.frames, (std::vector<std::string>{"Mixed_1 (0x1F4): slope", "Mixed_3 (0x1F4): arm_angle"}));
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  const auto [frame, arm] = bus.broadcast(NodeRole::kEncoder, kArm);
+  ASSERT_TRUE(frame->multiplexer);
+  EXPECT_EQ(frame->multiplexer->value, 3U);
+  EXPECT_EQ(frame->multiplexer->bits.bits, 8);
+  EXPECT_EQ(frame->period_s, 0.01) << "two frames in turn, 5 ms each";
+  EXPECT_EQ(arm->bits.start_bit, 8);
+  EXPECT_EQ(std::count_if(import.to_do.begin(), import.to_do.end(),
+                          [](const std::string& line) { return line.find("of its 2 frames in turn") != line.npos; }),
+            2);
+}
+
+TEST(DbcImport, OneMoreSignalIsPutIntoTheFrameThatIsThereAlready) {
+  std::string once = imported_into({"boom_angle=Front.boom"}).text;
+  once = with_text(once, "period_ms = 10\n[bus.broadcast.signals]\n",
+                   "period_ms = 8   # measured\ncounter = { start = 56, bits = 4 }\n[bus.broadcast.signals]\n");
+  const std::string boom = "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\"";
+  once = with_text(once, boom + " }", boom + ", sign = -1, zero_rad = 0.12 }   # as mounted");
+  const Import second = imported_into({"arm_angle=Front.arm"}, once);
+  const std::string arm = "arm_angle = { start = 16, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }\n";
+  const auto node = second.text.find("name = \"arm_encoder\"");
+  EXPECT_EQ(node, std::string::npos) << "its node is gone";
+  EXPECT_NE(second.text.find(boom + ", sign = -1, zero_rad = 0.12 }   # as mounted\n" + arm), std::string::npos);
+  EXPECT_NE(second.text.find("period_ms = 8   # measured\ncounter"), std::string::npos);
+  EXPECT_EQ(parse_machine(second.text, "m.toml").bus.broadcasts.size(), 1U);
+}
+
+TEST(DbcImport, ASignalThatWasWrongGetsTheDbcsBitsAndKeepsWhatAPersonSet) {
+  std::string once = imported_into(kAngleSignals).text;
+  once = with_text(once, "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }",
+                   "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign = -1, "
+                   "zero_rad = 0.12, invalid_from = 0xF000 } # mine");
+  const std::string dbc = with_text(kImportedDbc, "boom : 0|16@1+ (0.0004,-10)", "boom : 48|16@1+ (0.0005,-16)");
+  const Import again = imported_into({"boom_angle=Front.boom"}, once, "", dbc);
+  EXPECT_EQ(again.text, with_text(once, "start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign",
+                                  "start = 48, bits = 16, scale = 0.0005, offset = -16, unit = \"rad\", sign"));
+  EXPECT_TRUE(again.to_do.empty()) << again.to_do.front();
+}
+
+TEST(DbcImport, ASignalThatAnotherFrameHadIsMoved) {
+  std::string once = imported_into({"slope=Body.slope"}).text;
   const Import other = imported_into({"slope=Small.slope"}, once);
   const MachineDescription machine = parse_machine(other.text, "m.toml");
   const auto [frame, slope] = machine.bus.broadcast(NodeRole::kTilt, 0);
   EXPECT_EQ(frame->id, 0x21U | kExtendedId) << "29 bits, however small";
   EXPECT_EQ(slope->bits.type, BitField::Type::kFloat);
+  EXPECT_EQ(machine.bus.broadcasts.size(), 1U) << "a frame without a signal is gone";
+}
+
+TEST(DbcImport, MakesASecondBusOrTakesTheOneThatIsNamed) {
+  const std::string before = text_before_import();
+  const Import made = imported_into({"slope=Body.slope"}, before, "machine=250");
+  const BusDescription bus = parse_machine(made.text, "m.toml").bus;
+  ASSERT_TRUE(bus.second);
+  EXPECT_EQ(bus.second->name, "machine");
+  EXPECT_EQ(bus.second->bit_rate, 250000U);
+  EXPECT_EQ(bus.name, "first");
+  EXPECT_EQ(bus.broadcast(NodeRole::kTilt, 0).frame->id, 0x1AAU | kSecondBus);
+  const Import more = imported_into(kAngleSignals, made.text, "machine");
+  const BusDescription both = parse_machine(more.text, "m.toml").bus;
+  EXPECT_NE(both.broadcast(NodeRole::kEncoder, kArm).frame->id & kSecondBus, 0U);
+  const Import first = imported_into(kAngleSignals, made.text, "first");
+  EXPECT_EQ(parse_machine(first.text, "m.toml").bus.broadcast(NodeRole::kEncoder, kArm).frame->id & kSecondBus, 0U);
+  struct Case {
+    std::string machine, bus;
+    const char* said;
+  };
+  for (const Case& c : {Case{made.text, "", "--bus is required: m.toml has two buses, first, machine"},
+                        {made.text, "third=250", "--bus third: must be one of first, machine"},
+                        {made.text, "machine=250", "m.toml has that bus: give its name alone"},
+                        {before, "machine", "for a second one give its bit rate in kbit/s, such as machine=250"},
+                        {before, "machine=fast", "--bus machine=fast: must be such as machine, or machine=250"}}) {
+    const std::string line =
+        knuckle::test::refusal([&] { (void)imported_into({"slope=Body.slope"}, c.machine, c.bus); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << c.bus << ": " << line;
+  }
 }
 
 TEST(DbcImport, KeepsLineEndsAndRefusesHeadersThatItDoesNotFind) {
@@ -137,9 +226,12 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"boom_spool=Front.boom"}, "--signal boom_spool: must be one of"},
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
-        {{"slope=Mixed.slope"}, "m.dbc:13: signal slope of Mixed is multiplexed"},
+        {{"slope=Nested.deep"}, "is multiplexed by inner, which is multiplexed itself"},
+        {{"slope=Nested.wide"}, "comes with several values of outer: a machine file takes it with one alone"},
+        {{"slope=Mixed.slope", "boom_angle=Mixed.turn"},
+         "of Mixed signal turn is in every frame, and slope only with one value of a multiplexer"},
         {{"slope=Mixed.pace"}, "has the unit \"furlong\": must be bar"},
-        {{"slope=Rare.slope"}, "m.dbc:17: Rare has no cycle time (GenMsgCycleTime)"},
+        {{"slope=Rare.slope"}, "m.dbc:26: Rare has no cycle time (GenMsgCycleTime)"},
         {{"slope=Body.slope", "slope=Small.slope"}, "--signal slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
         {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {

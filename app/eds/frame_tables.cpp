@@ -1,0 +1,211 @@
+#include "app/eds/frame_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "core/error.h"
+
+namespace knuckle::eds {
+namespace {
+
+constexpr const char* kNodeTable = "[[bus.node]]";
+constexpr std::string_view kBlanks = " \t\r";
+
+std::string trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(kBlanks);
+  if (first == std::string_view::npos) return "";
+  return std::string(text.substr(first, text.find_last_not_of(kBlanks) - first + 1));
+}
+
+bool is_value(const std::string& line) {
+  const auto first = line.find_first_not_of(kBlanks);
+  return first != std::string::npos && line[first] != '#';
+}
+
+/// "name = { start = 0, bits = 8 }  # comment"
+struct InlineTable {
+  std::string before, after;  ///< To "{" and from "}" on, both with it.
+  std::vector<std::pair<std::string, std::string>> keys;
+  [[nodiscard]] const std::string* find(const std::string& key) const {
+    for (const auto& [name, value] : keys)
+      if (name == key) return &value;
+    return nullptr;
+  }
+};
+
+std::optional<InlineTable> inline_table(const std::string& line) {
+  const auto opens = line.find('{');
+  if (opens == std::string::npos) return std::nullopt;
+  InlineTable table{.before = line.substr(0, opens + 1), .after = {}, .keys = {}};
+  int depth = 0;
+  bool quoted = false;
+  std::string one;
+  const auto end_one = [&] {
+    const auto equals = one.find('=');
+    if (equals != std::string::npos)
+      table.keys.emplace_back(trimmed(one.substr(0, equals)), trimmed(one.substr(equals + 1)));
+    one.clear();
+  };
+  for (std::size_t i = opens + 1; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"') quoted = !quoted;
+    if (!quoted && depth == 0 && c == '}') {
+      end_one();
+      table.after = line.substr(i);
+      return table;
+    }
+    if (!quoted && (c == '[' || c == '{')) ++depth;
+    if (!quoted && (c == ']' || c == '}')) --depth;
+    if (!quoted && depth == 0 && c == ',')
+      end_one();
+    else
+      one += c;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+FrameTables::FrameTables(const std::string& text, std::string source)
+    : source_(std::move(source)), tables_(1), line_end_(text.find("\r\n") != std::string::npos ? "\r" : "") {
+  std::istringstream in(text);
+  std::size_t buses = 0;
+  for (std::string line; std::getline(in, line);) {
+    const bool begins =
+        line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
+    if (begins) {
+      Table table{.kind = line.substr(0, line.find_first_of("# \t\r")), .lines = {}};
+      if (table.kind == "[[bus]]") ++buses;
+      table.bus = buses > 0 ? buses - 1 : 0;
+      if (table.kind == "[[bus.broadcast]]") broadcasts_.push_back(tables_.size());
+      if (table.kind == "[[bus.command]]") commands_.push_back(tables_.size());
+      tables_.push_back(std::move(table));
+    }
+    tables_.back().lines.push_back(line);
+  }
+}
+
+std::string FrameTables::text() const {
+  std::string text;
+  for (const Table& table : tables_)
+    for (const auto* lines : {&table.lines, &table.behind, &table.rest})
+      for (const std::string& line : *lines) text += line + '\n';
+  return text;
+}
+
+/// Behind the last line that is more than a comment: what follows is said of the next table.
+FrameTables::Line FrameTables::end_of_values(Line from, Line to) {
+  return std::find_if(std::make_reverse_iterator(to), std::make_reverse_iterator(from), is_value).base();
+}
+
+FrameTables::Line FrameTables::line_of(Line from, Line to, const std::string& name) {
+  return std::find_if(from, to, [&](const std::string& line) {
+    const auto equals = line.find('=');
+    return is_value(line) && equals != std::string::npos && trimmed(line.substr(0, equals)) == name;
+  });
+}
+
+std::pair<FrameTables::Line, FrameTables::Line> FrameTables::values_of(Kind kind, Table& table) const {
+  const char* const header = kind == Kind::kBroadcast ? "[bus.broadcast.signals]" : "[bus.command.fields]";
+  const auto opens = [](const std::string& line) { return line.starts_with('['); };
+  auto from = std::find_if(table.lines.begin(), table.lines.end(),
+                           [&](const std::string& line) { return line.starts_with(header); });
+  if (from == table.lines.end())
+    throw InputError(fmt::format("{}: a frame that is to be changed needs {} in a line of its own", source_, header));
+  return {from + 1, std::find_if(from + 1, table.lines.end(), opens)};
+}
+
+bool FrameTables::erase_nodes(const std::vector<std::string>& all, const std::vector<std::string>& names) {
+  std::size_t place = 0;
+  for (Table& table : tables_) {
+    if (table.kind != kNodeTable || place++ >= all.size()) continue;
+    const std::string& name = all[place - 1];
+    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
+    table.lines.erase(table.lines.begin(), end_of_values(table.lines.begin(), table.lines.end()));
+  }
+  return place == all.size();
+}
+
+bool FrameTables::set(Kind kind, std::size_t place, const std::string& name, const std::string& line, bool is_there,
+                      const std::function<bool(const std::string& key)>& keeps) {
+  Table& frame = table(kind, place);
+  const auto [from, to] = values_of(kind, frame);
+  const auto found = line_of(from, to, name);
+  if (found == to && !is_there) {
+    frame.lines.insert(end_of_values(from, to), ended(line));
+    return false;
+  }
+  const auto was = found == to ? std::nullopt : inline_table(*found);
+  if (!was) throw InputError(fmt::format("{}: {} must be a table in one line: {} = {{ ... }}", source_, name, name));
+  const InlineTable is = inline_table(line).value();
+  std::string keys;
+  const auto add = [&](const std::string& key, const std::string& value) {
+    keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", key, value);
+  };
+  for (const auto& [key, value] : is.keys) {
+    const std::string* const before = keeps(key) ? was->find(key) : nullptr;
+    add(key, before != nullptr ? *before : value);
+  }
+  for (const auto& [key, value] : was->keys)
+    if (keeps(key) && is.find(key) == nullptr) add(key, value);
+  *found = was->before + " " + keys + " " + was->after;
+  return true;
+}
+
+void FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
+  Table& frame = table(kind, place);
+  const auto [from, to] = values_of(kind, frame);
+  const auto found = line_of(from, to, name);
+  if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
+  const bool last = std::count_if(from, to, is_value) == 1;
+  if (!last) {
+    frame.lines.erase(found);
+    return;
+  }
+  frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+}
+
+void FrameTables::set_key(Kind kind, std::size_t place, const std::string& key, const std::string& line) {
+  Table& frame = table(kind, place);
+  const Line end = values_of(kind, frame).first - 1;
+  const auto found = line_of(frame.lines.begin(), end, key);
+  if (found != end)
+    *found = ended(line);
+  else
+    frame.lines.insert(end, ended(line));
+}
+
+void FrameTables::append(const std::string& added, std::size_t bus) {
+  const auto last = std::find_if(tables_.rbegin(), tables_.rend(), [&](const Table& table) {
+    return table.bus == bus && (table.kind.starts_with("[bus") || table.kind.starts_with("[[bus"));
+  });
+  if (last == tables_.rend()) throw InputError(source_ + ": has no [bus] or [[bus]] that begins a line");
+  const Line end = end_of_values(last->lines.begin(), last->lines.end());
+  last->rest.insert(last->rest.begin(), end, last->lines.end());
+  last->lines.erase(end, last->lines.end());
+  last->behind.push_back(line_end_);
+  std::istringstream in(added);
+  for (std::string line; std::getline(in, line);) last->behind.push_back(ended(line));
+}
+
+void FrameTables::add_bus(const std::optional<std::string>& first, const std::string& name, int bit_rate_kbps) {
+  const auto only = std::find_if(tables_.begin(), tables_.end(),
+                                 [](const Table& table) { return table.kind == "[bus]" || table.kind == "[[bus]]"; });
+  if (only == tables_.end()) throw InputError(source_ + ": has no [bus] that begins a line");
+  if (only->kind == "[bus]") only->lines.front().replace(0, only->kind.size(), "[[bus]]");
+  only->kind = "[[bus]]";
+  if (first) only->lines.insert(only->lines.begin() + 1, ended("name = \"" + *first + "\""));
+  append(fmt::format("[[bus]]\nname = \"{}\"\nbit_rate_kbps = {}\n", name, bit_rate_kbps), 0);
+  // What follows is put behind it.
+  const auto last = std::find_if(tables_.rbegin(), tables_.rend(), [](const Table& table) {
+    return table.kind.starts_with("[bus") || table.kind.starts_with("[[bus");
+  });
+  last->bus = 1;
+}
+
+}  // namespace knuckle::eds
