@@ -64,7 +64,16 @@ class Budget {
     for (const int sync_Hz : {200, 125, 100, 50}) {
       Change slow = change;
       slow.bus.sync_Hz = sync_Hz;
-      if (sync_Hz >= change.bus.sync_Hz || !fits(slow)) continue;
+      // A module's frames follow SYNC; what the machine's own controller is told must not come between two steps.
+      for (BroadcastFrame& frame : slow.bus.broadcasts)
+        if (frame.module != 0) frame.period_s = 1.0 / sync_Hz;
+      bool too_slow = false;
+      for (CommandFrame& frame : slow.bus.commands) {
+        if (frame.module != 0) frame.period_s = slow.bus.set_point_every_nth_sync / slow.bus.sync_Hz;
+        too_slow = too_slow || frame.period_s * sync_Hz < 1 - 1e-9 ||
+                   (moves_joint(frame) && frame.period_s > kSlowestJoint_s * (1 + 1e-9));
+      }
+      if (sync_Hz >= change.bus.sync_Hz || too_slow || !fits(slow)) continue;
       slow = added(slow, fmt::format("sync_Hz = {}", sync_Hz));
       const double period_s = 1.0 / sync_Hz;
       return raised(raised(slow, "sensor_age_limit_ms", change.bus.sensor_age_limit_s,
@@ -73,6 +82,30 @@ class Budget {
                     2 * period_s * change.bus.set_point_every_nth_sync);
     }
     return std::nullopt;
+  }
+
+  /// A module's inputs go out by fours: on its first channels they fill the fewest frames.
+  [[nodiscard]] std::optional<Change> inputs_together(Change change) const {
+    bool any = false;
+    for (const NodeDescription& node : change.bus.nodes) {
+      std::vector<BroadcastFrame*> frames;
+      std::size_t inputs = 0;
+      for (BroadcastFrame& frame : change.bus.broadcasts) {
+        if (frame.module != node.id) continue;
+        frames.push_back(&frame);
+        inputs += frame.fields.size();
+      }
+      const std::size_t needed = (inputs + kAnalogsPerFrame - 1) / kAnalogsPerFrame;
+      if (frames.size() <= needed) continue;
+      any = true;
+      for (std::size_t i = 0; i < needed; ++i)
+        frames[i]->bytes = static_cast<std::uint8_t>(
+            kAnalogBits / 8 * std::min<std::size_t>(kAnalogsPerFrame, inputs - i * kAnalogsPerFrame));
+      for (std::size_t i = needed; i < frames.size(); ++i) frames[i]->bytes = 0;  // none
+      change = added(change, fmt::format("the inputs of '{}' on its channels 1 to {}", node.name, inputs));
+    }
+    std::erase_if(change.bus.broadcasts, [](const BroadcastFrame& frame) { return frame.bytes == 0; });
+    return any ? std::optional(change) : std::nullopt;
   }
 
   [[nodiscard]] std::optional<Change> faster_wire(const Change& change) const {
@@ -134,6 +167,7 @@ std::string what_fits(const BusDescription& bus, const SensorDescription& sensor
     if (change && budget.fits(*change)) all.push_back(budget.text(*change));
   };
   offer(budget.fewer_valve_states(as_it_is));
+  offer(budget.inputs_together(as_it_is));
   offer(shorter);
   offer(slower);
   if (const auto both = shorter && !budget.fits(*shorter) ? budget.slower(*shorter) : std::nullopt;

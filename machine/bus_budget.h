@@ -12,7 +12,8 @@ inline constexpr double kFullestBus = 0.6;  ///< Share of the bit rate, with wor
 inline constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  ///< CiA 301, table 1.
 /// Without a sensor's value or a valve's command, whatever a file says.
 inline constexpr double kLongestBlind_ms = 200;
-inline constexpr double kOverRange = 1.1;  ///< A pressure is told to be too high, not the highest there is.
+inline constexpr double kSlowestJoint_s = 0.02;  ///< From one command that moves a joint to the next.
+inline constexpr double kOverRange = 1.1;        ///< A pressure is told to be too high, not the highest there is.
 
 /// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats,
 /// what the machine sends by itself, and what it is told by.

@@ -11,6 +11,7 @@
 
 #include "core/joints.h"
 #include "core/units.h"
+#include "machine/bus_budget.h"
 #include "machine/load_frames.h"
 #include "machine/signal_units.h"
 #include "transport/j1939.h"
@@ -19,7 +20,6 @@ namespace knuckle {
 namespace {
 
 constexpr double kMost = 1e9;
-constexpr double kSlowestJoint_s = 0.02;
 constexpr double kLeastSteps = 100;  // from neutral to full: what a gate lets pass is said to a hundredth
 
 /// The unit of a value that moves a joint says what kind of command it is.

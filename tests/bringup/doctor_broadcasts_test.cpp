@@ -5,6 +5,7 @@
 #include "app/bringup/doctor_frames.h"
 #include "tests/bringup/surveyed.h"
 #include "tests/support/j1939_machine.h"
+#include "tests/support/multiplexed_machine.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -13,7 +14,9 @@ BusDiagnosis broadcasts_looked_at(const MachineDescription& there, const Machine
   const auto bus = std::make_shared<sim::MachineOnBus>(sim::nominal_truth(there), sim::WorldDescription{},
                                                        JointVector(0.3, -1.5, -0.8), 1);
   BusAccess access = sim::access_to(bus);
-  return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), test::brief()), &file);
+  SurveyOptions options = test::brief();
+  options.multiplexed = multiplexed_frames(file.bus);
+  return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), options), &file);
 }
 
 using knuckle::test::broadcast_machine;
@@ -26,6 +29,19 @@ TEST(DoctorBroadcasts, SaysHowOftenEachComes) {
   EXPECT_NE(all.find("front_angle (0x18FF1021): comes every 10."), std::string::npos) << all;
   EXPECT_NE(all.find("body (0x1A5): comes every 20."), std::string::npos) << all;
   EXPECT_EQ(test::said(diagnosis, Finding::Level::kNote).find("frames 0x"), std::string::npos);
+}
+
+TEST(DoctorBroadcasts, SaysOfEachMultiplexedFrameHowOftenItComes) {
+  using knuckle::test::multiplexed_machine;
+  const MachineDescription there = multiplexed_machine("period_ms = 10", "period_ms = 20");
+  const BusDiagnosis sound = broadcasts_looked_at(there, there);
+  EXPECT_TRUE(healthy(sound.findings)) << test::faults(sound);
+  const std::string all = test::said(sound, Finding::Level::kOk);
+  EXPECT_NE(all.find("front_angle (0x18FF1021): comes every 20."), std::string::npos) << all;
+  EXPECT_NE(all.find("pressure_1 (0x18FF1021): comes every 10."), std::string::npos) << all;
+  EXPECT_NE(all.find("arm_angle -1.500 rad"), std::string::npos) << all;
+  const std::string other = test::faults(broadcasts_looked_at(there, multiplexed_machine("value = 2", "value = 3")));
+  EXPECT_NE(other.find("pressure_1 (0x18FF1021): not received"), std::string::npos) << other;
 }
 
 TEST(DoctorBroadcasts, WhatDoesNotComeOrNotAsTheFileSaysIsAFault) {

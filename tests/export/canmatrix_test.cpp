@@ -18,6 +18,7 @@
 #include "machine/bus_description.h"
 #include "tests/export/machines.h"
 #include "tests/support/candump.h"
+#include "tests/support/multiplexed_machine.h"
 #include "tests/support/run_program.h"
 #include "tests/support/sensor_frames.h"
 #include "tests/support/temporary_folder.h"
@@ -341,6 +342,31 @@ TEST_F(Canmatrix, DecodesDrawnFramesOfEveryKindAndWireAsOurDecodersDo) {
     if (compare(machine, frames, log) == 0) GTEST_SKIP() << kMissing;
     RecordProperty("frames_of_" + machine.name, std::to_string(frames.size()));
   }
+}
+
+TEST_F(Canmatrix, DecodesOfAMultiplexedFrameWhatItHas) {
+  const MachineDescription machine = test::multiplexed_machine();
+  const std::string log = folder_.file("multiplexed.log");
+  {
+    std::ofstream file(log);
+    for (const std::uint8_t value : {1, 2}) {
+      const CanFrame frame{0x18FF1021U | kExtendedId, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 9, value}};
+      file << candump_line(Time{}, frame) << '\n';
+    }
+  }
+  const auto decoded = ask(machine, "raw", log);
+  if (decoded.empty()) GTEST_SKIP() << kMissing;
+  ASSERT_EQ(decoded.size(), 2U);
+  const auto sorted = [](std::vector<std::string> row) {
+    std::sort(row.begin() + 1, row.end());
+    return row;
+  };
+  EXPECT_EQ(sorted(decoded[0]), (std::vector<std::string>{"front_angle", "arm_angle=21250", "boom_angle=24500",
+                                                          "bucket_angle=-4584", "counter=9", "multiplexer=1"}));
+  EXPECT_EQ(sorted(decoded[1]),
+            (std::vector<std::string>{"front_angle", "arm_head_pressure=2", "arm_rod_pressure=83",
+                                      "boom_head_pressure=180", "boom_rod_pressure=95", "bucket_head_pressure=238",
+                                      "bucket_rod_pressure=24", "counter=9", "multiplexer=2"}));
 }
 
 TEST_F(Canmatrix, ReadsEveryMessageAndSignalAsTheyAreMeant) {

@@ -11,6 +11,7 @@
 
 #include "machine/load.h"
 #include "tests/support/few_nodes.h"
+#include "tests/support/module_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 
@@ -118,6 +119,32 @@ TEST(BusBudget, OffersNoShorterPressuresWhereADeviceMapsThemByItself) {
     if (node.id == machine.bus.pressure(0).id) node.tpdo_maps = {{0x91300120, 0x61500108}};
   }
   EXPECT_EQ(what_fits(bus, machine.sensors).find("integer16"), std::string::npos) << what_fits(bus, machine.sensors);
+}
+
+TEST(BusBudget, OffersAModuleSlowerFrames) {
+  const MachineDescription machine = parse_machine(test::module_text(), "m.toml");
+  const double others = (0.66 - worst_bus_load(machine.bus)) * machine.bus.bit_rate;
+  const std::string fits = what_fits(machine.bus, machine.sensors, others);
+  EXPECT_NE(fits.find("sync_Hz = "), std::string::npos) << fits;
+  // At half the rate a module's frames are half as many.
+  BusDescription slow = machine.bus;
+  slow.sync_Hz = 100;
+  for (BroadcastFrame& frame : slow.broadcasts) frame.period_s = 0.01;
+  for (CommandFrame& frame : slow.commands) frame.period_s = 0.01;
+  const double at_100 = worst_bus_load(slow) + others / slow.bit_rate;
+  const double more = (0.6 - at_100) * slow.bit_rate - 500;
+  EXPECT_NE(what_fits(machine.bus, machine.sensors, others + more).find("sync_Hz = 100 with"), std::string::npos)
+      << what_fits(machine.bus, machine.sensors, others + more);
+}
+
+TEST(BusBudget, OffersAModulesInputsOnItsFirstChannels) {
+  MachineDescription machine = parse_machine(test::module_text(), "m.toml");
+  auto& frames = machine.bus.broadcasts;
+  ASSERT_EQ(frames.size(), 3U);
+  for (BroadcastFrame& frame : frames) frame.fields.resize(1);
+  const double others = (0.6 - worst_bus_load(machine.bus)) * machine.bus.bit_rate + 20e3;
+  const std::string fits = what_fits(machine.bus, machine.sensors, others);
+  EXPECT_NE(fits.find("the inputs of 'module' on its channels 1 to 3 ("), std::string::npos) << fits;
 }
 
 TEST(BusBudget, WhatOthersSendIsCountedAndWhereNothingFitsNothingIsOffered) {

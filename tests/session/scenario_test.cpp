@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
@@ -13,6 +15,7 @@
 #include <sstream>
 
 #include "machine/load.h"
+#include "tests/support/broadcast_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 
@@ -312,6 +315,7 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   for (int i = 0; i < sim::kFaultKinds; ++i) {
     const auto kind = static_cast<sim::FaultKind>(i);
     std::string text = with("kind = \"node_silent\"", std::string("kind = \"") + sim::name(kind) + "\"");
+    if (sim::concerns_frame(kind)) continue;  // of a machine that sends some
     if (!sim::concerns_node(kind)) text.erase(text.find(node), node.size());
     if (sim::concerns_node(kind) && sim::why_not(kind, machine_named().bus.pressure(2).id, machine_named().bus))
       continue;
@@ -323,6 +327,32 @@ TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   EXPECT_EQ(load(kWhole).faults[0].kind, sim::FaultKind::kNodeSilent);
   EXPECT_EQ(load(kWhole).faults[1].kind, sim::FaultKind::kValveStuck);
   EXPECT_EQ(load(kWhole).faults[1].subject, machine_named().bus.valve(kArm).id);
+}
+
+TEST_F(ScenarioFile, FaultsOfFramesAreByTheFramesOrTheSignalsName) {
+  const MachineDescription machine = knuckle::test::broadcast_machine();
+  const auto read = [&](const std::string& kind, const std::string& frame) {
+    std::string text = with("kind = \"node_silent\"", "kind = \"" + kind + "\"\nframe = \"" + frame + "\"");
+    const std::string node = "node = \"arm_head_pressure\"";
+    text.erase(text.find(node), node.size());
+    return session::parse_scenario(text, "s.toml", machine).faults[0];
+  };
+  EXPECT_EQ(read("frame_silent", "front_angle").kind, sim::FaultKind::kFrameSilent);
+  const auto whole = sim::subject_at(static_cast<std::size_t>(read("frame_frozen", "pressure_1").subject), machine.bus);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->frame, 1U);
+  EXPECT_EQ(whole->signals, ~std::uint64_t{0});
+  const auto one = sim::subject_at(static_cast<std::size_t>(read("values_frozen", "arm_angle").subject), machine.bus);
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->frame, 0U);
+  EXPECT_EQ(std::popcount(one->signals), 1);
+  for (const auto& [kind, frame, said] :
+       {std::array<const char*, 3>{"frame_silent", "tail", "must be one of boom_head_pressure, "},
+        {"frame_checksum", "front_angle", "the frame has no checksum"}}) {
+    const std::string line = knuckle::test::refusal([&] { (void)read(kind, frame); });
+    EXPECT_NE(line.find(said), std::string::npos) << line;
+  }
+  EXPECT_EQ(read("frame_checksum", "slope").kind, sim::FaultKind::kFrameChecksum);
 }
 
 TEST_F(ScenarioFile, WanderingHasASpeedAndALength) {

@@ -1,0 +1,90 @@
+// From a maker's DBC into a machine file and out again as DBC: the same raw values under the same multiplexer.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "app/eds/dbc_import.h"
+#include "app/export/export_command.h"
+#include "machine/load.h"
+#include "tests/support/multiplexed_machine.h"
+
+namespace knuckle::exporting {
+namespace {
+
+constexpr const char* kMakersDbc = R"(VERSION ""
+BU_: Machine
+BO_ 2566852641 Front: 8 Machine
+ SG_ which M : 56|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ boom m1 : 0|16@1+ (0.0004,-10) [0|0] "rad" Vector__XXX
+ SG_ arm m1 : 23|16@0+ (0.0004,-10) [0|0] "rad" Vector__XXX
+ SG_ bucket m2 : 0|16@1- (0.01,0) [0|0] "deg" Vector__XXX
+ SG_ pitch m2 : 16|32@1- (1,0) [0|0] "rad" Vector__XXX
+BO_ 426 Body: 2 Machine
+ SG_ hours : 0|16@1+ (0.5,0) [0|0] "h" Vector__XXX
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_ "GenMsgCycleTime" BO_ 2566852641 5;
+BA_ "GenMsgCycleTime" BO_ 426 100;
+SIG_VALTYPE_ 2566852641 pitch : 1;
+)";
+
+TEST(BusRoundTrip, ADbcThatWasImportedComesOutWithTheSameRawValues) {
+  const eds::DbcFile maker = eds::parse_dbc(kMakersDbc, "m.dbc");
+  const std::map<std::string, std::string> names{{"boom_angle", "Front.boom"},
+                                                 {"arm_angle", "Front.arm"},
+                                                 {"bucket_angle", "Front.bucket"},
+                                                 {"slope", "Front.pitch"},
+                                                 {"engine_hours", "Body.hours"}};
+  std::vector<eds::WantedSignal> wanted;
+  for (const auto& [ours, theirs] : names) wanted.push_back(eds::wanted_signal(ours + "=" + theirs));
+  const std::string before = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
+  const std::string text = eds::with_frames(before, "m.toml", maker, wanted, {}).text;
+  std::ostringstream out;
+  write_dbc(parse_machine(text, "m.toml"), out);
+  const eds::DbcFile ours = eds::parse_dbc(out.str(), "ours.dbc");
+  EXPECT_TRUE(ours.slips.empty()) << ours.slips.front();
+  EXPECT_EQ(ours.usable("Front").period_s, 0.005) << "two in turn, 10 ms each";
+  std::mt19937_64 random(7);
+  std::map<std::string, int> compared;
+  for (int n = 0; n < 3000; ++n) {
+    for (const char* const name : {"Front", "Body"}) {
+      const eds::DbcMessage &theirs = maker.usable(name), &message = ours.usable(name);
+      ASSERT_EQ(message.id, theirs.id);
+      ASSERT_EQ(message.size, theirs.size);
+      CanFrame frame{.id = message.id, .size = static_cast<std::uint8_t>(message.size), .data = {}};
+      for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(random());
+      frame.data[7] &= 3;
+      for (const auto& [called, place] : names) {
+        const std::string in_message = std::string(name) + ".";
+        if (!place.starts_with(in_message)) continue;
+        const eds::DbcSignal* const signal = message.find(called);
+        const eds::DbcSignal* const source = theirs.find(place.substr(in_message.size()));
+        ASSERT_NE(signal, nullptr) << called;
+        const bool is = is_in(frame, message, *signal);
+        ASSERT_EQ(is, is_in(frame, theirs, *source)) << called;
+        if (!is) continue;
+        EXPECT_EQ(read_raw(signal->field, frame), read_raw(source->field, frame)) << called;
+        ++compared[called];
+      }
+    }
+  }
+  for (const auto& [called, place] : names) EXPECT_GT(compared[called], 500) << called;
+}
+
+TEST(BusRoundTrip, FramesThatAMultiplexerTellsApartAreOneMessage) {
+  std::ostringstream out;
+  write_dbc(test::multiplexed_machine(), out);
+  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
+  const eds::DbcMessage& message = dbc.usable("front_angle");
+  EXPECT_EQ(message.period_s, 0.005);
+  ASSERT_EQ(message.signals.size(), 1U + 3 + 6 + 1) << "multiplexer, angles, pressures and one counter";
+  EXPECT_TRUE(message.signals[0].is_multiplexer);
+  EXPECT_EQ(message.find("arm_angle")->condition->values.front().first, 1U);
+  EXPECT_EQ(message.find("bucket_rod_pressure")->condition->values.front().first, 2U);
+  EXPECT_FALSE(message.find("counter")->condition);
+}
+
+}  // namespace
+}  // namespace knuckle::exporting
