@@ -15,6 +15,7 @@
 #include "machine/bus_frames.h"
 #include "machine/toml_reader.h"
 #include "transport/can_load.h"
+#include "transport/j1939_packets.h"
 
 namespace knuckle {
 namespace {
@@ -148,8 +149,12 @@ double worst_bus_load(const BusDescription& bus) {
   double bits_per_s = bus.without_nodes() ? 0 : bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
   for (const BusFrame& frame : bus_frames(bus)) bits_per_s += frame.rate_Hz(bus.sync_Hz) * bits(frame.bytes());
   bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
-  for (const BroadcastFrame& frame : bus.broadcasts)
-    bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    constexpr std::uint8_t kMost = sizeof(CanFrame::data);
+    const bool is_frame = frame.bytes <= kMost;
+    const unsigned frames = is_frame ? 1 : 1 + j1939::packets_of(frame.bytes);  // announced first
+    bits_per_s += frames * worst_case_bits(is_frame ? frame.bytes : kMost, frame.id) / frame.period_s;
+  }
   for (const CommandFrame& frame : bus.commands) bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
   return bits_per_s / bus.bit_rate;
 }

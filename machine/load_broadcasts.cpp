@@ -158,9 +158,27 @@ void read_status(TomlTable& file, BroadcastField& field, bool is_group) {
                {"invalid_from"});
 }
 
+bool is_of_packets(const BroadcastFrame& frame) noexcept {
+  return frame.bytes > sizeof(CanFrame::data);
+}
+
+/// Of one frame, or of one message of several packets, in which all are little endian.
+bool overlap(const BroadcastField& a, const BroadcastField& b) noexcept {
+  if (a.first_byte == b.first_byte) return knuckle::overlap(a.bits, b.bits);
+  const auto from = [](const BroadcastField& field) { return 8 * field.first_byte + field.bits.start_bit; };
+  return from(a) < from(b) + b.bits.bits && from(b) < from(a) + a.bits.bits;
+}
+
 BroadcastField read_field(TomlTable file, std::size_t signal, const BroadcastFrame& frame,
                           const SensorDescription& sensors) {
-  BroadcastField field{.signal = static_cast<std::uint8_t>(signal), .bits = read_bits(file, frame.bytes)};
+  BroadcastField field{.signal = static_cast<std::uint8_t>(signal), .bits = {}};
+  if (is_of_packets(frame)) {
+    const MessageBits place = read_message_bits(file, frame.bytes);
+    field.bits = place.bits;
+    field.first_byte = place.first_byte;
+  } else {
+    field.bits = read_bits(file, frame.bytes);
+  }
   if (is_yes_or_no(field.info())) {
     read_status(file, field, frame.is_group());
     return field;
@@ -194,7 +212,10 @@ class BroadcastReader {
     std::vector<UsedBits> used;
     for (const BroadcastField& field : frame.fields) used.push_back({field.bits, field.info().name});
     if (frame.multiplexer) used.push_back({frame.multiplexer->bits, "the multiplexer"});
-    frame.closing = read_frame_closing(file, frame.bytes, used);
+    if (is_of_packets(frame))
+      check_packets(file, frame);
+    else
+      frame.closing = read_frame_closing(file, frame.bytes, used);
     check_closing(file, frame);
     heads_.push_back(head);
     all_.push_back(std::move(frame));
@@ -202,6 +223,16 @@ class BroadcastReader {
   [[nodiscard]] std::vector<BroadcastFrame> take() { return std::move(all_); }
 
  private:
+  static void check_packets(TomlTable& file, const BroadcastFrame& frame) {
+    file.require(frame.only_readings(), "bytes",
+                 "must be at most 8 of what moves the machine or stops it: several packets take too long", {"signals"});
+    for (const char* key : {"counter", "checksum", "multiplexer"}) {
+      if (!file.has(key)) continue;
+      file.require(false, key, "does not go with a message of several packets", {"bytes"});
+      file.leave(key);
+    }
+  }
+
   /// The counter runs over all frames of an identifier.
   void check_closing(const TomlTable& file, const BroadcastFrame& frame) const {
     for (const BroadcastFrame& other : all_) {
@@ -257,7 +288,7 @@ class BroadcastReader {
     signals.require(!frame.multiplexer || !overlap(field.bits, frame.multiplexer->bits), key,
                     "has bits of the multiplexer");
     for (const BroadcastField& other : frame.fields)
-      signals.require(!overlap(field.bits, other.bits), key, fmt::format("has bits of {}", other.info().name));
+      signals.require(!overlap(field, other), key, fmt::format("has bits of {}", other.info().name));
     const auto look = [&](const BroadcastFrame& at) {
       for (const BroadcastField& other : at.fields) {
         if (other.info().role != field.info().role || other.info().index != field.info().index) continue;

@@ -27,12 +27,25 @@ struct CommandUnit {
   Unit unit;
   CommandKind kind;
 };
-constexpr std::array kCommandUnits{
-    CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},      CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
-    CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure}, CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
-    CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},  CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
-    CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},      CommandUnit{{"A", 1}, CommandKind::kCurrent},
-    CommandUnit{{"mV", kMilli}, CommandKind::kVoltage},      CommandUnit{{"V", 1}, CommandKind::kVoltage}};
+constexpr std::array kCommandUnits{CommandUnit{{"rad/s", 1}, CommandKind::kJointRate},
+                                   CommandUnit{{"deg/s", kDegree}, CommandKind::kJointRate},
+                                   CommandUnit{{"bar", kBar}, CommandKind::kPilotPressure},
+                                   CommandUnit{{"Pa", 1}, CommandKind::kPilotPressure},
+                                   CommandUnit{{"kPa", 1e3}, CommandKind::kPilotPressure},
+                                   CommandUnit{{"MPa", 1e6}, CommandKind::kPilotPressure},
+                                   CommandUnit{{"mA", kMilli}, CommandKind::kCurrent},
+                                   CommandUnit{{"A", 1}, CommandKind::kCurrent},
+                                   CommandUnit{{"mV", kMilli}, CommandKind::kVoltage},
+                                   CommandUnit{{"V", 1}, CommandKind::kVoltage},
+                                   CommandUnit{{"%", 0.01}, CommandKind::kFlow}};
+
+/// ISO 11783-7: the valve's state in a command of an auxiliary valve. Float, 3, is never sent.
+constexpr BitField kValveState{.start_bit = 16, .bits = 4};
+constexpr std::uint64_t kBlocked = 0, kExtends = 1, kRetracts = 2, kFloats = 3;
+
+CommandField constant(const char* name, std::uint8_t start_bit, std::uint8_t bits, double value) {
+  return {.name = name, .bits = {.start_bit = start_bit, .bits = bits}, .neutral = value, .led = value};
+}
 
 class CommandReader {
  public:
@@ -42,11 +55,62 @@ class CommandReader {
   }
 
   void read(TomlTable& file, std::uint32_t bus) {
+    if (file.has("iso11783_valve")) return read_valve(file, bus);
     const FrameHead head = read_frame_head(file, heads_, bus, false);
     CommandFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
     const bool from_address = (head.id & kExtendedId) != 0 && bus_.j1939_address == j1939::source_of(head.id);
     if (from_address) frame.mask = j1939::kAllButPriorityAndSource;
     frame.always = file.choice("send", {"always", "while_led"}) == 0;
+    std::vector<UsedBits> used;
+    TomlTable fields = file.table("fields");
+    read_fields(fields, frame, used);
+    refuse_float(fields, frame);
+    check_period(file, frame);
+    frame.closing = read_frame_closing(file, frame.bytes, used);
+    heads_.push_back(head);
+    bus_.commands.push_back(std::move(frame));
+  }
+
+  /// The command of an auxiliary valve (ISO 11783-7) in short: how much of its flow, and which way.
+  void read_valve(TomlTable& file, std::uint32_t bus) {
+    const auto valve = static_cast<std::uint32_t>(file.integer("iso11783_valve", 0, j1939::kMostValve));
+    file.require(bus_.j1939_address.has_value(), "iso11783_valve",
+                 "needs bus.j1939_address, which the command goes out from", {".bus.j1939_address"});
+    constexpr std::uint32_t kPriority = 3;
+    const std::uint32_t id =
+        j1939::identifier(j1939::kValveCommand + valve, bus_.j1939_address.value_or(0), j1939::kEverybody, kPriority);
+    const FrameHead head{.name = fmt::format("iso11783_valve_{}", valve), .id = id | bus};
+    check_frame_head(file, head, heads_, "iso11783_valve", "iso11783_valve");
+    // The standard repeats it every 100 ms; here no joint's frame may be so old.
+    CommandFrame frame{.name = head.name,
+                       .id = head.id,
+                       .mask = j1939::kAllButPriorityAndSource,
+                       .period_s = file.has("period_ms") ? file.number("period_ms", 1, 1000, kMilli) : kSlowestJoint_s,
+                       .always = false};
+    const int joint = file.choice("joint", kJointNames);
+    CommandField flow{.name = std::string(kJointNames[static_cast<std::size_t>(joint)]) + "_flow",
+                      .bits = {.bits = 8, .scale = 0.004},
+                      .joint = joint};
+    const bool reversed = file.has("reversed") && file.boolean("reversed");
+    flow.direction = CommandDirection{.bits = kValveState,
+                                      .neutral = kBlocked,
+                                      .extend = reversed ? kRetracts : kExtends,
+                                      .retract = reversed ? kExtends : kRetracts};
+    set_kind(file, CommandKind::kFlow, "iso11783_valve");
+    for (auto [key, full] : {std::pair("extend", &flow.extend), {"retract", &flow.retract}}) {
+      *full = read_value(file, key, flow.bits, 0.01);
+      file.require(**full > 0.4 - 1e-9 && **full < 1 + 1e-9, key, "must be within [40, 100]");
+    }
+    check_ways(file, flow);
+    check_beside(file, "joint", flow, frame);
+    frame.fields = {std::move(flow), constant("reserved_2", 8, 8, 0xFF), constant("reserved_3", 20, 2, 3),
+                    constant("fail_safe_blocked", 22, 2, 0), constant("reserved_4_to_8", 24, 40, 0xFF'FFFF'FFFF)};
+    check_period(file, frame);
+    heads_.push_back(head);
+    bus_.commands.push_back(std::move(frame));
+  }
+
+  void check_period(const TomlTable& file, const CommandFrame& frame) const {
     file.require(2 * frame.period_s <= bus_.valve_watchdog_s * (1 + 1e-9), "period_ms",
                  fmt::format("must be at most {}, half of bus.valve_watchdog_ms",
                              number_text(bus_.valve_watchdog_s / kMilli / 2)),
@@ -54,14 +118,9 @@ class CommandReader {
     file.require(frame.period_s * bus_.sync_Hz >= 1 - 1e-9, "period_ms",
                  fmt::format("must be at least {}, the loop's period", number_text(1 / bus_.sync_Hz / kMilli)),
                  {".bus.sync_Hz"});
-    std::vector<UsedBits> used;
-    read_fields(file.table("fields"), frame, used);
     file.require(
         !moves_joint(frame) || frame.period_s <= kSlowestJoint_s * (1 + 1e-9), "period_ms",
         fmt::format("must be at most {} of a frame that moves a joint", number_text(kSlowestJoint_s / kMilli)));
-    frame.closing = read_frame_closing(file, frame.bytes, used);
-    heads_.push_back(head);
-    bus_.commands.push_back(std::move(frame));
   }
 
   /// All that the module has, so that each has a neutral.
@@ -113,22 +172,66 @@ class CommandReader {
   }
 
  private:
-  void read_fields(TomlTable fields, CommandFrame& frame, std::vector<UsedBits>& used) {
+  void read_fields(TomlTable& fields, CommandFrame& frame, std::vector<UsedBits>& used) {
     const std::vector<std::string> keys = fields.keys();
     if (keys.empty()) fields.require(false, "", "must have at least one field");
     for (const std::string& key : keys) {
       check_name(fields, key);
       TomlTable file = fields.table(key);
       const BitField bits = read_bits(file, frame.bytes);
-      CommandField field = read_field(file, bits);
+      std::optional<CommandDirection> direction;
+      if (file.has("direction")) direction = read_direction(file.table("direction"), frame.bytes);
+      CommandField field = read_field(file, bits, direction);
       field.name = key;
+      std::vector<UsedBits> own{{field.bits, key}};
+      if (direction) own.push_back({direction->bits, key + ".direction"});
       if (fields.sound({key})) {
         for (const UsedBits& other : used)
-          fields.require(!overlap(field.bits, other.bits), key, "has bits of " + other.whose);
+          for (const UsedBits& one : own)
+            fields.require(!overlap(one.bits, other.bits), key, "has bits of " + other.whose);
+        fields.require(!direction || !overlap(field.bits, direction->bits), key, "has bits of its own direction");
         check_beside(fields, key, field, frame);
       }
-      used.push_back({field.bits, key});
+      used.insert(used.end(), own.begin(), own.end());
       frame.fields.push_back(std::move(field));
+    }
+  }
+
+  static CommandDirection read_direction(TomlTable file, std::uint8_t frame_bytes) {
+    constexpr std::uint8_t kMostBits = 8;
+    CommandDirection direction{.bits = read_bits(file, frame_bytes)};
+    file.require(direction.bits.type == BitField::Type::kUnsigned && direction.bits.bits <= kMostBits, "bits",
+                 "must be at most 8 of an unsigned", {"type"});
+    const std::int64_t most = (std::int64_t{1} << std::min(direction.bits.bits, kMostBits)) - 1;
+    for (auto [key, raw] :
+         {std::pair("neutral", &direction.neutral), {"extend", &direction.extend}, {"retract", &direction.retract}})
+      *raw = static_cast<std::uint64_t>(file.integer(key, 0, most));
+    file.require(direction.extend != direction.neutral, "extend", "must not be that of neutral", {"neutral"});
+    file.require(direction.retract != direction.neutral && direction.retract != direction.extend, "retract",
+                 "must not be that of neutral or extend", {"neutral", "extend"});
+    return direction;
+  }
+
+  /// Of a command of an auxiliary valve.
+  static void refuse_float(const TomlTable& fields, const CommandFrame& frame) {
+    const std::uint32_t group = j1939::group_of(frame.id);
+    if ((frame.id & kExtendedId) == 0 || group < j1939::kValveCommand ||
+        group > j1939::kValveCommand + j1939::kMostValve)
+      return;
+    constexpr const char* kWhy = "can let the valve float: state 3 of ISO 11783-7, bits 16 to 19, is never sent";
+    for (const bool led : {false, true}) {
+      CanFrame constants;
+      for (const CommandField& field : frame.fields)
+        if (!field.joint) write_value(field.bits, led ? field.led : field.neutral, constants);
+      fields.require(read_raw(kValveState, constants) != kFloats, "", kWhy);
+    }
+    for (const CommandField& field : frame.fields) {
+      if (!field.joint) continue;
+      bool floats = overlap(field.bits, kValveState);
+      if (const auto& way = field.direction; way && overlap(way->bits, kValveState))
+        floats = floats || way->bits != kValveState || way->neutral == kFloats || way->extend == kFloats ||
+                 way->retract == kFloats;
+      fields.require(!floats, field.name, kWhy);
     }
   }
 
@@ -158,9 +261,12 @@ class CommandReader {
     for (const CommandFrame& at : bus_.commands) look(at);
   }
 
-  CommandField read_field(TomlTable file, const BitField& bits) {
+  CommandField read_field(TomlTable file, const BitField& bits,
+                          const std::optional<CommandDirection>& direction = std::nullopt) {
     CommandField field;
     field.bits = bits;
+    field.direction = direction;
+    file.require(!direction || file.has("joint"), "direction", "is for a field with joint");
     double unit = 1;
     if (file.has("joint")) {
       field.joint = file.choice("joint", kJointNames);
@@ -186,11 +292,14 @@ class CommandReader {
     for (const CommandUnit& one : kCommandUnits) names.push_back(one.unit.name);
     const CommandUnit& unit = kCommandUnits[static_cast<std::size_t>(file.choice("unit", names))];
     if (!file.sound({"unit"})) return unit.unit.si;
-    CommandKind& kind = bus_.command_kind;
-    file.require(kind == CommandKind::kSpool || kind == unit.kind, "unit",
-                 "is another kind of command than that of another joint's field");
-    kind = unit.kind;
+    set_kind(file, unit.kind, "unit");
     return unit.unit.si;
+  }
+
+  void set_kind(const TomlTable& file, CommandKind kind, const char* key) {
+    file.require(bus_.command_kind == CommandKind::kSpool || bus_.command_kind == kind, key,
+                 "is another kind of command than that of another joint's field");
+    bus_.command_kind = kind;
   }
 
   /// In the file's unit; noted where the field's bits cannot say it. A speed that is nearly 0 is no neutral.
@@ -219,11 +328,14 @@ class CommandReader {
     };
     far(field.extend, extend, "extend");
     far(field.retract, retract, "retract");
-    file.require(!field.extend || !field.retract || extend * retract < 0, "retract",
+    const bool both = field.extend && field.retract;
+    file.require(!field.direction || both, "direction", "needs extend and retract");
+    file.require(!both || field.direction || extend * retract < 0, "retract",
                  "must be on neutral's other side than extend", {"neutral", "extend"});
+    file.require(!both || !field.direction || extend * retract > 0, "retract",
+                 "must be on the same side of neutral as extend: direction says the way", {"neutral", "extend"});
     const bool rate = bus_.command_kind == CommandKind::kJointRate;
-    file.require(!rate || (field.extend && field.retract), "joint", "of a speed it must have extend and retract",
-                 {"unit"});
+    file.require(!rate || both, "joint", "of a speed it must have extend and retract", {"unit"});
     file.require(!rate || field.neutral == 0, "neutral", "of a speed must be 0", {"unit"});
   }
 

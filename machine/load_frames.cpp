@@ -10,10 +10,23 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
-#include "transport/j1939.h"
+#include "transport/j1939_packets.h"
 
 namespace knuckle {
 namespace {
+
+constexpr double kSlowestMessage_ms = 10000;  // of several packets
+
+/// bits, type and order.
+BitField read_meaning_of_bits(TomlTable& file) {
+  BitField bits;
+  bits.bits = static_cast<std::uint8_t>(file.integer("bits", 1, 64));
+  if (file.has("type")) bits.type = static_cast<BitField::Type>(file.choice("type", {"unsigned", "signed", "float"}));
+  if (file.has("order")) bits.order = static_cast<BitField::Order>(file.choice("order", {"little", "big"}));
+  file.require(bits.type != BitField::Type::kFloat || bits.bits == 32 || bits.bits == 64, "bits",
+               "must be 32 or 64 of a float", {"type"});
+  return bits;
+}
 
 FrameCounter read_counter(TomlTable file, std::uint8_t frame_bytes) {
   constexpr int kMostBits = 32;
@@ -85,31 +98,30 @@ bool may_be_both(const FrameHead& a, const FrameHead& b) {
   return CanFilter(a.id, mask(a) & mask(b)).lets(b.id);
 }
 
-void check_name(const TomlTable& file, const std::string& name, const std::vector<FrameHead>& others) {
+void check_name(const TomlTable& file, const std::string& name, const std::vector<FrameHead>& others, const char* key) {
   constexpr std::size_t kLongest = 32;  // of a message in a DBC
   if (name.empty()) return;             // noted
   const bool plain =
       name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
       std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-  file.require(plain, "name", "must be a letter and up to 31 letters, digits and _");
+  file.require(plain, key, "must be a letter and up to 31 letters, digits and _");
   const auto same = [&](const FrameHead& other) { return other.name == name; };
-  file.require(std::none_of(others.begin(), others.end(), same), "name", "is the name of another frame");
+  file.require(std::none_of(others.begin(), others.end(), same), key, "is the name of another frame");
 }
 
 /// Frames under one identifier are told apart by what the same bits say.
-void check_alone(TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others, bool is_group) {
+void check_alone(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+                 const char* id_key) {
   for (const FrameHead& other : others) {
     if (!may_be_both(other, head)) continue;
     if (!head.multiplexer || !other.multiplexer) {
       const bool one = head.multiplexer || other.multiplexer;
-      file.require(false, is_group ? "pgn" : "id",
-                   "is taken by '" + other.name + "'" + (one ? ": both must have a multiplexer" : ""),
+      file.require(false, id_key, "is taken by '" + other.name + "'" + (one ? ": both must have a multiplexer" : ""),
                    {"extended", "source", "multiplexer"});
       return;
     }
     const bool same = other.id == head.id && other.mask == head.mask && other.source == head.source;
-    file.require(same, is_group ? "pgn" : "id",
-                 "may be that of '" + other.name + "': id or pgn, and source, must be as there");
+    file.require(same, id_key, "may be that of '" + other.name + "': id or pgn, and source, must be as there");
     file.require(other.bytes == head.bytes, "bytes",
                  fmt::format("must be {}, as of '{}' under the same identifier", other.bytes, other.name));
     file.require(other.multiplexer->bits == head.multiplexer->bits, "multiplexer",
@@ -132,23 +144,37 @@ Multiplexer read_multiplexer(TomlTable file, std::uint8_t frame_bytes) {
 
 }  // namespace
 
+void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+                      const char* name_key, const char* id_key) {
+  check_name(file, head.name, others, name_key);
+  check_alone(file, head, others, id_key);
+}
+
 FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast) {
   FrameHead head;
   head.name = file.text("name");
-  check_name(file, head.name, others);
   const bool group = is_broadcast && file.has("pgn");
   if (group)
     read_group(file, head);
   else
     head.id = read_id(file);
   head.id |= bus;
-  head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, 8));
-  head.period_s = head.on_request ? file.number("request_every_s", 1, 3600) : file.number("period_ms", 1, 1000, kMilli);
-  if (is_broadcast && file.has("multiplexer")) {
+  constexpr std::uint8_t kMostBytes = sizeof(CanFrame::data);
+  head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, is_broadcast ? j1939::kMostMessage : kMostBytes));
+  const bool packets = head.bytes > kMostBytes;
+  file.require(group || !packets, "bytes", "must be at most 8: only a group, by pgn, comes in several packets", {"id"});
+  head.period_s = head.on_request ? file.number("request_every_s", 1, 3600)
+                                  : file.number("period_ms", 1, packets ? kSlowestMessage_ms : 1000, kMilli);
+  const double least_s = j1939::packets_of(head.bytes) * to_seconds(j1939::kPacketsApart);
+  file.require(!packets || head.period_s >= least_s, head.on_request ? "request_every_s" : "period_ms",
+               fmt::format("must be at least {}: {} packets come 50 ms apart",
+                           number_text(head.on_request ? least_s : least_s / kMilli), j1939::packets_of(head.bytes)),
+               {"bytes"});
+  if (is_broadcast && !packets && file.has("multiplexer")) {
     file.require(!head.on_request, "multiplexer", "does not go with request_every_s", {"request_every_s"});
     head.multiplexer = read_multiplexer(file.table("multiplexer"), head.bytes);
   }
-  check_alone(file, head, others, group);
+  check_frame_head(file, head, others, "name", group ? "pgn" : "id");
   return head;
 }
 
@@ -169,14 +195,25 @@ std::vector<int> analog_numbers(TomlTable& file) {
   return numbers;
 }
 
+MessageBits read_message_bits(TomlTable& file, std::uint8_t message_bytes) {
+  constexpr unsigned kByte = 8;
+  const auto start = static_cast<unsigned>(file.integer("start", 0, kByte * message_bytes - 1));
+  MessageBits message{.bits = read_meaning_of_bits(file), .first_byte = static_cast<std::uint8_t>(start / kByte)};
+  message.bits.start_bit = start % kByte;
+  file.require(message.bits.order == BitField::Order::kLittleEndian, "order",
+               "must be little in a message of several packets");
+  file.require(bytes_of(message.bits) <= sizeof(CanFrame::data), "bits", "must end within 8 bytes from the first one",
+               {"start"});
+  file.require(start + message.bits.bits <= kByte * message_bytes, "start",
+               fmt::format("with {} bits it ends outside the message's {} bytes", message.bits.bits, message_bytes),
+               {"bits"});
+  return message;
+}
+
 BitField read_bits(TomlTable& file, std::uint8_t frame_bytes) {
-  BitField bits;
-  bits.start_bit = static_cast<std::uint8_t>(file.integer("start", 0, 63));
-  bits.bits = static_cast<std::uint8_t>(file.integer("bits", 1, 64));
-  if (file.has("type")) bits.type = static_cast<BitField::Type>(file.choice("type", {"unsigned", "signed", "float"}));
-  if (file.has("order")) bits.order = static_cast<BitField::Order>(file.choice("order", {"little", "big"}));
-  file.require(bits.type != BitField::Type::kFloat || bits.bits == 32 || bits.bits == 64, "bits",
-               "must be 32 or 64 of a float", {"type"});
+  const auto start = static_cast<std::uint8_t>(file.integer("start", 0, 63));
+  BitField bits = read_meaning_of_bits(file);
+  bits.start_bit = start;
   file.require(bytes_of(bits) <= frame_bytes, "start",
                fmt::format("with {} bits it ends outside the frame's {} bytes", bits.bits, frame_bytes),
                {"bits", "order"});

@@ -29,11 +29,23 @@ struct FrameHead {
 [[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
                                         bool is_broadcast);
 
+/// Notes a name that another one has, or that a DBC could not have, and an identifier that may be another's.
+/// @param name_key, id_key what the file says them by
+void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+                      const char* name_key, const char* id_key);
+
 /// Channels of a module that the table's keys name, in order; notes keys that name none.
 [[nodiscard]] std::vector<int> analog_numbers(TomlTable& file);
 
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);
+
+/// Likewise in a message of several packets, from its first byte on: within 8 bytes.
+struct MessageBits {
+  BitField bits;
+  std::uint8_t first_byte = 0;
+};
+[[nodiscard]] MessageBits read_message_bits(TomlTable& file, std::uint8_t message_bytes);
 
 /// Bits of a frame that have a meaning, and whose they are.
 struct UsedBits {

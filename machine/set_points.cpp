@@ -8,8 +8,19 @@
 namespace knuckle {
 namespace {
 
+/// Likewise with the way in bits beside it. Any way but the three that are known, such as float, is as far as can be.
+double directed(const CommandField& field, const CanFrame& frame) noexcept {
+  const CommandDirection& direction = *field.direction;
+  const auto way = read_raw(direction.bits, frame), raw = read_raw(field.bits, frame);
+  if (way != direction.neutral && way != direction.extend && way != direction.retract) return 1;
+  if (way == direction.neutral || raw == raw_of(field.bits, field.neutral)) return 0;
+  const double above = value_of(field.bits, raw.value_or(0)) - field.neutral;
+  return way == direction.extend ? above / (*field.extend - field.neutral) : -above / (*field.retract - field.neutral);
+}
+
 /// [-1, 1] by what one field says; 0 where its bits are those of neutral.
 double command_of(const CommandField& field, const CanFrame& frame) noexcept {
+  if (field.direction) return directed(field, frame);
   const auto raw = read_raw(field.bits, frame);
   if (!raw || *raw == raw_of(field.bits, field.neutral)) return 0;
   const double above = value_of(field.bits, *raw) - field.neutral;

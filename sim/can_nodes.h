@@ -20,6 +20,7 @@
 #include "sim/broadcast_faults.h"
 #include "sim/lss_node.h"
 #include "sim/own_controller.h"
+#include "sim/packet_sender.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 
@@ -399,6 +400,8 @@ class CanNodes {
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;
   void set_estop(bool pressed) noexcept;
   void set_plain_enable() noexcept { enable_.set_plain(); }
+  /// This packet of each message of several is not sent; 0: all are.
+  void lose_packet(std::uint8_t number) noexcept { packets_.lose(number); }
   /// nullptr where there is none.
   [[nodiscard]] NodeProtocol* node(std::uint8_t id) noexcept;
 
@@ -408,6 +411,8 @@ class CanNodes {
   void hear_request(const CanFrame& frame, Time now) noexcept;
   [[nodiscard]] double sensed(const SignalInfo& signal, const MachineSignals& signals) const noexcept;
   [[nodiscard]] std::uint64_t raw_status(const BroadcastField& field) const noexcept;
+  void write(const BroadcastField& field, const MachineSignals& signals, CanFrame& frame) noexcept;
+  void send_in_packets(std::size_t broadcast, const MachineSignals& signals) noexcept;
   [[nodiscard]] double noise_of(const SignalInfo& signal) noexcept;
   void step_sensors(const MachineSignals& signals) noexcept;
   void step_broadcasts(const MachineSignals& signals) noexcept;
@@ -436,7 +441,9 @@ class CanNodes {
   std::vector<Time> broadcast_due_;
   std::vector<std::uint64_t> broadcast_count_;  // of the first of each identifier
   BroadcastFaults broadcast_faults_;
-  std::vector<NodeProtocol*> all_;  // sized once, at construction, as the next
+  PacketSender packets_;
+  std::vector<std::size_t> packets_of_;  // place there, of those of several packets
+  std::vector<NodeProtocol*> all_;       // sized once, at construction, as the next
   std::vector<char> silent_;
   std::size_t first_pressure_ = 0, first_encoder_ = 0, first_tilt_ = 0, enable_at_ = 0;
   Outbox out_;

@@ -20,6 +20,10 @@ std::uint32_t sent_as(const BroadcastFrame& frame) noexcept {
   return (frame.id & ~0xFFU) | frame.source.value_or(kAddress);
 }
 
+bool is_of_packets(const BroadcastFrame& frame) noexcept {
+  return frame.bytes > sizeof(CanFrame::data);
+}
+
 SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
   const NodeDescription& node = machine.bus.encoder(joint);
   if (node.measures_angle()) return {SensorNode::Kind::kRotary, node, 0, 0};
@@ -73,6 +77,8 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
   for (const BroadcastFrame& frame : broadcasts_)
     broadcast_due_.push_back(frame.on_request || frame.module != 0 ? Time::max() : Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
+  for (const BroadcastFrame& frame : broadcasts_)
+    packets_of_.push_back(is_of_packets(frame) ? packets_.add(sent_as(frame), frame.bytes) : 0);
 }
 
 void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
@@ -119,6 +125,8 @@ void CanNodes::hear_request(const CanFrame& frame, Time now) noexcept {
   for (std::size_t i = 0; group && i < broadcasts_.size(); ++i) {
     const std::uint32_t id = sent_as(broadcasts_[i]);
     if ((id & kSecondBus) != (frame.id & kSecondBus)) continue;
+    // Who is asked alone for what needs several packets opens a connection to whoever asks, which nobody here takes.
+    if (is_of_packets(broadcasts_[i]) && (frame.id >> 8 & 0xFFU) != j1939::kEverybody) continue;
     if (broadcasts_[i].is_group() && j1939::group_of(id) == *group && j1939::is_for(j1939::source_of(id), frame.id))
       broadcast_due_[i] = now;
   }
@@ -208,22 +216,40 @@ void CanNodes::step_modules(const MachineSignals& signals) noexcept {
   }
 }
 
+void CanNodes::write(const BroadcastField& field, const MachineSignals& signals, CanFrame& frame) noexcept {
+  if (is_yes_or_no(field.info())) return write_raw(field.bits, raw_status(field), frame);
+  const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
+  write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
+}
+
+/// What is in no field is "not available".
+void CanNodes::send_in_packets(std::size_t broadcast, const MachineSignals& signals) noexcept {
+  auto& message = packets_.message(packets_of_[broadcast]);
+  message.fill(0xFF);
+  for (const BroadcastField& field : broadcasts_[broadcast].fields) {
+    CanFrame part{.size = 8, .data = {}};
+    const std::size_t bytes = std::min(part.data.size(), message.size() - field.first_byte);
+    auto* const from = message.begin() + field.first_byte;
+    std::copy_n(from, bytes, part.data.begin());
+    write(field, signals, part);
+    std::copy_n(part.data.begin(), bytes, from);
+  }
+  packets_.send(packets_of_[broadcast]);
+}
+
 /// The machine's own controller sends by its own clock, whatever state the nodes are in.
 void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
   for (std::size_t i = 0; i < broadcasts_.size(); ++i) {
     const BroadcastFrame& sent = broadcasts_[i];
     if (now_ < broadcast_due_[i]) continue;
     broadcast_due_[i] = sent.on_request ? Time::max() : now_ + from_seconds(sent.period_s);
+    if (is_of_packets(sent)) {
+      send_in_packets(i, signals);
+      continue;
+    }
     CanFrame frame{.id = sent_as(sent), .size = sent.bytes, .data = {}};
     if (sent.multiplexer) write_raw(sent.multiplexer->bits, sent.multiplexer->value, frame);
-    for (const BroadcastField& field : sent.fields) {
-      if (is_yes_or_no(field.info())) {
-        write_raw(field.bits, raw_status(field), frame);
-        continue;
-      }
-      const std::uint64_t raw = raw_of(field.bits, sensed(field.info(), signals) + noise_of(field.info()));
-      write_raw(field.bits, field.invalid_from ? std::min(raw, *field.invalid_from - 1) : raw, frame);
-    }
+    for (const BroadcastField& field : sent.fields) write(field, signals, frame);
     broadcast_faults_.spoil_values(i, sent, frame);
     // The counter runs over all frames of an identifier.
     const auto first = std::find_if(broadcasts_.begin(), broadcasts_.end(),
@@ -233,6 +259,7 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
     if (sent.closing.counter) count = next_count(*sent.closing.counter, count);
     if (broadcast_faults_.spoil(i, sent, frame)) out_.push(frame);
   }
+  packets_.step(now_, out_);
 }
 
 ValveNode::Spools CanNodes::spools_of(std::size_t valve) const noexcept {

@@ -72,6 +72,13 @@ double OwnController::asked(int joint) const noexcept {
     for (const CommandField& field : heard.frame.fields) {
       if (field.joint != joint) continue;
       const double above = read_value(field.bits, heard.newest).value_or(field.neutral) - field.neutral;
+      if (field.direction) {
+        // The valve is blocked by any other way; it has no float.
+        const auto way = read_raw(field.direction->bits, heard.newest);
+        if (way == field.direction->extend) share += std::max(0.0, above / (*field.extend - field.neutral));
+        if (way == field.direction->retract) share -= std::max(0.0, above / (*field.retract - field.neutral));
+        continue;
+      }
       if (field.extend) share += std::max(0.0, above / (*field.extend - field.neutral));
       if (field.retract) share -= std::max(0.0, above / (*field.retract - field.neutral));
     }

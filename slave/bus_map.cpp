@@ -4,9 +4,14 @@
 
 #include "machine/bus_frames.h"
 #include "transport/canopen.h"
-#include "transport/j1939.h"
+#include "transport/j1939_packets.h"
 
 namespace knuckle::slave {
+namespace {
+
+constexpr std::uint8_t kMostBytes = sizeof(CanFrame::data);
+
+}  // namespace
 
 std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   std::vector<PeriodicFrame> map;
@@ -17,6 +22,15 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   for (const NodeDescription& node : bus.nodes)
     map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
   for (const BroadcastFrame& frame : bus.broadcasts) {
+    if (frame.bytes > kMostBytes) {
+      const auto part = [&](std::uint32_t group, unsigned times) {
+        const std::uint32_t id = j1939::identifier(group, j1939::source_of(frame.id)) | (frame.id & kSecondBus);
+        map.push_back({id, kMostBytes, times / frame.period_s});
+      };
+      part(j1939::kConnection, 1);
+      part(j1939::kTransfer, j1939::packets_of(frame.bytes));
+      continue;
+    }
     const auto known =
         std::find_if(map.begin(), map.end(), [&](const PeriodicFrame& other) { return other.id == frame.id; });
     if (known == map.end())
@@ -43,6 +57,18 @@ std::vector<CanFilter> set_point_filters(const BusDescription& bus) {
   return filters;
 }
 
+std::vector<CanFilter> packet_filters(const BusDescription& bus) {
+  std::vector<CanFilter> filters;
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    if (frame.bytes <= kMostBytes) continue;
+    for (const std::uint32_t group : {j1939::kConnection, j1939::kTransfer}) {
+      const CanFilter parts(j1939::identifier(group, 0) | (frame.id & kSecondBus), j1939::kAllButPriorityAndSource);
+      if (std::find(filters.begin(), filters.end(), parts) == filters.end()) filters.push_back(parts);
+    }
+  }
+  return filters;
+}
+
 bool hears(const std::vector<CanFilter>& filters, std::uint32_t id) noexcept {
   return std::any_of(filters.begin(), filters.end(), [id](const CanFilter& filter) { return filter.lets(id); });
 }
@@ -57,6 +83,8 @@ std::vector<CanFilter> heard_by_controller(const BusDescription& bus) {
   }
   for (const BroadcastFrame& frame : bus.broadcasts)
     if (std::find(ids.begin(), ids.end(), frame.filter()) == ids.end()) ids.push_back(frame.filter());
+  const std::vector<CanFilter> packets = packet_filters(bus);
+  ids.insert(ids.end(), packets.begin(), packets.end());
   if (bus.j1939_address) {
     for (const std::uint32_t group : {j1939::kRequest, j1939::kAddressClaim})
       ids.emplace_back(j1939::identifier(group, 0), j1939::group_mask(group));

@@ -19,6 +19,9 @@ namespace knuckle::slave {
 [[nodiscard]] std::vector<CanFilter> set_point_filters(const BusDescription& bus);
 
 /// Whether any of them lets it through.
+/// What the messages of several packets that the file has come in; empty where it has none.
+[[nodiscard]] std::vector<CanFilter> packet_filters(const BusDescription& bus);
+
 [[nodiscard]] bool hears(const std::vector<CanFilter>& filters, std::uint32_t id) noexcept;
 
 /// What the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO answers of its

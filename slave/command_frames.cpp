@@ -16,6 +16,12 @@ double towards_neutral(const CommandField& field, double value) noexcept {
   return field.neutral + std::trunc(steps + std::copysign(kDust, steps)) * field.bits.scale;
 }
 
+/// No way where the value is neutral, be it by its rounding.
+std::uint64_t way(const CommandField& field, std::uint64_t raw, double command) noexcept {
+  if (raw == raw_of(field.bits, field.neutral)) return field.direction->neutral;
+  return command > 0 ? field.direction->extend : field.direction->retract;
+}
+
 }  // namespace
 
 CommandFrames::CommandFrames(const BusDescription& bus) {
@@ -63,7 +69,9 @@ bool CommandFrames::send(Sent& one, const PassedCommands& commands, bool led, Ca
   for (const CommandField& field : one.frame.fields) {
     const double command = field.joint ? commands[*field.joint] : 0;
     const double value = field.value(command, led);
-    write_value(field.bits, field.joint ? towards_neutral(field, value) : value, frame);
+    const std::uint64_t raw = raw_of(field.bits, field.joint ? towards_neutral(field, value) : value);
+    write_raw(field.bits, raw, frame);
+    if (field.direction) write_raw(field.direction->bits, way(field, raw, command), frame);
   }
   close_frame(one.frame.closing, one.count, frame);
   if (!bus.send(frame)) return false;

@@ -35,6 +35,7 @@ J1939Bus::J1939Bus(const BusDescription& bus) : commands_(bus.commands_by_addres
                       .source = frame.source,
                       .subject = subject_in(frame),
                       .period = from_seconds(frame.period_s),
+                      .bytes = frame.bytes,
                       .on_request = frame.on_request};
     const auto known =
         std::find_if(groups_.begin(), groups_.end(), [&](const Group& one) { return one.filter.id == frame.id; });
@@ -59,12 +60,16 @@ bool J1939Bus::Group::counts(std::uint8_t from, Time now) const noexcept {
          now - heard_at > std::max(kStands, from_seconds(kPeriodsHeard * to_seconds(period)));
 }
 
+/// What does not fit into a frame is sent to everybody only where everybody was asked (J1939-21, 5.4.2): who is asked
+/// alone answers over a connection to whoever asks, RTS and CTS, which Knuckle does not take part in.
 std::uint8_t J1939Bus::Group::asked() const noexcept {
+  if (bytes > sizeof(CanFrame::data)) return j1939::kEverybody;
   if (source) return *source;
   return heard_at == kNever ? j1939::kEverybody : sender;
 }
 
 bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
+  whole_ = kNoGroup;
   if ((frame.id & kExtendedId) == 0) return true;
   const std::uint8_t from = j1939::source_of(frame.id);
   CanFrame alone = frame;
@@ -74,18 +79,25 @@ bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
     answers_ = true;
     answer_at_ = now;
   }
+  if (on_part(frame, from, now)) return false;
+  const auto group = group_of(frame.id, now);
+  if (group && *group != nullptr) frame.id = (*group)->filter.id;
+  return !group || *group != nullptr;
+}
+
+std::optional<J1939Bus::Group*> J1939Bus::group_of(std::uint32_t id, Time now) noexcept {
+  const std::uint8_t from = j1939::source_of(id);
   Group* foreign = nullptr;
   for (Group& group : groups_) {
-    if (!group.filter.lets(frame.id)) continue;
+    if (!group.filter.lets(id)) continue;
     if (group.counts(from, now)) {
       group.sender = from;
       group.heard_at = now;
-      frame.id = group.filter.id;
-      return true;
+      return &group;
     }
     foreign = &group;
   }
-  if (foreign == nullptr) return true;
+  if (foreign == nullptr) return std::nullopt;
   const bool is_new = now - foreign->other_at > kStands || foreign->other != from;
   foreign->other = from;
   foreign->other_at = now;
@@ -95,7 +107,56 @@ bool J1939Bus::receive(CanFrame& frame, Time now) noexcept {
           .group = foreign->broadcast,
           .address = foreign->source.value_or(foreign->sender),
           .other = from});
-  return false;
+  return nullptr;
+}
+
+bool J1939Bus::on_part(const CanFrame& frame, std::uint8_t from, Time now) noexcept {
+  const std::uint32_t bus = frame.id & kSecondBus;
+  CanFrame alone = frame;
+  alone.id ^= bus;
+  if (const auto said = j1939::announced(alone)) {
+    on_announcement(*said, bus, from, now);
+    return true;
+  }
+  const auto number = j1939::packet_number(alone);
+  for (Group& group : groups_) {
+    if (!number || !group.packets.under_way() || group.packets_from != from) continue;
+    if ((group.filter.id & kSecondBus) != bus) continue;
+    group.heard_at = now;
+    const auto lost = group.packets.add(*number, alone, now);
+    lose(group, lost, now);
+    if (!lost && !group.packets.under_way()) whole_ = static_cast<std::size_t>(&group - groups_.data());
+  }
+  return number.has_value();
+}
+
+/// A device sends one message to everybody at a time: the one before is over, complete or not.
+void J1939Bus::on_announcement(const j1939::Announcement& said, std::uint32_t bus, std::uint8_t from,
+                               Time now) noexcept {
+  for (Group& group : groups_)
+    if (group.packets_from == from && (group.filter.id & kSecondBus) == bus) lose(group, group.packets.end(), now);
+  const auto of = group_of(j1939::identifier(said.group, from) | bus, now);
+  if (!of || *of == nullptr || (*of)->bytes <= sizeof(CanFrame::data)) return;
+  Group& group = **of;
+  lose(group, group.packets.end(), now);
+  group.packets_from = from;
+  group.packets.begin(said, now);
+}
+
+void J1939Bus::lose(Group& group, const std::optional<j1939::PacketReader::Lost>& lost, Time now) noexcept {
+  if (!lost || (group.lost_told_at != kNever && now - group.lost_told_at < kToldAgain)) return;
+  group.lost_told_at = now;
+  tell({.what = J1939News::What::kPacketLost,
+        .at = now,
+        .group = group.broadcast,
+        .address = group.packets_from,
+        .packet = lost->packet,
+        .packets = lost->of});
+}
+
+std::optional<J1939Bus::Message> J1939Bus::message() const noexcept {
+  if (whole_ == kNoGroup) return std::nullopt;
+  return Message{groups_[whole_].filter.id, groups_[whole_].packets.message()};
 }
 
 void J1939Bus::on_claim(std::uint64_t name, std::uint8_t address, Time now) noexcept {
@@ -134,6 +195,7 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
 }
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {
+  for (Group& group : groups_) lose(group, group.packets.step(now), now);
   if (claim_ == Claim::kNone) return;
   // Who was there meanwhile is not known: claimed anew. Another bus that fails changes nothing: there neutral must go
   // out from the address.
@@ -198,6 +260,11 @@ std::string text(const J1939News& news, const BusDescription& bus) {
           "another device wants J1939 address 0x{:02X} (NAME 0x{:016X}); Knuckle keeps it: give that "
           "device, or bus.j1939_address, another one",
           news.address, news.name);
+    case J1939News::What::kPacketLost:
+      return fmt::format(
+          "{}: packet {} of {} from 0x{:02X} did not come, so that message was thrown away: check the bus load, "
+          "termination and plugs",
+          frame(), news.packet, news.packets, news.address);
     case J1939News::What::kAddressLost:
       break;
   }

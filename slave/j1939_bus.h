@@ -1,12 +1,13 @@
 // The J1939 side of the machine bus: who sends each parameter group that the machine file reads, so that two senders
-// are no one truth; the address that Knuckle claims where it has to speak; and requests for what comes only when asked
-// for (SAE J1939-21, -81).
+// are no one truth; messages of several packets; the address that Knuckle claims where it has to speak; and requests
+// for what comes only when asked for (SAE J1939-21, -81).
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "transport/can_bus.h"
+#include "transport/j1939_packets.h"
 
 namespace knuckle::slave {
 
@@ -24,11 +26,13 @@ struct J1939News {
     kOtherDevice,  ///< `address`, which sends a group, is claimed by another device than before.
     kContested,    ///< Another device wants the address that is Knuckle's, and has the lower priority.
     kAddressLost,  ///< And has the higher one, so that Knuckle has none.
+    kPacketLost,   ///< `packet` of a message of `packets` from `address` did not come, so that it was thrown away.
   } what = What::kOtherSender;
   Time at = kNever;
   std::uint8_t group = 0;  ///< Place in BusDescription::broadcasts.
   std::uint8_t address = 0, other = 0;
   std::uint64_t name = 0;  ///< Of the device that claims.
+  std::uint8_t packet = 0, packets = 0;
 };
 /// "engine (PGN 0xF004): also comes from 0x17; ...". Allocates.
 [[nodiscard]] std::string text(const J1939News& news, const BusDescription& bus);
@@ -37,6 +41,7 @@ class J1939Bus {
  public:
   static constexpr Duration kStands = 1s;         ///< Another sender is a reason for so long.
   static constexpr Duration kClaimWaits = 250ms;  ///< For those who have the address already.
+  static constexpr Duration kToldAgain = 10s;     ///< A group that loses packets is told so often.
   static constexpr std::size_t kKept = 8;
   /// NAME (J1939-81): construction (industry group 3), no function or vehicle system that the standard lists, a
   /// manufacturer code that is not assigned to Knuckle and the highest there is: nearly every device goes first.
@@ -46,8 +51,14 @@ class J1939Bus {
   explicit J1939Bus(const BusDescription& bus);
 
   /// A received frame. Of a parameter group it gets the identifier that the machine file has for it.
-  /// @return false where its values do not count: another device sends that group.
+  /// @return false where it has no values that count: another device sends that group, or it is a part of a message.
   [[nodiscard]] bool receive(CanFrame& frame, Time now) noexcept;
+  /// The message of several packets that the frame before was the last of; until the next one.
+  struct Message {
+    std::uint32_t id = 0;  ///< That the machine file has for the group.
+    std::span<const std::uint8_t> data;
+  };
+  [[nodiscard]] std::optional<Message> message() const noexcept;
   /// Once a step: claims the address, answers for it, and asks for what is due.
   void step(CanBus& bus, Time now) noexcept;
 
@@ -69,17 +80,28 @@ class J1939Bus {
     std::optional<std::uint8_t> source;   ///< That the machine file gives.
     std::optional<std::uint8_t> subject;  ///< Of a reason, where the machine is led by it.
     Duration period{};
+    std::uint8_t bytes = 0;
     bool on_request = false;
     std::uint8_t sender = 0;
     Time heard_at = kNever;  ///< From the sender.
     std::uint8_t other = 0;
     Time other_at = kNever;
     Time asked_at = kNever;
+    j1939::PacketReader packets{};
+    std::uint8_t packets_from = 0;
+    Time lost_told_at = kNever;
     [[nodiscard]] bool counts(std::uint8_t from, Time now) const noexcept;
     /// Whether nobody can tell which of the two is right.
     [[nodiscard]] bool is_fault() const noexcept { return subject && !source; }
     [[nodiscard]] std::uint8_t asked() const noexcept;
   };
+  /// The one that a frame is of. @return nullopt where it is of none; null where its values do not count, which is
+  /// noted
+  [[nodiscard]] std::optional<Group*> group_of(std::uint32_t id, Time now) noexcept;
+  /// @return whether it is a part of a message for everybody
+  [[nodiscard]] bool on_part(const CanFrame& frame, std::uint8_t from, Time now) noexcept;
+  void on_announcement(const j1939::Announcement& said, std::uint32_t bus, std::uint8_t from, Time now) noexcept;
+  void lose(Group& group, const std::optional<j1939::PacketReader::Lost>& lost, Time now) noexcept;
   void on_claim(std::uint64_t name, std::uint8_t address, Time now) noexcept;
   void on_own_address(std::uint64_t name, Time now) noexcept;
   void note_name(std::uint64_t name, std::uint8_t address, Time now) noexcept;
@@ -87,6 +109,8 @@ class J1939Bus {
   void tell(const J1939News& news) noexcept { news_[told_++ % kKept] = news; }
 
   std::vector<Group> groups_;  // sized once, at construction
+  static constexpr std::size_t kNoGroup = ~std::size_t{0};
+  std::size_t whole_ = kNoGroup;  // whose message is complete
   std::uint8_t address_ = 0;
   bool commands_ = false;  // from that address
   std::uint32_t on_ = 0;   // kSecondBus where it speaks there

@@ -19,6 +19,15 @@ double value_in(const BitField& field, const CanFrame& frame) noexcept {
   return read_value(field, frame).value_or(0);
 }
 
+/// As many of its bytes as a field can need.
+CanFrame part_of(std::uint32_t id, std::span<const std::uint8_t> data, std::size_t from) noexcept {
+  CanFrame part{.id = id, .size = 0, .data = {}};
+  const auto rest = data.subspan(std::min(from, data.size()));
+  part.size = static_cast<std::uint8_t>(std::min(rest.size(), part.data.size()));
+  std::copy_n(rest.begin(), part.size, part.data.begin());
+  return part;
+}
+
 }  // namespace
 
 std::size_t sensor_place(const NodeChannel& channel) noexcept {
@@ -90,6 +99,7 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
                                                            .frame_id = frame.id,
                                                            .multiplexer = frame.multiplexer,
                                                            .mapped = frame.bytes,
+                                                           .first_byte = field.first_byte,
                                                            .field = field.bits,
                                                            .invalid_from = field.invalid_from,
                                                            .yes_or_no = is_yes_or_no(field.info()),
@@ -108,6 +118,7 @@ void SensorSet::restart() noexcept {
                            .frame_id = before.frame_id,
                            .multiplexer = before.multiplexer,
                            .mapped = before.mapped,
+                           .first_byte = before.first_byte,
                            .field = before.field,
                            .status = before.status,
                            .invalid_from = before.invalid_from,
@@ -123,16 +134,19 @@ void SensorSet::restart() noexcept {
   shaken_ = 0;
 }
 
-void SensorSet::receive(const CanFrame& frame, Time now) noexcept {
+void SensorSet::receive(std::uint32_t id, std::span<const std::uint8_t> data, Time now) noexcept {
+  const CanFrame frame = part_of(id, data, 0);
   const bool is_none = is_void(frame);
   for (std::size_t which = 0; which < kChannels; ++which) {
-    const Channel& channel = channels_[which];
-    if (!counts(which) || channel.frame_id != frame.id) continue;
+    Channel& channel = channels_[which];
+    if (!counts(which) || channel.frame_id != id) continue;
     if (channel.multiplexer && read_raw(channel.multiplexer->bits, frame) != channel.multiplexer->value) continue;
     if (is_none)
-      accept(channels_[which], 0, false, 0, now);
+      accept(channel, 0, false, 0, now);
+    else if (data.size() < channel.mapped)
+      refuse_short(channel, data.size());
     else
-      take(which, frame, now);
+      take(which, channel.first_byte == 0 ? frame : part_of(id, data, channel.first_byte), now);
   }
 }
 
@@ -147,7 +161,6 @@ bool SensorSet::is_void(const CanFrame& frame) noexcept {
 
 void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {
   Channel& channel = channels_[which];
-  if (frame.size < channel.mapped) return refuse_short(channel, frame);
   if (const auto raw = channel.invalid_from ? read_raw(channel.field, frame) : std::nullopt;
       raw && *raw >= *channel.invalid_from)
     return accept(channel, 0, false, static_cast<double>(*raw), now);
@@ -179,9 +192,9 @@ void SensorSet::accept(Channel& channel, double value, bool possible, double sho
   channel.worst = shown;
 }
 
-void SensorSet::refuse_short(Channel& channel, const CanFrame& frame) noexcept {
+void SensorSet::refuse_short(Channel& channel, std::size_t bytes) noexcept {
   channel.bad = std::min(channel.bad + 1, kValidity.bad_in_a_row);
-  channel.short_bytes = frame.size;
+  channel.short_bytes = static_cast<std::uint8_t>(bytes);
 }
 
 void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {

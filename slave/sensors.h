@@ -3,9 +3,11 @@
 // used; they only let the last good one age.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/joints.h"
@@ -53,8 +55,11 @@ class SensorSet {
  public:
   explicit SensorSet(const MachineDescription& machine);
 
-  /// A received frame; what is no sensor PDO is ignored.
-  void receive(const CanFrame& frame, Time now) noexcept;
+  /// A received frame, or a message of several packets; what is no sensor's is ignored.
+  void receive(std::uint32_t id, std::span<const std::uint8_t> data, Time now) noexcept;
+  void receive(const CanFrame& frame, Time now) noexcept {
+    receive(frame.id, std::span(frame.data).first(std::min<std::size_t>(frame.size, frame.data.size())), now);
+  }
   /// The nodes start anew: all values are forgotten but the lengths, which stay what later ones are held against.
   void restart() noexcept;
   /// A length further from the last good one than the cylinder goes while that one may be used is not believed by
@@ -97,7 +102,8 @@ class SensorSet {
     std::uint32_t frame_id = 0;
     std::optional<Multiplexer> multiplexer{};     ///< BroadcastFrame::multiplexer
     std::uint8_t mapped = 0;                      ///< Bytes of its frame.
-    BitField field{};                             ///< In its frame.
+    std::uint8_t first_byte = 0;                  ///< BroadcastField::first_byte
+    BitField field{};                             ///< In its frame, from there on.
     std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
     std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
     bool yes_or_no = false;                       ///< is_yes_or_no()
@@ -134,7 +140,7 @@ class SensorSet {
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
-  void refuse_short(Channel& channel, const CanFrame& frame) noexcept;
+  void refuse_short(Channel& channel, std::size_t bytes) noexcept;
   void take(std::size_t which, const CanFrame& frame, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
   void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;

@@ -52,6 +52,7 @@ void SlaveLoop::receive_frames(Time now) noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     if (j1939_.receive(frame, now) && !client_.receive(frame, now)) sensors_.receive(frame, now);
+    if (const auto message = j1939_.message()) sensors_.receive(message->id, message->data, now);
   }
 }
 

@@ -12,6 +12,8 @@ namespace knuckle::j1939 {
 inline constexpr std::uint32_t kMostGroup = 0x1'FFFF;  ///< With its data page.
 inline constexpr std::uint8_t kMostAddress = 0xFD, kNoAddress = 0xFE, kEverybody = 0xFF;
 inline constexpr std::uint32_t kRequest = 0xEA00, kAddressClaim = 0xEE00;
+/// ISO 11783-7: commands of auxiliary valves 0 to 15.
+inline constexpr std::uint32_t kValveCommand = 0xFE30, kMostValve = 15;
 
 /// PDU1: the identifier has the receiver's address in place of the group's last byte, which is 0.
 [[nodiscard]] constexpr bool has_destination(std::uint32_t group) noexcept {
@@ -24,12 +26,12 @@ inline constexpr std::uint32_t kRequest = 0xEA00, kAddressClaim = 0xEE00;
 /// Of the same group to the same receiver.
 inline constexpr std::uint32_t kAllButPriorityAndSource = kExtendedId | kSecondBus | 0x03FF'FF00U;
 
-/// @param destination of a group that has one.
+/// @param destination of a group that has one. @param priority 0 goes first, 7 last
 [[nodiscard]] constexpr std::uint32_t identifier(std::uint32_t group, std::uint8_t source,
-                                                 std::uint8_t destination = kEverybody) noexcept {
-  constexpr std::uint32_t kPriority = 6;
+                                                 std::uint8_t destination = kEverybody,
+                                                 std::uint32_t priority = 6) noexcept {
   const std::uint32_t to = has_destination(group) ? std::uint32_t{destination} << 8 : 0U;
-  return kExtendedId | kPriority << 26 | group << 8 | to | source;
+  return kExtendedId | priority << 26 | group << 8 | to | source;
 }
 [[nodiscard]] constexpr std::uint32_t group_of(std::uint32_t id) noexcept {
   const std::uint32_t group = id >> 8 & kMostGroup;

@@ -9,7 +9,8 @@
 #include "machine/reason_text.h"
 #include "machine/signal_units.h"
 #include "machine/toml_reader.h"
-#include "transport/j1939.h"
+#include "slave/bus_map.h"
+#include "transport/j1939_packets.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -86,6 +87,11 @@ class OwnFrames {
   /// What the machine should send by itself.
   void judge_broadcast(const BroadcastFrame& frame) {
     const std::string about = frame_text(frame, bus_);
+    if (frame.bytes > sizeof(CanFrame::data))
+      return say(Level::kNote, about,
+                 fmt::format("comes in {} packets, which this check does not put together: knuckle slave tells what is "
+                             "in them",
+                             j1939::packets_of(frame.bytes)));
     const HeardFrames* const heard = sender_of(frame, about);
     if (heard == nullptr) {
       if (frame.on_request)
@@ -145,7 +151,7 @@ bool of_own_controller(std::uint32_t id, const BusDescription& bus) {
   const auto has = [id](const auto& frames) {
     return std::any_of(frames.begin(), frames.end(), [id](const auto& frame) { return frame.filter().lets(id); });
   };
-  return has(bus.broadcasts) || has(bus.commands);
+  return has(bus.broadcasts) || has(bus.commands) || slave::hears(slave::packet_filters(bus), id);
 }
 
 Findings own_frame_findings(const BusSurvey& survey, const BusDescription& bus) {

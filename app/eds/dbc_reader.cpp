@@ -208,8 +208,10 @@ class DbcReader {
         damage(*one, {line_, fmt::format("{}: has the identifier of {} of line {}", key_, other.name, other.line)});
     }
     if (message_->unusable.empty() && message_->size > sizeof(CanFrame::data))
-      message_->unusable = fmt::format("line {}: {}: has {} bytes, and a frame of classic CAN at most {}", line_, key_,
-                                       message_->size, sizeof(CanFrame::data));
+      message_->unusable = fmt::format(
+          "line {}: {}: has {} bytes, and a frame of classic CAN at most {}: of a J1939 group, write its "
+          "[[bus.broadcast]] by hand",
+          line_, key_, message_->size, sizeof(CanFrame::data));
   }
 
   /// SG_ NAME [M | mN | mNM] : START|BITS@ORDER SIGN (SCALE,OFFSET) [LEAST|MOST] "UNIT" RECEIVERS

@@ -149,6 +149,7 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = e_stop(stop, evidence, machine)) return *cause;
   if (auto cause = asked_for(stop, window, evidence, machine)) return *cause;
   if (auto cause = bus_cause(stop, window, machine)) return *cause;
+  if (auto cause = j1939_cause(stop, window, machine)) return *cause;
   if (auto cause = controller_off(evidence, machine.bus)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;

@@ -27,6 +27,10 @@ struct Cause {
 /// nullopt where the stop has another reason than somebody else on the bus.
 [[nodiscard]] std::optional<Cause> bus_cause(const Stop& stop, const Window& window, const MachineDescription& machine);
 
+/// Likewise by J1939: who sends a group, and whose an address is.
+[[nodiscard]] std::optional<Cause> j1939_cause(const Stop& stop, const Window& window,
+                                               const MachineDescription& machine);
+
 // Causes at the haptic device.
 
 /// nullopt where the stop has another reason than the device.

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "slave/bus_map.h"
 #include "slave/valve_monitor.h"
+#include "transport/j1939.h"
 
 namespace knuckle::explain {
 namespace {
@@ -225,6 +227,12 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
   Times received;
   std::uint8_t inputs = 0;
   bool any = false;
+  const std::vector<CanFilter> packets = slave::packet_filters(machine.bus);
+  const auto of_j1939 = [&](std::uint32_t id) {
+    const bool claims = machine.bus.j1939_address && (j1939::is_of(j1939::kRequest, id & ~kSecondBus) ||
+                                                      j1939::is_of(j1939::kAddressClaim, id & ~kSecondBus));
+    return claims || slave::hears(packets, id);
+  };
   for (const CanSeen& can : window.can) {
     if (can.kind == WireEventKind::kCanReceived) {
       if (is_its(can)) received.add(can.at);
@@ -237,7 +245,8 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
       const auto& own = machine.bus.broadcasts;
       const bool broadcast = std::any_of(
           own.begin(), own.end(), [&](const BroadcastFrame& frame) { return frame.filter().lets(can.frame.id); });
-      if (!broadcast && (!known || can.frame.id > kMostId || canopen::function_of(can.frame.id) == 0))
+      if (!broadcast && !of_j1939(can.frame.id) &&
+          (!known || can.frame.id > kMostId || canopen::function_of(can.frame.id) == 0))
         ++evidence.foreign[can.frame.id];
     }
     if (can.at <= since || can.at > since + kAfterStop || !is_its(can)) continue;

@@ -183,7 +183,10 @@ std::vector<std::string> notes_on(recording::Recording& recording, Sides sides, 
   const Window window = load_window(recording, sides, std::max(survey.first, survey.last - kNoteLength), survey.last);
   Stop nothing;
   nothing.at = survey.last;
-  return unusual(evidence_of(nothing, window, machine), window);
+  std::vector<std::string> notes = unusual(evidence_of(nothing, window, machine), window);
+  const std::vector<std::string> of_j1939 = j1939_notes(window, machine);
+  notes.insert(notes.end(), of_j1939.begin(), of_j1939.end());
+  return notes;
 }
 
 }  // namespace

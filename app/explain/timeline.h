@@ -61,6 +61,8 @@ struct Report {
 [[nodiscard]] std::vector<std::string> last_inputs(const Stop& stop, const Window& window, const Evidence& evidence);
 /// Of a recording in which nothing stopped the machine: what is out of the ordinary on its bus all the same.
 [[nodiscard]] std::vector<std::string> unusual(const Evidence& evidence, const Window& window);
+/// What J1939 tells people, and nothing stops for: another sender or device, packets that were lost.
+[[nodiscard]] std::vector<std::string> j1939_notes(const Window& window, const MachineDescription& machine);
 
 // What operator, sensors and estimate said in the last second before a stop, and what each limit did.
 

@@ -238,11 +238,16 @@ std::vector<Signal> sdo() {
           whole("Data", 32, 32, "Value, or abort code; unused bytes are 0")};
 }
 
+/// As DBC counts in a message of several packets, too.
+unsigned first_bit(const BroadcastField& field) {
+  return 8U * field.first_byte + field.bits.start_bit;
+}
+
 /// Angles with sign and zero of their installation.
 Signal broadcast(const BroadcastField& field) {
   const SignalInfo& info = field.info();
   if (is_yes_or_no(info)) {
-    Signal status = whole(info.name, field.bits.start_bit, field.bits.bits, fmt::format("{}: yes", field.on));
+    Signal status = whole(info.name, first_bit(field), field.bits.bits, fmt::format("{}: yes", field.on));
     status.order = field.bits.order;
     return status;
   }
@@ -250,7 +255,7 @@ Signal broadcast(const BroadcastField& field) {
   Signal signal{.type = field.bits.type,
                 .order = field.bits.order,
                 .name = info.name,
-                .start_bit = field.bits.start_bit,
+                .start_bit = first_bit(field),
                 .bits = field.bits.bits,
                 .factor = rounded(field.bits.scale / unit.si),
                 .offset = rounded(field.bits.offset / unit.si),
@@ -262,10 +267,11 @@ Signal broadcast(const BroadcastField& field) {
 /// In rad/s, bar, A or as the file has it.
 Signal command(const CommandField& field, CommandKind kind) {
   const bool moves = field.joint.has_value(), pressure = moves && kind == CommandKind::kPilotPressure;
-  const double unit = pressure ? kBar : 1;
+  const double unit = pressure ? kBar : moves && kind == CommandKind::kFlow ? 0.01 : 1;
   const char* const name = pressure                        ? "bar"
                            : kind == CommandKind::kCurrent ? "A"
                            : kind == CommandKind::kVoltage ? "V"
+                           : kind == CommandKind::kFlow    ? "%"
                                                            : "rad/s";
   std::string about = fmt::format("neutral {}", number_text(field.neutral / unit));
   if (field.led != field.neutral && !moves) about += fmt::format(", {} while led", number_text(field.led));
@@ -280,6 +286,18 @@ Signal command(const CommandField& field, CommandKind kind) {
           .offset = rounded(field.bits.offset / unit),
           .unit = moves ? name : "",
           .about = std::move(about)};
+}
+
+/// Which way a command beside it goes.
+Signal way(const CommandField& field) {
+  constexpr std::size_t kLongest = 28;  // 32 of a signal
+  const CommandDirection& direction = *field.direction;
+  Signal signal = whole(field.name.substr(0, kLongest) + "_way", direction.bits.start_bit, direction.bits.bits);
+  signal.order = direction.bits.order;
+  const auto raw = [](std::uint64_t value) { return static_cast<std::uint32_t>(value); };
+  signal.values = {
+      {raw(direction.neutral), "neutral"}, {raw(direction.extend), "extends"}, {raw(direction.retract), "retracts"}};
+  return signal;
 }
 
 void add_closing(const FrameClosing& closing, std::vector<Signal>& all) {
@@ -320,7 +338,10 @@ std::string message_name(const BroadcastFrame& first) {
 
 std::vector<Signal> command(const CommandFrame& frame, CommandKind kind) {
   std::vector<Signal> all;
-  for (const CommandField& field : frame.fields) all.push_back(command(field, kind));
+  for (const CommandField& field : frame.fields) {
+    all.push_back(command(field, kind));
+    if (field.direction) all.push_back(way(field));
+  }
   add_closing(frame.closing, all);
   return all;
 }
@@ -342,6 +363,7 @@ class Messages {
           frame.module != 0  ? "Analogue inputs"
           : frame.on_request ? "Sent by the machine when asked"
                              : "Sent by the machine itself");
+      if (frame.bytes > sizeof(CanFrame::data)) messages_.back().period_s = frame.period_s;  // of several packets
     }
     for (const CommandFrame& frame : machine_.bus.commands)
       add(frame.id, frame.name, kController, {own(frame.module)}, frame.bytes,

@@ -109,5 +109,16 @@ TEST(DoctorBroadcasts, AFrameOf29BitsThatTheFileDoesNotHaveIsNoted) {
   EXPECT_EQ(notes.find("possibly an additional PDO"), std::string::npos) << notes;
 }
 
+TEST(DoctorBroadcasts, SaysThatItDoesNotPutPacketsTogether) {
+  const MachineDescription machine = parse_machine(knuckle::test::packets_text(), "m.toml");
+  const BusDiagnosis diagnosis = broadcasts_looked_at(machine, machine);
+  EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
+  const std::string notes = test::said(diagnosis, Finding::Level::kNote);
+  EXPECT_NE(notes.find("coolant (PGN 0x1FF60): comes in 3 packets, which this check does not put together"),
+            std::string::npos)
+      << notes;
+  EXPECT_EQ(notes.find("frames 0x1CE"), std::string::npos) << notes;
+}
+
 }  // namespace
 }  // namespace knuckle::bringup

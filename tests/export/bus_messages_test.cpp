@@ -85,6 +85,24 @@ TEST(BusMessages, ParameterGroupsOfJ1939AreSaidToBeSome) {
   EXPECT_EQ(without.str().find("VFrameFormat"), std::string::npos);
 }
 
+TEST(BusMessages, OfSeveralPacketsAreWholeWithTheirLengthAndPeriod) {
+  std::ostringstream dbc;
+  write_dbc(parse_machine(test::packets_text(), "m.toml"), dbc);
+  for (const char* said : {"BO_ 2583650558 coolant: 20 machine_controller", " SG_ fuel_level : 137|8@1+ (0.4,0)",
+                           " SG_ coolant_temperature : 52|8@1+ (1,-40)", "BA_ \"VFrameFormat\" BO_ 2583650558 3;",
+                           "BA_ \"GenMsgCycleTime\" BO_ 2583650558 1000;"})
+    EXPECT_NE(dbc.str().find(said), std::string::npos) << said << dbc.str();
+}
+
+TEST(BusMessages, OfAuxiliaryValvesSayFlowAndWay) {
+  std::ostringstream dbc;
+  write_dbc(test::valves_machine(), dbc);
+  for (const char* said :
+       {"BO_ 2365468710 iso11783_valve_0: 8 controller", " SG_ arm_flow : 0|8@1+ (0.4,0)",
+        " SG_ arm_flow_way : 16|4@1+ (1,0)", "VAL_ 2365468710 arm_flow_way 0 \"neutral\" 2 \"extends\" 1 \"retracts\""})
+    EXPECT_NE(dbc.str().find(said), std::string::npos) << said << dbc.str();
+}
+
 TEST(BusMessages, RangesAreWhatTheSensorsAreBelievedIn) {
   const MachineDescription machine = calibrated(test::calibrated_machine());
   for (const Message& message : bus_messages(machine)) {

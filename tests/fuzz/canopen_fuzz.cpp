@@ -1,9 +1,11 @@
 // Any CAN frame, sizes beyond 8 included: refused, or values that are finite and inside their physical range.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "tests/fuzz/require.h"
 #include "transport/canopen.h"
+#include "transport/j1939_packets.h"
 #include "transport/lss.h"
 #include "transport/signal_codec.h"
 
@@ -41,10 +43,32 @@ void check(const knuckle::BitField& field, const knuckle::CanFrame& frame) {
     require(value && std::isfinite(*value));
 }
 
+/// As announcements and packets of one sender, 9 bytes each: a message is one of its announced length, or none.
+void check_packets(const std::uint8_t* data, std::size_t size) {
+  namespace j1939 = knuckle::j1939;
+  j1939::PacketReader reader;
+  knuckle::Time now{std::chrono::seconds(1)};
+  for (; size >= 9; data += 9, size -= 9) {
+    knuckle::CanFrame frame;
+    frame.id = j1939::identifier(data[0] % 2 == 0 ? j1939::kConnection : j1939::kTransfer, 0x21);
+    frame.size = static_cast<std::uint8_t>(data[0] < 250 ? 8 : data[0]);
+    std::copy_n(data + 1, frame.data.size(), frame.data.begin());
+    now += std::chrono::milliseconds(4 * data[0]);
+    if (const auto said = j1939::announced(frame)) reader.begin(*said, now);
+    if (const auto number = j1939::packet_number(frame)) {
+      const auto lost = reader.add(*number, frame, now);
+      require(!lost || (lost->packet >= 1 && lost->packet <= lost->of));
+    }
+    const std::size_t bytes = reader.message().size();
+    require(bytes == 0 || (!reader.under_way() && bytes >= j1939::kLeastMessage && bytes <= j1939::kMostMessage));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 3) return 0;
+  check_packets(data, size);
   knuckle::CanFrame frame;
   frame.id = static_cast<std::uint32_t>(data[0] | data[1] << 8) & 0x7FFU;
   frame.size = data[2];

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "tests/support/command_machine.h"
+#include "tests/support/j1939_machine.h"
 
 namespace knuckle::sim {
 namespace {
@@ -116,6 +116,24 @@ TEST(OwnController, MovesPilotValvesAsFarAsItIsTold) {
   EXPECT_NEAR(machine.controller.spool_demand()[kBoom], -0.5, 1e-9) << "20 of 40 bar";
   EXPECT_NEAR(machine.controller.spool_demand()[kArm], 0.25, 1e-9);
   EXPECT_NEAR(machine.controller.spool_demand()[kBucket], -1, 1e-9);
+}
+
+/// Auxiliary valves of ISO 11783-7: how much flow, and which way; float and what is none are blocked.
+TEST(OwnController, OfAuxiliaryValvesTakesTheFlowAndTheWaysThatItKnows) {
+  const MachineDescription machine = test::valves_machine();
+  const auto demand = [&](std::uint8_t flow, std::uint8_t state) {
+    OwnController controller(machine);
+    for (const std::uint32_t id : {0x0CFE3326U, 0x0CFE3026U, 0x0CFE3F26U})
+      controller.hear({id | kExtendedId, 8, {flow, 0xFF, state, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}}, Time{1s});
+    controller.step(Time{1s}, {});
+    EXPECT_TRUE(controller.pilot());
+    return controller.spool_demand();
+  };
+  EXPECT_TRUE(demand(100, 0x31).isApprox(JointVector(0.4, -0.4, 0.4), 1e-9)) << "the arm's the other way round";
+  EXPECT_TRUE(demand(100, 0x32).isApprox(JointVector(-0.5, 0.4 / 0.9, -0.4), 1e-9));
+  for (const std::uint8_t state : {0x30, 0x33, 0x34, 0x3F})
+    EXPECT_EQ(demand(200, state), JointVector::Zero()) << int{state};
+  EXPECT_EQ(demand(0, 0x31), JointVector::Zero());
 }
 
 }  // namespace

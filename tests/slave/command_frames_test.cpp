@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
+#include "machine/set_points.h"
 #include "slave/safety_gate.h"
 #include "tests/support/command_machine.h"
 #include "tests/support/j1939_machine.h"
@@ -57,6 +59,7 @@ std::uint8_t h2f(const CanFrame& frame) {
 
 struct Told {
   explicit Told(const char* commands = test::kRateCommands) : machine(test::command_machine(commands)) {}
+  explicit Told(MachineDescription of) : machine(std::move(of)) {}
   /// As a gate lets it pass; at most 0.35.
   [[nodiscard]] PassedCommands passed(int joint, double value) const {
     JogState state;
@@ -176,6 +179,71 @@ TEST(CommandFrames, OfALedMachineAloneEndWithNeutral) {
   const std::vector<CanFrame> rest = told.bus.take(kPilot);
   ASSERT_EQ(rest.size(), 1U);
   EXPECT_EQ(rest[0].data, (std::array<std::uint8_t, 8>{}));
+}
+
+/// What a command of an auxiliary valve says, by ISO 11783-7.
+struct AuxValve {
+  explicit AuxValve(const CanFrame& frame)
+      : flow(0.004 * frame.data[0]), state(frame.data[2] & 0xF), fail_safe(frame.data[2] >> 6) {
+    reserved = frame.size == 8 && frame.data[1] == 0xFF && (frame.data[2] >> 4 & 3) == 3 &&
+               std::all_of(frame.data.begin() + 3, frame.data.end(), [](int byte) { return byte == 0xFF; });
+  }
+  double flow;
+  int state, fail_safe;
+  bool reserved;
+};
+constexpr std::uint32_t kAuxBoom = 0x0CFE3326U | kExtendedId, kAuxArm = 0x0CFE3026U | kExtendedId,
+                        kAuxBucket = 0x0CFE3F26U | kExtendedId;
+
+TEST(CommandFrames, OfAuxiliaryValvesSayHowMuchFlowAndWhichWay) {
+  Told told(test::valves_machine());
+  told.step(told.passed(kArm, 0.3), true);
+  const CanFrame arm = told.bus.take(kAuxArm).at(0), boom = told.bus.take(kAuxBoom).at(0);
+  EXPECT_EQ(arm.data, (std::array<std::uint8_t, 8>{67, 0xFF, 0x32, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}))
+      << "0.3 of 90 %, towards neutral; mounted the other way round";
+  EXPECT_EQ(boom.data, (std::array<std::uint8_t, 8>{0, 0xFF, 0x30, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF})) << "blocked";
+  told.now += 50ms;
+  told.step(told.passed(kBoom, -0.3), true);
+  EXPECT_EQ(told.bus.take(kAuxBoom).back().data[0], 60) << "0.3 of 80 %";
+  EXPECT_EQ(told.bus.take(kAuxBoom).back().data[2], 0x32);
+  EXPECT_EQ(told.bus.take(kAuxArm).back().data[2], 0x30);
+}
+
+/// Seeded, as below: blocked, never float, and no way without flow.
+TEST(CommandFrames, OfAuxiliaryValvesAreBlockedWhereNoGateLetMorePass) {
+  std::mt19937 random(11783);
+  std::uniform_real_distribution<> value(-0.35, 0.35), hardly(-0.006, 0.006);
+  std::bernoulli_distribution coin(0.5), full(0.1);
+  Told told(test::valves_machine());
+  int open = 0, rounded = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const bool led = coin(random);
+    const auto joint = static_cast<int>(random() % kJoints);
+    const double asked = led && coin(random) ? (coin(random) ? value : hardly)(random) : 0;
+    told.bus.full = full(random);
+    told.bus.sent.clear();
+    told.step(led ? told.passed(joint, asked) : PassedCommands(), led);
+    for (const CanFrame& frame : told.bus.sent) {
+      const int of = frame.id == kAuxBoom ? kBoom : frame.id == kAuxArm ? kArm : kBucket;
+      ASSERT_TRUE(of != kBucket || frame.id == kAuxBucket) << std::hex << frame.id;
+      const AuxValve valve(frame);
+      ASSERT_TRUE(valve.reserved);
+      ASSERT_EQ(valve.fail_safe, 0) << "blocked";
+      ASSERT_LE(valve.state, 2) << "float, or what is none";
+      ASSERT_EQ(valve.flow == 0, valve.state == 0) << i;
+      const bool extends = valve.state == (of == kArm ? 2 : 1);
+      const double most = of == kBoom && !extends ? 0.8 : of == kArm && extends ? 0.9 : 1;
+      const double said = (extends ? valve.flow : -valve.flow) / most, want = of == joint ? asked : 0;
+      ASSERT_NEAR(said, want, 0.0051) << i;
+      ASSERT_LE(std::abs(said), std::abs(want) + 1e-9) << i << ": rounded beyond what a gate has capped";
+      ASSERT_EQ(set_point_in(frame, of, told.machine.bus).has_value(), true);
+      ASSERT_NEAR(*set_point_in(frame, of, told.machine.bus), said, 1e-9);
+      open += said != 0 ? 1 : 0;
+      rounded += want != 0 && said == 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(open, 1000) << "else nothing was tried";
+  EXPECT_GT(rounded, 500);
 }
 
 /// Seeded: whatever is commanded, from step to step, what is not a joint that a gate has let move rests.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "machine/reason_text.h"
@@ -149,8 +150,11 @@ TEST_P(OwnBusOf, IsLeftNeutralByAnOrderlyStop) {
   EXPECT_GT(told, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, OwnBusOf, testing::Values(test::kRateCommands, test::kPilotCommands),
-                         [](const auto& kind) { return kind.index == 0 ? "JointRate" : "PilotPressure"; });
+INSTANTIATE_TEST_SUITE_P(Kinds, OwnBusOf,
+                         testing::Values(test::kRateCommands, test::kPilotCommands, test::kFlowCommands),
+                         [](const auto& kind) {
+                           return std::array{"JointRate", "PilotPressure", "Flow"}[kind.index];
+                         });
 
 TEST(OwnBus, WithoutAStateIsLedAsWell) {
   OwnBus m(test::kRateCommands, "");

@@ -51,6 +51,19 @@ bucket_in = { start = 32, bits = 8, scale = 0.2, unit = "bar", joint = "bucket",
 bucket_out = { start = 40, bits = 8, scale = 0.2, unit = "bar", joint = "bucket", neutral = 0, retract = 40 }
 )";
 
+/// Shares of the valves' flow, the way in bits beside them.
+inline constexpr const char* kFlowCommands = R"([[bus.command]]
+name = "flow_1"
+id = 0x18FF0505
+bytes = 6
+period_ms = 10
+send = "while_led"
+[bus.command.fields]
+boom = { start = 0, bits = 10, scale = 0.1, unit = "%", joint = "boom", neutral = 0, extend = 100, retract = 100, direction = { start = 10, bits = 2, neutral = 0, extend = 1, retract = 2 } }
+arm = { start = 16, bits = 10, scale = 0.1, unit = "%", joint = "arm", neutral = 0, extend = 100, retract = 100, direction = { start = 26, bits = 2, neutral = 3, extend = 2, retract = 1 } }
+bucket = { start = 32, bits = 10, scale = 0.1, unit = "%", joint = "bucket", neutral = 0, extend = 100, retract = 100, direction = { start = 42, bits = 2, neutral = 0, extend = 1, retract = 2 } }
+)";
+
 inline constexpr const char* kStateBroadcast = R"([[bus.broadcast]]
 name = "machine_state"
 id = 0x18FF4021

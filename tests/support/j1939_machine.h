@@ -75,10 +75,62 @@ inline MachineDescription j1939_machine(const std::string& from = "", const std:
   return parse_machine(j1939_text(from, to), "m.toml");
 }
 
+/// Coolant temperature and fuel level are in a message of three packets, hours in one of two that must be asked for.
+inline std::string packets_text(const std::string& from = "", const std::string& to = "") {
+  std::string text = j1939_text();
+  const auto replace = [&text](const std::string& old, const std::string& by) {
+    const auto at = text.find(old);
+    if (at == std::string::npos) throw std::logic_error("no such text: " + old);
+    text.replace(at, old.size(), by);
+  };
+  replace("pgn = 0xFEEE\nbytes = 8", "pgn = 0x1FF60\nbytes = 20");
+  replace("coolant_temperature = { start = 0,",
+          "fuel_level = { start = 137, bits = 8, scale = 0.4, unit = \"%\" }\ncoolant_temperature = { start = 52,");
+  replace("source = 0x00\nbytes = 8\nrequest_every_s = 10", "source = 0x00\nbytes = 12\nrequest_every_s = 10");
+  replace("engine_hours = { start = 0,", "engine_hours = { start = 64,");
+  if (!from.empty()) replace(from, to);
+  return text;
+}
+
 /// Without a node; its first command frame goes out from the address.
 inline MachineDescription commanded_j1939_machine() {
   return parse_machine(with_address(command_text(kRateCommands, std::string(kStateBroadcast) + kGroups), "0x05"),
                        "m.toml");
+}
+
+/// Auxiliary valves of ISO 11783-7; the arm's is mounted the other way round.
+inline constexpr const char* kValveCommands = R"([[bus.command]]
+iso11783_valve = 3
+joint = "boom"
+extend = 100
+retract = 80
+
+[[bus.command]]
+iso11783_valve = 0
+joint = "arm"
+extend = 90
+retract = 100
+reversed = true
+period_ms = 10
+
+[[bus.command]]
+iso11783_valve = 15
+joint = "bucket"
+extend = 100
+retract = 100
+)";
+
+/// Without a node, led by these valves from address 0x26; with `to` in place of the first `from` of their commands.
+inline std::string valves_text(const std::string& from = "", const std::string& to = "",
+                               const std::string& address = "0x26") {
+  std::string commands = kValveCommands;
+  const auto at = commands.find(from);
+  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
+  const std::string text = command_text(commands.replace(at, from.size(), to));
+  return address.empty() ? text : with_address(text, address);
+}
+inline MachineDescription valves_machine() {
+  return parse_machine(valves_text(), "m.toml");
 }
 
 }  // namespace knuckle::test

@@ -1,0 +1,129 @@
+// Commands of auxiliary valves (ISO 11783-7) and directions in machine files: what is read, and what is refused.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "machine/set_points.h"
+#include "tests/support/j1939_machine.h"
+#include "tests/support/refusal.h"
+#include "tests/support/two_buses.h"
+
+namespace knuckle {
+namespace {
+
+TEST(ValveCommandFile, IsAFrameOfItsGroupWithAllItsBits) {
+  const BusDescription bus = test::valves_machine().bus;
+  EXPECT_EQ(bus.command_kind, CommandKind::kFlow);
+  ASSERT_EQ(bus.commands.size(), 3U);
+  const CommandFrame& boom = bus.commands[0];
+  EXPECT_EQ(boom.id, 0x0CFE3326U | kExtendedId) << "priority 3, valve 3, from the address";
+  EXPECT_EQ(boom.bytes, 8);
+  EXPECT_EQ(boom.period_s, 0.02);
+  EXPECT_FALSE(boom.always) << "while somebody leads";
+  EXPECT_TRUE(boom.filter().lets(0x18FE3377U | kExtendedId)) << "another's";
+  EXPECT_FALSE(boom.filter().lets(0x0CFE3026U | kExtendedId));
+  const CommandField* const up = bus.command(kBoom, true);
+  ASSERT_NE(up, nullptr);
+  EXPECT_EQ(up, bus.command(kBoom, false));
+  EXPECT_NEAR(*up->extend, 1, 1e-12);
+  EXPECT_NEAR(*up->retract, 0.8, 1e-12);
+  EXPECT_EQ(bus.commands[1].id, 0x0CFE3026U | kExtendedId);
+  EXPECT_EQ(bus.commands[1].period_s, 0.01);
+  EXPECT_EQ(bus.command(kArm, true)->direction->extend, 2U) << "the other way round";
+  EXPECT_TRUE(bus.commands_by_address());
+}
+
+TEST(ValveCommandFile, AWayThatIsNoneIsNoNeutral) {
+  const BusDescription bus = test::valves_machine().bus;
+  const auto said = [&](std::uint8_t flow, std::uint8_t state) {
+    return set_point_in({bus.commands[0].id, 8, {flow, 0xFF, state, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}}, kBoom, bus).value();
+  };
+  EXPECT_EQ(said(0, 0x30), 0);
+  EXPECT_EQ(said(125, 0x30), 0) << "blocked";
+  EXPECT_NEAR(said(125, 0x31), 0.5, 1e-9);
+  EXPECT_NEAR(said(100, 0x32), -0.5, 1e-9);
+  EXPECT_NE(said(0, 0x33), 0) << "float moves by the load";
+  EXPECT_NE(said(0, 0x3F), 0);
+}
+
+TEST(ValveCommandFile, WhatCannotBeIsRefusedInOneLine) {
+  struct Case {
+    const char *from, *to, *said;
+  };
+  for (const Case& c : {
+           Case{"iso11783_valve = 3", "iso11783_valve = 16", "must be a whole number within [0, 15]"},
+           {"iso11783_valve = 3", "iso11783_valve = 0", "is taken by 'iso11783_valve_0'"},
+           {"joint = \"arm\"", "joint = \"boom\"", "moves the boom as boom_flow of 'iso11783_valve_3' does"},
+           {"retract = 80", "", "bus.command[0].retract' is missing"},
+           {"retract = 80", "retract = 80.1", "cannot be said by these bits: nearest is 80"},
+           {"retract = 80", "retract = 102", "must be within [40, 100]"},
+           {"retract = 80", "retract = 20", "must be within [40, 100]"},
+           {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
+           {"reversed = true", "reversed = true\nsend = \"always\"", "send"},
+       }) {
+    const std::string line = test::refusal([&] { (void)parse_machine(test::valves_text(c.from, c.to), "m.toml"); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
+    EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
+  }
+  const std::string nobody = test::refusal([&] { (void)parse_machine(test::valves_text("", "", ""), "m.toml"); });
+  EXPECT_NE(nobody.find("needs bus.j1939_address"), std::string::npos) << nobody;
+}
+
+TEST(DirectionFile, WhatCannotBeIsRefusedInOneLine) {
+  struct Case {
+    const char *from, *to, *said;
+  };
+  const std::string of_valve = "id = 0x0CFE3205\nbytes = 6";
+  for (const Case& c : {
+           Case{"start = 10, bits = 2", "start = 8, bits = 2", "has bits of its own direction"},
+           {"start = 10, bits = 2", "start = 16, bits = 2", "has bits of boom.direction"},
+           {"start = 10, bits = 2", "start = 10, bits = 9", "must be at most 8 of an unsigned"},
+           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 1, retract = 1 }",
+            "must not be that of neutral or extend"},
+           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 1, extend = 1, retract = 2 }",
+            "must not be that of neutral"},
+           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 4, retract = 2 }",
+            "must be a whole number within [0, 3]"},
+           {"neutral = 0, extend = 1, retract = 2 }", "extend = 1, retract = 2 }", "direction.neutral' is missing"},
+           {"extend = 100, retract = 100, direction", "extend = 100, direction", "needs extend and retract"},
+           {"neutral = 0, extend = 100, retract = 100", "neutral = 50, extend = 100, retract = 0",
+            "must be on the same side of neutral as extend"},
+           {"id = 0x18FF0505\nbytes = 6", of_valve.c_str(), "can let the valve float"},
+       }) {
+    const std::string line = test::refusal([&] { (void)test::command_machine(test::kFlowCommands, c.from, c.to); });
+    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
+  }
+}
+
+/// In a command of an auxiliary valve that is written out.
+TEST(DirectionFile, FloatIsRefusedWhereverItCouldBeSaid) {
+  const auto line_of = [](const std::string& field, const std::string& constant) {
+    const std::string valve =
+        "[[bus.command]]\nname = \"valve\"\nid = 0x0CFE3105\nbytes = 8\nperiod_ms = 10\nsend = "
+        "\"always\"\n[bus.command.fields]\n" +
+        field + "\n" + constant + "\n";
+    return test::refusal([&] { (void)parse_machine(test::command_text(valve), "m.toml"); });
+  };
+  const auto flow = [](const std::string& direction) {
+    return "boom = { start = 0, bits = 8, scale = 0.4, unit = \"%\", joint = \"boom\", neutral = 0, extend = 100, "
+           "retract = 100, direction = { " +
+           direction + " } }";
+  };
+  const std::string good = flow("start = 16, bits = 4, neutral = 0, extend = 1, retract = 2"),
+                    reserved = "rest = { start = 20, bits = 2, neutral = 3 }";
+  const char* const floats = "can let the valve float: state 3 of ISO 11783-7";
+  EXPECT_EQ(line_of(good, reserved).find(floats), std::string::npos) << "only that the others are missing";
+  for (const char* direction : {"start = 16, bits = 4, neutral = 3, extend = 1, retract = 2",
+                                "start = 16, bits = 4, neutral = 0, extend = 3, retract = 2",
+                                "start = 16, bits = 4, neutral = 0, extend = 1, retract = 3",
+                                "start = 17, bits = 2, neutral = 0, extend = 1, retract = 2"})
+    EXPECT_NE(line_of(flow(direction), reserved).find(floats), std::string::npos) << direction;
+  const std::string elsewhere = flow("start = 40, bits = 4, neutral = 0, extend = 1, retract = 2");
+  EXPECT_NE(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 3 }").find(floats), std::string::npos);
+  EXPECT_NE(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0, led = 3 }").find(floats),
+            std::string::npos);
+  EXPECT_EQ(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0 }").find(floats), std::string::npos);
+}
+
+}  // namespace
+}  // namespace knuckle
