@@ -181,9 +181,9 @@ void read_guard_proofs(TomlTable record, BusDescription& bus) {
       proof.changed = Changed::kDevice;
     else if (!recorded)
       proof.changed = Changed::kNotRecorded;
-    else if (channels != channels_text(*of))
+    else if (channels != told_channels_text(*of, bus))
       proof.changed = Changed::kChannels;
-    else if (!timeout || (of->role == NodeRole::kValve && !watchdog))
+    else if (!timeout || (of->role != NodeRole::kEnable && !watchdog))
       proof.changed = Changed::kTimes;
     of->guard = proof;
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "machine/toml_reader.h"
 #include "transport/j1939.h"
 
 namespace knuckle {
@@ -58,6 +59,23 @@ std::string commands_text(const BusDescription& bus) {
   for (const CommandFrame& frame : bus.commands)
     text += (text.empty() ? "" : ", ") + frame.name + ' ' + id_text(frame.id) + bus_text(frame.id, bus);
   return text;
+}
+
+std::string told_channels_text(const NodeDescription& node, const BusDescription& bus) {
+  if (node.role != NodeRole::kModule) return channels_text(node);
+  std::string text;
+  for (const CommandFrame& frame : bus.commands) {
+    for (const CommandField& field : frame.fields) {
+      if (frame.module != node.id) continue;
+      text += fmt::format("{}{}", text.empty() ? "" : ", ", analog_number(frame.pdo, field.bits));
+      if (field.joint) text += fmt::format(" = {}", kJointNames[static_cast<std::size_t>(*field.joint)]);
+      text += " (" + number_text(field.neutral);
+      for (const std::optional<double>& full : {field.extend, field.retract})
+        if (field.joint) text += ", " + (full ? number_text(*full) : "-");
+      text += ')';
+    }
+  }
+  return text + (node.error_value_shift == 0 ? ", in the lower half" : ", in the upper half");
 }
 
 std::string frame_text(const BroadcastFrame& frame, const BusDescription& bus) {

@@ -26,6 +26,9 @@ namespace knuckle {
 [[nodiscard]] std::string id_text(std::uint32_t id);
 /// "front_rate 0x18FF0105, setting 0x18FF0205"
 [[nodiscard]] std::string commands_text(const BusDescription& bus);
+/// Of a node that is told what to do, all that a proof of its guard holds for: its channels, or a module's outputs
+/// with neutral, extend and retract: "1 = boom (6, 9, 3), 4 (6), in the upper half".
+[[nodiscard]] std::string told_channels_text(const NodeDescription& node, const BusDescription& bus);
 /// Which of two buses it is on: ", bus valves"; empty where there is one.
 [[nodiscard]] std::string bus_text(std::uint32_t id, const BusDescription& bus);
 /// A frame that the machine sends: "front_angle (0x18FF1021)", "engine (PGN 0xF004)", "engine (PGN 0xF004 of 0x00)".

@@ -97,10 +97,13 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
       "found "
       "by the joint's motion alone, after about a second");
   const auto is_module = [](const CommandFrame& frame) { return frame.module != 0; };
-  if (std::any_of(bus.commands.begin(), bus.commands.end(), is_module))
-    notes.emplace_back(
-        "that a module's outputs take their error values when its controller falls silent is not proved: try it, with "
-        "the bucket on the ground, before anybody relies on it");
+  for (const NodeDescription& node : bus.nodes) {
+    const bool sure = node.guard.proved && node.guard.changed == GuardProof::Changed::kNothing;
+    if (node.outputs > 0 && !sure)
+      notes.push_back("that the outputs of " + node.name +
+                      " take their error values when their controller falls silent is not proved: knuckle commission "
+                      "proves it");
+  }
   if (std::all_of(bus.commands.begin(), bus.commands.end(), is_module)) return;
   const std::string ends =
       fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
@@ -108,9 +111,7 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
   const GuardProof& proof = bus.commands_guard;
   if (proof.proved && proof.changed == GuardProof::Changed::kNothing) return;
   if (proof.date.empty())
-    notes.push_back(ends + "is not proved: " +
-                    (jog_obstacle(bus).empty() ? "knuckle commission proves it"
-                                               : "try it, with the bucket on the ground, before anybody relies on it"));
+    notes.push_back(ends + "is not proved: knuckle commission proves it");
   else if (!proof.proved)
     notes.push_back(ends + "was tried on " + proof.date + " and not proved");
   else
@@ -152,16 +153,6 @@ std::vector<std::string> machine_notes(const MachineDescription& machine) {
   add_unknowns(machine.bus, notes);
   add_untold_wires(machine.bus, notes);
   return notes;
-}
-
-std::string jog_obstacle(const BusDescription& bus) {
-  if (bus.second) return "two buses";
-  for (const NodeDescription& node : bus.nodes)
-    if (node.role == NodeRole::kModule) return node.name + " is a module of analogue inputs or outputs";
-  if (bus.commands_by_address()) return "command frames from a J1939 address";
-  for (const BroadcastFrame& frame : bus.broadcasts)
-    if (frame.is_group() && !frame.only_readings()) return frame.name + " is a J1939 group that it is led by";
-  return "";
 }
 
 }  // namespace knuckle

@@ -42,7 +42,4 @@ struct WallRoom {
 /// which may be another machine's; what it costs that a cylinder has no pressure transmitters.
 [[nodiscard]] std::vector<std::string> machine_notes(const MachineDescription& machine);
 
-/// Why a machine with this bus cannot be commissioned or recovered so far; empty where it can.
-[[nodiscard]] std::string jog_obstacle(const BusDescription& bus);
-
 }  // namespace knuckle

@@ -163,8 +163,10 @@ Duration period_in_ticks(const MachineDescription& machine) {
                    ": its period must be whole milliseconds");
 }
 
-BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which) {
-  std::shared_ptr<CanBus> port(machine, &machine->bus(which).port(MachineOnBus::kControllerPort));
+namespace {
+
+BusAccess access_through(CanBus& end, const std::shared_ptr<MachineOnBus>& machine) {
+  std::shared_ptr<CanBus> port(machine, &end);
   BusAccess access("simulated bus", std::move(port), [machine](Time due) { return machine->advance(due); });
   access.press_e_stop = [machine](bool pressed) { machine->machine().set_estop(pressed); };
   access.tape_m = [machine](int joint) {
@@ -172,6 +174,16 @@ BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which) {
     return std::round(machine->plant().cylinder_m[joint] / kTape_m) * kTape_m;
   };
   return access;
+}
+
+}  // namespace
+
+BusAccess access_to(std::shared_ptr<MachineOnBus> machine) {
+  return access_through(machine->controllers_end(), machine);
+}
+
+BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which) {
+  return access_through(machine->bus(which).port(MachineOnBus::kControllerPort), machine);
 }
 
 }  // namespace knuckle::sim

@@ -121,8 +121,10 @@ class MachineOnBus {
 /// Period of a controller in lock-step with it. @throws InputError where it is no multiple of a tick.
 [[nodiscard]] Duration period_in_ticks(const MachineDescription& machine);
 
-/// Access to a bus of a simulated machine that goes on when somebody waits. @param which 0, or 1 where there are two
-[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which = 0);
+/// Access to the bus of a simulated machine, or both as one, that goes on when somebody waits.
+[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine);
+/// To one alone. @param which 0, or 1 where there are two
+[[nodiscard]] BusAccess access_to(std::shared_ptr<MachineOnBus> machine, std::size_t which);
 
 /// A machine on a virtual bus in a thread of its own: a loop in another thread meets it as on the machine, through a
 /// CAN controller.

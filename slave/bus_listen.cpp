@@ -8,7 +8,6 @@
 #include "core/frame_words.h"
 #include "machine/description.h"
 #include "machine/reason_text.h"
-#include "machine/room.h"
 #include "slave/bus_map.h"
 
 namespace knuckle::slave {
@@ -60,14 +59,6 @@ void refuse_unidentified(const MachineDescription& machine) {
       machine.source + ": key 'sensors.without_pressures' = \"" + kJointNames[static_cast<std::size_t>(without)] +
       "\": by a drawing the two other cylinders do not tell contacts well enough: give the calibrated file that "
       "knuckle identify writes of what knuckle commission records");
-}
-
-void refuse_unjogged(const MachineDescription& machine) {
-  const std::string obstacle = jog_obstacle(machine.bus);
-  if (obstacle.empty()) return;
-  throw InputError(machine.source + ": key 'bus': " + obstacle +
-                   ": such a machine cannot be commissioned or recovered so far: set sign and zero_rad by hand, then "
-                   "use knuckle slave");
 }
 
 }  // namespace knuckle::slave

@@ -22,8 +22,4 @@ void refuse_other_controller(const BusDescription& bus, BusAccess& access);
 /// transmitters and the machine is not identified: by a drawing two cylinders tell contacts too badly.
 void refuse_unidentified(const MachineDescription& machine);
 
-/// For who moves each joint by itself, before signs are known. @throws InputError in one line where the machine has
-/// what that does not look after yet: two buses, CiA 401 modules, parameter groups of J1939 that it is led by.
-void refuse_unjogged(const MachineDescription& machine);
-
 }  // namespace knuckle::slave

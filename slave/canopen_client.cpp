@@ -91,6 +91,7 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
       if (only_pressures_of(joint, node)) pressures = joint;
     nodes_.push_back(
         {node.id, moves, pressures, true, std::max(description_.boot_timeout_s, valve_boot_s(node.profile)),
+         SdoDialogue(node.id, std::move(entry.before_rest), timeout),
          SdoDialogue(node.id, std::move(entry.script), timeout), SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
   }
@@ -166,6 +167,7 @@ bool CanopenClient::excused(const Node& node) const noexcept {
 
 void CanopenClient::restart() noexcept {
   for (Node& node : nodes_) {
+    node.before_rest.restart();
     node.dialogue.restart();
     node.errors.restart();
     node.told = node.operational = false;
@@ -217,6 +219,7 @@ bool CanopenClient::receive(const CanFrame& frame, Time now) noexcept {
   if (frame.id == canopen::sdo_response_id(id)) {
     on_answer(*node, frame, now);
   } else if (frame.id == canopen::sdo_request_id(id)) {
+    node->before_rest.others_asked();
     node->dialogue.others_asked();
     node->errors.others_asked();
   } else if (frame.id == canopen::heartbeat_id(id)) {
@@ -243,8 +246,9 @@ void CanopenClient::on_answer(Node& node, const CanFrame& frame, Time now) noexc
   // Of others nobody asks: an answer to somebody else must not pass for process data that no longer come.
   const auto answer = node.id == tried_ ? canopen::parse_sdo_response(frame) : std::nullopt;
   if (answer) on_asked(node, *answer, now);
-  (node.dialogue.done() ? node.errors : node.dialogue).receive(frame);
-  watch_.note_second_answers(node.id, std::max(node.dialogue.second_answers(), node.errors.second_answers()));
+  node.asked().receive(frame);
+  watch_.note_second_answers(node.id, std::max({node.before_rest.second_answers(), node.dialogue.second_answers(),
+                                                node.errors.second_answers()}));
 }
 
 void CanopenClient::ask(std::uint8_t node, int joint) noexcept {
@@ -315,6 +319,7 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   if (boots && phase_ == Phase::kConfiguring && !node.dialogue.begun()) {
     node.boots_since = kNever;
     node.told = false;
+    node.before_rest.restart();
     node.dialogue.restart();
     return;
   }
@@ -431,8 +436,9 @@ void CanopenClient::end_step(const PassedCommands& commands, bool led, Time now,
   const bool operational = phase_ == Phase::kOperational;
   if (spools_seen())
     send_set_points(operational ? commands : PassedCommands(), now);
-  else if (withheld_ != Withheld::kSetPoints)
-    commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now, may_command);
+  else
+    commands_.step(operational ? commands : PassedCommands(), led && operational, bus_, now, may_command,
+                   withheld_ == Withheld::kSetPoints ? std::optional(tried_) : std::nullopt);
   if (description_.has_enable()) send_enable(led && operational);
   if (description_.without_nodes()) return;
   const bool heartbeat_due = to_seconds(now - heartbeat_at_) >= description_.controller_heartbeat_s - 1e-6;

@@ -52,11 +52,12 @@ class CanopenClient {
   /// From now on nodes that send nothing but the pressures of this joint's cylinder are needed no more, or again.
   void need_pressures(int joint, bool on) noexcept;
 
-  /// What is not sent, to try a node's guard.
+  /// What is not sent, to try a guard.
   enum class Withheld : std::uint8_t { kNothing, kSetPoints, kHeartbeat };
   /// From the next step on. What this node and the enable node (where that is tried, all nodes) do because of it is no
   /// fault until restart(), but for inputs that do not come while a valve is tried: pilot pressure must be known.
-  /// @param node whose guard is tried; only its set-points are withheld. 0: command frames.
+  /// @param node whose guard is tried; only its set-points are withheld. 0: command frames for the machine's own
+  /// controller.
   void withhold(Withheld what, std::uint8_t node) noexcept;
   /// What this node's guard waits for: the heartbeat, but of a valve the set-points unless it has taken no time for
   /// those.
@@ -112,7 +113,7 @@ class CanopenClient {
     std::optional<int> pressures{};  ///< The joint of whose cylinder's pressures it sends, and nothing else.
     bool needed = true;
     double boot_s = 0;  ///< Patience after a reset.
-    SdoDialogue dialogue, errors;
+    SdoDialogue before_rest, dialogue, errors;
     bool told = false;  ///< Took the newest NMT command.
     bool operational = false;
     bool was_reset = false;       ///< Since the last start-up that reached operational.
@@ -120,6 +121,11 @@ class CanopenClient {
     Time heard_at = kNever;       ///< Heartbeat.
     std::uint16_t emergency = 0;  ///< EMCY code not yet reset.
     Reason lost{};                ///< Left its working state; kept until restart().
+    /// What it is asked now.
+    [[nodiscard]] SdoDialogue& asked() noexcept {
+      if (!before_rest.done() && !before_rest.failure()) return before_rest;
+      return dialogue.done() ? errors : dialogue;
+    }
   };
   struct Valve {
     std::uint16_t status_word = 0;
@@ -147,6 +153,7 @@ class CanopenClient {
   void step_phase(Time now) noexcept;
   void configure(Time now) noexcept;
   [[nodiscard]] bool set_up(Node& node, Time now) noexcept;
+  [[nodiscard]] bool may_rest(Node& node, Time now) noexcept;
   void start_nodes(Time now) noexcept;
   void check_errors(Time now) noexcept;
   [[nodiscard]] std::uint16_t newest_error(std::uint8_t node) const noexcept;

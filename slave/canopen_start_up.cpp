@@ -35,11 +35,31 @@ bool CanopenClient::reset(Node& node, Time now) noexcept {
   return true;
 }
 
+/// A module that runs takes its error values as soon as it is told to rest: they are set before, in whatever state it
+/// is. One that is stopped answers nothing, and has taken them already.
+/// @returns whether it may be told.
+bool CanopenClient::may_rest(Node& node, Time now) noexcept {
+  SdoDialogue& first = node.before_rest;
+  if (asked_now_ < most_asked_ && first.step(bus_, now)) ++asked_now_;
+  if (!first.failure()) return first.done();
+  if (first.details().what == SetupFailure::What::kSilent) {
+    if (!node.operational) return true;
+    if (to_seconds(now - phase_since_) <= node.boot_s + kSdoAttempts * description_.sdo_timeout_s) {
+      first.restart();
+      return false;
+    }
+  }
+  setup_failure_ = first.details();
+  fail(first.failure());
+  return false;
+}
+
 /// @returns whether this node is set up.
 bool CanopenClient::set_up(Node& node, Time now) noexcept {
   // One that never says it booted still gets its chance: its SDO time-out then names it.
   if (node.boots_since != kNever && to_seconds(now - node.boots_since) <= node.boot_s) return false;
   node.boots_since = kNever;
+  if (!may_rest(node, now)) return false;
   if (!tell(node, canopen::NmtCommand::kEnterPreOperational)) return false;
   if (asked_now_ < most_asked_ && node.dialogue.step(bus_, now)) ++asked_now_;
   if (!node.dialogue.failure()) return node.dialogue.done();

@@ -43,12 +43,14 @@ bool CommandFrames::stops(const CommandFrame& frame, const PassedCommands& comma
   });
 }
 
-void CommandFrames::step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address) noexcept {
+void CommandFrames::step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address,
+                         std::optional<std::uint8_t> withheld) noexcept {
   const bool turned = led != led_;
   const JointVector before = demand_;
   for (Sent& one : frames_) {
     if (led) one.resting = false;
     if (one.resting && !one.frame.always) continue;
+    if (one.frame.module == withheld) continue;
     if (!has_address && one.frame.mask != CanFilter::kWhole) continue;
     const bool due = one.due == kNever || now + kEarly >= one.due;
     if (!due && !turned && !stops(one.frame, commands, before)) continue;

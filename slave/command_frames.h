@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/joints.h"
@@ -20,7 +21,9 @@ class CommandFrames {
   /// Sends what is due. What the bus does not take is due again in the next step.
   /// @param led an operator leads the machine: constants have their values for that.
   /// @param has_address frames from the J1939 address may go out
-  void step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address = true) noexcept;
+  /// @param withheld frames for the module of this id do not, or, where it is 0, for the machine's own controller
+  void step(const PassedCommands& commands, bool led, CanBus& bus, Time now, bool has_address = true,
+            std::optional<std::uint8_t> withheld = {}) noexcept;
 
   /// Of the same bus: what was sent last, and where the counters stand.
   void go_on_from(const CommandFrames& before) noexcept;

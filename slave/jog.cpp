@@ -13,14 +13,6 @@
 namespace knuckle::slave {
 namespace {
 
-constexpr Duration kPilotPatience = 1s;
-constexpr Duration kGuardPatience = 600ms;  // beyond a guard's own time: status frames, and the spool's way back
-constexpr double kOpenShare = 0.5, kBackShare = 0.3;            // of the opening: the spool has followed, or is back
-constexpr double kShareOfDeadBand = 0.5, kLeastOpening = 0.03;  // of spool stroke: more than noise
-constexpr Duration kStands = 100ms, kStaysBack = 200ms;
-constexpr Duration kAskAfter = 90ms;  // of a node that sends no process data: twice in kStaysBack
-constexpr double kGuardCreep_m = 2e-3;
-constexpr double kMostSilentWays = 4;  // of the way led, for a cylinder that nobody leads any more
 constexpr double kStall_s = 0.7, kStall_m = 5e-4, kMoved_m = 2e-3;
 constexpr double kMostStrokes = 2;  // in one motion: a cylinder makes one, and its drawing may be off
 constexpr std::size_t kPressures = kSensorPressures, kTilt = kPressures + kJoints;
@@ -61,7 +53,7 @@ bool possible(const FrameField& field, double value, const MachineDescription& m
     case NodeRole::kEncoder:  // "broken" is the largest or the smallest integer; before a preset all others may be
                               // right
       return field.bits.type != BitField::Type::kSigned ||
-             std::abs(value / field.bits.scale) < std::ldexp(1.0, field.bits.bits - 1) - 1.5;
+             std::abs((value - field.bits.offset) / field.bits.scale) < std::ldexp(1.0, field.bits.bits - 1) - 1.5;
     case NodeRole::kTilt:
       return std::abs(value) <= (machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom
                                      ? std::numbers::pi
@@ -81,11 +73,13 @@ Jog::Jog(const MachineDescription& machine, CanBus& bus)
       lengths_(machine),
       bus_(bus),
       client_(machine, bus),
+      j1939_(machine.bus),
       frames_(bus_frames(machine.bus, machine.sensors)),
       limits_(machine),
       valves_(1 / machine.bus.sync_Hz) {
   sensors_.at.fill(kNever);
   for (const BroadcastFrame& frame : machine.bus.broadcasts) {
+    if (frame.only_readings()) continue;
     broadcasts_.push_back({frame});
     for (const BroadcastField& field : frame.fields)
       if (is_status(field.info()))
@@ -104,6 +98,7 @@ void Jog::step(Time now) noexcept {
   watch_spools();
   watch_pilot();
   watch_creep(now);
+  if (const Reason why = j1939_.fault(now)) end_early(why);
   gate_ = jog_gate(wanted(now), judged(now), gate_.memory, limits_, now);
   if (gate_.fault) end_early(gate_.fault);
   if (client_.fault()) end_early(client_.fault());
@@ -111,7 +106,8 @@ void Jog::step(Time now) noexcept {
   const Withheld tried = guard_seen_.by_heartbeat ? Withheld::kHeartbeat : Withheld::kSetPoints;
   client_.withhold(phase_ == Phase::kWithheld ? tried : Withheld::kNothing, guarded_);
   ask_guarded(now);
-  client_.end_step(gate_.commands, wants_pilot(phase_), now);
+  if (client_.commanded()) j1939_.step(bus_, now);
+  client_.end_step(gate_.commands, wants_pilot(phase_), now, j1939_.may_command());
   if (dialogue_) dialogue_->step(bus_, now);
   go_on(now);
 }
@@ -119,8 +115,9 @@ void Jog::step(Time now) noexcept {
 void Jog::hear(Time now) noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
-    if (!client_.receive(frame, now)) take(frame, now);
-    if (dialogue_) dialogue_->receive(frame);
+    if (j1939_.receive(frame, now) && !client_.receive(frame, now)) take(frame, now);
+    if (dialogue_ && frame.id == canopen::sdo_response_id(dialogue_->node())) dialogue_->receive(frame);
+    hear_inputs(frame, now);
   }
 }
 
@@ -149,21 +146,24 @@ void Jog::take(const BroadcastFrame& known, const CanFrame& frame, Time now) noe
   if (known.fields.empty()) return;
   if (frame.size < known.bytes)
     return refuse_short(signal_subject(known.fields.front().signal), frame.size, known.bytes);
-  for (const BroadcastField& field : known.fields) {
-    if (field.info().role == NodeRole::kReading) continue;
-    const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
-    const auto raw = read_raw(field.bits, frame);
-    const bool none = !raw || (field.invalid_from && *raw >= *field.invalid_from);
-    if (is_status(field.info())) {
-      Status& status = status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)];
-      if (!none) status = {status.told, status.subject, status.age_limit, *raw == field.on, now};
-    } else if (none) {
-      sensors_.impossible[sensor_place(value.channel)] = true;
-      sensors_.at[sensor_place(value.channel)] = now;
-    } else {
-      take(value, read_value(field.bits, frame).value_or(0), now);
-    }
+  if (known.module == guarded_) inputs_at_ = now;
+  for (const BroadcastField& field : known.fields) take(field, read_raw(field.bits, frame), now);
+}
+
+void Jog::take(const BroadcastField& field, std::optional<std::uint64_t> raw, Time now) noexcept {
+  const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
+  const std::size_t place = sensor_place(value.channel);
+  const bool none = !raw || (field.invalid_from && *raw >= *field.invalid_from);
+  if (is_status(field.info())) {
+    Status& status = status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)];
+    if (!none) status = {status.told, status.subject, status.age_limit, *raw == field.on, now};
+    return;
   }
+  if (place >= sensors_.at.size()) return;  // no motion is judged by it
+  const double said = none ? 0 : value_of(field.bits, *raw);
+  if (!none && !(field.analog && field.analog->is_broken(said))) return take(value, said, now);
+  sensors_.impossible[place] = true;
+  sensors_.at[place] = now;
 }
 
 std::optional<bool> Jog::e_stop_open() const noexcept {
@@ -174,7 +174,7 @@ std::optional<bool> Jog::e_stop_open() const noexcept {
 /// Where nobody tells: as asked.
 bool Jog::pilot_on() const noexcept {
   if (machine_.bus.has_enable()) return client_.pilot_on();
-  return status_[1].told ? status_[1].on.value_or(false) : wants_pilot(phase_);
+  return tells_pilot() ? status_[1].on.value_or(false) : wants_pilot(phase_);
 }
 
 void Jog::take(const FrameField& field, double value, Time now) noexcept {
@@ -237,6 +237,9 @@ JogState Jog::judged(Time now) const noexcept {
   state.pressure_Pa = sensors_.pressure_Pa;
   std::array<Time, 10> at = sensors_.at;
   if (at[kTilt] != kNever) at[kTilt] += tilt_extra_age(machine_);
+  // What a module says no more while its outputs are tried is asked: see note_silence().
+  for (std::size_t place = 0; phase_ == Phase::kWithheld && tries_outputs() && place < at.size(); ++place)
+    if (of_module_[place]) at[place] = now;
   const auto oldest = std::min_element(at.begin(), at.end());
   state.oldest_at = *oldest;
   state.oldest_subject = subject_at(static_cast<std::size_t>(oldest - at.begin()), machine_.bus);
@@ -285,10 +288,6 @@ void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
   if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn, 0, 0, 0});
 }
 
-Duration Jog::guard_patience() const noexcept {
-  return from_seconds(std::max(machine_.bus.valve_watchdog_s, machine_.bus.controller_timeout_s)) + kGuardPatience;
-}
-
 /// While a guard is tried the spool is another matter: see open_for_guard() and note_guard().
 void Jog::watch_spools() noexcept {
   if (!client_.spools_seen()) return;
@@ -305,89 +304,6 @@ void Jog::watch_pilot() noexcept {
   const auto apart = static_cast<float>(std::abs(client_.demand()[joint] - client_.spool()[joint]));
   end_early({ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(joint), apart,
              static_cast<float>(ValveMonitor::kTolerance)});
-}
-
-/// Inside the dead band no cylinder moves.
-void Jog::watch_creep(Time now) noexcept {
-  if (guarded_ == 0 || opening_ == 0 || (phase_ != Phase::kOpening && phase_ != Phase::kWithheld)) return;
-  const double crept_m = std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]);
-  if (crept_m <= kGuardCreep_m) return;
-  guard_seen_.crept_m = crept_m;
-  enter(Phase::kPilotDown, now);
-}
-
-void Jog::open_for_guard(Time now) noexcept {
-  const bool there =
-      client_.demand()[plan_.joint] >= opening_ - 1e-9 && client_.spool()[plan_.joint] >= kOpenShare * opening_;
-  stands_since_ = !there ? kNever : stands_since_ == kNever ? now : stands_since_;
-  if (there && now - stands_since_ >= kStands) {
-    guard_seen_.tried = GuardSeen::Tried::kYes;
-    stands_since_ = kNever;
-    return enter(Phase::kWithheld, now);
-  }
-  guard_seen_.tried = GuardSeen::Tried::kDidNotFollow;
-  if (now - since_ >= kPilotPatience) enter(Phase::kPilotDown, now);
-}
-
-Time Jog::guarded_said_at() const noexcept {
-  return opening_ > 0 ? client_.valve_seen_at(plan_.joint) : client_.inputs_seen_at();
-}
-
-/// A node that goes pre-operational on a communication error, as CiA 301 has it by default, answers SDO alone.
-void Jog::ask_guarded(Time now) noexcept {
-  const bool trying = guarded_ != 0 && (phase_ == Phase::kWithheld || phase_ == Phase::kPilotDown);
-  const BusDescription& bus = machine_.bus;
-  const double said_every_s = opening_ > 0 ? bus.valve_status_every_nth_sync / bus.sync_Hz : bus.controller_heartbeat_s;
-  // Once it has missed one, often enough to know that what it says stays so.
-  const bool missed = now - std::max(since_, guarded_said_at()) >= from_seconds(1.5 * said_every_s);
-  if (!trying || !(missed || guard_seen_.asked) || now - std::max({since_, guarded_said_at(), asked_at_}) < kAskAfter)
-    return;
-  client_.ask(guarded_, plan_.joint);
-  asked_at_ = now;
-  guard_seen_.asked = true;
-}
-
-void Jog::note_guard(Time now) noexcept {
-  if (guarded_ == 0) return note_silence(now);
-  GuardSeen& seen = guard_seen_;
-  const double t_s = to_seconds(now - since_);
-  const bool valve = opening_ > 0;
-  if (!seen.told_s && client_.says_stopped(guarded_)) {
-    seen.told_s = t_s;
-    seen.emergency = client_.emergency_of(guarded_);
-  }
-  const Time said_at = guarded_said_at();
-  seen.silent = now - said_at > kStaysBack;
-  bool done = seen.pilot_off_s.has_value();
-  if (valve && !client_.pilot_on()) {
-    seen.pilot_off_s = t_s;
-    seen.stopped_s.reset();
-    done = true;
-  } else if (valve) {
-    const bool back = said_at > since_ && std::abs(client_.spool()[plan_.joint]) <= kBackShare * opening_;
-    if (!back || seen.silent) seen.stopped_s.reset();
-    if (back && !seen.stopped_s) seen.stopped_s = t_s;
-    stands_since_ = !seen.stopped_s || !seen.told_s ? kNever : stands_since_ == kNever ? now : stands_since_;
-    done = stands_since_ != kNever && now - stands_since_ >= kStaysBack;
-  } else if (!client_.pilot_on()) {
-    seen.stopped_s = t_s;
-    done = true;
-  } else {
-    for (int i = 0; i < kJoints; ++i)
-      seen.others_stopped = seen.others_stopped || client_.says_stopped(machine_.bus.valve(i).id);
-  }
-  const auto before_guard = [&](const std::optional<double>& at_s) { return at_s && *at_s < guard_earliest_s_; };
-  seen.early = before_guard(seen.told_s) || before_guard(seen.stopped_s);
-  done = done || before_guard(seen.told_s);
-  if (done || now - since_ >= guard_patience()) enter(Phase::kPilotDown, now);
-}
-
-/// The cylinder that was led until no more frames came.
-void Jog::note_silence(Time now) noexcept {
-  note_sample(now);
-  sample_->silent = true;
-  const double way_m = std::abs(sensors_.length_m[plan_.joint] - from_m_[plan_.joint]);
-  if (now - since_ >= kSilence || way_m > kMostSilentWays * plan_.travel_m) enter(Phase::kPilotDown, now);
 }
 
 void Jog::note_sample(Time now) noexcept {
@@ -469,25 +385,6 @@ void Jog::move(const JogPlan& plan) noexcept {
   guarded_ = 0;
   guard_seen_ = {};  // what is withheld is no heartbeat
   begin(Phase::kMoving);
-}
-
-void Jog::try_guard(const NodeDescription& node, int joint) noexcept {
-  if (phase_ != Phase::kRest || !node.is_told()) return;
-  guard_seen_ = {};
-  guarded_ = node.id;
-  guard_seen_.by_heartbeat = client_.guarded_by(node.id) == CanopenClient::Withheld::kHeartbeat;
-  guard_seen_.other_guard = !guard_seen_.by_heartbeat && client_.waits_for_heartbeat(node.id);
-  opening_ = 0;
-  if (node.role == NodeRole::kEnable) return begin(Phase::kWithheld);
-  plan_.joint = joint;
-  const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(plan_.joint)].valve;
-  opening_ = kShareOfDeadBand * std::min(valve.dead_band_extend, valve.dead_band_retract);
-  stands_since_ = kNever;
-  if (opening_ < kLeastOpening) {
-    guard_seen_.tried = GuardSeen::Tried::kNoDeadBand;
-    return;
-  }
-  begin(Phase::kOpening);
 }
 
 void Jog::stop() noexcept {

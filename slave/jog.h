@@ -14,6 +14,7 @@
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "slave/canopen_client.h"
+#include "slave/j1939_bus.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
 #include "slave/valve_monitor.h"
@@ -47,8 +48,8 @@ struct JogPlan {
   double longest_s = 10;
   double back_m = 1e9;       ///< Ends after so much motion against its command.
   bool until_stall = false;  ///< Ends where the cylinder, having moved, stands still against the open valve.
-  /// Where it has travelled, command frames end instead of the command, for kSilence: what the machine's own controller
-  /// does when nobody tells it anything.
+  /// Where it has travelled, command frames end instead of the command, for kSilence beyond their guard's time: what
+  /// the machine's own controller does when nobody tells it anything.
   bool then_silence = false;
 };
 /// Of the joint that moves, since its motion began; the command as it passed the gate, and so the spool where nobody
@@ -62,7 +63,7 @@ struct JogSample {
 enum class JogEnd : std::uint8_t { kTravelled, kStalled, kTime, kWrongWay };
 
 /// What a node did while what its guard waits for was withheld from it: seconds since it was withheld; nullopt where it
-/// did not.
+/// did not. Of a module with outputs its cylinder's motion tells whether it stopped.
 struct GuardSeen {
   bool by_heartbeat = false;  ///< That was the controller's heartbeat; else the node's set-points.
   bool other_guard = false;   ///< It waits for the heartbeat as well, which was not tried.
@@ -75,13 +76,13 @@ struct GuardSeen {
   std::optional<double> told_s;     ///< It said that it does not work.
   std::uint16_t emergency = 0;      ///< The code it said; 0 where it said none.
   std::optional<double> stopped_s;  ///< A valve's spool came back and stayed; the enable node took pilot pressure away.
-  std::optional<double> pilot_off_s;  ///< Of a valve: pilot pressure went off before that was sure.
+  std::optional<double> pilot_off_s;  ///< Of a valve or a module: pilot pressure went off before that was sure.
   bool asked = false;                 ///< It sent process data no more, but answered when it was asked by SDO.
-  bool silent = false;                ///< It says no more where its spool is, or whether pilot pressure is on.
-  bool others_stopped = false;        ///< Of the enable node: a valve had stopped before, which may be why.
-  double guard_s = 0;                 ///< The guard's own time.
-  bool early = false;                 ///< What it did came before that, so from something else.
-  std::optional<double> crept_m;      ///< The cylinder moved at the small opening.
+  bool silent = false;  ///< It says no more where its spool is, whether pilot pressure is on, or its cylinder's length.
+  bool others_stopped = false;    ///< Of the enable node: a valve had stopped before, which may be why.
+  double guard_s = 0;             ///< The guard's own time.
+  bool early = false;             ///< What it did came before that, so from something else.
+  std::optional<double> crept_m;  ///< The cylinder moved at the small opening.
 };
 
 /// Every step sends SYNC, commands that passed the gate, and the controller's heartbeat. Whatever ends a task early
@@ -95,12 +96,13 @@ class Jog {
     kMoving,     ///< One valve open.
     kOpening,    ///< One valve open inside its dead band: nothing moves.
     kWithheld,   ///< Likewise, and what its node's guard waits for is not sent; or the enable node's heartbeat; or,
-                 ///< while a joint moves, command frames.
+                 ///< while a joint moves, command frames or what a module's guard waits for.
     kClosing,    ///< Valves closed, pilot pressure still on: the spool closes, pressures settle.
     kPilotDown,  ///< Switched off, until that is reported, where it is.
   };
-  static constexpr Duration kSettle = 400ms;    ///< Of kClosing.
-  static constexpr Duration kSilence = 1500ms;  ///< JogPlan::then_silence
+  static constexpr Duration kPilotPatience = 1s;  ///< For what is said of it.
+  static constexpr Duration kSettle = 400ms;      ///< Of kClosing.
+  static constexpr Duration kSilence = 1500ms;    ///< JogPlan::then_silence, try_outputs()
 
   /// Bus must outlive it. @throws InputError where the machine file cannot be worked with.
   Jog(const MachineDescription& machine, CanBus& bus);
@@ -120,8 +122,13 @@ class Jog {
   /// off. See guard_seen(). What the node says of it is no trouble until start(), which is needed after it.
   /// @param node of a valve, or the enable node. @param joint whose valve is opened, one of the node's.
   void try_guard(const NodeDescription& node, int joint) noexcept;
-  /// How long a guard is waited for, and its node's answer.
-  [[nodiscard]] Duration guard_patience() const noexcept;
+  /// Another: as move(), but where the cylinder has travelled, what this module's guard waits for is not sent: its
+  /// outputs must end the motion. Of inputs that it sends no more then, lengths are asked by SDO. What it says is no
+  /// trouble until start(), which is needed after it.
+  /// @param joint of the plan: moved by one of its outputs.
+  void try_outputs(const NodeDescription& module, const JogPlan& plan) noexcept;
+  /// How long a guard is waited for, and its node's answer, or a cylinder that moves to stop.
+  [[nodiscard]] Duration guard_patience(bool in_motion) const noexcept;
   /// Ends the task, if there is one, with trouble kOperatorStop.
   void stop() noexcept;
   /// Works through SDO steps of one node beside everything else; see dialogue().
@@ -142,6 +149,8 @@ class Jog {
   /// kSensorInvalid of the first value that RawSensors::invalid() finds; kNone where it finds none.
   [[nodiscard]] Reason invalid() const noexcept;
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
+  /// Whether command frames may go out from the J1939 address, where some do.
+  [[nodiscard]] bool may_command() const noexcept { return j1939_.may_command(); }
   /// As the enable node says, or the machine by itself; nullopt where no frame says it, or none has come.
   [[nodiscard]] std::optional<bool> e_stop_open() const noexcept;
   [[nodiscard]] bool tells_e_stop() const noexcept { return machine_.bus.has_enable() || status_[0].told; }
@@ -161,6 +170,8 @@ class Jog {
   };
   void take_broadcast(const CanFrame& frame, Time now) noexcept;
   void take(const BroadcastFrame& known, const CanFrame& frame, Time now) noexcept;
+  void take(const BroadcastField& field, std::optional<std::uint64_t> raw, Time now) noexcept;
+  [[nodiscard]] bool tells_pilot() const noexcept { return machine_.bus.has_enable() || status_[1].told; }
   [[nodiscard]] bool pilot_on() const noexcept;
   void note_silence(Time now) noexcept;
   void note_sample(Time now) noexcept;
@@ -181,14 +192,21 @@ class Jog {
   void watch_spools() noexcept;
   void open_for_guard(Time now) noexcept;
   void note_guard(Time now) noexcept;
+  void note_told(double t_s) noexcept;
+  [[nodiscard]] bool others_stopped() const noexcept;
   [[nodiscard]] Time guarded_said_at() const noexcept;
   void ask_guarded(Time now) noexcept;
+  [[nodiscard]] bool tries_outputs() const noexcept { return guarded_ != 0 && plan_.then_silence; }
+  void ask_inputs(Time now) noexcept;
+  void hear_inputs(const CanFrame& frame, Time now) noexcept;
+  void begin_guard(const NodeDescription& node) noexcept;
   void await_pilot(bool on, Phase then, Time now) noexcept;
 
   MachineDescription machine_;
   EncoderLengths lengths_;
   CanBus& bus_;
   CanopenClient client_;
+  J1939Bus j1939_;
   std::vector<BusFrame> frames_;       // sized once, at construction
   std::vector<Broadcast> broadcasts_;  // likewise
   std::array<Status, 2> status_{};     // E-stop chain closed, pilot pressure on
@@ -203,9 +221,12 @@ class Jog {
   JogPlan plan_;
   JointVector from_m_ = JointVector::Zero();
   double still_at_m_ = 0, still_since_s_ = 0;
-  std::uint8_t guarded_ = 0;  // node of try_guard(); 0 in other tasks
-  double opening_ = 0;        // of its valve; 0 for the enable node
-  Time asked_at_ = kNever;    // of the guarded node, by SDO
+  std::uint8_t guarded_ = 0;                       // node of try_guard() or try_outputs(); 0 in other tasks
+  double opening_ = 0;                             // of its valve; 0 for the enable node
+  Time asked_at_ = kNever, answered_at_ = kNever;  // of the guarded node, by SDO
+  int asked_joint_ = 0;                            // whose length, of a module
+  Time inputs_at_ = kNever;                        // that the module sent by itself
+  std::array<bool, 10> of_module_{};               // places of RawSensors::at
   GuardSeen guard_seen_;
   double guard_earliest_s_ = 0;  // since it was withheld: before that its guard cannot act
   Time stands_since_ = kNever;   // the spool at the opening; or back, told, and pilot pressure on

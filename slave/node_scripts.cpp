@@ -270,26 +270,53 @@ SdoScript enable_script(const MachineDescription& machine, const NodeDescription
   return script;
 }
 
-/// Raw 0 of an output may be full speed: what it does when it is started, or is left alone, is neutral.
-void add_outputs(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+template <typename Add>
+void for_outputs(const BusDescription& bus, const NodeDescription& node, const Add& add) {
   for (const CommandFrame& frame : bus.commands) {
     for (const CommandField& field : frame.fields) {
       if (frame.module != node.id) continue;
-      const auto number = static_cast<std::uint8_t>(analog_number(frame.pdo, field.bits));
-      const auto neutral = static_cast<std::uint32_t>(raw_of(field.bits, field.neutral));
-      const auto is_signed = static_cast<std::uint32_t>(static_cast<std::int16_t>(neutral));
-      script.push_back(setting({canopen::kAnalogOutput.index, number}, neutral, 2));
-      script.push_back(setting({canopen::kOutputErrorMode.index, number}, 1, 1));
-      script.push_back(setting({canopen::kOutputErrorValue.index, number}, is_signed << node.error_value_shift, 4));
+      add(static_cast<std::uint8_t>(analog_number(frame.pdo, field.bits)),
+          static_cast<std::uint32_t>(raw_of(field.bits, field.neutral)));
     }
   }
+}
+
+/// What its outputs do when it is left alone, or leaves its operational state: the value before the mode that takes it.
+void add_error_values(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+  for_outputs(bus, node, [&](std::uint8_t number, std::uint32_t neutral) {
+    const auto is_signed = static_cast<std::uint32_t>(static_cast<std::int16_t>(neutral));
+    script.push_back(setting({canopen::kOutputErrorValue.index, number}, is_signed << node.error_value_shift, 4));
+    script.push_back(setting({canopen::kOutputErrorMode.index, number}, 1, 1));
+  });
+}
+
+/// Raw 0 of an output may be full speed: what it does when it is started, or is left alone, is neutral.
+void add_outputs(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+  for_outputs(bus, node, [&](std::uint8_t number, std::uint32_t neutral) {
+    script.push_back(setting({canopen::kAnalogOutput.index, number}, neutral, 2));
+  });
+  add_error_values(script, bus, node);
   script.push_back(setting(canopen::kErrorBehaviour, 0, 1, Kind::kOptional));
   add_guards(script, bus, node);
 }
 
-SdoScript module_script(const MachineDescription& machine, const NodeDescription& node) {
+/// The device, and all outputs that it has.
+SdoScript module_identity(const NodeDescription& node) {
   SdoScript script = identity(node);
   if (node.outputs > 0) script.push_back(required({canopen::kAnalogOutput.index, 0}, node.outputs, 1));
+  return script;
+}
+
+/// A module that runs takes its error values as soon as it is told to rest.
+SdoScript before_rest(const MachineDescription& machine, const NodeDescription& node) {
+  if (node.outputs == 0) return {};
+  SdoScript script = module_identity(node);
+  add_error_values(script, machine.bus, node);
+  return script;
+}
+
+SdoScript module_script(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script = module_identity(node);
   add_pdos(script, machine, node);
   script.push_back(setting(canopen::kAnalogInputSends, 1, 1, Kind::kOptional));
   if (node.outputs > 0) add_outputs(script, machine.bus, node);
@@ -321,7 +348,10 @@ SdoScript node_script(const MachineDescription& machine, const NodeDescription& 
 
 std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
   std::vector<NodeScript> all;
-  for (const NodeDescription& node : machine.bus.nodes) all.push_back({node, node_script(machine, node)});
+  for (const NodeDescription& node : machine.bus.nodes) {
+    NodeScript& entry = all.emplace_back(NodeScript{node, node_script(machine, node), {}});
+    if (node.role == NodeRole::kModule) entry.before_rest = before_rest(machine, node);
+  }
   return all;
 }
 

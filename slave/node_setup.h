@@ -64,6 +64,7 @@ using SdoScript = std::vector<SetupPart>;
 struct NodeScript {
   NodeDescription node;
   SdoScript script;
+  SdoScript before_rest;  ///< Of a module with outputs: asked and written before it may leave its operational state.
 };
 /// Of all nodes in their order. @throws InputError where a step cannot be told to its node.
 [[nodiscard]] std::vector<NodeScript> node_scripts(const MachineDescription& machine);
@@ -107,6 +108,7 @@ class SdoDialogue {
   /// @param timeout for one answer.
   SdoDialogue(std::uint8_t node, SdoScript script, Duration timeout);
   void restart() noexcept;
+  [[nodiscard]] std::uint8_t node() const noexcept { return node_; }
   /// Sends what is due. Call once a step. @returns whether a request went out.
   bool step(CanBus& bus, Time now) noexcept;
   /// An answer of this node.

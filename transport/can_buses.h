@@ -51,4 +51,36 @@ class CanBuses final : public CanBus {
   mutable std::uint8_t of_ = 0;
 };
 
+/// One of two buses that are one for others, as if there were no other: what comes on the other meanwhile is nobody's.
+class OneOfBuses final : public CanBus {
+ public:
+  /// @param both outlives this. @param which 0 or 1
+  OneOfBuses(CanBus& both, std::size_t which) noexcept : both_(both), on_(which == 0 ? 0 : kSecondBus) {}
+
+  bool send(const CanFrame& frame) noexcept override {
+    CanFrame marked = frame;
+    marked.id |= on_;
+    return both_.send(marked);
+  }
+  bool receive(CanFrame& frame) noexcept override {
+    while (both_.receive(frame)) {
+      if ((frame.id & kSecondBus) != on_) continue;
+      frame.id &= ~kSecondBus;
+      return true;
+    }
+    return false;
+  }
+  /// Its own, unless the other's is worse.
+  [[nodiscard]] CanState state() const noexcept override {
+    const CanState worst = both_.state();
+    return (both_.state_of() != 0) == (on_ != 0) ? worst : CanState::kActive;
+  }
+  /// Of both.
+  [[nodiscard]] std::uint64_t errors() const noexcept override { return both_.errors(); }
+
+ private:
+  CanBus& both_;
+  std::uint32_t on_;
+};
+
 }  // namespace knuckle

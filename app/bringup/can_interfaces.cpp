@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "app/cli/command.h"
+#include "core/realtime_thread.h"
 
 namespace knuckle::bringup {
 
@@ -35,6 +36,17 @@ std::vector<std::string> can_interfaces(const std::vector<std::string>& given, c
 
 std::string can_text(const std::vector<std::string>& given) {
   return fmt::format("{}", fmt::join(given, " and "));
+}
+
+BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus) {
+  std::vector<std::unique_ptr<SocketCanBus>> opened;
+  for (const std::string& name : can_interfaces(given, bus)) opened.push_back(std::make_unique<SocketCanBus>(name));
+  const auto interfaces = std::make_shared<OpenInterfaces>(std::move(opened));
+  const RealtimeClock clock;
+  return {can_text(given), {interfaces, &interfaces->bus()}, [clock](Time due) {
+            clock.sleep_until(due);
+            return clock.now();
+          }};
 }
 
 }  // namespace knuckle::bringup

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "machine/bus_description.h"
+#include "transport/bus_access.h"
 #include "transport/can_buses.h"
 #include "transport/socket_can.h"
 
@@ -31,5 +32,9 @@ class OpenInterfaces {
   std::vector<std::unique_ptr<SocketCanBus>> each_;
   CanBuses both_;
 };
+
+/// All of the machine's buses as one, in real time. @throws InputError as can_interfaces(), or where one cannot be
+/// opened.
+[[nodiscard]] BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus);
 
 }  // namespace knuckle::bringup

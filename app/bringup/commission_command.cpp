@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/bringup/can_interfaces.h"
 #include "app/bringup/commission_result.h"
 #include "app/bringup/commission_wizard.h"
 #include "app/bringup/dialogue_log.h"
@@ -158,7 +159,8 @@ WizardProgress read_progress(const std::string& file, const ProgressOf& of) {
 namespace {
 
 struct CommissionCommandOptions {
-  std::string can, machine, out, record = ".";
+  std::vector<std::string> can;
+  std::string machine, out, record = ".";
   bool simulate = false, resume = false;
   std::uint64_t seed = 1;
   std::vector<std::string> faults;
@@ -167,7 +169,8 @@ struct CommissionCommandOptions {
 };
 
 void add_options(const cli::OptionList& c, CommissionCommandOptions& o) {
-  c.add_option("--can", o.can, "CAN interface of the machine bus (can0)");
+  c.add_option("--can", o.can, "CAN interface of the machine bus (can0); of two NAME=INTERFACE for each")
+      .one_value_each();
   c.add_flag("--simulate", o.simulate, "Commission the simulated machine instead, on virtual time");
   c.add_option("--seed", o.seed, "Seed of the recorded motions and, with --simulate, of the machine's true parameters")
       .show_default()
@@ -194,7 +197,7 @@ std::string recorded_in(const std::string& folder) {
 }
 
 void check(const CommissionCommandOptions& o) {
-  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", o.can, "give --can or --simulate, not both");
+  if (o.simulate && !o.can.empty()) cli::refuse_option("--can", can_text(o.can), "give --can or --simulate, not both");
   if (!o.simulate && o.can.empty()) cli::refuse_option("commission", "", "needs --can, or --simulate");
   if (!o.simulate && !o.faults.empty()) cli::refuse_option("--fault", o.faults[0], "only goes with --simulate");
   recordings::check_log(o.log);
@@ -221,7 +224,7 @@ std::vector<PlannedFault> faults_of(const CommissionCommandOptions& o, const Bus
 
 /// @param read the machine file as read, not calibrated: calibrating the file must not change the simulated machine.
 BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription& read) {
-  if (!o.simulate) return real_access(o.can);
+  if (!o.simulate) return machine_access(o.can, read.bus);
   const auto machine = std::make_shared<sim::MachineOnBus>(sim::sample_truth(read, o.seed), sim::WorldDescription{},
                                                            middle_of_range(read), o.seed);
   machine->each_tick = [faults = NodeFaults(faults_of(o, read.bus), read.bus)](sim::MachineOnBus& far) mutable {
@@ -231,7 +234,8 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
 }
 
 std::string command_of(const CommissionCommandOptions& o, const std::string& file) {
-  std::string text = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : " --can " + o.can);
+  std::string text = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : "");
+  for (const std::string& interface : o.can) text += " --can " + interface;
   for (const std::string& fault : o.faults) text += " --fault " + fault;
   return text;
 }
@@ -292,7 +296,6 @@ int run_commission(CommissionCommandOptions options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription read = load_machine(file), machine = calibrated(read);
-  slave::refuse_unjogged(machine);
   check_layout(text, machine);
   cli::OutputFile out("--out", options.out);
   BusAccess bus = access_of(options, read);

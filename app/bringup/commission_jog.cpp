@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/bringup/commission_dialogue.h"
+#include "core/units.h"
 #include "machine/kinematics.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
@@ -27,6 +28,13 @@ slave::SdoScript consumer_heartbeat(const BusDescription& bus, double time_s) {
   const auto ms = static_cast<std::uint32_t>(std::lround(1e3 * time_s));
   const slave::SdoStep step{canopen::kConsumerHeartbeat, std::uint32_t{bus.controller_id} << 16 | ms};
   return {{slave::SetupPart::Kind::kOptional, {step}, {step}}};
+}
+
+slave::GuardSeen others_first() {
+  slave::GuardSeen seen;
+  seen.by_heartbeat = true;
+  seen.tried = slave::GuardSeen::Tried::kOthersFirst;
+  return seen;
 }
 
 }  // namespace
@@ -63,10 +71,10 @@ std::string jog_text(const Reason& reason, const BusDescription& bus) {
   }
 }
 
-std::string take_out_of_service(const MachineDescription& machine, BusAccess& access) {
+std::string take_out_of_service(const MachineDescription& machine, BusAccess& access, bool has_address) {
   slave::OrderlyStop stop(machine, access.bus());
   while (!stop.done()) {
-    stop.step(access.now());
+    stop.step(access.now(), has_address);
     access.wait_until(access.now() + from_seconds(1 / machine.bus.sync_Hz));
   }
   const auto valves = stop.unconfirmed_valves();
@@ -113,9 +121,11 @@ void JogBench::go_on() {
 
 void JogBench::start() {
   jog_.start();
-  for (const Time end = access_.now() + kStartPatience; !client().operational(); idle()) {
-    if (access_.now() >= end)
-      throw CommissionEnded("not all nodes are operational after 10 s: run knuckle doctor --can");
+  for (const Time end = access_.now() + kStartPatience; !client().operational() || !may_command(); idle()) {
+    if (access_.now() < end) continue;
+    throw CommissionEnded(client().operational()
+                              ? "the J1939 address is not held after 10 s: run knuckle doctor --can"
+                              : "not all nodes are operational after 10 s: run knuckle doctor --can");
   }
   for (const Time end = access_.now() + Jog::kSettle; sensors().oldest() == kNever; idle()) {
     if (access_.now() >= end) throw CommissionEnded("a sensor has sent no value: find it with knuckle doctor --can");
@@ -148,45 +158,82 @@ void JogBench::prove_closed() {
   }
 }
 
+void JogBench::follow(JogRun& run) {
+  while (jog_.phase() != Jog::Phase::kRest) {
+    go_on();
+    if (jog_.sample()) run.samples.push_back(*jog_.sample());
+  }
+  run.end = jog_.end();
+}
+
 JogRun JogBench::run(const slave::JogPlan& plan) {
   JogRun made{slave::JogEnd::kTime, plan, {}};
   jog_.move(plan);
-  while (jog_.phase() != Jog::Phase::kRest) {
-    go_on();
-    if (jog_.sample()) made.samples.push_back(*jog_.sample());
-  }
-  made.end = jog_.end();
+  follow(made);
   return made;
 }
 
-slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescription& node, int joint) {
-  const bool by_heartbeat = client().guarded_by(node.id) == slave::CanopenClient::Withheld::kHeartbeat;
-  bool others_first = false;
+std::vector<std::uint8_t> JogBench::others_waiting(const BusDescription& bus, const NodeDescription& node) const {
+  std::vector<std::uint8_t> others;
+  if (client().guarded_by(node.id) != slave::CanopenClient::Withheld::kHeartbeat) return others;
+  for (const NodeDescription& other : bus.nodes)
+    if (other.id != node.id && client().waits_for_heartbeat(other.id)) others.push_back(other.id);
+  return others;
+}
+
+/// Others must not act on the missing heartbeat first: they wait for longer, until start() sets their time again.
+bool JogBench::alone(const BusDescription& bus, const NodeDescription& node, bool in_motion,
+                     const std::function<void()>& task) {
+  const std::vector<std::uint8_t> others = others_waiting(bus, node);
   try {
-    // Others must not act on the missing heartbeat first: they wait for longer, until start() sets their time again.
-    const double longer_s = to_seconds(jog_.guard_patience() + 1s);
-    for (const NodeDescription& other : bus.nodes) {
-      if (!by_heartbeat || other.id == node.id || !client().waits_for_heartbeat(other.id)) continue;
-      write_objects(other.id, consumer_heartbeat(bus, longer_s));
-      others_first = others_first || !jog_.dialogue()->took(canopen::kConsumerHeartbeat);
+    const double longer_s = to_seconds(jog_.guard_patience(in_motion) + 1s);
+    for (const std::uint8_t other : others) {
+      write_objects(other, consumer_heartbeat(bus, longer_s));
+      if (!jog_.dialogue()->took(canopen::kConsumerHeartbeat)) return false;
     }
-    if (!others_first) jog_.try_guard(node, joint);
-    while (jog_.phase() != Jog::Phase::kRest) go_on();
+    task();
   } catch (...) {
-    for (const NodeDescription& other : bus.nodes) {
-      if (by_heartbeat && other.id != node.id && client().waits_for_heartbeat(other.id))
-        restore(other.id, consumer_heartbeat(bus, bus.controller_timeout_s));
-    }
+    for (const std::uint8_t other : others) restore(other, consumer_heartbeat(bus, bus.controller_timeout_s));
     throw;
   }
-  slave::GuardSeen seen = jog_.guard_seen();
-  if (others_first) {
-    seen = {};
-    seen.by_heartbeat = true;
-    seen.tried = slave::GuardSeen::Tried::kOthersFirst;
-  }
+  return true;
+}
+
+slave::GuardSeen JogBench::try_guard(const BusDescription& bus, const NodeDescription& node, int joint) {
+  slave::GuardSeen seen = others_first();
+  const bool tried = alone(bus, node, false, [&] {
+    jog_.try_guard(node, joint);
+    while (jog_.phase() != Jog::Phase::kRest) go_on();
+  });
+  if (tried) seen = jog_.guard_seen();
   start();
   return seen;
+}
+
+OutputsTried JogBench::try_outputs(const BusDescription& bus, const NodeDescription& module,
+                                   const slave::JogPlan& plan) {
+  OutputsTried made{others_first(), {slave::JogEnd::kTime, plan, {}}};
+  const bool tried = alone(bus, module, true, [&] {
+    jog_.try_outputs(module, plan);
+    follow(made.run);
+  });
+  if (tried) made.seen = jog_.guard_seen();
+  start();
+  return made;
+}
+
+std::vector<std::string> JogBench::emergencies(const std::function<bool(const slave::EmergencyRecord&)>& expected) {
+  const slave::EmergencyLog& log = client().emergencies();
+  std::vector<std::string> told;
+  for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(log.count() - emergencies_told_, log.kept()));
+       age-- > 0;) {
+    const slave::EmergencyRecord& record = log.newest(age);
+    if (record.emergency.code == canopen::kEmcyReset || (expected && expected(record))) continue;
+    const std::string text = slave::text(record, client().bus());
+    if (std::find(told.begin(), told.end(), text) == told.end()) told.push_back(text);
+  }
+  emergencies_told_ = log.count();
+  return told;
 }
 
 /// Whatever is wrong meanwhile, and not for long.
@@ -212,7 +259,6 @@ namespace {
 
 using Level = Finding::Level;
 
-constexpr double kStopping_s = 0.3;  // a spool closes, and that is told: by SDO where it sends nothing by itself
 constexpr double kMoved_m = 2e-3;
 constexpr double kDecisive_Pa =
     20e5;  // the pressure of a chamber that drives its cylinder against a stop rises by more
@@ -239,94 +285,27 @@ std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_
 
 }  // namespace
 
-GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen) {
-  const auto ms = [](double s) { return fmt::format("{:.0f} ms", 1e3 * s); };
-  const bool valve = node.role == NodeRole::kValve;
-  const std::string without = seen.by_heartbeat ? "without a heartbeat " : "without set-points ";
-  const std::string how = seen.asked ? " (asked by SDO: it sends no process data then)" : "";
-  const std::string told = !seen.told_s ? std::string("told nothing")
-                           : seen.emergency != 0
-                               ? fmt::format("told error 0x{:04X} after ", seen.emergency) + ms(*seen.told_s)
-                               : "no longer works, after " + ms(*seen.told_s);
-  using Tried = slave::GuardSeen::Tried;
-  const auto because = [&](const std::string& text, bool dead = false) {
-    // Without a guard nothing stops it when this computer is gone.
-    const Level level = dead && node.unguarded.empty() ? Level::kFault : Level::kNote;
-    return GuardJudged{false, {level, node.name, "guard not proved: " + text}};
-  };
-  const auto proved = [&](const std::string& text) {
-    return GuardJudged{true, {Level::kOk, node.name, "guard proved: " + text}};
-  };
-  if (seen.tried == Tried::kNoDeadBand) return because("the file's dead band is too small to open it inside that");
-  if (seen.crept_m)
-    return because(fmt::format("its cylinder moved by {:.1f} mm at an opening inside the file's dead band: correct "
-                               "dead_band_extend and dead_band_retract",
-                               1e3 * *seen.crept_m),
-                   true);
-  if (seen.tried == Tried::kDidNotFollow)
-    return because("its spool does not follow a small command inside the dead band: check the valve and its plug");
-  if (seen.tried == Tried::kOthersFirst)
-    return because(
-        "not tried: another node lets nobody change how long it waits for the heartbeat, and would act first");
-  const std::string guard_time = " (" + ms(seen.guard_s) + ")";
-  if (seen.early)
-    return because((seen.told_s ? "it " + told : "it stopped after " + ms(*seen.stopped_s)) +
-                   ", before its guard could act" + guard_time + ": find out why, and commission again");
-  if (seen.silent)
-    return because("it " + told + ", and says no more " +
-                   (valve ? "where its spool is" : "whether pilot pressure is on"));
-  if (!valve && !seen.stopped_s) return because("pilot pressure stayed on without the controller's heartbeat", true);
-  if (!valve && seen.others_stopped) return because("pilot pressure went off after a valve had stopped");
-  if (seen.stopped_s && *seen.stopped_s > seen.guard_s + kStopping_s)
-    return because(without + "it stopped only after " + ms(*seen.stopped_s) + ": its guard's time" + guard_time +
-                   " is not kept");
-  if (!valve) return proved(without + "pilot pressure was off after " + ms(*seen.stopped_s) + how);
-  if (seen.pilot_off_s) {
-    return because(told + ", but pilot pressure went off after " + ms(*seen.pilot_off_s) +
-                   ", before its spool was surely back: the enable node must leave a valve time to close by itself");
-  }
-  if (!seen.stopped_s) return because(without + "it " + told + ", and its spool stayed open", true);
-  if (!seen.told_s) return because("its spool was back after " + ms(*seen.stopped_s) + ", but it told nothing");
-  return proved(without + "it " + told + ", spool back after " + ms(*seen.stopped_s) + how +
-                (seen.other_guard ? "; that it also stops without a heartbeat was not tried" : ""));
+namespace {
+
+/// What to change where its measured length counts the other way.
+std::string sign_text(int joint, const BusDescription& bus) {
+  const BroadcastField* const sent = bus.broadcast(NodeRole::kEncoder, joint).field;
+  if (sent == nullptr)
+    return bus.measures_angle(joint)
+               ? "change its direction (0x6000) with the manufacturer's tool, or 'sign' of its node "
+                 "in the machine file"
+               : "change its direction (0x6000) with the manufacturer's tool";
+  if (sent->analog)
+    return fmt::format("exchange 'low' and 'high' of {} in the machine file ([bus.node.inputs])", sent->info().name);
+  if (sent->info().is_angle)
+    return fmt::format("change 'sign' of {} in the machine file ([bus.broadcast.signals])", sent->info().name);
+  return fmt::format("change the signs of 'scale' and 'offset' of {} in the machine file ([bus.broadcast.signals])",
+                     sent->info().name);
 }
 
-/// It has stopped when it is where it stands in the end, but for its swinging on the oil.
-GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
-  constexpr double kSwing_m = 3e-3, kFinest_m = 1e-3, kSwing_s = 0.1, kEnd_s = 0.3, kStands_s = 0.6, kBefore_s = 0.2,
-                   kSlowest_mps = 5e-3;
-  const int joint = run.plan.joint;
-  const std::string what = fmt::format("{}, when command frames end", axis(joint));
-  double before_m = 0, led_m = 0, led_s = 0, stands_m = 0, count = 0, stopped_s = 0;
-  for (const slave::JogSample& s : run.samples)
-    if (!s.silent) led_s = s.t_s;
-  for (const slave::JogSample& s : run.samples) {
-    const double length_m = s.length_m[joint];
-    if (!s.silent && s.t_s <= led_s - kBefore_s) before_m = length_m;
-    if (!s.silent) led_m = length_m;
-    if (!s.silent || s.t_s < run.samples.back().t_s - kEnd_s) continue;
-    stands_m += length_m;
-    ++count;
-  }
-  stands_m /= std::max(count, 1.0);
-  if (run.end != slave::JogEnd::kTravelled || led_m - before_m < kSlowest_mps * kBefore_s)
-    return {false, {Level::kNote, what, "not proved: its cylinder did not move far or fast enough before"}};
-  // A slow cylinder swings less, and says less of when it has stopped.
-  const double swing_m = std::clamp(kSwing_s / kBefore_s * (led_m - before_m), kFinest_m, kSwing_m);
-  for (const slave::JogSample& s : run.samples)
-    if (s.silent && std::abs(s.length_m[joint] - stands_m) > swing_m) stopped_s = s.t_s;
-  if (stopped_s > run.samples.back().t_s - kStands_s)
-    return {false,
-            {Level::kFault, what, "its cylinder goes on moving: the machine's own controller must end all motion"}};
-  const std::string stands = fmt::format("its cylinder stands after {:.0f} ms", 1e3 * stopped_s);
-  if (stopped_s <= bus.valve_watchdog_s + kStopping_s) return {true, {Level::kOk, what, stands}};
-  return {false,
-          {Level::kFault, what,
-           stands + fmt::format(", which is late: valve_watchdog_ms = {:.0f}, and {:.0f} ms to stop",
-                                1e3 * bus.valve_watchdog_s, 1e3 * kStopping_s)}};
-}
+}  // namespace
 
-Finding judge_direction(const JogRun& run, Seen seen) {
+Finding judge_direction(const JogRun& run, Seen seen, const BusDescription& bus) {
   const int joint = run.plan.joint;
   const bool extends = run.plan.peak > 0;
   const std::string about = axis(joint);
@@ -356,12 +335,21 @@ Finding judge_direction(const JogRun& run, Seen seen) {
         "moves in the wrong direction: exchange the valve's hoses A and B, or change the sign in the valve's set-up");
   }
   if ((way_mm > 0) != longer) {
-    return fault(
-        "its encoder counts in the wrong direction: change it (0x6000) with the manufacturer's tool, or the 'sign' of "
-        "a rotary encoder in the machine file");
+    return fault("its encoder counts in the wrong direction: " + sign_text(joint, bus));
   }
   return {Level::kOk, about,
           fmt::format("{}: encoder {:+.1f} mm, as commanded", extends ? "extends" : "retracts", way_mm)};
+}
+
+Finding judge_tilt(double reading_rad, double level_rad) {
+  constexpr double kMost_rad = 1 * kDegree;
+  const bool off = std::abs(reading_rad - level_rad) > kMost_rad;
+  const bool sign = off && std::abs(reading_rad + level_rad) <= kMost_rad;
+  return {off ? Level::kFault : Level::kOk, "tilt",
+          fmt::format("sensor {:.2f} deg, spirit level {:.2f} deg", reading_rad / kDegree, level_rad / kDegree) +
+              (sign  ? ": the sensor's sign is reversed: turn it round or change its direction"
+               : off ? ", limit of the difference 1 deg: zero the sensor as its manual says, or mount it level"
+                     : "")};
 }
 
 std::optional<StrokeEnd> stroke_end(const JogRun& run) {
@@ -398,6 +386,8 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
 }
 
 const char* step_key(const MachineDescription& machine, int joint) noexcept {
+  if (const BroadcastField* const sent = machine.bus.broadcast(NodeRole::kEncoder, joint).field)
+    return sent->analog ? "low and high of its input" : "scale of its signal";
   return machine.bus.encoder(joint).measures_angle() ? "steps_per_turn" : "encoder_step_mm";
 }
 
@@ -441,6 +431,23 @@ std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valv
   const double edge_s = (sum_t - sum_r / slope) / n;
   const double lag_s = valve.delay_s + 2 * valve.damping_ratio / (2 * std::numbers::pi * valve.natural_frequency_Hz);
   return ramp.plan.rise_1ps * (edge_s - lag_s);
+}
+
+bool dead_band_differs(double found, double file) noexcept {
+  constexpr double kRampError = 0.03;
+  return std::abs(found - file) > kRampError;
+}
+
+Finding judge_dead_band(const std::optional<double>& found, double file, int joint, int direction) {
+  const char* const way = direction > 0 ? "extend" : "retract";
+  if (!found)
+    return {Level::kNote, axis(joint),
+            fmt::format("dead band to {} not found: the cylinder did not move evenly during the ramp", way)};
+  const bool off = dead_band_differs(*found, file);
+  return {off ? Level::kNote : Level::kOk, axis(joint),
+          fmt::format("dead band to {}: measured {:.1f} % of stroke, machine file {:.1f} %", way, 100 * *found,
+                      100 * file) +
+              (off ? fmt::format("; the measured value is written as dead_band_{}", way) : std::string())};
 }
 
 }  // namespace knuckle::bringup

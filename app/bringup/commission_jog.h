@@ -26,11 +26,19 @@ struct JogRun {
   [[nodiscard]] JointVector travelled_m() const { return samples.back().length_m - samples.front().length_m; }
 };
 
+/// What a module's outputs did while what its guard waits for was withheld.
+struct OutputsTried {
+  slave::GuardSeen seen;
+  JogRun run;
+};
+
 /// What ended a task early, in one line for the person who commissions.
 [[nodiscard]] std::string jog_text(const Reason& reason, const BusDescription& bus);
 
 /// Valves disabled and pilot pressure off, whatever happened before. @return what became of it, in a line.
-[[nodiscard]] std::string take_out_of_service(const MachineDescription& machine, BusAccess& access);
+/// @param has_address command frames may go out from the J1939 address, where some do
+[[nodiscard]] std::string take_out_of_service(const MachineDescription& machine, BusAccess& access,
+                                              bool has_address = true);
 
 class JogBench {
  public:
@@ -53,6 +61,10 @@ class JogBench {
   /// Withholds from a valve, or from the enable node, what its guard waits for (Jog::try_guard), and starts all nodes
   /// anew. @throws CommissionEnded
   [[nodiscard]] slave::GuardSeen try_guard(const BusDescription& bus, const NodeDescription& node, int joint);
+  /// Moves a cylinder by the outputs of a module, withholds what that waits for (Jog::try_outputs), and starts all
+  /// nodes anew. @throws CommissionEnded
+  [[nodiscard]] OutputsTried try_outputs(const BusDescription& bus, const NodeDescription& module,
+                                         const slave::JogPlan& plan);
   /// Works through SDO steps of one node meanwhile. @throws CommissionEnded where it refuses.
   void write_objects(std::uint8_t node, slave::SdoScript script);
 
@@ -60,6 +72,10 @@ class JogBench {
   [[nodiscard]] const slave::CanopenClient& client() const noexcept { return jog_.client(); }
   [[nodiscard]] bool tells_e_stop() const noexcept { return jog_.tells_e_stop(); }
   [[nodiscard]] std::optional<bool> e_stop_open() const noexcept { return jog_.e_stop_open(); }
+  [[nodiscard]] bool may_command() const noexcept { return jog_.may_command(); }
+  /// What nodes have told since the last call, each text once. @param expected and is not worth telling
+  [[nodiscard]] std::vector<std::string> emergencies(
+      const std::function<bool(const slave::EmergencyRecord&)>& expected = {});
   /// @throws CommissionEnded where a sensor sends a value that cannot be.
   void check_values() const;
   /// Neutral and pilot pressure off, whatever happened before; for the way out.
@@ -70,6 +86,12 @@ class JogBench {
   void step();
   /// Likewise, within a task that a person may stop.
   void go_on();
+  /// Of nodes that wait for the heartbeat as well.
+  [[nodiscard]] std::vector<std::uint8_t> others_waiting(const BusDescription& bus, const NodeDescription& node) const;
+  /// The task, while the others wait longer for the heartbeat where that is what the node waits for.
+  /// @return false where they cannot: then it was not begun.
+  bool alone(const BusDescription& bus, const NodeDescription& node, bool in_motion, const std::function<void()>& task);
+  void follow(JogRun& run);
   void restore(std::uint8_t node, slave::SdoScript script) noexcept;
 
   BusAccess& access_;
@@ -77,16 +99,8 @@ class JogBench {
   slave::Jog jog_;
   Duration period_;
   Time due_{};
+  std::uint64_t emergencies_told_ = 0;
 };
-
-/// A guard that acts by itself, and tells it; or what was seen instead.
-struct GuardJudged {
-  bool proved = false;
-  Finding finding;
-};
-[[nodiscard]] GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& seen);
-/// Likewise of the machine's own controller, by the cylinder that it moved until command frames ended.
-[[nodiscard]] GuardJudged judge_silence(const JogRun& run, const BusDescription& bus);
 
 // Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 
@@ -94,7 +108,10 @@ struct GuardJudged {
 enum class Seen : std::uint8_t { kLonger, kShorter, kStill, kAnother };
 
 /// Encoder and valve of an axis after a motion that was to extend, or retract, it.
-[[nodiscard]] Finding judge_direction(const JogRun& run, Seen seen);
+[[nodiscard]] Finding judge_direction(const JogRun& run, Seen seen, const BusDescription& bus);
+
+/// A hull's slope against a spirit level's.
+[[nodiscard]] Finding judge_tilt(double reading_rad, double level_rad);
 
 /// The axis at one end of its stroke, its valve still open.
 struct StrokeEnd {
@@ -118,5 +135,8 @@ struct StrokeEnd {
 /// file's delay and its second order (2 zeta / omega).
 /// @return fraction of stroke; nullopt where the ramp did not move it far enough.
 [[nodiscard]] std::optional<double> dead_band(const JogRun& ramp, const ValveDescription& valve);
+/// Whether it is further from the file's than a slow ramp may be wrong.
+[[nodiscard]] bool dead_band_differs(double found, double file) noexcept;
+[[nodiscard]] Finding judge_dead_band(const std::optional<double>& found, double file, int joint, int direction);
 
 }  // namespace knuckle::bringup

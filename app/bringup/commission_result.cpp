@@ -106,14 +106,35 @@ std::string with_inline_number(const std::string& line, const std::string& key, 
   return line.substr(0, last + 1) + ", " + text + ' ' + line.substr(end);
 }
 
-/// A line of [bus.broadcast.signals] with its zero moved.
+constexpr double kZeroStep = 1e-6;  // as it is written, in the file's unit
+
+double in_unit(const std::string& line, const char* name, double si) {
+  return std::regex_search(line, std::regex(std::string("unit\\s*=\\s*\"") + name + "\"")) ? si : 1;
+}
+
+/// What a number of the file in this line's unit is in m or rad.
+double unit_of(const std::string& line) {
+  return in_unit(line, "mm", 1e-3) * in_unit(line, "deg", kDegree);
+}
+
+std::string with_moved(const std::string& line, const char* key, double by) {
+  const double moved = inline_number(line, key).value_or(0) + by;
+  return with_inline_number(line, key, std::round(moved / kZeroStep) * kZeroStep);
+}
+
+/// A line of [bus.broadcast.signals] or [bus.node.inputs] with its zero moved.
 std::string with_zero(const std::string& line, const BroadcastField& field, double shift) {
-  constexpr double kStep = 1e-6;
-  const bool mm = std::regex_search(line, std::regex("unit\\s*=\\s*\"mm\""));
-  const char* const key = field.info().is_angle ? "zero_rad" : "offset";
-  const double unit = field.info().is_angle || !mm ? 1 : 1e-3;
-  const double moved = inline_number(line, key).value_or(0) + shift / unit;
-  return with_inline_number(line, key, std::round(moved / kStep) * kStep);
+  if (field.analog) return with_moved(with_moved(line, "low", shift / unit_of(line)), "high", shift / unit_of(line));
+  if (field.info().is_angle) return with_moved(line, "zero_rad", shift);
+  return with_moved(line, "offset", shift / unit_of(line));
+}
+
+/// Whether this line of the file is that signal's.
+bool is_line_of(const BroadcastField& field, const std::string& table, const std::string& key,
+                const std::string& line) {
+  if (!field.analog) return table == "[bus.broadcast.signals]" && key == field.info().name;
+  return table == "[bus.node.inputs]" &&
+         std::regex_search(line, std::regex(std::string("signal\\s*=\\s*\"") + field.info().name + "\""));
 }
 
 /// The text with the dead bands of `found` where they are not those of `machine`, and the zeros of its broadcasts,
@@ -127,7 +148,7 @@ std::string with_found(std::string_view text, const MachineDescription& machine,
     for (std::size_t j = 0; j < kJoints; ++j) {
       const std::string axis = kJointNames[j];
       if (const auto sent = machine.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j));
-          axes[j].zero_shift && table == "[bus.broadcast.signals]" && key == sent.field->info().name)
+          axes[j].zero_shift && is_line_of(*sent.field, table, key, line))
         line = with_zero(line, *sent.field, *axes[j].zero_shift);
       if (table != "[cylinders." + axis + ".valve]" && table != "[calibration.valves." + axis + "]") continue;
       const ValveDescription &was = machine.cylinders[j].valve, &is = found.cylinders[j].valve;
@@ -145,7 +166,12 @@ void check_found(const std::string& text, const MachineDescription& found) {
   for (std::size_t j = 0; j < kJoints; ++j) {
     const auto meant_zero = found.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j)),
                zero = back.bus.broadcast(NodeRole::kEncoder, static_cast<int>(j));
-    if (meant_zero.field != nullptr && std::abs(zero.field->bits.offset - meant_zero.field->bits.offset) > kSame)
+    const bool same =
+        meant_zero.field == nullptr || std::abs(zero.field->bits.offset - meant_zero.field->bits.offset) <= kSame;
+    if (!same && meant_zero.field->analog)
+      throw InputError(found.source + ": [bus.node.inputs] " + zero.field->info().name +
+                       ": commissioning needs it on one line, with low and high as plain numbers");
+    if (!same)
       throw InputError(found.source + ": [bus.broadcast.signals] " + zero.field->info().name +
                        ": commissioning needs it on one line, with its zero as a plain number");
     const ValveDescription &is = back.cylinders[j].valve, &meant = found.cylinders[j].valve;
@@ -160,16 +186,16 @@ void check_found(const std::string& text, const MachineDescription& found) {
 
 }  // namespace
 
-bool dead_band_differs(double found, double file) noexcept {
-  return std::abs(found - file) > kRampError;
-}
-
 MachineDescription with_zeros(const MachineDescription& machine, const PerJoint<AxisResult>& axes) {
   MachineDescription found = machine;
   for (BroadcastFrame& frame : found.bus.broadcasts) {
     for (BroadcastField& field : frame.fields) {
       if (field.info().role != NodeRole::kEncoder) continue;
-      field.bits.offset += axes[static_cast<std::size_t>(field.info().index)].zero_shift.value_or(0);
+      const double shift = axes[static_cast<std::size_t>(field.info().index)].zero_shift.value_or(0);
+      field.bits.offset += shift;
+      if (!field.analog) continue;
+      field.analog->low += shift;
+      field.analog->high += shift;
     }
   }
   return found;

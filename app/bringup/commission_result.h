@@ -17,9 +17,6 @@
 
 namespace knuckle::bringup {
 
-/// Whether a dead band is further from the file's than a slow ramp may be wrong.
-[[nodiscard]] bool dead_band_differs(double found, double file) noexcept;
-
 /// The machine whose broadcasts have the zeros that were found.
 [[nodiscard]] MachineDescription with_zeros(const MachineDescription& machine, const PerJoint<AxisResult>& axes);
 /// What must be added to a joint's broadcast, which says `encoder`, where a tape says `length_m`: m, or rad.

@@ -6,15 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <set>
 
 #include "app/bringup/commission_result.h"
-#include "app/bringup/doctor_command.h"
 #include "core/units.h"
-#include "slave/bus_listen.h"
-#include "slave/emergency_log.h"
 #include "slave/safety_gate.h"
-#include "transport/canopen.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -25,14 +20,9 @@ constexpr double kSmallWay_m = 0.015, kRampWay_m = 0.005;
 constexpr double kRampRise_1ps = 0.03;
 constexpr double kEndOpening = 0.14;  // behind the dead band: some centimetres a second
 constexpr double kSmallest_s = 10, kStroke_s = 80;
-constexpr double kPresetError_m = 1e-3, kTiltError_rad = 1 * kDegree;
+constexpr double kPresetError_m = 1e-3;
 constexpr double kTape_mm = 10, kTape_m = 1e-3 * kTape_mm;  // a drawing that is off
 constexpr Duration kEStopPatience = 2s;
-
-/// Of CiA 301: what is withheld from nodes makes them tell it.
-bool is_communication_error(std::uint16_t code) noexcept {
-  return code >= 0x8100 && code <= 0x82FF;
-}
 
 class Wizard {
  public:
@@ -62,7 +52,7 @@ class Wizard {
     dialogue_.begin(1, "Identity");
     result_.nodes = sound_bus(machine_, access_, dialogue_, check_).nodes;
     for (const NodeLine& node : result_.nodes)
-      if (node.serial) progress_.serials[node.id] = *node.serial;
+      if (node.serial && machine_.bus.find(node.id) != nullptr) progress_.serials[node.id] = *node.serial;
     check_serials();
   }
 
@@ -107,7 +97,7 @@ class Wizard {
         "more set-points (no heartbeats where its guard waits for those); then the enable node gets no heartbeats. No "
         "cylinder may move.",
         {"guards"});
-    guards();
+    trials().nodes(result_.guards);
     dialogue_.ask("Step 3 of 3: from now on one cylinder at a time moves, each time after you confirm it.", {"move"});
   }
 
@@ -129,7 +119,9 @@ class Wizard {
       small_motion(j, 1);
       small_motion(j, -1);
     }
-    if (machine_.bus.by_frames()) silence();
+    if (!machine_.bus.by_frames()) return;
+    dialogue_.ask(GuardTrials::motions_text(machine_.bus), {"guards"});
+    trials().in_motion(result_.guards);
   }
 
   void strokes() {
@@ -185,7 +177,7 @@ class Wizard {
   /// Whatever happened before. Nodes that were not configured, or are somebody else's, are left as they are.
   void out_of_service() noexcept {
     if (!bench_ || !bench_->client().commanded()) return;
-    dialogue_.say('\n' + take_out_of_service(machine_, access_));
+    dialogue_.say('\n' + take_out_of_service(machine_, access_, bench_->may_command()));
   }
   [[nodiscard]] WizardResult take() {
     const Findings& before = resume_.from.findings;
@@ -205,66 +197,11 @@ class Wizard {
     bench_->idle(500ms);
   }
 
-  /// What ends the machine's motion when this computer falls silent.
-  void silence() {
-    dialogue_.ask(
-        fmt::format("Each cylinder extends once more by about {:.0f} mm; then no more commands are sent, and the "
-                    "machine's own controller must stop it.",
-                    1e3 * kSmallWay_m),
-        {"guards"});
-    GuardResult& result = result_.guards.emplace_back();
-    result.proved = true;
-    for (int j = 0; j < kJoints; ++j) {
-      const GuardJudged judged = judge_silence(bench_->run({.joint = j,
-                                                            .peak = slave::kJogTable.command,
-                                                            .travel_m = kSmallWay_m,
-                                                            .longest_s = kSmallest_s,
-                                                            .then_silence = true}),
-                                               machine_.bus);
-      result.proved = result.proved && judged.proved;
-      result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.about + ": " + judged.finding.text;
-      keep(judged.finding);
-    }
-    if (machine_.bus.has_enable()) guards();
-  }
-
-  void guards() {
-    for (const NodeDescription& node : machine_.bus.nodes) {
-      if (!node.is_told()) continue;
-      const auto serial = progress_.serials.find(node.id);
-      GuardResult& result = result_.guards.emplace_back(
-          GuardResult{node.name, node.vendor, node.product,
-                      serial == progress_.serials.end() ? std::nullopt : std::optional(serial->second), false, "",
-                      channels_text(node)});
-      bool proved = true;
-      for (const NodeChannel& channel : node.channels) {
-        const slave::GuardSeen seen = bench_->try_guard(machine_.bus, node, channel.info().index);
-        GuardJudged judged = judge_guard(node, seen);
-        if (node.channels.size() > 1) judged.finding.about += std::string(", ") + channel.info().name;
-        proved = proved && judged.proved;
-        result.seen += (result.seen.empty() ? "" : "; ") + judged.finding.text;
-        keep(judged.finding);
-        tell_emergencies([&](const slave::EmergencyRecord& record) {
-          const std::uint16_t code = record.emergency.code;
-          return is_communication_error(code) || (record.node == node.id && code == seen.emergency);
-        });
-      }
-      result.proved = proved;
-    }
-  }
+  [[nodiscard]] GuardTrials trials() { return {machine_.bus, *bench_, progress_.serials, keep_}; }
 
   /// Told since the last call. A node that tells an error while it works ends the commissioning by itself.
-  void tell_emergencies(const std::function<bool(const slave::EmergencyRecord&)>& expected = {}) {
-    const slave::EmergencyLog& log = bench_->client().emergencies();
-    std::set<std::string> told;
-    for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(log.count() - emergencies_told_, log.kept()));
-         age-- > 0;) {
-      const slave::EmergencyRecord& record = log.newest(age);
-      if (record.emergency.code == canopen::kEmcyReset || (expected && expected(record))) continue;
-      const std::string text = slave::text(record, machine_.bus);
-      if (told.insert(text).second) keep({Level::kNote, "emergency", text});
-    }
-    emergencies_told_ = log.count();
+  void tell_emergencies() {
+    for (const std::string& text : bench_->emergencies()) keep({Level::kNote, "emergency", text});
   }
 
   void idle() {
@@ -334,13 +271,7 @@ class Wizard {
         kDegree * dialogue_.ask_number("The hull's slope by a spirit level, front up positive", -30, 30, "degrees");
     const double reading_rad = bench_->sensors().tilt_rad, error_rad = reading_rad - level_rad;
     result_.tilt_error_rad = error_rad;
-    const bool off = std::abs(error_rad) > kTiltError_rad;
-    const bool sign = off && std::abs(reading_rad + level_rad) <= kTiltError_rad;
-    keep({off ? Level::kFault : Level::kOk, "tilt",
-          fmt::format("sensor {:.2f} deg, spirit level {:.2f} deg", reading_rad / kDegree, level_rad / kDegree) +
-              (sign  ? ": the sensor's sign is reversed: turn it round or change its direction"
-               : off ? ", limit of the difference 1 deg: zero the sensor as its manual says, or mount it level"
-                     : "")});
+    keep(judge_tilt(reading_rad, level_rad));
   }
 
   [[nodiscard]] double file_dead_band(int joint, int direction) const {
@@ -363,7 +294,7 @@ class Wizard {
                                     .longest_s = kSmallest_s});
     const int seen = dialogue_.ask("What did that cylinder do? (another: another cylinder moved)",
                                    {"longer", "shorter", "still", "another"});
-    keep(judge_direction(run, static_cast<Seen>(seen)));
+    keep(judge_direction(run, static_cast<Seen>(seen), machine_.bus));
   }
 
   std::optional<StrokeEnd> drive_to_end(int joint, int direction) {
@@ -445,14 +376,16 @@ class Wizard {
     AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
     const bool angle = machine_.bus.measures_angle(joint);
     const std::string about = kJointNames[static_cast<std::size_t>(joint)];
-    const char* const key = angle ? "zero_rad" : "offset";
+    const bool input = machine_.bus.broadcast(NodeRole::kEncoder, joint).field->analog.has_value();
+    const char* const key = input ? "low and high" : angle ? "zero_rad" : "offset";
+    const char* const source = input ? "module's input" : "machine's frame";
     const bool none = std::isnan(length_m(joint));
-    if (dialogue_.ask(
-            fmt::format("{}: the machine's frame says {}, the tape {:.1f} mm. Correct {} in the machine file?", about,
-                        reading_text(length_m(joint)), 1e3 * tape_m, key),
-            {"correct", "keep"}) == 1) {
+    if (dialogue_.ask(fmt::format("{}: the {} says {}, the tape {:.1f} mm. Correct {} in the machine file?", about,
+                                  source, reading_text(length_m(joint)), 1e3 * tape_m, key),
+                      {"correct", "keep"}) == 1) {
       if (none)
-        keep({Level::kFault, about, "its frame says no length that its cylinder can have: its zero must be corrected"});
+        keep({Level::kFault, about,
+              std::string("the ") + source + " says no length that its cylinder can have: its zero must be corrected"});
       return;
     }
     axis.zero_shift =
@@ -518,19 +451,7 @@ class Wizard {
                                     .travel_m = kRampWay_m,
                                     .longest_s = slave::kJogTable.command / kRampRise_1ps + 1});
     const auto found = dead_band(run, cylinder(joint).valve);
-    const std::string about = kJointNames[static_cast<std::size_t>(joint)];
-    const char* way = direction > 0 ? "extend" : "retract";
-    if (!found) {
-      keep({Level::kNote, about,
-            fmt::format("dead band to {} not found: the cylinder did not move evenly during the ramp", way)});
-      return std::nullopt;
-    }
-    const double file = file_dead_band(joint, direction);
-    const bool off = dead_band_differs(*found, file);
-    keep({off ? Level::kNote : Level::kOk, about,
-          fmt::format("dead band to {}: measured {:.1f} % of stroke, machine file {:.1f} %", way, 100 * *found,
-                      100 * file) +
-              (off ? fmt::format("; the measured value is written as dead_band_{}", way) : std::string())});
+    keep(judge_dead_band(found, file_dead_band(joint, direction), joint, direction));
     return found;
   }
 
@@ -542,29 +463,11 @@ class Wizard {
   WizardProgress progress_{resume_.from};
   Dialogue dialogue_;
   std::optional<JogBench> bench_;
-  std::uint64_t emergencies_told_ = 0;
+  const std::function<void(const Finding&)> keep_ = [this](const Finding& finding) { keep(finding); };
   WizardResult result_;
 };
 
 }  // namespace
-
-void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
-  const std::string heard = slave::heard_of_other_controller(machine.bus, access);
-  if (!heard.empty())
-    throw CommissionEnded("another controller is on the bus: heard " + heard + "; nothing was configured or moved");
-}
-
-BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
-                       const std::function<void()>& check) {
-  alone_on_bus(machine, access);
-  BusDiagnosis diagnosis = diagnose(survey_bus(access, machine.bus.bit_rate, doctor_objects(machine),
-                                               {.multiplexed = multiplexed_frames(machine.bus)}, check),
-                                    &machine);
-  for (const std::string& line : diagnosis_lines(diagnosis)) dialogue.say(line);
-  if (!healthy(diagnosis.findings))
-    throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");
-  return diagnosis;
-}
 
 WizardResult run_wizard(
     const MachineDescription& machine, BusAccess& access, Partner partner,

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "app/bringup/commission_bus.h"
 #include "app/bringup/commission_dialogue.h"
+#include "app/bringup/commission_guards.h"
 #include "app/bringup/commission_jog.h"
 #include "app/bringup/doctor_bus.h"
 #include "machine/description.h"
@@ -24,13 +26,6 @@ struct AxisResult {
   std::optional<double> dead_band_extend, dead_band_retract;
   /// Of a joint whose frame the machine sends by itself: added to what the file makes of it, m or rad.
   std::optional<double> zero_shift{};
-};
-struct GuardResult {
-  std::string node;  ///< Empty: the machine's own controller, which waits for command frames.
-  std::uint32_t vendor = 0, product = 0;
-  std::optional<std::uint32_t> serial;  ///< Of the device that was tried, where it has one.
-  bool proved = false;
-  std::string seen, channels;
 };
 struct WizardResult {
   std::vector<NodeLine> nodes;
@@ -60,14 +55,6 @@ struct Resume {
   WizardProgress from;
   std::function<void(const WizardProgress&)> keep;
 };
-
-/// Reads only, and says what it finds. @throws CommissionEnded where another controller is heard, or the bus has
-/// faults.
-BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
-                       const std::function<void()>& check);
-/// Right before the first frame that commands: a person may have taken minutes to say yes. @throws CommissionEnded
-/// where another controller is heard.
-void alone_on_bus(const MachineDescription& machine, BusAccess& access);
 
 /// @param record drives and records motion in closed loop with the values measured so far, once confirmed.
 /// @return its files. @param check called all the time; may throw to end it.

@@ -36,6 +36,9 @@ struct BusDiagnosis {
   Findings findings;
 };
 
+/// Adds what was found of another of the machine's buses: its findings name it.
+void add_bus(BusDiagnosis& all, const BusDiagnosis& found, const std::string& bus);
+
 /// What survey_bus() is to read of the nodes in the machine file.
 [[nodiscard]] std::map<std::uint8_t, std::vector<canopen::Object>> doctor_objects(const MachineDescription& machine);
 

@@ -208,13 +208,8 @@ BusDiagnosis diagnose_buses(const DoctorOptions& o, const std::optional<MachineD
       all = std::move(found);
       continue;
     }
-    for (Finding& finding : found.findings) {
-      finding.about = "bus " + one->bus.name + ", " + finding.about;
-      all.findings.push_back(std::move(finding));
-    }
-    found.findings.clear();
     result["second"] = diagnosis_json(found);
-    all.nodes.insert(all.nodes.end(), found.nodes.begin(), found.nodes.end());
+    add_bus(all, found, one->bus.name);
   }
   return all;
 }

@@ -8,8 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "app/bringup/can_interfaces.h"
+#include "app/bringup/commission_bus.h"
 #include "app/bringup/commission_jog.h"
-#include "app/bringup/commission_wizard.h"
 #include "app/bringup/dialogue_log.h"
 #include "app/cli/background_writer.h"
 #include "app/cli/interrupt.h"
@@ -102,16 +103,17 @@ void recover(const MachineDescription& machine, int joint, BusAccess& access, Pa
     bench->idle(500ms);
     bring_in(machine, joint, *bench, dialogue);
   } catch (...) {
-    if (bench->client().commanded()) dialogue.say(take_out_of_service(machine, access));
+    if (bench->client().commanded()) dialogue.say(take_out_of_service(machine, access, bench->may_command()));
     throw;
   }
-  dialogue.say(take_out_of_service(machine, access));
+  dialogue.say(take_out_of_service(machine, access, bench->may_command()));
 }
 
 namespace {
 
 struct RecoverOptions {
-  std::string can, machine, axis;
+  std::vector<std::string> can;
+  std::string machine, axis;
   recordings::LogOptions log;
 };
 
@@ -122,11 +124,11 @@ int run_recover(const RecoverOptions& options) {
   const cli::InterruptGuard interrupt;
   const std::string file = find_config("machine", options.machine), text = whole_file(file, kLargestToml_MB);
   const MachineDescription machine = calibrated(load_machine(file));
-  slave::refuse_unjogged(machine);
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
-  BusAccess bus = real_access(options.can);
+  BusAccess bus = machine_access(options.can, machine.bus);
   slave::refuse_other_controller(machine.bus, bus);
-  const std::string command = "knuckle recover --can " + options.can + " --machine " + file + " --axis " + options.axis;
+  std::string command = "knuckle recover --machine " + file + " --axis " + options.axis;
+  for (const std::string& interface : options.can) command += " --can " + interface;
   DialogueLog log(options.log, dialogue_head(command, text, false, bus.now()), machine, "recover");
   BusAccess access = log.tapped(bus);
   LineInput input(STDIN_FILENO);
@@ -158,7 +160,9 @@ cli::Command recover_entry() {
   return cli::command<RecoverOptions>(
       "recover", "Bring a joint that stands beyond its working range back into it, slowly and inward only",
       [](const cli::OptionList& command, RecoverOptions& o) {
-        command.add_option("--can", o.can, "CAN interface of the machine bus (can0)").required();
+        command.add_option("--can", o.can, "CAN interface of the machine bus (can0); of two NAME=INTERFACE for each")
+            .one_value_each()
+            .required();
         command.add_option("--machine", o.machine, "Machine name or .toml file").required();
         command.add_option("--axis", o.axis, "Which joint: boom, arm or bucket")
             .required()

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/bringup/commission_guards.h"
 #include "app/bringup/commission_jog.h"
 #include "tests/bringup/hardware_bench.h"
 
@@ -27,10 +28,10 @@ JogRun motion(double peak, double way_m, JogEnd end = JogEnd::kTravelled) {
 }
 
 TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
-  EXPECT_EQ(judge_direction(motion(0.2, 0.015), Seen::kLonger).level, Level::kOk);
-  EXPECT_EQ(judge_direction(motion(-0.2, -0.015), Seen::kShorter).level, Level::kOk);
+  EXPECT_EQ(judge_direction(motion(0.2, 0.015), Seen::kLonger, solar().bus).level, Level::kOk);
+  EXPECT_EQ(judge_direction(motion(-0.2, -0.015), Seen::kShorter, solar().bus).level, Level::kOk);
   const auto fault = [](const JogRun& run, Seen seen) {
-    const Finding finding = judge_direction(run, seen);
+    const Finding finding = judge_direction(run, seen, solar().bus);
     return finding.level == Level::kFault ? finding.text : "";
   };
   EXPECT_NE(fault(motion(0.2, -0.015), Seen::kLonger).find("counts in the wrong direction"), std::string::npos);

@@ -1,22 +1,10 @@
 // The commissioning of machines whose sensors and commands are frames of their own bus.
 #include <gtest/gtest.h>
 
-#include <numbers>
-#include <sstream>
-
-#include "app/bringup/commission_result.h"
-#include "app/bringup/commission_wizard.h"
 #include "core/error.h"
-#include "machine/load.h"
 #include "machine/room.h"
-#include "slave/bus_listen.h"
-#include "tests/bringup/commission_script.h"
-#include "tests/bringup/hardware_bench.h"
+#include "tests/bringup/commissioned.h"
 #include "tests/support/command_machine.h"
-#include "tests/support/j1939_machine.h"
-#include "tests/support/module_machine.h"
-#include "tests/support/refusal.h"
-#include "tests/support/two_buses.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -24,43 +12,12 @@ namespace {
 using knuckle::test::command_text;
 using knuckle::test::kPilotCommands;
 using knuckle::test::kRateCommands;
+using test::commission;
+using test::machine_of;
+using test::Outcome;
 using test::Script;
 using test::simulated_bus;
-
-struct Outcome {
-  std::string ended;  ///< Empty where it came to its end.
-  std::string told;
-  WizardResult result;
-  double moved_m = 0;  ///< Any cylinder.
-};
-
-Outcome commission(const MachineDescription& truth, const MachineDescription& file, Script script) {
-  const auto bus = simulated_bus(truth, 7);
-  Outcome outcome;
-  const JointVector before_m = bus->plant().cylinder_m;
-  bus->each_tick = [&](sim::MachineOnBus& b) {
-    outcome.moved_m = std::max(outcome.moved_m, (b.plant().cylinder_m - before_m).cwiseAbs().maxCoeff());
-  };
-  BusAccess access = sim::access_to(bus);
-  const auto next = [&script]() -> std::optional<std::string> {
-    if (script.empty()) throw CommissionEnded("the input has ended");
-    std::string line = script.front();
-    script.pop_front();
-    return line;
-  };
-  std::ostringstream told;
-  const auto record = [](const MachineDescription&, const std::function<bool()>&) {
-    return std::vector<std::string>();
-  };
-  try {
-    outcome.result = run_wizard(file, access, terminal(told, next, false), record, [] {});
-  } catch (const CommissionEnded& ended) {
-    outcome.ended = ended.what();
-  }
-  outcome.told = told.str();
-  bus->each_tick = {};
-  return outcome;
-}
+using test::with;
 
 Script up_to_motion(const char* zero = "correct") {
   return {"ready", "send", "pressed", "released", "0", "tape", zero, "tape", zero, "tape", zero, "pilot", "move"};
@@ -73,14 +30,6 @@ Script all(bool dead_bands) {
   if (dead_bands) script.insert(script.end(), {"go", "go", "go"});
   script.emplace_back("finish");
   return script;
-}
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  return at == std::string::npos ? "" : text.replace(at, from.size(), to);
-}
-MachineDescription machine_of(const std::string& text) {
-  return parse_machine(text, "m.toml");
 }
 
 void check_zeros(const Outcome& outcome, double boom_shift_rad) {
@@ -182,7 +131,10 @@ TEST(CommissionFrames, AnAngleThatCountsTheOtherWayIsFoundByASmallMotion) {
   const std::string text = command_text();
   const std::string wrong = with(text, "unit = \"rad\", sign = -1", "unit = \"rad\"");
   const Outcome outcome = commission(machine_of(text), machine_of(wrong), all(false));
-  EXPECT_NE(outcome.ended.find("boom: its encoder counts in the wrong direction"), std::string::npos) << outcome.ended;
+  EXPECT_NE(outcome.ended.find("boom: its encoder counts in the wrong direction: change 'sign' of "
+                               "boom_angle in the machine file"),
+            std::string::npos)
+      << outcome.ended;
   EXPECT_LT(outcome.moved_m, 0.03);
 }
 
@@ -230,17 +182,6 @@ TEST(CommissionFrames, ReadingsOfTheMachineChangeNothing) {
   const Outcome outcome = commission(machine_of(text), machine_of(text), all(false));
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   check_zeros(outcome, 0);
-}
-
-TEST(CommissionFrames, WhatIsNotLookedAfterYetIsRefused) {
-  for (const auto& [machine, why] :
-       {std::pair{machine_of(knuckle::test::two_buses_text()), "two buses"},
-        {knuckle::test::module_machine(), "is a module of analogue inputs or outputs"},
-        {knuckle::test::commanded_j1939_machine(), "command frames from a J1939 address"}}) {
-    const std::string line = knuckle::test::refusal([&] { slave::refuse_unjogged(machine); });
-    EXPECT_NE(line.find(why), std::string::npos) << line;
-  }
-  EXPECT_NO_THROW(slave::refuse_unjogged(knuckle::test::command_machine()));
 }
 
 }  // namespace
