@@ -49,9 +49,14 @@ double MotionMonitor::told_radps(int joint, double demand, double lever_m) const
   return std::copysign(rate, demand * lever_m);
 }
 
-Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool may_stand,
+Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, bool held,
                            double missing_limit_rad) noexcept {
   Reason why;
+  const bool may_stand = touched || held;
+  // Of the oldest that is remembered, whichever way: by now it must have moved.
+  const double told_then = std::abs(axis.told_radps[(next_ + 1) % lag_steps_]);
+  const double stands = held ? 0 : std::max(0.0, kLimits.less * told_then - kLimits.leak_radps) * step_s_;
+  axis.unmoved_rad = moved_rad == 0 ? axis.unmoved_rad + stands : 0;
   for (const int sign : {-1, 1}) {
     Way& way = axis.ways[sign > 0 ? 1 : 0];
     double most = 0, least = std::abs(axis.told_radps[0]);
@@ -74,6 +79,8 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_i
     if (way.beyond_rad > most_rad) why = not_following(joint, way.beyond_rad, most_rad);
     if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
   }
+  if (by_rate_ && !why && axis.unmoved_rad > kLimits.unmoved_rad)
+    why = not_following(joint, axis.unmoved_rad, kLimits.unmoved_rad);
   return why;
 }
 
@@ -93,8 +100,8 @@ Reason MotionMonitor::step(const JointVector& demand, const estimation::JointSta
     axis.last_let_in_rad = all_let_in_rad;
     if (seen_ < lag_steps_) continue;
     const double driven_Pa = state.pressure_Pa[2 * joint + (demand[i] > 0 ? 0 : 1)];
-    const bool may_stand = pressed || (known && driven_Pa > held_Pa_);
-    const Reason why = look(axis, i, moved_rad, let_in_rad, may_stand, (known ? 1 : 2) * kLimits.missing_rad);
+    const Reason why = look(axis, i, moved_rad, let_in_rad, pressed, known && driven_Pa > held_Pa_,
+                            (known ? 1 : 2) * kLimits.missing_rad);
     if (!first) first = why;
   }
   next_ = (next_ + 1) % lag_steps_;

@@ -23,12 +23,16 @@ struct MotionLimits {
   double any_speed = 3;       ///< Of a joint's greatest rate: what an open valve may make of it.
   double less = 0.5;          ///< Of what was told all the while.
   double missing_rad = 0.08;  ///< Travel that did not come; twice that of a cylinder whose pressures nobody measures.
-  double held = 0.8;          ///< Share of the main relief in the driven chamber: something holds the joint.
+  /// Half of what was told while the measured angle does not change in its last bit, beyond leak_radps: also where
+  /// something seems to be touched, for a frozen angle makes a force of its own.
+  double unmoved_rad = 0.1;
+  double held = 0.8;  ///< Share of the main relief in the driven chamber: something holds the joint.
 };
 inline constexpr MotionLimits kMotion{};
 
 /// Two sums per joint and direction, neither below zero: of travel beyond all that was told lately, less a leak; and of
-/// travel that was told all the while and did not come. The first is of the travel that the valve has let through: a
+/// travel that was told all the while and did not come; and one per joint, of travel either way that was told while the
+/// measured angle stood still in its last bit. The first is of the travel that the valve has let through: a
 /// joint that swings on its oil, where pressures tell that, is no valve's doing. Of pilot pressures and currents it is
 /// known which way they may move a joint, not how fast: Plausibility looks for the joints that stand.
 class MotionMonitor {
@@ -47,11 +51,12 @@ class MotionMonitor {
   struct Axis {
     std::array<double, kSlots> told_radps{};
     double last_rad = 0, last_let_in_rad = 0;
+    double unmoved_rad = 0;     ///< Half of what was told since the angle last changed.
     std::array<Way, 2> ways{};  ///< Down, up.
   };
   /// At most, of a command whose effect is not known; its sign is the joint's direction.
   [[nodiscard]] double told_radps(int joint, double demand, double lever_m) const noexcept;
-  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool may_stand,
+  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, bool held,
                             double missing_limit_rad) noexcept;
 
   MachineDescription machine_;

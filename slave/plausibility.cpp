@@ -45,6 +45,7 @@ void Plausibility::reset() noexcept {
     axis = Axis{.share = axis.share};
   }
   chambers_ = {};
+  still_ = {};
 }
 
 /// Oil that leaves the cylinder [m3/s]. The return edge is the one to ask: its drop is measured, whatever the pump has
@@ -168,6 +169,20 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
   return implausible(subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_), seen.repeats, most);
 }
 
+/// A frame with all pressures that comes again and again, where nothing in it counts.
+Reason Plausibility::all_still(const estimation::Measurement& m) noexcept {
+  if (m.pressure_Pa != still_.pressure_Pa) {
+    still_ = {m.pressure_Pa, m.cylinder_m, 0};
+    return {};
+  }
+  still_.time_s += step_s_;
+  const double travel_m = (m.cylinder_m - still_.from_m).cwiseAbs().maxCoeff();
+  if (still_.time_s < kLimits.still_s || travel_m <= kLimits.still_travel_m) return {};
+  const auto known = std::find(m.pressures_known.begin(), m.pressures_known.end(), true);
+  const auto joint = static_cast<int>(known - m.pressures_known.begin());
+  return implausible(subject_of(NodeRole::kPressure, 2 * joint, bus_), travel_m, kLimits.still_travel_m);
+}
+
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool) noexcept {
   Reason first;
   const auto note = [&first](const Reason& reason) {
@@ -183,6 +198,7 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
     }
   }
   for (std::size_t i = 0; i < chambers_.size(); ++i) note(stuck(i, measurement));
+  note(all_still(measurement));
   return first;
 }
 

@@ -49,7 +49,10 @@ struct PlausibilityLimits {
   // Within a step that is coarser than this a chamber may stand for a second while all else moves, near tank always.
   double coarse_Pa = 1e5;
   int repeats_coarse = 1000;  ///< Same pressure this often, whatever the cylinder does ...
-  double coarse_steps = 10;   ///< ... while the other chamber changes by so many steps, half of them above vacuum.
+  // All pressures at once: noise alone changes one of six within 0.3 s.
+  double still_s = 0.5;          ///< None has changed for so long ...
+  double still_travel_m = 0.15;  ///< ... while a cylinder moved so far.
+  double coarse_steps = 10;      ///< ... while the other chamber changes by so many steps, half of them above vacuum.
 };
 inline constexpr PlausibilityLimits kPlausibility{};
 
@@ -88,6 +91,7 @@ class Plausibility {
   [[nodiscard]] Reason frozen(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept;
   [[nodiscard]] Reason stuck(std::size_t chamber, const estimation::Measurement& m) noexcept;
+  [[nodiscard]] Reason all_still(const estimation::Measurement& m) noexcept;
 
   PerJoint<CylinderDescription> cylinders_;
   HydraulicsDescription hydraulics_;
@@ -98,6 +102,12 @@ class Plausibility {
   JointVector moved_m_;
   PerJoint<Axis> axes_{};
   std::array<Chamber, 6> chambers_{};
+  struct Still {
+    std::array<double, 6> pressure_Pa{};
+    JointVector from_m = JointVector::Zero();
+    double time_s = 0;
+  };
+  Still still_;
 };
 
 }  // namespace knuckle::slave

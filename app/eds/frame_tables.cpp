@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kNodeTable = "[[bus.node]]";
 constexpr std::string_view kBlanks = " \t\r";
 
-std::string trimmed(std::string_view text) {
+std::string without_blanks(std::string_view text) {
   const auto first = text.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return "";
   return std::string(text.substr(first, text.find_last_not_of(kBlanks) - first + 1));
@@ -48,7 +48,7 @@ std::optional<InlineTable> inline_table(const std::string& line) {
   const auto end_one = [&] {
     const auto equals = one.find('=');
     if (equals != std::string::npos)
-      table.keys.emplace_back(trimmed(one.substr(0, equals)), trimmed(one.substr(equals + 1)));
+      table.keys.emplace_back(without_blanks(one.substr(0, equals)), without_blanks(one.substr(equals + 1)));
     one.clear();
   };
   for (std::size_t i = opens + 1; i < line.size(); ++i) {
@@ -79,7 +79,7 @@ FrameTables::FrameTables(const std::string& text, std::string source)
     const bool begins =
         line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
     if (begins) {
-      Table table{.kind = line.substr(0, line.find_first_of("# \t\r")), .lines = {}};
+      Table table{.kind = line.substr(0, line.find_first_of("# \t\r"))};
       if (table.kind == "[[bus]]") ++buses;
       table.bus = buses > 0 ? buses - 1 : 0;
       if (table.kind == "[[bus.broadcast]]") broadcasts_.push_back(tables_.size());
@@ -106,7 +106,7 @@ FrameTables::Line FrameTables::end_of_values(Line from, Line to) {
 FrameTables::Line FrameTables::line_of(Line from, Line to, const std::string& name) {
   return std::find_if(from, to, [&](const std::string& line) {
     const auto equals = line.find('=');
-    return is_value(line) && equals != std::string::npos && trimmed(line.substr(0, equals)) == name;
+    return is_value(line) && equals != std::string::npos && without_blanks(line.substr(0, equals)) == name;
   });
 }
 

@@ -43,7 +43,7 @@ class FrameTables {
     std::string kind;  ///< Its header; empty before the first.
     std::size_t bus = 0;
     /// Its own, where something is behind it up to its last value; that; and what the file has then.
-    std::vector<std::string> lines, behind, rest;
+    std::vector<std::string> lines{}, behind{}, rest{};
   };
   using Line = std::vector<std::string>::iterator;
   [[nodiscard]] const std::vector<std::size_t>& places(Kind kind) const noexcept {

@@ -8,6 +8,7 @@
 
 #include "machine/kinematics.h"
 #include "tests/bringup/hardware_bench.h"
+#include "tests/support/broadcast_machine.h"
 #include "tests/support/refusal.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
@@ -28,6 +29,21 @@ TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
   EXPECT_EQ(signalled.node, 0x25);
   EXPECT_FALSE(signalled.at_s);
   EXPECT_EQ(parse_fault("babble@0", bus).kind, sim::FaultKind::kBabble);
+}
+
+TEST(NodeFaults, OfFramesAreByTheFramesOrTheSignalsName) {
+  const BusDescription bus = knuckle::test::broadcast_machine().bus;
+  const PlannedFault fault = parse_fault("values_frozen:arm_angle@10+2", bus);
+  EXPECT_EQ(fault.kind, sim::FaultKind::kValuesFrozen);
+  EXPECT_EQ(sim::subject_at(fault.node, bus).value().frame, 0U);
+  EXPECT_EQ(sim::subject_at(parse_fault("frame_silent:body@1", bus).node, bus).value().frame, 2U);
+  for (const auto& [bad, said] :
+       {std::pair{"frame_silent@1", "needs a frame or a signal: frame_silent:FRAME@S"},
+        {"frame_silent:head@1", "no frame or signal \"head\"; there are boom_head_pressure, "},
+        {"frame_checksum:front_angle@1", "the frame has no checksum"}}) {
+    const std::string line = knuckle::test::refusal([&] { return parse_fault(bad, bus); });
+    EXPECT_NE(line.find(said), std::string::npos) << line;
+  }
 }
 
 TEST(NodeFaults, RefuseWhatCannotBe) {
