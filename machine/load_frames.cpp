@@ -113,11 +113,11 @@ void check_name(const TomlTable& file, const std::string& name, const std::vecto
 
 void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
                       const char* name_key, const char* id_key) {
-  check_name(file, head.name, others, name_key);
   const auto twin =
       std::find_if(others.begin(), others.end(), [&](const FrameHead& other) { return may_be_both(other, head); });
   file.require(twin == others.end(), id_key, twin == others.end() ? "" : "is taken by '" + twin->name + "'",
                {"extended", "source"});
+  check_name(file, head.name, others, name_key);
 }
 
 FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool may_be_group) {
