@@ -206,16 +206,14 @@ class BroadcastReader {
                          .multiplexer = head.multiplexer,
                          .on_request = head.on_request};
     read_signals(file.table("signals"), frame);
+    if (is_of_packets(frame)) check_packets(file, frame);
     check_period(file, frame);
     file.require(!frame.source || frame.source != bus_.j1939_address, "source",
                  "is Knuckle's own address: bus.j1939_address must be one that nobody has", {".bus.j1939_address"});
     std::vector<UsedBits> used;
     for (const BroadcastField& field : frame.fields) used.push_back({field.bits, field.info().name});
     if (frame.multiplexer) used.push_back({frame.multiplexer->bits, "the multiplexer"});
-    if (is_of_packets(frame))
-      check_packets(file, frame);
-    else
-      frame.closing = read_frame_closing(file, frame.bytes, used);
+    if (!is_of_packets(frame)) frame.closing = read_frame_closing(file, frame.bytes, used);
     check_closing(file, frame);
     heads_.push_back(head);
     all_.push_back(std::move(frame));

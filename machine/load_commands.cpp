@@ -64,9 +64,9 @@ class CommandReader {
     std::vector<UsedBits> used;
     TomlTable fields = file.table("fields");
     read_fields(fields, frame, used);
-    refuse_float(fields, frame);
     check_period(file, frame);
     frame.closing = read_frame_closing(file, frame.bytes, used);
+    refuse_float(fields, frame);
     heads_.push_back(head);
     bus_.commands.push_back(std::move(frame));
   }
@@ -225,6 +225,10 @@ class CommandReader {
         if (!field.joint) write_value(field.bits, led ? field.led : field.neutral, constants);
       fields.require(read_raw(kValveState, constants) != kFloats, "", kWhy);
     }
+    const auto& [counter, checksum] = frame.closing;
+    const bool counts =
+        (counter && overlap(counter->field, kValveState)) || (checksum && overlap(checksum->field, kValveState));
+    fields.require(!counts, "", kWhy);
     for (const CommandField& field : frame.fields) {
       if (!field.joint) continue;
       bool floats = overlap(field.bits, kValveState);

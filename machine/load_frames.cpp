@@ -146,8 +146,8 @@ Multiplexer read_multiplexer(TomlTable file, std::uint8_t frame_bytes) {
 
 void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
                       const char* name_key, const char* id_key) {
-  check_name(file, head.name, others, name_key);
   check_alone(file, head, others, id_key);
+  check_name(file, head.name, others, name_key);
 }
 
 FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast) {

@@ -76,7 +76,7 @@ TEST(DirectionFile, WhatCannotBeIsRefusedInOneLine) {
   const std::string of_valve = "id = 0x0CFE3205\nbytes = 6";
   for (const Case& c : {
            Case{"start = 10, bits = 2", "start = 8, bits = 2", "has bits of its own direction"},
-           {"start = 10, bits = 2", "start = 16, bits = 2", "has bits of boom.direction"},
+           {"start = 10, bits = 2", "start = 16, bits = 2", "has bits of arm"},
            {"start = 10, bits = 2", "start = 10, bits = 9", "must be at most 8 of an unsigned"},
            {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 1, retract = 1 }",
             "must not be that of neutral or extend"},
@@ -123,6 +123,7 @@ TEST(DirectionFile, FloatIsRefusedWhereverItCouldBeSaid) {
   EXPECT_NE(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0, led = 3 }").find(floats),
             std::string::npos);
   EXPECT_EQ(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0 }").find(floats), std::string::npos);
+  EXPECT_NE(line_of(elsewhere, "[bus.command.counter]\nstart = 16\nbits = 4").find(floats), std::string::npos);
 }
 
 }  // namespace

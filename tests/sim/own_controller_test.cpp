@@ -131,8 +131,8 @@ TEST(OwnController, OfAuxiliaryValvesTakesTheFlowAndTheWaysThatItKnows) {
   };
   EXPECT_TRUE(demand(100, 0x31).isApprox(JointVector(0.4, -0.4, 0.4), 1e-9)) << "the arm's the other way round";
   EXPECT_TRUE(demand(100, 0x32).isApprox(JointVector(-0.5, 0.4 / 0.9, -0.4), 1e-9));
-  for (const std::uint8_t state : {0x30, 0x33, 0x34, 0x3F})
-    EXPECT_EQ(demand(200, state), JointVector::Zero()) << int{state};
+  for (const int state : {0x30, 0x33, 0x34, 0x3F})
+    EXPECT_EQ(demand(200, static_cast<std::uint8_t>(state)), JointVector::Zero()) << state;
   EXPECT_EQ(demand(0, 0x31), JointVector::Zero());
 }
 

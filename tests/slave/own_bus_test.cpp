@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "machine/reason_text.h"
@@ -150,11 +149,11 @@ TEST_P(OwnBusOf, IsLeftNeutralByAnOrderlyStop) {
   EXPECT_GT(told, 0);
 }
 
+const char* kind_name(const testing::TestParamInfo<const char*>& kind) {
+  return kind.index == 0 ? "JointRate" : kind.index == 1 ? "PilotPressure" : "Flow";
+}
 INSTANTIATE_TEST_SUITE_P(Kinds, OwnBusOf,
-                         testing::Values(test::kRateCommands, test::kPilotCommands, test::kFlowCommands),
-                         [](const auto& kind) {
-                           return std::array{"JointRate", "PilotPressure", "Flow"}[kind.index];
-                         });
+                         testing::Values(test::kRateCommands, test::kPilotCommands, test::kFlowCommands), kind_name);
 
 TEST(OwnBus, WithoutAStateIsLedAsWell) {
   OwnBus m(test::kRateCommands, "");

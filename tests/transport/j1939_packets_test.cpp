@@ -113,7 +113,7 @@ TEST(J1939Packets, ThatAreMissingTwiceOrLateEndTheMessage) {
   read.begin(20);
   (void)read.add(1);
   read.begin(9);
-  for (const std::uint8_t number : {1, 2}) EXPECT_FALSE(read.add(number));
+  for (std::uint8_t number = 1; number <= 2; ++number) EXPECT_FALSE(read.add(number));
   EXPECT_EQ(read.whole(), counted(9)) << "a new one replaces it";
 }
 
@@ -122,7 +122,7 @@ TEST(J1939Packets, TakeNoMemory) {
   read.message = counted(20);
   const test::NoAllocScope scope;
   read.reader.begin({0xFEE3, 20, 3}, read.now);
-  for (const std::uint8_t number : {1, 2, 3}) (void)read.add(number);
+  for (std::uint8_t number = 1; number <= 3; ++number) (void)read.add(number);
   EXPECT_EQ(read.reader.message().size(), 20U);
   EXPECT_EQ(scope.allocations(), 0U);
 }
