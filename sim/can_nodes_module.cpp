@@ -79,6 +79,8 @@ void ModuleNode::step(Time now, Outbox& out) noexcept {
   if (missed && !missed_) protocol_.emergency(canopen::kEmcyRpdoTimeout, out);
   missed_ = missed;
   if (missed) protocol_.communication_error();
+  // Not over before it works again.
+  if (missed || protocol_.operational()) protocol_.set_error(missed);
   const std::size_t before = out.count;
   protocol_.step(now, out);
   started_ = started_ || protocol_.operational();

@@ -171,9 +171,10 @@ void Jog::begin_guard(const NodeDescription& node) noexcept {
 void Jog::try_guard(const NodeDescription& node, int joint) noexcept {
   if (phase_ != Phase::kRest || !node.is_told() || node.role == NodeRole::kModule) return;
   begin_guard(node);
-  plan_ = {.joint = joint};
+  plan_ = {};
   opening_ = 0;
   if (node.role == NodeRole::kEnable) return begin(Phase::kWithheld);
+  plan_.joint = joint;
   const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(plan_.joint)].valve;
   opening_ = kShareOfDeadBand * std::min(valve.dead_band_extend, valve.dead_band_retract);
   stands_since_ = kNever;

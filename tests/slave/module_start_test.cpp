@@ -35,6 +35,8 @@ struct RunningModule : test::BenchMachine {
   void tell(canopen::NmtCommand command) {
     bus.port(2).send(canopen::nmt_frame(command, kId));
     run(5ms);
+    for (CanFrame heard; controllers_end.receive(heard);) {  // long ago when the loop comes
+    }
   }
   /// For so long, nobody leading. @return the furthest that any valve was told to open
   [[nodiscard]] double furthest(Duration time) {
@@ -75,9 +77,9 @@ TEST(ModuleStart, OneThatIsStoppedAnswersNothingAndIsStartedAllTheSame) {
 TEST(ModuleStart, OneThatRunsAndTakesNoErrorValuesIsLeftRunning) {
   RunningModule m;
   m.module().refuse({0x6444, 2}, canopen::SdoAbort::kDeviceState);
-  EXPECT_EQ(m.furthest(2s), 0);
+  EXPECT_EQ(m.furthest(500ms), 0);
   EXPECT_FALSE(m.told(canopen::NmtCommand::kEnterPreOperational) || m.told(canopen::NmtCommand::kResetNode));
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeSetup);
+  EXPECT_EQ(m.loop.client().fault().code, ReasonCode::kNodeSetup);
   const std::string why = text(m.loop.client().setup_failure(), m.description.bus);
   EXPECT_EQ(why.rfind("module (node 0x41): writing 0x6444:02 was refused", 0), 0U) << why;
 }
@@ -85,8 +87,8 @@ TEST(ModuleStart, OneThatRunsAndTakesNoErrorValuesIsLeftRunning) {
 TEST(ModuleStart, AnotherDeviceUnderItsIdIsWrittenNothing) {
   RunningModule m;
   m.module().replace(canopen::kProductCode, 0x0999);
-  EXPECT_EQ(m.furthest(2s), 0);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeIdentity);
+  EXPECT_EQ(m.furthest(500ms), 0);
+  EXPECT_EQ(m.loop.client().fault().code, ReasonCode::kNodeIdentity);
   EXPECT_FALSE(m.told(canopen::NmtCommand::kEnterPreOperational));
   EXPECT_EQ(m.module().value({0x6444, 1}), 0U);
 }
