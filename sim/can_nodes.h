@@ -388,6 +388,8 @@ class CanNodes {
 
   /// False where no node has this id or its kind cannot have this fault.
   bool inject(std::uint8_t node, NodeFault fault) noexcept;
+  /// Of a pilot valve; false where frames tell the machine nothing.
+  bool inject_pilot(int joint, bool extend, PilotFault fault) noexcept;
   bool send_emcy(std::uint8_t node, std::uint16_t code) noexcept;
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/cli/command.h"
+#include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
@@ -43,19 +44,37 @@ std::string unit_name(std::string unit) {
   return std::find(kUnitNames.begin(), kUnitNames.end(), unit) != kUnitNames.end() ? unit : "";
 }
 
-std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info) {
+/// ", shut = 0.6, full = 2.8"
+std::string travel_text(const WantedSignal& wanted) {
+  if (wanted.travel.empty()) return "";
+  const auto comma = wanted.travel.find(','), full = wanted.travel.find("full=", comma);
+  const bool ordered = wanted.travel.starts_with("shut=") && comma != std::string::npos && full == comma + 1;
+  const auto shut_at = ordered ? number_in<double>(wanted.travel.substr(5, comma - 5)) : std::nullopt;
+  const auto full_at = ordered ? number_in<double>(wanted.travel.substr(full + 5)) : std::nullopt;
+  if (!shut_at || !full_at)
+    cli::refuse_option("--signal", wanted.travel, "must be such as shut=0.6,full=2.8, in the DBC's unit");
+  return fmt::format(", shut = {}, full = {}", number_text(*shut_at), number_text(*full_at));
+}
+
+std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info,
+                       const std::string& travel) {
   if (is_yes_or_no(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
   const std::string unit = unit_name(signal.unit);
   if (unit.empty())
     throw InputError(fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be {}", dbc.source, signal.line,
                                  signal.name, message.name, signal.unit, fmt::join(kUnitNames, ", ")));
-  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\" }";
+  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
 }
 
 /// One message with what is wanted of it.
 struct Frame {
   const DbcMessage* message = nullptr;
-  std::vector<std::pair<std::string, const DbcSignal*>> signals;  ///< By Knuckle's names.
+  struct Signal {
+    std::string name;  ///< Knuckle's.
+    const DbcSignal* source;
+    std::string travel;  ///< travel_text()
+  };
+  std::vector<Signal> signals;
 };
 
 std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>& wanted) {
@@ -67,18 +86,18 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
     auto frame = std::find_if(frames.begin(), frames.end(), [&](const Frame& f) { return f.message == &message; });
     if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, {}});
     for (const Frame& other : frames) {
-      for (const auto& [name, source] : other.signals)
-        if (name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
+      for (const Frame::Signal& known : other.signals)
+        if (known.name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
     }
-    frame->signals.emplace_back(one.signal, signal);
+    frame->signals.push_back({one.signal, signal, travel_text(one)});
   }
   return frames;
 }
 
 std::string table_of(const DbcFile& dbc, const Frame& frame) {
   std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true) + "[bus.broadcast.signals]\n";
-  for (const auto& [name, signal] : frame.signals)
-    text += fmt::format("{} = {}\n", name, field_text(dbc, *frame.message, *signal, signal_info(name)));
+  for (const auto& [name, signal, travel] : frame.signals)
+    text += fmt::format("{} = {}\n", name, field_text(dbc, *frame.message, *signal, signal_info(name), travel));
   return text;
 }
 
@@ -186,7 +205,7 @@ void note(const Frame& frame, Import& import) {
   else if ((frame.message->id & kExtendedId) != 0)
     import.to_do.push_back(message + ": set invalid_from where values can say that there is none, as in J1939");
   std::vector<std::string> names;
-  for (const auto& [name, signal] : frame.signals) names.push_back(name);
+  for (const Frame::Signal& signal : frame.signals) names.push_back(signal.name);
   import.frames.push_back(fmt::format("{} ({}): {}", message, id_text(frame.message->id), fmt::join(names, ", ")));
   for (const std::string& name : names) {
     if (name.ends_with("_angle") || name == "slope")
@@ -225,7 +244,9 @@ WantedSignal wanted_signal(const std::string& text) {
   if (equals == std::string::npos || equals == 0 || point == std::string::npos || point == equals + 1 ||
       point + 1 == text.size())
     cli::refuse_option("--signal", text, "must be such as boom_angle=MESSAGE.SIGNAL, both as the DBC calls them");
-  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1), text.substr(point + 1)};
+  const auto colon = text.find(':', point);
+  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1),
+          text.substr(point + 1, colon - point - 1), colon == std::string::npos ? "" : text.substr(colon + 1)};
 }
 
 Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
