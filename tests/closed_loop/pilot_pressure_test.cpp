@@ -2,12 +2,16 @@
 // is stopped by them.
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <random>
 #include <string>
 
+#include "app/session/metrics.h"
+#include "app/session/session_result.h"
 #include "machine/reason_text.h"
 #include "tests/closed_loop/session_rig.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
@@ -53,6 +57,24 @@ TEST_P(PilotedSessions, OfSoundMachinesHaveNoFaultByThem) {
         EXPECT_EQ(finished.allocations, 0U);
       }
     }
+  }
+}
+
+TEST_P(PilotedSessions, KeepTheirSafetyBounds) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.file("machine.toml")) << command_text(GetParam(), state_with_pilots());
+  for (const char* scenario : {"free_motion", "wall_contact"}) {
+    session::SimulateOptions options;
+    options.scenario = scenario;
+    options.seed = 4;
+    options.machine = folder.file("machine.toml");
+    int safety = 0;
+    for (const session::CriterionResult& c : session::judge(session::run_simulation(options, {})).criteria) {
+      if (c.kind != session::CriterionKind::kSafety) continue;
+      ++safety;
+      EXPECT_FALSE(c.missed()) << scenario << ": " << c.name;
+    }
+    EXPECT_EQ(safety, 2) << scenario;
   }
 }
 
