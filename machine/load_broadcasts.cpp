@@ -38,10 +38,36 @@ double largest_step(const SignalInfo& signal) noexcept {
   return is_angle(signal) ? 2 * std::numbers::pi / 512 : 5e-3;
 }
 
-/// Value = sign (raw * scale + offset) in the unit, + zero_rad.
-void read_meaning(TomlTable& file, const SignalInfo& signal, BitField& bits) {
+constexpr double kLeastTravelSteps = 20;  // of a pilot pressure, between a shut spool and one at its full stroke
+
+/// Of a pilot pressure: up to where the spool stays shut, and from where on it is at its full stroke.
+void read_travel(TomlTable& file, const Unit& unit, BroadcastField& field) {
   constexpr double kMost = 1e9;
-  const double unit = read_unit(file, signal).si;
+  field.shut_Pa = file.number("shut", 0, kMost) * unit.si;
+  field.full_Pa = file.number("full", 0, kMost) * unit.si;
+  file.require(field.full_Pa > field.shut_Pa, "full", "must be above shut", {"shut"});
+}
+
+/// @param key that says how coarse it is @param reach_Pa the most that it can say, @param reach_key that says so
+void check_travel(const TomlTable& file, const Unit& unit, const BroadcastField& field, const char* key,
+                  double reach_Pa, const char* reach_key) {
+  constexpr double kSame = 1 + 1e-9;
+  const double most_Pa = (field.full_Pa - field.shut_Pa) / kLeastTravelSteps;
+  file.require(field.bits.type == BitField::Type::kFloat || std::abs(field.bits.scale) <= most_Pa * kSame, key,
+               fmt::format("makes a step {} {}: must be at most {}, a {}th of full less shut",
+                           number_text(std::abs(field.bits.scale) / unit.si), unit.name, number_text(most_Pa / unit.si),
+                           number_text(kLeastTravelSteps)),
+               {"unit", "shut", "full"});
+  file.require(reach_Pa * kSame >= field.full_Pa, reach_key,
+               fmt::format("reaches {} {}: must reach full, {}", number_text(reach_Pa / unit.si), unit.name,
+                           number_text(field.full_Pa / unit.si)),
+               {"unit", "full"});
+}
+
+/// Value = sign (raw * scale + offset) in the unit, + zero_rad.
+void read_meaning(TomlTable& file, const SignalInfo& signal, const Unit& in, BitField& bits) {
+  constexpr double kMost = 1e9;
+  const double unit = in.si;
   const double scale = file.number("scale", -kMost, kMost);
   file.require(scale != 0, "scale", "must not be 0");
   const double offset = file.has("offset") ? file.number("offset", -kMost, kMost) : 0;
@@ -109,7 +135,8 @@ BroadcastField read_input(TomlTable file, unsigned number, const SensorDescripti
   std::vector<const char*> names;
   std::vector<std::size_t> places;
   for (std::size_t place = 0; place < kSignals.size(); ++place) {
-    if (!is_measured(kSignals[place]) || is_optional(kSignals[place])) continue;
+    const bool people_alone = kSignals[place].role == NodeRole::kReading;
+    if (!is_measured(kSignals[place]) || is_status(kSignals[place]) || people_alone) continue;
     names.push_back(kSignals[place].name);
     places.push_back(place);
   }
@@ -122,17 +149,25 @@ BroadcastField read_input(TomlTable file, unsigned number, const SensorDescripti
   const auto least = static_cast<double>(file.integer("counts_low", Counts::min(), Counts::max()));
   const auto most = static_cast<double>(file.integer("counts_high", Counts::min(), Counts::max()));
   file.require(least != most, "counts_high", "must not be counts_low", {"counts_low"});
-  const auto [unit_name, unit] = read_unit(file, signal);
+  const Unit& in = read_unit(file, signal);
+  const auto [unit_name, unit] = in;
   sensor.low = file.number("low", -kMost, kMost) * unit;
   sensor.high = file.number("high", -kMost, kMost) * unit;
   file.require(sensor.low != sensor.high, "high", "must not be low", {"low"});
   field.analog = sensor;
-  if (!file.sound({"signal", "range", "counts_low", "counts_high", "unit", "low", "high"})) return field;
+  const bool pilot = signal.role == NodeRole::kPilot;
+  if (pilot) read_travel(file, in, field);
+  if (!file.sound({"signal", "range", "counts_low", "counts_high", "unit", "low", "high", "shut", "full"}))
+    return field;
   field.bits.scale = (sensor.high - sensor.low) / (most - least);
   field.bits.offset = sensor.low - least * field.bits.scale;
   const double lowest = value_of(field.bits, raw_of(field.bits, sensor.broken()));
   file.require(sensor.range == AnalogSensor::Range::k0To10V || sensor.is_broken(lowest), "counts_low",
                "leaves no counts for a broken wire", {"counts_high"});
+  if (pilot) {
+    check_travel(file, in, field, "counts_high", std::max(sensor.low, sensor.high), "high");
+    return field;
+  }
   const double step = std::abs(field.bits.scale);
   const bool pressure = signal.role == NodeRole::kPressure;
   const double coarsest = pressure ? sensors.pressure_step_Pa : largest_step(signal);
@@ -183,11 +218,16 @@ BroadcastField read_field(TomlTable file, std::size_t signal, const BroadcastFra
     read_status(file, field, frame.is_group());
     return field;
   }
-  read_meaning(file, field.info(), field.bits);
+  const Unit& unit = read_unit(file, field.info());
+  read_meaning(file, field.info(), unit, field.bits);
+  const bool pilot = field.info().role == NodeRole::kPilot;
+  if (pilot) read_travel(file, unit, field);
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   const std::int64_t most = field.bits.bits < 63 ? (std::int64_t{1} << field.bits.bits) - 1 : kMost;
   field.invalid_from = read_invalid(file, field.bits, frame.is_group(), most);
   if (field.info().role == NodeRole::kPressure) check_pressure(file, field, sensors);
+  if (pilot && file.sound({"shut", "full", "scale", "unit"}))
+    check_travel(file, unit, field, "scale", highest(field), "bits");
   return field;
 }
 
@@ -252,9 +292,7 @@ class BroadcastReader {
                    "needs bus.j1939_address, which the answer is asked from", {".bus.j1939_address"});
     }
     if (only_readings) return;
-    const bool only_optional = std::all_of(frame.fields.begin(), frame.fields.end(),
-                                           [](const BroadcastField& field) { return is_optional(field.info()); });
-    file.require(only_optional || 2 * frame.period_s <= bus_.sensor_age_limit_s * (1 + 1e-9), "period_ms",
+    file.require(!leads(frame) || 2 * frame.period_s <= bus_.sensor_age_limit_s * (1 + 1e-9), "period_ms",
                  fmt::format("must be at most {}, half of bus.sensor_age_limit_ms",
                              number_text(bus_.sensor_age_limit_s / kMilli / 2)),
                  {".bus.sensor_age_limit_ms"});
@@ -309,6 +347,12 @@ class BroadcastReader {
 
 }  // namespace
 
+bool leads(const BroadcastFrame& frame) noexcept {
+  return std::any_of(frame.fields.begin(), frame.fields.end(), [](const BroadcastField& field) {
+    return field.info().role == NodeRole::kPilot || !is_optional(field.info());
+  });
+}
+
 std::optional<std::size_t> measured_signal(const std::string& name) {
   for (std::size_t place = 0; place < kSignals.size(); ++place)
     if (kSignals[place].name == name && is_measured(kSignals[place])) return place;
@@ -320,6 +364,24 @@ std::vector<std::string> measured_signal_names() {
   for (const SignalInfo& signal : kSignals)
     if (is_measured(signal)) names.emplace_back(signal.name);
   return names;
+}
+
+void check_pilots(const TomlTable& file, const BusDescription& bus) {
+  const char* const key = file.has("broadcast") ? "broadcast" : "node";
+  for (const SignalInfo& signal : kSignals) {
+    if (signal.role != NodeRole::kPilot || bus.broadcast(NodeRole::kPilot, signal.index).field == nullptr) continue;
+    file.require(bus.by_frames(), key,
+                 fmt::format("{} goes with [[bus.command]] tables or a module's outputs: valve nodes tell where their "
+                             "spools are",
+                             signal.name),
+                 {"command", "node"});
+    const int other = signal.index ^ 1;
+    const auto is_other = [other](const SignalInfo& one) { return one.role == NodeRole::kPilot && one.index == other; };
+    file.require(bus.broadcast(NodeRole::kPilot, other).field != nullptr, key,
+                 fmt::format("has {} without {}: of a joint there must be both or none", signal.name,
+                             std::find_if(kSignals.begin(), kSignals.end(), is_other)->name),
+                 {"node"});
+  }
 }
 
 std::vector<BroadcastFrame> read_broadcasts(std::vector<TomlTable> files, std::vector<TomlTable> on_second,

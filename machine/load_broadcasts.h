@@ -13,6 +13,9 @@
 
 namespace knuckle {
 
+/// Whether the machine is led by what it has, so that it must not be older than sensors may be.
+[[nodiscard]] bool leads(const BroadcastFrame& frame) noexcept;
+
 /// Place in kSignals; nothing where this is no signal that a frame of the machine may have.
 [[nodiscard]] std::optional<std::size_t> measured_signal(const std::string& name);
 [[nodiscard]] std::vector<std::string> measured_signal_names();
@@ -26,5 +29,8 @@ namespace knuckle {
 /// Likewise [bus.node.inputs], without identifiers. @param node its name and id
 [[nodiscard]] std::vector<BroadcastFrame> read_inputs(TomlTable inputs, const NodeDescription& node,
                                                       const BusDescription& bus, const SensorDescription& sensors);
+
+/// Notes pilot pressures that are a joint's one alone, or beside valve nodes. @param file [bus] @param bus all of it.
+void check_pilots(const TomlTable& file, const BusDescription& bus);
 
 }  // namespace knuckle

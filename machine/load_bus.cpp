@@ -129,6 +129,7 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
                       bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
   file.require(!status || (bus.by_frames() && !bus.has_enable()), "broadcast",
                "e_stop_closed and pilot_on do not go with an enable node, which tells both", {"command", "node"});
+  check_pilots(file, bus);
   for (std::size_t on = 0; on < bus.lines(); ++on) check_frames_beside_nodes(files[on], bus.alone(on));
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });

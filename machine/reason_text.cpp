@@ -113,7 +113,9 @@ std::string wire_text(const Reason& reason, const BusDescription& bus) {
 }  // namespace
 
 std::string text(const Reason& reason, const BusDescription& bus) {
-  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus);
+  const bool by_pilots = reason.code == ReasonCode::kValveNotFollowing && bus.by_frames();
+  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) +
+         (by_pilots ? "; by its pilot pressures" : "");
 }
 
 std::string text_with_code(const Reason& reason, const BusDescription& bus) {

@@ -1,12 +1,14 @@
 #include "machine/room.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "machine/description.h"
 #include "machine/kinematics.h"
+#include "machine/pilot_spool.h"
 #include "machine/signal_units.h"
 #include "machine/toml_reader.h"
 
@@ -92,10 +94,15 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
   if (!bus.has_enable() && bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field == nullptr)
     notes.emplace_back(
         "no frame has pilot_on: Knuckle does not know whether the machine can move, and takes it that it can");
-  notes.emplace_back(
-      "nobody tells where the spools are: a valve that does not follow, or a position sensor that stands still, is "
-      "found "
-      "by the joint's motion alone, after about a second");
+  std::vector<const char*> untold;
+  for (int joint = 0; joint < kJoints; ++joint)
+    if (!tells_pilots(bus, joint)) untold.push_back(kJointNames[static_cast<std::size_t>(joint)]);
+  const std::string spools =
+      untold.size() == kJoints ? "the spools are" : "the spool is of " + fmt::format("{}", fmt::join(untold, ", "));
+  if (!untold.empty())
+    notes.push_back("nobody tells where " + spools +
+                    ": a valve that does not follow, or a position sensor that stands still, is found by the joint's "
+                    "motion alone, after about a second");
   const auto is_module = [](const CommandFrame& frame) { return frame.module != 0; };
   for (const NodeDescription& node : bus.nodes) {
     const bool sure = node.guard.proved && node.guard.changed == GuardProof::Changed::kNothing;

@@ -395,6 +395,8 @@ class CanNodes {
   void inject_broadcast(std::size_t frame, BroadcastFault fault, std::uint64_t signals) noexcept {
     broadcast_faults_.inject(frame, fault, signals);
   }
+  /// Of a pilot valve; false where frames tell the machine nothing.
+  bool inject_pilot(int joint, bool extend, PilotFault fault) noexcept;
   bool send_emcy(std::uint8_t node, std::uint16_t code) noexcept;
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;

@@ -12,6 +12,7 @@ namespace {
 
 /// Engine at 1800 rpm and running, oil and coolant in degC, hours in s, battery in V, share of the tank.
 constexpr std::array kReadings{60 * std::numbers::pi, 1.0, 48.0, 84.0, 4321 * 3600.0, 27.6, 0.62};
+constexpr double kPilotNoise_Pa = 0.1e5;
 constexpr std::uint8_t kAddress = 0x00;  // of a group's sender where the file gives none
 
 /// A group is sent from one address.
@@ -90,7 +91,8 @@ void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
   step_sensors(signals);
   step_node(enable_at_, enable_);
   step_modules(signals);
-  if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa});
+  const bool supplied = enable_.protocol().id() == 0 || enable_.pilot();
+  if (own_) own_->step(now, {signals.shaft_rad, signals.cylinder_mps, signals.lever_m, signals.pressure_Pa}, supplied);
   step_broadcasts(signals);
   for (std::size_t i = 0; i < out_.count; ++i) {
     // The enable node hears its neighbours over the bus, the first, which carries nothing while it is down.
@@ -152,10 +154,11 @@ double CanNodes::sensed(const SignalInfo& signal, const MachineSignals& signals)
       return signals.slope_rad + errors_.tilt_offset_rad;
     case NodeRole::kReading:
       return kReadings[static_cast<std::size_t>(signal.index)];
+    case NodeRole::kPilot:
+      return own_ ? own_->pilots().pressure_Pa(signal.index) : 0;
     case NodeRole::kValve:
     case NodeRole::kEnable:
     case NodeRole::kModule:
-    case NodeRole::kPilot:
       break;
   }
   return 0;
@@ -173,6 +176,7 @@ double CanNodes::noise_of(const SignalInfo& signal) noexcept {
   if (signal.role == NodeRole::kPressure)
     return noise(errors_.pressure_noise_Pa[static_cast<std::size_t>(signal.index)]);
   if (signal.role == NodeRole::kTilt) return noise(errors_.tilt_noise_rad);
+  if (signal.role == NodeRole::kPilot) return noise(kPilotNoise_Pa);
   if (signal.role == NodeRole::kReading) return 0;
   return noise(errors_.encoder_noise_m) / (signal.is_angle ? errors_.rotary_lever_m : 1);
 }
@@ -317,6 +321,11 @@ bool CanNodes::inject(std::uint8_t id, NodeFault fault) noexcept {
     enable_.inject(fault);
   }
   return true;
+}
+
+bool CanNodes::inject_pilot(int joint, bool extend, PilotFault fault) noexcept {
+  if (own_) own_->pilots().inject(joint, extend, fault);
+  return own_.has_value();
 }
 
 bool CanNodes::send_emcy(std::uint8_t id, std::uint16_t code) noexcept {

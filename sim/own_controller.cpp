@@ -21,7 +21,8 @@ OwnController::OwnController(const MachineDescription& machine)
     : kind_(machine.bus.command_kind),
       patience_(from_seconds(machine.bus.valve_watchdog_s)),
       margin_Pa_(machine.hydraulics.load_sensing_margin_Pa),
-      relief_Pa_(machine.hydraulics.main_relief_Pa) {
+      relief_Pa_(machine.hydraulics.main_relief_Pa),
+      stage_(machine) {
   for (const CommandFrame& frame : machine.bus.commands) frames_.push_back({.frame = frame});
   for (int joint = 0; joint < kJoints; ++joint) {
     const auto i = static_cast<std::size_t>(joint);
@@ -117,13 +118,19 @@ double OwnController::spool_for(Axis& axis, int joint, double share) noexcept {
   return direction * (axis.dead_band[way] + (1 - axis.dead_band[way]) * opening);
 }
 
-void OwnController::step(Time now, const Seen& sensors) noexcept {
+void OwnController::step(Time now, const Seen& sensors, bool supplied) noexcept {
   const bool hears = fresh(now) && !estop_;
   pilot_ = hears && led();
   if (!pilot_) {
     spool_demand_.setZero();
     for (Axis& axis : axes_) axis.sum = 0;
   }
+  control(now, sensors);
+  stage_.step(spool_demand_, pilot_ && supplied, stepped_at_ == kNever ? 0 : to_seconds(now - stepped_at_));
+  stepped_at_ = now;
+}
+
+void OwnController::control(Time now, const Seen& sensors) noexcept {
   if (controlled_at_ != kNever && now - controlled_at_ < kPeriod) return;
   const double passed_s = controlled_at_ == kNever ? 0 : to_seconds(now - controlled_at_);
   controlled_at_ = now;

@@ -12,6 +12,7 @@
 #include "core/time.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
+#include "sim/pilot_stage.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::sim {
@@ -29,12 +30,15 @@ class OwnController {
     JointVector lever_m = JointVector::Zero();       ///< Of the cylinders on their joints.
     std::array<double, 6> pressure_Pa{};             ///< boom A, B, arm A, B, bucket A, B
   };
-  void step(Time now, const Seen& seen) noexcept;
+  /// @param supplied nothing else takes the pilot pressure away.
+  void step(Time now, const Seen& seen, bool supplied = true) noexcept;
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
 
-  [[nodiscard]] const JointVector& spool_demand() const noexcept { return spool_demand_; }
+  [[nodiscard]] JointVector spool_demand() const noexcept { return stage_.driven(spool_demand_); }
   /// Pilot pressure: all that must be said for it is being said, and nothing is missing.
   [[nodiscard]] bool pilot() const noexcept { return pilot_; }
+  [[nodiscard]] PilotStage& pilots() noexcept { return stage_; }
+  [[nodiscard]] const PilotStage& pilots() const noexcept { return stage_; }
 
  private:
   static constexpr Duration kPeriod = 10ms;
@@ -57,6 +61,7 @@ class OwnController {
   [[nodiscard]] bool led() const noexcept;
   [[nodiscard]] double asked(int joint) const noexcept;
   [[nodiscard]] double full_opening_radps(const Axis& axis, bool extend) const noexcept;
+  void control(Time now, const Seen& seen) noexcept;
   [[nodiscard]] double spool_for(Axis& axis, int joint, double share) noexcept;
 
   CommandKind kind_;
@@ -66,7 +71,8 @@ class OwnController {
   PerJoint<Axis> axes_{};
   std::array<JointVector, 2> full_rate_radps_{JointVector::Zero(), JointVector::Zero()};
   JointVector spool_demand_ = JointVector::Zero();
-  Time controlled_at_ = kNever;
+  PilotStage stage_;
+  Time stepped_at_ = kNever, controlled_at_ = kNever;
   bool estop_ = false, pilot_ = false;
 };
 

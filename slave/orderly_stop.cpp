@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "machine/description.h"
+#include "machine/pilot_spool.h"
 #include "slave/bus_map.h"
 #include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
@@ -15,6 +16,19 @@ namespace {
 constexpr Duration kNeutralPatience = 320ms;  // as long as a spool may take to be neutral
 constexpr Duration kDisablePatience = 200ms;
 constexpr Duration kReleasePatience = 100ms;
+
+bool carries(const CanFrame& frame, const BroadcastFrame* sent) noexcept {
+  return sent != nullptr && sent->filter().lets(frame.id) && sent->is_in(frame) &&
+         (!sent->source || j1939::source_of(frame.id) == *sent->source);
+}
+
+/// nullopt where the frame says that there is no value.
+std::optional<std::uint64_t> raw_in(const CanFrame& frame, const BusDescription::Broadcast& value) noexcept {
+  const auto raw = read_raw(value.field->bits, frame);
+  const bool none = !raw || (value.field->invalid_from && *raw >= *value.field->invalid_from) ||
+                    check_frame(value.frame->closing, std::nullopt, frame).fault != FrameFault::kNone;
+  return none ? std::nullopt : raw;
+}
 
 }  // namespace
 
@@ -76,6 +90,7 @@ void OrderlyStop::enter(Phase phase, Time now) noexcept {
   phase_since_ = now;
   if (phase != Phase::kDisable) return;
   valves_ = {};  // reports from before the command confirm nothing
+  pilots_ = {};
   pilot_off_ = !tells_pilot();
 }
 
@@ -83,14 +98,11 @@ void OrderlyStop::hear() noexcept {
   CanFrame frame;
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
-    if (const auto [sent, field] = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex);
-        sent != nullptr && sent->filter().lets(frame.id) &&
-        (!sent->source || j1939::source_of(frame.id) == *sent->source)) {
-      const auto raw = read_raw(field->bits, frame);
-      const bool none = !raw || (field->invalid_from && *raw >= *field->invalid_from) ||
-                        check_frame(sent->closing, std::nullopt, frame).fault != FrameFault::kNone;
-      pilot_off_ = !none && *raw != field->on;
+    if (const auto told = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex); carries(frame, told.frame)) {
+      const auto raw = raw_in(frame, told);
+      pilot_off_ = raw && *raw != told.field->on;
     }
+    hear_pilots(frame);
     if (machine_.bus.without_nodes()) continue;
     const std::uint8_t node = canopen::node_of(frame.id);
     if (const auto state = canopen::parse_heartbeat(frame)) resting_[node] = *state != canopen::NmtState::kOperational;
@@ -104,6 +116,18 @@ void OrderlyStop::hear() noexcept {
       if (const auto status = canopen::parse_valve_status(frame, machine_.bus.wire.valve_full_stroke))
         valves_[j] = {true, status->status_word, status->spool};
     }
+  }
+}
+
+void OrderlyStop::hear_pilots(const CanFrame& frame) noexcept {
+  for (int line = 0; line < 2 * kJoints; ++line) {
+    const auto told = machine_.bus.broadcast(NodeRole::kPilot, line);
+    if (!carries(frame, told.frame)) continue;
+    Pilot& pilot = pilots_[static_cast<std::size_t>(line / 2)];
+    const auto raw = raw_in(frame, told);
+    const double value_Pa = value_of(told.field->bits, raw.value_or(0));
+    const bool known = raw && !(told.field->analog && told.field->analog->is_broken(value_Pa));
+    (line % 2 == 0 ? pilot.extend_Pa : pilot.retract_Pa) = known ? std::optional(value_Pa) : std::nullopt;
   }
 }
 
@@ -154,8 +178,16 @@ void OrderlyStop::heartbeat(Time now) noexcept {
   heartbeat_at_ = now;
 }
 
+/// By its pilot pressures.
+bool OrderlyStop::is_shut(int joint) const noexcept {
+  const Pilot& pilot = pilots_[static_cast<std::size_t>(joint)];
+  if (!tells_pilots(machine_.bus, joint) || !pilot.extend_Pa || !pilot.retract_Pa) return false;
+  return PilotSpool(machine_, joint).opening(*pilot.extend_Pa, *pilot.retract_Pa) == 0;
+}
+
 /// Where nobody tells it, no spool is known to be.
 bool OrderlyStop::at_rest() const noexcept {
+  if (machine_.bus.by_frames()) return is_shut(kBoom) && is_shut(kArm) && is_shut(kBucket);
   for (std::size_t j = 0; j < kJoints; ++j) {
     const ValveDescription& nominal = machine_.cylinders[j].valve;
     const Valve& valve = valves_[j];
@@ -172,13 +204,19 @@ bool OrderlyStop::disabled(const Valve& valve) const noexcept {
 }
 
 bool OrderlyStop::confirmed() const noexcept {
-  if (machine_.bus.by_frames()) return pilot_off_;
+  if (machine_.bus.by_frames()) {
+    const auto open = unconfirmed_valves();
+    return pilot_off_ && std::none_of(open.begin(), open.end(), [](bool is) { return is; });
+  }
   return pilot_off_ && std::all_of(valves_.begin(), valves_.end(), [this](const Valve& v) { return disabled(v); });
 }
 
 PerJoint<bool> OrderlyStop::unconfirmed_valves() const noexcept {
   PerJoint<bool> open{};
-  for (std::size_t j = 0; j < kJoints; ++j) open[j] = !machine_.bus.by_frames() && !disabled(valves_[j]);
+  for (int joint = 0; joint < kJoints; ++joint) {
+    const auto j = static_cast<std::size_t>(joint);
+    open[j] = machine_.bus.by_frames() ? tells_pilots(machine_.bus, joint) && !is_shut(joint) : !disabled(valves_[j]);
+  }
   return open;
 }
 

@@ -5,6 +5,7 @@
 
 #include "machine/description.h"
 #include "machine/encoder_length.h"
+#include "machine/pilot_spool.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::slave {
@@ -36,6 +37,7 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
     const std::optional<ValveCalibration>& found = machine.valve_calibration[i];
     const bool sure = found && found->straight();
     axes_[i].share.fill(FlowShare(sure));
+    told_[i] = bus_.command_kind == CommandKind::kSpool || tells_pilots(bus_, static_cast<int>(i));
   }
 }
 
@@ -120,7 +122,8 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
-  const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
+  const bool told = told_[static_cast<std::size_t>(joint)];
+  const double most = measured && told ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
   if (unseen <= most) return {};
   return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, most);
 }
@@ -188,12 +191,12 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;
   };
-  // A commanded speed says nothing of the valve's opening: MotionMonitor looks at the motion.
-  const bool by_rate = bus_.command_kind == CommandKind::kJointRate;
-  for (int i = 0; !by_rate && i < kJoints; ++i) {
+  for (int i = 0; i < kJoints; ++i) {
+    const bool told = told_[static_cast<std::size_t>(i)];
+    // A commanded speed says nothing of the valve's opening: MotionMonitor looks at the motion.
+    if (!told && bus_.command_kind == CommandKind::kJointRate) continue;
     for (Reason why : {frozen(i, measurement, spool[i]), moving_while_closed(i, measurement, spool[i])}) {
-      if (why && bus_.command_kind != CommandKind::kSpool)
-        why = {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(i), why.value, why.limit};
+      if (why && !told) why = {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(i), why.value, why.limit};
       note(why);
     }
   }

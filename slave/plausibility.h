@@ -60,9 +60,10 @@ class Plausibility {
  public:
   /// @param step_s the fixed time between calls.
   Plausibility(const MachineDescription& machine, double step_s);
-  /// @param spool actual spool positions, [-1, 1], positive = extend; where nobody tells them, where they should be.
+  /// @param spool SlaveLoop::spool()
   /// @return kSensorImplausible with the node or signal; value and limit in the unit of the rule (m, s or samples).
-  /// kMotionNotFollowing where it may be the valve as well, because nobody tells its spool. Not latched.
+  /// kMotionNotFollowing where it may be the valve as well, because neither the spool is told nor what moves it. Not
+  /// latched.
   [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
   void reset() noexcept;
 
@@ -96,6 +97,7 @@ class Plausibility {
   PerJoint<CylinderDescription> cylinders_;
   HydraulicsDescription hydraulics_;
   BusDescription bus_;
+  PerJoint<bool> told_{};  // where the spool is, or what moves it
   double step_s_;
   std::array<int, 6> repeats_{};  // of each chamber's pressure
   double step_Pa_;

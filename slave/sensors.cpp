@@ -94,18 +94,20 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
         std::any_of(closed_.begin(), closed_.end(), [&](const ClosedFrame& known) { return known.id == frame.id; });
     if (!is_known && (frame.closing.counter || frame.closing.checksum)) closed_.push_back({frame.id, frame.closing});
     for (const BroadcastField& field : frame.fields) {
-      channels_[sensor_place({.signal = field.signal})] = {.node = frame.module,
-                                                           .subject = signal_subject(field.signal),
-                                                           .frame_id = frame.id,
-                                                           .multiplexer = frame.multiplexer,
-                                                           .mapped = frame.bytes,
-                                                           .first_byte = field.first_byte,
-                                                           .field = field.bits,
-                                                           .invalid_from = field.invalid_from,
-                                                           .yes_or_no = is_yes_or_no(field.info()),
-                                                           .analog = field.analog,
-                                                           .on = field.on,
-                                                           .age_limit = from_seconds(kStatusPeriods * frame.period_s)};
+      const bool pilot = field.info().role == NodeRole::kPilot;
+      channels_[sensor_place({.signal = field.signal})] = {
+          .node = frame.module,
+          .subject = signal_subject(field.signal),
+          .frame_id = frame.id,
+          .multiplexer = frame.multiplexer,
+          .mapped = frame.bytes,
+          .first_byte = field.first_byte,
+          .field = field.bits,
+          .invalid_from = field.invalid_from,
+          .yes_or_no = is_yes_or_no(field.info()),
+          .analog = field.analog,
+          .on = field.on,
+          .age_limit = pilot ? age_limit_ : from_seconds(kStatusPeriods * frame.period_s)};
     }
   }
 }
@@ -172,7 +174,8 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
   if (channel.yes_or_no) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
   if (which >= kReadingsPlace) {
     const double value = value_in(channel.field, frame);
-    return accept(channel, value, std::isfinite(value), 0, now);
+    const bool possible = is_reading(which) || value >= kValidity.pressure_floor_Pa;
+    return accept(channel, value, std::isfinite(value) && possible, value, now);
   }
   if (tilt_on_boom_)
     on_boom_tilt(channel, frame, now);
@@ -264,8 +267,8 @@ void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) 
 }
 
 Reason SensorSet::fault(Time now) const noexcept {
-  for (std::size_t i = 0; i < kReadingsPlace; ++i) {
-    if (counts(i) && channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    if (!is_reading(i) && counts(i) && channels_[i].bad >= kValidity.bad_in_a_row) return impossible(i);
   }
   const auto stale = [&](const Channel& channel, Duration limit) -> Reason {
     const Duration age = now - channel.at;
@@ -275,8 +278,8 @@ Reason SensorSet::fault(Time now) const noexcept {
   };
   const Reason old = stale(oldest(), age_limit_);
   if (old) return old;
-  for (std::size_t i = kStatusPlace; i < kReadingsPlace; ++i) {
-    if (!counts(i)) continue;
+  for (std::size_t i = kStatusPlace; i < kChannels; ++i) {
+    if (is_reading(i) || !counts(i)) continue;
     if (const Reason why = stale(channels_[i], channels_[i].age_limit)) return why;
   }
   return stale(channels_[kTilt], tilt_age_limit_);

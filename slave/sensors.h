@@ -74,6 +74,11 @@ class SensorSet {
   [[nodiscard]] std::optional<bool> e_stop_closed() const noexcept { return yes(kStatusPlace); }
   [[nodiscard]] std::optional<bool> pilot_on() const noexcept { return yes(kStatusPlace + 1); }
   [[nodiscard]] bool tells_pilot() const noexcept { return counts(kStatusPlace + 1); }
+  /// The pressure that moves a spool [Pa], of SignalInfo::index; likewise.
+  [[nodiscard]] std::optional<double> pilot_Pa(std::size_t index) const noexcept {
+    const Channel& channel = channels_[kPilotsPlace + index];
+    return channel.at == kNever ? std::nullopt : std::optional(channel.value);
+  }
   /// Likewise what people are told; unknown as soon as the machine says that there is none, or after three periods.
   [[nodiscard]] MachineReadings readings(Time now) const noexcept;
 
@@ -121,6 +126,10 @@ class SensorSet {
   [[nodiscard]] bool counts(std::size_t which) const noexcept {
     if (which >= kStatusPlace) return channels_[which].frame_id != 0;
     return which >= kPressures || pressures_count_[which / 2];
+  }
+  /// Whether people alone are told it.
+  [[nodiscard]] static constexpr bool is_reading(std::size_t which) noexcept {
+    return which >= kReadingsPlace && which < kPilotsPlace;
   }
   [[nodiscard]] std::optional<bool> yes(std::size_t which) const noexcept {
     const Channel& channel = channels_[which];

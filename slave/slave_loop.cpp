@@ -16,7 +16,8 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       sensors_(machine),
       plausibility_(machine, step_s_),
       valve_monitor_(step_s_),
-      assumed_spool_(machine, step_s_),
+      unseen_spool_(machine, step_s_),
+      pilot_monitor_(machine, step_s_),
       motion_monitor_(machine, step_s_),
       filter_(machine, step_s_, kVelocityCutoff_Hz),
       force_(machine, step_s_),
@@ -26,7 +27,10 @@ SlaveLoop::SlaveLoop(const MachineDescription& machine, CanBus& bus, Link& link,
       gate_limits_(machine),
       operator_(machine, link, start),
       home_(machine),
-      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {}
+      rest_rate_(kRestCutoff_Hz, step_s_, JointVector::Zero()) {
+  for (int joint = 0; joint < kJoints; ++joint)
+    if (tells_pilots(machine.bus, joint)) pilots_[static_cast<std::size_t>(joint)].emplace(machine, joint);
+}
 
 void SlaveLoop::step(Time now) noexcept {
   gap_ = stepped_at_ == kNever ? Duration::zero() : now - stepped_at_;
@@ -109,16 +113,18 @@ void SlaveLoop::watch_digging() noexcept {
 /// Sensors and valves against each other, once everything runs.
 void SlaveLoop::watch_sensors(Time now) noexcept {
   valve_reason_ = {};
+  read_pilots();
+  unseen_spool_.step(client_.demand(), piloted_);
   const auto measurement = sensors_.measurement();
   if (!client_.operational() || !measurement || sensor_fault_) {
     plausibility_.reset();
     valve_monitor_.reset();
-    assumed_spool_.reset();
+    unseen_spool_.forget_commands();
+    pilot_monitor_.reset();
     motion_monitor_.reset();
     unasked_since_ = kNever;
     return;
   }
-  assumed_spool_.step(client_.demand());
   sensor_fault_ = plausibility_.step(*measurement, spool());
   if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
   valve_reason_ = watch_valves();
@@ -132,11 +138,22 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
   }
 }
 
+void SlaveLoop::read_pilots() noexcept {
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const auto extend_Pa = sensors_.pilot_Pa(2 * i), retract_Pa = sensors_.pilot_Pa(2 * i + 1);
+    if (!pilots_[i] || !extend_Pa || !retract_Pa) continue;
+    pilot_opening_[static_cast<int>(i)] = pilots_[i]->opening(*extend_Pa, *retract_Pa);
+    piloted_[static_cast<int>(i)] = pilots_[i]->position(*extend_Pa, *retract_Pa);
+  }
+}
+
 Reason SlaveLoop::watch_valves() noexcept {
   // Without pilot pressure too: a spool that stays open would move its cylinder as soon as there is any.
   if (client_.spools_seen()) return valve_monitor_.step(client_.demand(), client_.spool());
-  if (!state_) return {};
-  return motion_monitor_.step(client_.demand(), *state_, force_.estimate().contact);
+  const Reason by_pilots = pilot_monitor_.step(client_.demand(), pilot_opening_);
+  const Reason by_motion =
+      state_ ? motion_monitor_.step(client_.demand(), *state_, force_.estimate().contact) : Reason();
+  return by_pilots ? by_pilots : by_motion;
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {

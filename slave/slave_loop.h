@@ -14,6 +14,7 @@
 #include "estimation/joint_state.h"
 #include "estimation/payload.h"
 #include "machine/description.h"
+#include "machine/pilot_spool.h"
 #include "slave/canopen_client.h"
 #include "slave/home_on_two.h"
 #include "slave/j1939_bus.h"
@@ -21,6 +22,7 @@
 #include "slave/modes.h"
 #include "slave/motion_monitor.h"
 #include "slave/operator_input.h"
+#include "slave/pilot_monitor.h"
 #include "slave/plausibility.h"
 #include "slave/safety_gate.h"
 #include "slave/sensors.h"
@@ -69,9 +71,10 @@ class SlaveLoop {
   [[nodiscard]] const CanopenClient& client() const noexcept { return client_; }
   [[nodiscard]] const SensorSet& sensors() const noexcept { return sensors_; }
   [[nodiscard]] const J1939Bus& j1939() const noexcept { return j1939_; }
-  /// Of the valves, [-1, 1]: as they tell; where they do not, where they should be by what they were told.
+  /// Of the valves, [-1, 1]: as they tell; where they do not, where they should be by their pilot pressures, or, where
+  /// nobody tells these, by what they were told.
   [[nodiscard]] const JointVector& spool() const noexcept {
-    return client_.spools_seen() ? client_.spool() : assumed_spool_.value();
+    return client_.spools_seen() ? client_.spool() : unseen_spool_.value();
   }
   // As the enable node says, or the machine by itself.
   [[nodiscard]] bool e_stop_open() const noexcept {
@@ -100,6 +103,7 @@ class SlaveLoop {
   void restart_motion() noexcept;
   void watch_digging() noexcept;
   void watch_sensors(Time now) noexcept;
+  void read_pilots() noexcept;
   [[nodiscard]] Reason watch_valves() noexcept;
   [[nodiscard]] Reason machine_fault() const noexcept;
   [[nodiscard]] ModeInputs observe(Time now) const noexcept;
@@ -121,7 +125,8 @@ class SlaveLoop {
   SensorSet sensors_;
   Plausibility plausibility_;
   ValveMonitor valve_monitor_;
-  AssumedSpool assumed_spool_;
+  UnseenSpool unseen_spool_;
+  PilotMonitor pilot_monitor_;
   MotionMonitor motion_monitor_;
   estimation::JointStateFilter filter_;
   estimation::ForceEstimator force_;
@@ -138,6 +143,8 @@ class SlaveLoop {
   std::optional<estimation::JointState> state_;
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
+  PerJoint<std::optional<PilotSpool>> pilots_{};
+  JointVector pilot_opening_ = JointVector::Zero(), piloted_ = JointVector::Zero();  // PilotSpool's, of the newest
   Time unasked_since_ = kNever;  // pilot pressure is on although the machine is not led
   Reason object_;                // met while digging; until enable is let go
   // What the operator did with enable since the machine stopped, and the question that was shown when it was pressed.

@@ -1,4 +1,5 @@
-// What stands in for spools whose places nobody tells: where they should be by what they were told.
+// What stands in for spools that do not tell their places: where they should be by the pilot pressures that move them,
+// where the machine measures these, else by what they were told.
 #pragma once
 
 #include <algorithm>
@@ -9,30 +10,35 @@
 
 #include "core/joints.h"
 #include "machine/description.h"
+#include "machine/pilot_spool.h"
 
 namespace knuckle::slave {
 
-/// Commands behind the delay and the lag that the machine file gives the valves, and a period of the frames that tell
-/// them.
-class AssumedSpool {
+/// Pressures behind the lag that the machine file gives the valves; commands also behind their delay, and a period of
+/// the frames that tell them.
+class UnseenSpool {
  public:
-  AssumedSpool(const MachineDescription& machine, double step_s) noexcept {
+  UnseenSpool(const MachineDescription& machine, double step_s) noexcept {
     for (std::size_t i = 0; i < kJoints; ++i) {
       const ValveDescription& valve = machine.cylinders[i].valve;
-      const double delay_s = valve.delay_s + machine.bus.joint_period_s();
+      by_pressure_[i] = tells_pilots(machine.bus, static_cast<int>(i));
+      const double delay_s = by_pressure_[i] ? 0 : valve.delay_s + machine.bus.joint_period_s();
       delay_[i] = std::min(kSlots - 1, static_cast<std::size_t>(std::lround(delay_s / step_s)));
       // A second-order lag has the delay 2 zeta / omega.
       const double lag_s = valve.damping_ratio / (std::numbers::pi * valve.natural_frequency_Hz);
       share_[static_cast<int>(i)] = 1 - std::exp(-step_s / lag_s);
     }
   }
-  void reset() noexcept {
+  /// What was told has come to nothing; pressures still tell.
+  void forget_commands() noexcept {
     demands_.fill(JointVector::Zero());
-    spool_.setZero();
+    for (int i = 0; i < kJoints; ++i)
+      if (!by_pressure_[static_cast<std::size_t>(i)]) spool_[i] = 0;
   }
-  /// @param demand as on the wire, [-1, 1]
-  const JointVector& step(const JointVector& demand) noexcept {
-    demands_[next_] = demand;
+  /// @param demand as on the wire, [-1, 1] @param piloted PilotSpool::position() of the joints that tell it
+  const JointVector& step(const JointVector& demand, const JointVector& piloted) noexcept {
+    for (int i = 0; i < kJoints; ++i)
+      demands_[next_][i] = by_pressure_[static_cast<std::size_t>(i)] ? piloted[i] : demand[i];
     for (int i = 0; i < kJoints; ++i) {
       const std::size_t then = (next_ + kSlots - delay_[static_cast<std::size_t>(i)]) % kSlots;
       spool_[i] += share_[i] * (demands_[then][i] - spool_[i]);
@@ -44,6 +50,7 @@ class AssumedSpool {
 
  private:
   static constexpr std::size_t kSlots = 32;  // 125 ms at 250 Hz
+  PerJoint<bool> by_pressure_{};
   PerJoint<std::size_t> delay_{};
   JointVector share_ = JointVector::Zero(), spool_ = JointVector::Zero();
   std::array<JointVector, kSlots> demands_ = [] {

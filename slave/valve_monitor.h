@@ -19,8 +19,11 @@ class ValveMonitor {
   static constexpr double kWindow_s = 0.10;   ///< delay up to 30 ms, closing 60 ms
   static constexpr double kPatience_s = 0.10;
 
-  explicit ValveMonitor(double step_s) noexcept
-      : step_s_(step_s), used_(std::clamp<std::size_t>(static_cast<std::size_t>(kWindow_s / step_s), 1, kSlots)) {}
+  explicit ValveMonitor(double step_s, double tolerance = kTolerance, double patience_s = kPatience_s) noexcept
+      : step_s_(step_s),
+        tolerance_(tolerance),
+        patience_s_(patience_s),
+        used_(std::clamp<std::size_t>(static_cast<std::size_t>(kWindow_s / step_s), 1, kSlots)) {}
   void reset() noexcept {
     demands_ = filled();
     apart_s_ = {};
@@ -39,24 +42,24 @@ class ValveMonitor {
       }
       const double apart = std::max({0.0, low - spool[i], spool[i] - high});
       double& apart_s = apart_s_[static_cast<std::size_t>(i)];
-      apart_s = apart > kTolerance ? apart_s + step_s_ : 0;
-      if (apart_s < kPatience_s || first) continue;
+      apart_s = apart > tolerance_ ? apart_s + step_s_ : 0;
+      if (apart_s < patience_s_ || first) continue;
       first = {ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(i), static_cast<float>(apart),
-               static_cast<float>(kTolerance)};
+               static_cast<float>(tolerance_)};
     }
     return first;
   }
 
   /// The joint whose spool has been apart for half that time: the enable node may be quicker. -1: none.
   [[nodiscard]] int suspect() const noexcept {
-    const auto is = [](double apart_s) { return apart_s >= kPatience_s / 2; };
+    const auto is = [this](double apart_s) { return apart_s >= patience_s_ / 2; };
     const auto first = std::find_if(apart_s_.begin(), apart_s_.end(), is);
     return first == apart_s_.end() ? -1 : static_cast<int>(first - apart_s_.begin());
   }
 
  private:
   static constexpr std::size_t kSlots = 64;  // 100 ms at up to 640 Hz
-  double step_s_;
+  double step_s_, tolerance_, patience_s_;
   std::size_t used_, next_ = 0;
   std::array<JointVector, kSlots> demands_ = filled();
   PerJoint<double> apart_s_{};

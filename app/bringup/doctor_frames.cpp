@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "machine/load_broadcasts.h"
 #include "machine/reason_text.h"
 #include "machine/signal_units.h"
 #include "machine/toml_reader.h"
@@ -103,8 +104,7 @@ class OwnFrames {
     }
     const double seen_ms = 1e3 * survey_.listened_s / static_cast<double>(heard->count);
     const bool is_short = heard->newest.size < frame.bytes;
-    const bool only_optional = std::all_of(frame.fields.begin(), frame.fields.end(),
-                                           [](const BroadcastField& field) { return is_optional(field.info()); });
+    const bool only_optional = !leads(frame);
     // What moves nothing may come as often as the file says, and a little later.
     constexpr double kLate = 1.5;
     const double most_ms = 1e3 * (only_optional ? kLate * frame.period_s : bus_.sensor_age_limit_s / 2);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/cli/command.h"
+#include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "app/eds/frame_tables.h"
 #include "core/error.h"
@@ -42,20 +43,38 @@ std::string unit_name(std::string unit) {
   return std::find(kUnitNames.begin(), kUnitNames.end(), unit) != kUnitNames.end() ? unit : "";
 }
 
-std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info) {
+/// ", shut = 0.6, full = 2.8"
+std::string travel_text(const WantedSignal& wanted) {
+  if (wanted.travel.empty()) return "";
+  const auto comma = wanted.travel.find(','), full = wanted.travel.find("full=", comma);
+  const bool ordered = wanted.travel.starts_with("shut=") && comma != std::string::npos && full == comma + 1;
+  const auto shut_at = ordered ? number_in<double>(wanted.travel.substr(5, comma - 5)) : std::nullopt;
+  const auto full_at = ordered ? number_in<double>(wanted.travel.substr(full + 5)) : std::nullopt;
+  if (!shut_at || !full_at)
+    cli::refuse_option("--signal", wanted.travel, "must be such as shut=0.6,full=2.8, in the DBC's unit");
+  return fmt::format(", shut = {}, full = {}", number_text(*shut_at), number_text(*full_at));
+}
+
+std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info,
+                       const std::string& travel) {
   if (is_yes_or_no(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
   const std::string unit = unit_name(signal.unit);
   if (unit.empty())
     throw InputError(fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be {}", dbc.source, signal.line,
                                  signal.name, message.name, signal.unit, fmt::join(kUnitNames, ", ")));
-  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\" }";
+  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
 }
 
 /// One frame with what is wanted of it: of a message, those with one value of its multiplexer.
 struct Frame {
   const DbcMessage* message = nullptr;
   std::optional<DbcMultiplexing> by;
-  std::vector<std::pair<std::string, const DbcSignal*>> signals;  ///< By Knuckle's names.
+  struct Signal {
+    std::string name;  ///< Knuckle's.
+    const DbcSignal* source;
+    std::string travel;  ///< travel_text()
+  };
+  std::vector<Signal> signals;
 };
 
 std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>& wanted) {
@@ -72,27 +91,28 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
         throw InputError(fmt::format(
             "{}:{}: of {} signal {} is in every frame, and {} only with one value of a multiplexer: a machine file can "
             "have but one of both kinds",
-            dbc.source, message.line, message.name, by ? other->signals.front().second->name : signal->name,
-            by ? signal->name : other->signals.front().second->name));
+            dbc.source, message.line, message.name, by ? other->signals.front().source->name : signal->name,
+            by ? signal->name : other->signals.front().source->name));
       if (!by || by->value == other->by->value) frame = other;
     }
     if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, by, {}});
     for (const Frame& other : frames) {
-      for (const auto& [name, source] : other.signals)
-        if (name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
+      for (const Frame::Signal& known : other.signals)
+        if (known.name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
     }
-    frame->signals.emplace_back(one.signal, signal);
+    frame->signals.push_back({one.signal, signal, travel_text(one)});
   }
   return frames;
 }
 
-std::string line_of(const DbcFile& dbc, const Frame& frame, const std::string& name, const DbcSignal& signal) {
-  return fmt::format("{} = {}", name, field_text(dbc, *frame.message, signal, signal_info(name)));
+std::string line_of(const DbcFile& dbc, const Frame& frame, const Frame::Signal& signal) {
+  return fmt::format("{} = {}", signal.name,
+                     field_text(dbc, *frame.message, *signal.source, signal_info(signal.name), signal.travel));
 }
 
 std::string table_of(const DbcFile& dbc, const Frame& frame) {
   std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by) + "[bus.broadcast.signals]\n";
-  for (const auto& [name, signal] : frame.signals) text += line_of(dbc, frame, name, *signal) + '\n';
+  for (const Frame::Signal& signal : frame.signals) text += line_of(dbc, frame, signal) + '\n';
   return text;
 }
 
@@ -169,7 +189,8 @@ class Importer {
     const auto there = place_of(frame);
     std::vector<std::string> names;
     std::vector<std::pair<std::size_t, std::string>> moved;
-    for (const auto& [name, signal] : frame.signals) {
+    for (const Frame::Signal& signal : frame.signals) {
+      const std::string& name = signal.name;
       names.push_back(name);
       bool is_there = false;
       for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
@@ -182,7 +203,7 @@ class Importer {
         }
       }
       if (!is_there) note(name, import);
-      if (there) set(*there, frame, name, *signal, is_there);
+      if (there) set(*there, frame, signal, is_there);
     }
     for (const auto& [place, name] : moved) tables_.erase(Kind::kBroadcast, place, name);
     if (!there) {
@@ -226,11 +247,15 @@ class Importer {
   }
 
   /// What the DBC says is its again; sign, zero and what else was set by hand stays.
-  void set(std::size_t place, const Frame& frame, const std::string& name, const DbcSignal& signal, bool is_there) {
+  void set(std::size_t place, const Frame& frame, const Frame::Signal& signal, bool is_there) {
     constexpr std::array kOfDbc{"start", "bits", "order", "type", "scale", "offset", "unit"};
-    tables_.set(Kind::kBroadcast, place, name, line_of(dbc_, frame, name, signal), is_there,
-                [&](const std::string& key) { return std::find(kOfDbc.begin(), kOfDbc.end(), key) == kOfDbc.end(); });
+    tables_.set(Kind::kBroadcast, place, signal.name, line_of(dbc_, frame, signal), is_there,
+                [&](const std::string& key) {
+                  if (!signal.travel.empty() && (key == "shut" || key == "full")) return false;
+                  return std::find(kOfDbc.begin(), kOfDbc.end(), key) == kOfDbc.end();
+                });
     if (!is_there) return;
+    const std::string& name = signal.name;
     const BroadcastField* const was = before_.broadcast(signal_info(name).role, signal_info(name).index).field;
     const bool is_length = was->info().role == NodeRole::kEncoder && !was->info().is_angle;
     if (is_length) import.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
@@ -276,7 +301,9 @@ WantedSignal wanted_signal(const std::string& text) {
   if (equals == std::string::npos || equals == 0 || point == std::string::npos || point == equals + 1 ||
       point + 1 == text.size())
     cli::refuse_option("--signal", text, "must be such as boom_angle=MESSAGE.SIGNAL, both as the DBC calls them");
-  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1), text.substr(point + 1)};
+  const auto colon = text.find(':', point);
+  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1),
+          text.substr(point + 1, colon - point - 1), colon == std::string::npos ? "" : text.substr(colon + 1)};
 }
 
 WantedBus wanted_bus(const std::string& text) {

@@ -11,10 +11,12 @@
 
 namespace knuckle::eds {
 
-/// What a machine file is to have of a DBC: --signal boom_angle=Front_Angle.boom.
+/// What a machine file is to have of a DBC: --signal boom_angle=Front_Angle.boom; of a pilot pressure
+/// --signal boom_extend_pilot=Pilot.boom_up:shut=0.6,full=2.8.
 struct WantedSignal {
   std::string signal;           ///< As machine files call it.
   std::string message, source;  ///< As the DBC calls both.
+  std::string travel{};         ///< "shut=0.6,full=2.8", in the signal's unit; of a pilot pressure.
 };
 /// @throws InputError where it is not of this form.
 [[nodiscard]] WantedSignal wanted_signal(const std::string& text);

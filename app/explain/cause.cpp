@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/explain/window.h"
+#include "machine/pilot_spool.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::explain {
@@ -83,13 +84,31 @@ std::string teller_text(const BusDescription& bus, int index) {
   return frame == nullptr ? node_text(bus.enable()) : frame_text(*frame, bus);
 }
 
-std::optional<Cause> motion(const Stop& stop) {
+/// Of a machine that is led by frames and measures the pressures that move its spools.
+std::optional<Cause> pilots(const Stop& stop, const MachineDescription& machine) {
+  if (stop.reason.code != ReasonCode::kValveNotFollowing || !machine.bus.by_frames()) return std::nullopt;
+  if (stop.reason.subject >= kJoints) return std::nullopt;
+  return Cause{
+      "pilot_not_following",
+      std::string("the pilot pressures of the ") + kJointNames[stop.reason.subject] +
+          " were not as the machine was told: a pilot valve that sticks, its line or its magnet's plug, or "
+          "somebody's lever",
+      {"by them its spool was where nobody had asked for it in the 100 ms before, or much longer where joints' "
+       "speeds are told"},
+      {"a pressure sensor that is wrong looks the same: did the cylinder move?"},
+      stop.at};
+}
+
+std::optional<Cause> motion(const Stop& stop, const MachineDescription& machine) {
   if (stop.reason.code != ReasonCode::kMotionNotFollowing || stop.reason.subject >= kJoints) return std::nullopt;
   return Cause{"motion_not_following",
                std::string("the ") + kJointNames[stop.reason.subject] + " did not move as the machine was told",
                {"its angle or length went further than it was told, or stood while nothing held it"},
-               {"nobody tells where the spools of this machine are: a valve that sticks, a position sensor that stands "
-                "still and a fault of the machine's own controller look the same from here"},
+               {tells_pilots(machine.bus, stop.reason.subject)
+                    ? "its pilot pressures were as told: a spool that sticks and a position sensor that is wrong look "
+                      "the same from here"
+                    : "nobody tells where its spool is: a valve that sticks, a position sensor that stands still and a "
+                      "fault of the machine's own controller look the same from here"},
                stop.at};
 }
 
@@ -153,7 +172,8 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = controller_off(evidence, machine.bus)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;
-  if (auto cause = motion(stop)) return *cause;
+  if (auto cause = pilots(stop, machine)) return *cause;
+  if (auto cause = motion(stop, machine)) return *cause;
   if (auto cause = node_cause(stop, window, evidence, machine)) return *cause;
   return Cause{"unclear",
                "as the loop says: " + reason_text(machine, stop.reason),

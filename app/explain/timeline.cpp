@@ -9,6 +9,7 @@
 #include "app/explain/window.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "machine/pilot_spool.h"
 #include "machine/reason_text.h"
 #include "machine/set_points.h"
 
@@ -95,10 +96,11 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
   after.known_until = window.machine.empty() ? window.from : window.machine.back().at;
   Since pilot, spools;
   bool enable = false, home_before = false;
+  const bool spools_told = !machine.bus.by_frames() || tells_pilots(machine.bus);
   for (const slave::SlaveState& state : window.machine) {
     if (state.at <= stop.at) home_before = state.home_on_two;
     pilot.see(state.at, !state.pilot_on, stop.at, after.pilot_off);
-    if (!machine.bus.by_frames()) spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
+    if (spools_told) spools.see(state.at, spools_neutral(state, machine), stop.at, after.spools_neutral);
     if (state.at > stop.at && !after.resumed) {
       if (!state.enable && enable) after.released = state.at;
       if (state.enable && !enable) after.pressed = state.at;
@@ -111,7 +113,7 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
     enable = state.enable;
   }
   note_commands(stop, window, machine, after);
-  after.spools_told = !machine.bus.by_frames();
+  after.spools_told = spools_told;
   return after;
 }
 

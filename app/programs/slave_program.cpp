@@ -221,6 +221,8 @@ void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
       sent != nullptr && stop_.unconfirmed_pilot())
     outcome.unconfirmed.emplace_back(sent->name);
   const auto valves = stop_.unconfirmed_valves();
+  for (std::size_t joint = 0; outcome.by_frames && joint < kJoints; ++joint)
+    if (valves[joint]) outcome.unconfirmed.push_back(std::string("pilot pressures of ") + kJointNames[joint]);
   for (const NodeDescription& node : machine_.bus.nodes) {
     const bool valve = node.role == NodeRole::kValve &&
                        std::any_of(node.channels.begin(), node.channels.end(), [&](const NodeChannel& axis) {

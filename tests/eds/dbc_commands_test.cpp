@@ -175,6 +175,12 @@ TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
                           "arm_rod_pressure=Pressure_1.arm_cylinder_rod_pressure",
                           "bucket_head_pressure=Pressure_1.bucket_cylinder_bottom_pressure",
                           "bucket_rod_pressure=Pressure_1.bucket_cylinder_rod_pressure",
+                          "boom_extend_pilot=Pilot_Pressure_1.boom_up_pilot_pressure:shut=0.6,full=3",
+                          "boom_retract_pilot=Pilot_Pressure_1.boom_down_pilot_pressure:shut=0.6,full=3",
+                          "arm_extend_pilot=Pilot_Pressure_1.arm_crowd_pilot_pressure:shut=0.6,full=3",
+                          "arm_retract_pilot=Pilot_Pressure_1.arm_dump_pilot_pressure:shut=0.6,full=3",
+                          "bucket_extend_pilot=Pilot_Pressure_1.bucket_crowd_pilot_pressure:shut=0.6,full=3",
+                          "bucket_retract_pilot=Pilot_Pressure_1.bucket_dump_pilot_pressure:shut=0.6,full=3",
                           "pilot_on=Machine_State.pilot_shutoff_valve_state"})
     signals.push_back(wanted_signal(one));
   Asked asked;
@@ -188,7 +194,8 @@ TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
   const Import import = with_frames(slow_solar_text(), "m.toml", read_dbc(path), signals, asked.frames());
   const BusDescription bus = parse_machine(import.text, "m.toml").bus;
   EXPECT_TRUE(bus.nodes.empty());
-  EXPECT_EQ(bus.broadcasts.size(), 4U);
+  EXPECT_EQ(bus.broadcasts.size(), 5U);
+  EXPECT_NEAR(bus.broadcast(NodeRole::kPilot, 2 * kArm).field->full_Pa, 3e6, 1e-3);
   EXPECT_EQ(bus.commands.size(), 2U);
   EXPECT_EQ(bus.commands[0].fields.size(), 4U);
   EXPECT_EQ(bus.commands[1].fields.size(), 8U);

@@ -75,6 +75,26 @@ pilot_on = { start = 0, bits = 2 }
 e_stop_closed = { start = 2, bits = 1, on = 0 }
 )";
 
+/// What moves the spools, measured: the dead band of 11 % of the shipped machine, and full stroke, of 4 MPa.
+inline constexpr const char* kPilotPressures = R"([[bus.broadcast]]
+name = "pilot_pressure"
+id = 0x18FF5021
+bytes = 6
+period_ms = 10
+[bus.broadcast.signals]
+boom_extend_pilot = { start = 0, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+boom_retract_pilot = { start = 8, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+arm_extend_pilot = { start = 16, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+arm_retract_pilot = { start = 24, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+bucket_extend_pilot = { start = 32, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+bucket_retract_pilot = { start = 40, bits = 8, scale = 0.02, unit = "MPa", shut = 0.44, full = 4 }
+)";
+
+/// The machine's state, and the pressures that move its spools.
+inline std::string state_with_pilots() {
+  return std::string(kStateBroadcast) + '\n' + kPilotPressures;
+}
+
 inline std::string command_text(const std::string& commands = kRateCommands,
                                 const std::string& state = kStateBroadcast) {
   return broadcast_text(commands + "\n" + kBroadcasts + "\n" + state, false);

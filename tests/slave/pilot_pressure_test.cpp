@@ -1,0 +1,203 @@
+// A machine that is led by frames and measures the pressures that move its spools.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "machine/reason_text.h"
+#include "slave/orderly_stop.h"
+#include "tests/slave/bench_machine.h"
+#include "tests/support/command_machine.h"
+#include "tests/support/module_machine.h"
+
+namespace knuckle::slave {
+namespace {
+
+constexpr std::uint32_t kPilotFrame = 0x18FF5021U | kExtendedId;
+
+struct Piloted : test::BenchMachine {
+  explicit Piloted(const std::string& commands = test::kPilotCommands,
+                   const std::string& state = test::state_with_pilots())
+      : Piloted(parse_machine(test::command_text(commands, state), "m.toml")) {}
+  explicit Piloted(const MachineDescription& machine) : BenchMachine(calibrated(machine)) {
+    signals.shaft_rad = JointVector(0.3, -1.5, -0.8);
+  }
+  [[nodiscard]] std::string fault() const { return text_with_code(loop.fault(), description.bus); }
+  /// The arm goes out, until its pilot valve fails and the hand does something else.
+  /// @return until the fault; kNever where there is none in 3 s.
+  Duration found_after(bool extend, sim::PilotFault how, double before_radps, double then_radps) {
+    EXPECT_TRUE(engage()) << fault();
+    move(JointVector(0, before_radps, 0), 700ms);
+    EXPECT_EQ(loop.mode(), Mode::kEngaged) << fault();
+    EXPECT_TRUE(nodes.inject_pilot(kArm, extend, how));
+    const Time since = now;
+    while (loop.mode() == Mode::kEngaged && now < since + 3s) move(JointVector(0, then_radps, 0), 1ms);
+    return now - since;
+  }
+};
+
+/// What extends the arm's cylinder turns it down.
+constexpr double kOut = 0.3, kIn = -0.3;
+
+class PilotedBy : public testing::TestWithParam<const char*> {};
+
+TEST_P(PilotedBy, IsLedAndShowsWhereItsSpoolsAre) {
+  Piloted m(GetParam());
+  ASSERT_TRUE(m.engage()) << m.fault();
+  double apart = 0;
+  for (const double way : {1.0, -1.0, 1.0}) {
+    for (int i = 0; i < 1000; ++i) {
+      m.move(way * JointVector(0.1, -0.15, 0.2), 1ms);
+      // A shut spool is somewhere inside its dead band.
+      for (int joint = 0; joint < kJoints; ++joint) {
+        const ValveDescription& valve = m.description.cylinders[static_cast<std::size_t>(joint)].valve;
+        const auto open = [&](double spool) { return std::copysign(valve.opening(spool), spool); };
+        if (i > 200) apart = std::max(apart, std::abs(open(m.loop.spool()[joint]) - open(m.signals.spool[joint])));
+      }
+    }
+  }
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
+  EXPECT_LT(apart, 0.1);
+}
+
+TEST_P(PilotedBy, AStaleOrInvalidPressureIsAFaultByName) {
+  Piloted m(GetParam());
+  ASSERT_TRUE(m.engage()) << m.fault();
+  m.can.lost = {kPilotFrame};
+  m.run(70ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.fault().rfind("sensor_stale: pilot_pressure (0x18FF5021), boom_extend_pilot: ", 0), 0U) << m.fault();
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PilotedBy, testing::Values(test::kRateCommands, test::kPilotCommands),
+                         [](const auto& kind) { return kind.index == 0 ? "JointRate" : "PilotPressure"; });
+
+TEST(PilotPressure, APilotValveThatSticksIsFoundAtOnceAndNotByTheMotion) {
+  Piloted m, blind(test::kPilotCommands, test::kStateBroadcast);
+  const Duration found = m.found_after(true, sim::PilotFault::kStuck, kIn, 0);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kValveNotFollowing) << m.fault();
+  EXPECT_EQ(m.loop.fault().subject, kArm);
+  EXPECT_LE(found, 200ms);
+  EXPECT_EQ(m.loop.commands(), JointVector::Zero());
+  m.run(250ms);
+  EXPECT_LT(std::abs(m.signals.spool[kArm]), m.description.cylinders[kArm].valve.dead_band_extend) << "it stands";
+  const Duration before = blind.found_after(true, sim::PilotFault::kStuck, kIn, 0);
+  EXPECT_GE(before, 1s) << "the other pilot valve pushes against it unseen";
+  RecordProperty("with_ms", std::to_string(found / 1ms));
+  RecordProperty("by_motion_ms", std::to_string(before / 1ms));
+}
+
+TEST(PilotPressure, AnEmptyPilotLineIsFoundAtOnceAndNotByTheMotion) {
+  Piloted m, blind(test::kPilotCommands, test::kStateBroadcast);
+  const Duration found = m.found_after(false, sim::PilotFault::kBroken, kOut, kOut);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kValveNotFollowing) << m.fault();
+  EXPECT_LE(found, 200ms);
+  const Duration before = blind.found_after(false, sim::PilotFault::kBroken, kOut, kOut);
+  EXPECT_EQ(blind.loop.fault().code, ReasonCode::kMotionNotFollowing) << blind.fault();
+  EXPECT_GT(before, 2 * found);
+  RecordProperty("with_ms", std::to_string(found / 1ms));
+  RecordProperty("by_motion_ms", std::to_string(before / 1ms));
+}
+
+TEST(PilotPressure, OfAMachineThatKeepsSpeedsFindsWhatNobodyAskedFor) {
+  Piloted stuck(test::kRateCommands), empty(test::kRateCommands);
+  EXPECT_LE(stuck.found_after(true, sim::PilotFault::kStuck, kIn, 0), 800ms);
+  EXPECT_EQ(stuck.loop.fault().code, ReasonCode::kValveNotFollowing) << stuck.fault();
+  EXPECT_LE(empty.found_after(false, sim::PilotFault::kBroken, 0.6, 0.6), 800ms);
+  EXPECT_EQ(empty.loop.fault().code, ReasonCode::kValveNotFollowing) << empty.fault();
+}
+
+TEST(PilotPressure, AfterAStuckPilotValveTheOperatorMustPressAgain) {
+  Piloted m;
+  (void)m.found_after(true, sim::PilotFault::kStuck, kIn, 0);
+  ASSERT_EQ(m.loop.mode(), Mode::kFault) << m.fault();
+  m.nodes.inject_pilot(kArm, true, sim::PilotFault::kNone);
+  m.run(1s);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_TRUE(m.engage()) << m.fault();
+}
+
+/// Behind a spool that is known to be open it is the sensor that is wrong.
+TEST(PilotPressure, APositionSensorThatStandsStillIsNamed) {
+  for (const char* commands : {test::kPilotCommands, test::kRateCommands}) {
+    Piloted m(commands);
+    ASSERT_TRUE(m.engage()) << m.fault();
+    m.blocked[kArm] = true;
+    const Time since = m.now;
+    while (m.loop.mode() == Mode::kEngaged && m.now < since + 3s) m.move(JointVector(0, -0.2, 0), 1ms);
+    EXPECT_EQ(m.fault().rfind("sensor_implausible: front_angle (0x18FF1021), arm_angle: ", 0), 0U) << m.fault();
+    EXPECT_LT(m.now - since, 1500ms);
+    RecordProperty(commands == test::kPilotCommands ? "pilot_ms" : "rate_ms", std::to_string((m.now - since) / 1ms));
+  }
+}
+
+/// Commands that are sent always keep the pilot pump on.
+std::string sent_always() {
+  std::string commands = test::kPilotCommands;
+  return commands.replace(commands.find("while_led"), 9, "always");
+}
+
+TEST(PilotPressure, ThatStaysWhileNobodyLeadsIsAFault) {
+  Piloted m(sent_always());
+  ASSERT_TRUE(m.engage()) << m.fault();
+  m.move(JointVector(0, kIn, 0), 700ms);
+  m.nodes.inject_pilot(kArm, true, sim::PilotFault::kStuck);
+  m.hand.enable = false;
+  m.run(250ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.fault().rfind("valve_not_following: arm: ", 0), 0U) << m.fault();
+  EXPECT_NE(m.fault().find("; by its pilot pressures"), std::string::npos) << m.fault();
+}
+
+Time stopped_after(Piloted& m, OrderlyStop& stop) {
+  m.hung = true;
+  m.run(2ms);  // what was sent before
+  stop.go_on_from(m.loop.client().command_frames());
+  const Time since = m.now;
+  for (int i = 0; i < 200 && !stop.done(); ++i) {
+    stop.step(m.now);
+    m.run(5ms);
+  }
+  EXPECT_TRUE(stop.done());
+  return Time(m.now - since);
+}
+
+TEST(PilotPressure, AnOrderlyStopWaitsUntilAllSpoolsAreShutAndNoLonger) {
+  Piloted m(test::kRateCommands), blind(test::kRateCommands, test::kStateBroadcast);
+  for (Piloted* one : {&m, &blind}) {
+    ASSERT_TRUE(one->engage()) << one->fault();
+    one->move(JointVector(0.15, 0, 0), 500ms);
+  }
+  OrderlyStop stop(m.description, m.can), unseen(blind.description, blind.can);
+  const Time waited = stopped_after(m, stop), patience = stopped_after(blind, unseen);
+  EXPECT_LT(waited, Time(200ms));
+  EXPECT_GE(patience, Time(320ms));
+  EXPECT_EQ(stop.unconfirmed_valves(), PerJoint<bool>{});
+  EXPECT_LT(std::abs(m.signals.spool[kBoom]), m.description.cylinders[kBoom].valve.dead_band_extend);
+}
+
+TEST(PilotPressure, AnOrderlyStopSaysWhichSpoolIsNotShut) {
+  Piloted m(sent_always());
+  ASSERT_TRUE(m.engage()) << m.fault();
+  m.move(JointVector(0.15, 0, 0), 500ms);
+  m.nodes.inject_pilot(kBoom, true, sim::PilotFault::kStuck);
+  OrderlyStop stop(m.description, m.can);
+  (void)stopped_after(m, stop);
+  EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{true, false, false}));
+}
+
+TEST(PilotPressure, HangsOnAModuleAsWell) {
+  std::string inputs = test::kInputs;
+  for (const char* line :
+       {"7 = { signal = \"arm_extend_pilot\", range = \"0.5-4.5V\", counts_low = 3276, counts_high = 29490, low = 0, "
+        "high = 50, unit = \"bar\", shut = 6, full = 24 }\n",
+        "12 = { signal = \"arm_retract_pilot\", range = \"0.5-4.5V\", counts_low = 3276, counts_high = 29490, low = 0, "
+        "high = 50, unit = \"bar\", shut = 6, full = 24 }\n"})
+    inputs += line;
+  Piloted m(parse_machine(test::module_text(test::kVoltageOutputs, inputs), "m.toml"));
+  EXPECT_LE(m.found_after(true, sim::PilotFault::kStuck, kIn, 0), 200ms);
+  EXPECT_EQ(m.loop.fault().code, ReasonCode::kValveNotFollowing) << m.fault();
+}
+
+}  // namespace
+}  // namespace knuckle::slave
