@@ -122,8 +122,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
-  const bool told = told_[static_cast<std::size_t>(joint)];
-  const double most = measured && told ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
+  const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
   if (unseen <= most) return {};
   return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, most);
 }

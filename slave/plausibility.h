@@ -29,8 +29,10 @@ struct PlausibilityLimits {
   double moved_m = 0.00035;   ///< An encoder that differs by this has moved ...
   double moved_steps = 3.5;   ///< ... or, a coarse one, by this.
   double unseen_m = 0.004;    ///< Travel delivered without being seen: fault.
-  /// The same where nobody measures the cylinder's pressures: what is delivered is reckoned with the pump's margin
-  /// alone, and a cylinder that cannot move delivers as much. Stock scenarios stay below 2 mm.
+  /// The same where frames tell the machine what to do: pilot pressures do not tell of a spool that sticks a little,
+  /// and a worn machine comes to 4 mm. And where nobody measures the cylinder's pressures: what is delivered is
+  /// reckoned with the pump's margin alone, and a cylinder that cannot move delivers as much. Stock scenarios stay
+  /// below 2 mm.
   double unseen_unmeasured_m = 0.01;
   double stall = 0.6;  ///< Of the main relief: a driven chamber above it may be a cylinder that cannot move ...
   /// ... below it, one that does not move behind an open valve for so long, over its FlowShare, is a fault.
