@@ -90,7 +90,7 @@ TEST(ModuleFile, CheckSaysWhatIsNotTold) {
   EXPECT_NE(all.find("slope is on a 0-10V input, where a broken wire reads as 0 V, as -0.873 rad"), std::string::npos)
       << all;
   EXPECT_EQ(all.find("boom_angle is on"), std::string::npos) << all;
-  EXPECT_NE(all.find("that a module's outputs take their error values"), std::string::npos) << all;
+  EXPECT_NE(all.find("that the outputs of module take their error values"), std::string::npos) << all;
   EXPECT_EQ(all.find("own controller ends all motion"), std::string::npos) << all;
   EXPECT_EQ(all.find("e_stop_closed"), std::string::npos) << "the enable node tells it\n" << all;
 }

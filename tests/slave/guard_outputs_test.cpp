@@ -21,8 +21,9 @@ constexpr std::uint8_t kModuleId = 0x41;
 
 /// The bench without its loop: the jog has the bus.
 struct OutputsRig {
-  explicit OutputsRig(const char* outputs = test::kVoltageOutputs)
-      : bench(calibrated(test::module_machine(outputs))), jog(bench.description, bench.controllers_end) {
+  explicit OutputsRig(const char* outputs = test::kVoltageOutputs) : OutputsRig(test::module_machine(outputs)) {}
+  explicit OutputsRig(const MachineDescription& machine)
+      : bench(calibrated(machine)), jog(bench.description, bench.controllers_end) {
     bench.signals.shaft_rad = JointVector(0.3, -1.5, -0.8);
     bench.hung = true;
   }
@@ -161,8 +162,14 @@ TEST(GuardOutputs, AModuleThatAnswersNothingIsNotLedOn) {
   EXPECT_FALSE(rig.bench.nodes.outputs().pilot && rig.jog.phase() == Phase::kRest);
 }
 
+/// Of an angle, which could be one of the joint's.
 TEST(GuardOutputs, ABrokenWireOfAnInputEndsAMotion) {
-  OutputsRig rig;
+  std::string inputs = test::kInputs;
+  inputs.replace(inputs.find("\n8 = ") + 1, 1, "0");
+  inputs.replace(inputs.find("\n1 = ") + 1, 1, "8");
+  inputs.replace(inputs.find("\n0 = ") + 1, 1, "1");
+  inputs.replace(inputs.find("low = -0.6"), 10, "low = 0.2");  // a broken wire reads as 0.075 rad
+  OutputsRig rig(parse_machine(test::module_text(test::kVoltageOutputs, inputs), "m.toml"));
   rig.start();
   rig.jog.move({.joint = kBoom, .peak = 0.3, .travel_m = 1});
   for (int i = 0; i < 2000 && rig.jog.phase() != Phase::kMoving; ++i) rig.step();
