@@ -9,7 +9,7 @@
 namespace knuckle::test {
 namespace {
 
-constexpr double kBrokenAfter_s = 2.3;
+constexpr double kBrokenAfter_s = 3;
 
 std::string standard200_text() {
   return whole_file(source_dir() + "/config/machines/standard200.toml", 1);
@@ -33,8 +33,8 @@ reaction_ms = 200
   };
   phase("engage", "kind = \"engage\"\n");
   phase("moving",
-        "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 4\nuntil_fault = true\n"
-        "timeout_s = 8\n");
+        "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 9\nuntil_fault = true\n"
+        "timeout_s = 12\n");
   phase("again", "kind = \"engage\"\n");
   phase("moving_again", "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 2\n");
   return text + faults;
@@ -69,7 +69,7 @@ TEST(FrameFaults, AreFoundByNameInTimeAndTheMachineIsLedAgain) {
         {"frame_frozen", "machine_state", "sensor_invalid: machine_state (0x18FF4021), ", 0.12},
         {"values_invalid", "arm_rod_pressure", "sensor_invalid: cylinder_pressure (0x18FF2021), arm_rod_pressure",
          0.05},
-        {"values_invalid", "body_slope", "sensor_invalid: body_slope (0x18FF3021), slope", 0.08},
+        {"values_invalid", "body_slope", "sensor_stale: body_slope (0x18FF3021), slope", 0.08},
         {"frame_short", "front_angle", "frame_short: front_angle (0x18FF1021), ", 0.05},
         {"frame_frozen", "front_angle", "motion_not_following: ", 2.5},
         {"values_frozen", "arm_angle", "motion_not_following: ", 2.5},

@@ -104,10 +104,10 @@ TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
   const std::string mode = "mode = { start = 8, bits = 4, scale = 1, neutral = 3 }";
   EXPECT_EQ(told_again({.commands = {}, .constants = {"Setting.mode=0,2"}, .counters = {}}, before).text,
             changed(before, mode, "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
-  EXPECT_NE(told_again({.commands = {}, .constants = {"Setting.mode=0,2"}, .counters = {}},
-                       changed(before, mode + "\n", ""))
-                .text.find("mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"),
-            std::string::npos);
+  EXPECT_NE(
+      told_again({.commands = {}, .constants = {"Setting.mode=0,2"}, .counters = {}}, changed(before, mode + "\n", ""))
+          .text.find("mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"),
+      std::string::npos);
   const std::string renamed = changed(before, mode, "front_by_bus = { start = 8, bits = 4, neutral = 3 }   # by hand");
   EXPECT_EQ(told_again({.commands = {}, .constants = {"Setting.mode=1"}, .counters = {}}, renamed).text,
             changed(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
@@ -115,9 +115,24 @@ TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
 }
 
 TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
-  const std::string before = changed(told_of({}).text, "joint = \"boom\", neutral = 0", "joint = \"boom\", neutral = 0.1");
-  const Import again = told_again({.commands = {"boom=Rates.boom:extend=0.5,retract=-0.6"}, .constants = {}, .counters = {}}, before);
-  EXPECT_EQ(again.text, changed(before, "neutral = 0.1, extend = 0.6", "neutral = 0.1, extend = 0.5"));
+  Asked volts;
+  std::string dbc = kToldDbc;
+  for (const char* const signal : {"boom : 0|16", "arm : 16|16"})
+    dbc = changed(dbc, std::string(signal) + "@1+ (0.0005,-16) [-16|16] \"rad/s\"",
+                  std::string(signal) + "@1- (0.001,0) [0|0] \"V\"");
+  dbc = changed(dbc, "(0.1,0) [-100|100] \"deg/s\"", "(0.001,0) [0|0] \"V\"");
+  volts.commands = {"boom=Rates.boom:extend=9,retract=3", "arm=Rates.arm:extend=9,retract=3",
+                    "bucket=Rates.bucket:extend=9,retract=3"};
+  const auto import = [&](const Asked& asked, const std::string& before) {
+    return with_frames(before, "m.toml", parse_dbc(dbc, "m.dbc"), {}, asked.frames());
+  };
+  for (std::string& command : volts.commands) command.replace(command.find("retract=3"), 9, "retract=-9");
+  std::string before = import(volts, slow_solar_text()).text;
+  for (int n = 0; n < 3; ++n)
+    before = changed(before, "neutral = 0, extend = 9, retract = -9", "neutral = 6, extend = 9, retract = 3");
+  const Import again =
+      import({.commands = {"boom=Rates.boom:extend=8.5,retract=3"}, .constants = {}, .counters = {}}, before);
+  EXPECT_EQ(again.text, changed(before, "neutral = 6, extend = 9", "neutral = 6, extend = 8.5"));
   EXPECT_EQ(again.frames, std::vector<std::string>{"Rates (0x18FF0105): boom, in the table that was there"});
   EXPECT_TRUE(again.to_do.empty());
 }

@@ -162,7 +162,8 @@ TEST(DbcImport, ASignalThatWasWrongGetsTheDbcsBitsAndKeepsWhatAPersonSet) {
 }
 
 TEST(DbcImport, ASignalThatAnotherFrameHadIsMoved) {
-  std::string once = imported_into({"slope=Body.slope"}).text;
+  const std::string once = with_text(imported_into({"slope=Body.slope"}).text, "\nvalve_status_every_nth_sync = 4",
+                                     "\nvalve_status_every_nth_sync = 8");
   const Import other = imported_into({"slope=Small.slope"}, once);
   const MachineDescription machine = parse_machine(other.text, "m.toml");
   const auto [frame, slope] = machine.bus.broadcast(NodeRole::kTilt, 0);
@@ -189,7 +190,7 @@ TEST(DbcImport, MakesASecondBusOrTakesTheOneThatIsNamed) {
     std::string machine, bus;
     const char* said;
   };
-  for (const Case& c : {Case{made.text, "", "--bus is required: m.toml has two buses, first, machine"},
+  for (const Case& c : {Case{made.text, "", "--bus: is required: m.toml has two buses, first, machine"},
                         {made.text, "third=250", "--bus third: must be one of first, machine"},
                         {made.text, "machine=250", "m.toml has that bus: give its name alone"},
                         {before, "machine", "for a second one give its bit rate in kbit/s, such as machine=250"},
@@ -231,7 +232,7 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"slope=Mixed.slope", "boom_angle=Mixed.turn"},
          "of Mixed signal turn is in every frame, and slope only with one value of a multiplexer"},
         {{"slope=Mixed.pace"}, "has the unit \"furlong\": must be bar"},
-        {{"slope=Rare.slope"}, "m.dbc:26: Rare has no cycle time (GenMsgCycleTime)"},
+        {{"slope=Rare.slope"}, "m.dbc:24: Rare has no cycle time (GenMsgCycleTime)"},
         {{"slope=Body.slope", "slope=Small.slope"}, "--signal slope: is wanted twice"},
         {{"boom_head_pressure=Front.boom"}, "m.toml: is as it was: with these frames of m.dbc it would be refused"},
         {{"boom_length=Front.boom"}, "must be one of \"mm\", \"m\""}}) {
