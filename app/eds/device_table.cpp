@@ -14,6 +14,7 @@
 #include "machine/bus_frames.h"
 #include "machine/channel_status.h"
 #include "machine/device_profile.h"
+#include "machine/file_text.h"
 #include "machine/load.h"
 #include "machine/load_bus_lines.h"
 #include "machine/toml_reader.h"
