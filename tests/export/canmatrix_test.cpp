@@ -120,6 +120,7 @@ class OwnDecoders {
         return {{"Slope", canopen::parse_tilt(frame, machine_.sensors.tilt_step_rad).value() * 180 / std::numbers::pi}};
       case NodeRole::kEnable:
       case NodeRole::kReading:
+      case NodeRole::kPilot:
       case NodeRole::kModule:
         break;
     }
@@ -231,6 +232,7 @@ std::vector<CanFrame> drawn_frames(const MachineDescription& machine, int rounds
           frames.push_back(enable_output_frame(node.rpdo_id(), static_cast<std::uint8_t>(word() & 0x1U)));
           break;
         case NodeRole::kReading:
+        case NodeRole::kPilot:
         case NodeRole::kModule:
           break;
       }
