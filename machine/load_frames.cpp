@@ -42,7 +42,7 @@ FrameCounter read_counter(TomlTable file, std::uint8_t frame_bytes) {
 FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
   constexpr unsigned kByte = 8;
   FrameChecksum checksum;
-  checksum.kind = static_cast<FrameChecksum::Kind>(file.choice("kind", {"sum", "xor", "crc8-j1850", "crc8-h2f"}));
+  checksum.kind = static_cast<FrameChecksum::Kind>(file.choice("kind", kChecksumNames));
   checksum.field = read_bits(file, frame_bytes);
   file.require(checksum.field.bits <= kByte, "bits", "must be at most 8", {"type"});
   const std::uint8_t own = checksum.field.start_bit / kByte;

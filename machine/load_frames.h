@@ -2,6 +2,7 @@
 // where a number is in it, and what it is closed with.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -46,6 +47,9 @@ struct MessageBits {
   std::uint8_t first_byte = 0;
 };
 [[nodiscard]] MessageBits read_message_bits(TomlTable& file, std::uint8_t message_bytes);
+
+inline constexpr std::array kChecksumNames{"sum", "xor", "crc8-j1850",
+                                           "crc8-h2f"};  ///< In FrameChecksum::Kind's order.
 
 /// Bits of a frame that have a meaning, and whose they are.
 struct UsedBits {

@@ -29,7 +29,7 @@ constexpr std::size_t kLargestMachine_MB = 1;
 struct BusOptions {
   std::string action, file, id, as, machine, can, from, bus;
   std::optional<std::uint32_t> serial;
-  std::vector<std::string> by_objects, signals, commands, constants, counters;
+  std::vector<std::string> by_objects, signals, commands, constants, counters, checksums;
 };
 
 /// "0x20F0" or "0x20F0:01", the sub-index in hexadecimal.
@@ -118,8 +118,11 @@ int import_dbc(const BusOptions& o) {
   for (const std::string& one : o.commands) told.commands.push_back(wanted_command(one));
   for (const std::string& one : o.constants) told.constants.push_back(wanted_constant(one));
   for (const std::string& one : o.counters) told.counters.push_back(wanted_counter(one));
-  if (signals.empty() && told.commands.empty() && told.constants.empty() && told.counters.empty())
-    cli::refuse_option("--signal", "", "is required by bus import, or --command, --constant or --counter is");
+  for (const std::string& one : o.checksums) told.checksums.push_back(wanted_checksum(one));
+  if (signals.empty() && told.commands.empty() && told.constants.empty() && told.counters.empty() &&
+      told.checksums.empty())
+    cli::refuse_option("--signal", "",
+                       "is required by bus import, or --command, --constant, --counter or --checksum is");
   cli::check_readable("FILE", o.file);
   cli::Places places;
   places.input("FILE", o.file);
@@ -203,6 +206,7 @@ void check_options(const BusOptions& o) {
         {"--command", !o.commands.empty(), "", "", import},
         {"--constant", !o.constants.empty(), "", "", import},
         {"--counter", !o.counters.empty(), "", "", import},
+        {"--checksum", !o.checksums.empty(), "", "", import},
         {"--bus", !o.bus.empty(), o.bus, "", import},
         {"--can", !o.can.empty(), o.can, assign, assign},
         {"--from", !o.from.empty(), o.from, "", assign},
@@ -261,6 +265,11 @@ cli::Command bus_entry() {
             .one_value_each();
         command
             .add_option("--counter", o->counters, "import: the counter of such a message: MESSAGE.SIGNAL (repeatable)")
+            .one_value_each();
+        command
+            .add_option("--checksum", o->checksums,
+                        "import: its checksum, over all other bytes: MESSAGE.SIGNAL=KIND, one of sum, xor, crc8-j1850, "
+                        "crc8-h2f (repeatable)")
             .one_value_each();
         command.add_option("--bus", o->bus,
                            "import: on which bus: its name in the machine file; NAME=KBPS makes a second one");

@@ -11,6 +11,7 @@
 #include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
 #include "core/joints.h"
+#include "machine/load_frames.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
 
@@ -75,7 +76,12 @@ class TableWriter {
     const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
                                     [&](const PlaceInDbc& place) { return is(place, message_, signal); });
     if (counts) {
-      table_.counter = fmt::format("counter = {{ {} }}\n", bits_text(signal.field));
+      table_.closing.emplace_back("counter", fmt::format("counter = {{ {} }}", bits_text(signal.field)));
+      return;
+    }
+    if (const WantedChecksum* const sum = find(wanted_.checksums, message_, signal)) {
+      table_.closing.emplace_back(
+          "checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", sum->kind, bits_text(signal.field)));
       return;
     }
     const CommandField* const has = field_there(signal);
@@ -152,6 +158,10 @@ void refuse_twice(const WantedFrames& wanted) {
     say(one, "--counter");
     say({one.message + " (counter)", ""}, "--counter");
   }
+  for (const WantedChecksum& one : wanted.checksums) {
+    say(one.place, "--checksum");
+    say({one.place.message + " (checksum)", ""}, "--checksum");
+  }
 }
 
 }  // namespace
@@ -202,8 +212,22 @@ PlaceInDbc wanted_counter(const std::string& text) {
   return place;
 }
 
+WantedChecksum wanted_checksum(const std::string& text) {
+  const auto equals = text.find('=');
+  const PlaceInDbc place = place_in(text.substr(0, equals));
+  const std::string kind = equals == std::string::npos ? "" : text.substr(equals + 1);
+  if (place.message.empty() || place.signal.empty() ||
+      std::find(kChecksumNames.begin(), kChecksumNames.end(), kind) == kChecksumNames.end())
+    cli::refuse_option(
+        "--checksum", text,
+        fmt::format("must be such as MESSAGE.SIGNAL=crc8-j1850, or with one of {}", fmt::join(kChecksumNames, ", ")));
+  return {place, kind};
+}
+
 std::string CommandTable::text() const {
-  std::string text = head + counter + "[bus.command.fields]\n";
+  std::string text = head;
+  for (const auto& [key, line] : closing) text += line + '\n';
+  text += "[bus.command.fields]\n";
   for (const Field& field : fields) text += field.line + '\n';
   return text;
 }
@@ -215,6 +239,7 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
   for (const WantedConstant& one : wanted.constants) messages.add(one.place);
   for (const PlaceInDbc& one : wanted.counters) messages.add(one);
+  for (const WantedChecksum& one : wanted.checksums) messages.add(one.place);
   for (const DbcMessage* const message : messages.all) {
     const DbcMessage& first = *messages.all.front();
     if (message->sender != first.sender)

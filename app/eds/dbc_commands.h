@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/eds/dbc_file.h"
@@ -29,15 +30,22 @@ struct WantedConstant {
   double neutral = 0;
   std::optional<double> led{};
 };
+/// --checksum MESSAGE.SIGNAL=crc8-j1850
+struct WantedChecksum {
+  PlaceInDbc place;
+  std::string kind;  ///< As machine files call it.
+};
 struct WantedFrames {
   std::vector<WantedCommand> commands;
   std::vector<WantedConstant> constants;
   std::vector<PlaceInDbc> counters;  ///< --counter MESSAGE.SIGNAL
+  std::vector<WantedChecksum> checksums;
 };
 // @throws InputError where the text is not of the form above.
 [[nodiscard]] WantedCommand wanted_command(const std::string& text);
 [[nodiscard]] WantedConstant wanted_constant(const std::string& text);
 [[nodiscard]] PlaceInDbc wanted_counter(const std::string& text);
+[[nodiscard]] WantedChecksum wanted_checksum(const std::string& text);
 
 /// A table as machine files have it.
 struct CommandTable {
@@ -47,9 +55,10 @@ struct CommandTable {
   };
   const DbcMessage* message = nullptr;
   std::optional<std::size_t> there{};  ///< Place in BusDescription::commands of the one that the file has already.
-  std::string head, counter;           ///< Lines, each with its end; the counter's may be none.
-  std::vector<Field> fields;           ///< Of one that is there: what is changed or added.
-  std::string summary;                 ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
+  std::string head;                    ///< Lines, each with its end.
+  std::vector<std::pair<std::string, std::string>> closing;  ///< "counter" or "checksum", and its line.
+  std::vector<Field> fields;                                 ///< Of one that is there: what is changed or added.
+  std::string summary;                                       ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
   [[nodiscard]] std::string text() const;
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.

@@ -226,8 +226,7 @@ class Importer {
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
     }
-    if (!table.counter.empty())
-      tables_.set_key(Kind::kCommand, *table.there, "counter", table.counter.substr(0, table.counter.size() - 1));
+    for (const auto& [key, line] : table.closing) tables_.set_key(Kind::kCommand, *table.there, key, line);
   }
 
   Import import;

@@ -127,6 +127,8 @@ bool FrameTables::erase_nodes(const std::vector<std::string>& all, const std::ve
     const std::string& name = all[place - 1];
     if (std::find(names.begin(), names.end(), name) == names.end()) continue;
     table.lines.erase(table.lines.begin(), end_of_values(table.lines.begin(), table.lines.end()));
+    while (!table.lines.empty() && table.lines.front().find_first_not_of(" \t\r") == std::string::npos)
+      table.lines.erase(table.lines.begin());
   }
   return place == all.size();
 }

@@ -53,12 +53,13 @@ struct Asked {
   std::vector<std::string> commands{"boom=Rates.boom:extend=0.6,retract=-0.6", "arm=Rates.arm:extend=-0.9,retract=0.9",
                                     "bucket=Rates.bucket:extend=-70,retract=70"};
   std::vector<std::string> constants{"Rates.slew=0", "Setting.mode=0,2", "Setting=3"};
-  std::vector<std::string> counters{"Setting.alive"};
+  std::vector<std::string> counters{"Setting.alive"}, checksums{};
   [[nodiscard]] WantedFrames frames() const {
     WantedFrames wanted;
     for (const std::string& one : commands) wanted.commands.push_back(wanted_command(one));
     for (const std::string& one : constants) wanted.constants.push_back(wanted_constant(one));
     for (const std::string& one : counters) wanted.counters.push_back(wanted_counter(one));
+    for (const std::string& one : checksums) wanted.checksums.push_back(wanted_checksum(one));
     return wanted;
   }
 };
@@ -171,11 +172,57 @@ TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
            {{.constants = {"Rates.slew=0", "Setting=1", "Setting=2"}}, "--constant Setting: is said twice"},
            {{.counters = {"Setting.alive", "Setting.horn"}}, "--counter Setting (counter): is said twice"},
            {{.counters = {"Setting"}}, "--counter Setting: must be such as MESSAGE.SIGNAL"},
+           {{.checksums = {"Setting.mode=crc32"}},
+            "--checksum Setting.mode=crc32: must be such as MESSAGE.SIGNAL=crc8-j1850, or with one of sum, xor, "
+            "crc8-j1850, crc8-h2f"},
+           {{.checksums = {"Setting=xor"}}, "--checksum Setting=xor: must be such as"},
+           {{.checksums = {"Setting.alive=xor"}}, "--checksum Setting.alive: is said twice"},
        }) {
     const std::string line = test::refusal([&] { (void)told_of(c.asked); });
     EXPECT_NE(line.find(c.said), std::string::npos) << line;
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
   }
+}
+
+/// What docs/can-bus.md shows: all of standard200 by the DBC that its maker would give.
+std::vector<WantedSignal> signals_of_standard200() {
+  std::vector<WantedSignal> signals;
+  for (const char* one :
+       {"boom_angle=front_angle.boom", "arm_angle=front_angle.arm", "bucket_angle=front_angle.bucket",
+        "slope=body_slope.pitch", "boom_head_pressure=cylinder_pressure.boom_bottom",
+        "boom_rod_pressure=cylinder_pressure.boom_rod", "arm_head_pressure=cylinder_pressure.arm_bottom",
+        "arm_rod_pressure=cylinder_pressure.arm_rod", "bucket_head_pressure=cylinder_pressure.bucket_bottom",
+        "bucket_rod_pressure=cylinder_pressure.bucket_rod", "pilot_on=machine_state.pilot_on",
+        "e_stop_closed=machine_state.e_stop_closed"})
+    signals.push_back(wanted_signal(one));
+  return signals;
+}
+Asked commands_of_standard200() {
+  return {.commands = {"boom=front_rate.boom_rate:extend=0.37,retract=-0.37",
+                       "arm=front_rate.arm_rate:extend=-0.6,retract=0.6",
+                       "bucket=front_rate.bucket_rate:extend=-1,retract=1"},
+          .constants = {"front_rate=0", "machine_setting.engine_rpm=900,1800", "machine_setting.front_by_bus=0,2",
+                        "machine_setting=0"},
+          .counters = {"machine_setting.alive_counter"},
+          .checksums = {"machine_setting.checksum=crc8-j1850"}};
+}
+
+TEST(DbcCommands, Standard200IsWhatItsMakersDbcSays) {
+  const std::string folder = test::source_dir() + "/config/machines/";
+  const std::string text = whole_file(folder + "standard200.toml", 1);
+  const DbcFile dbc = read_dbc(folder + "standard200.dbc");
+  EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
+  const BusDescription before = parse_machine(text, "m.toml").bus;
+  const Import again = with_frames(text, "m.toml", dbc, signals_of_standard200(), commands_of_standard200().frames());
+  EXPECT_EQ(parse_machine(again.text, "m.toml").bus, before);
+
+  std::string anew = slow_solar_text();  // of nodes
+  const Import import = with_frames(anew, "m.toml", dbc, signals_of_standard200(), commands_of_standard200().frames());
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  EXPECT_TRUE(bus.nodes.empty());
+  ASSERT_EQ(bus.commands.size(), 2U);
+  EXPECT_EQ(bus.commands[1].closing, before.commands[1].closing);
+  EXPECT_EQ(import.text.find("\n\n\n"), std::string::npos) << "nodes that are gone leave no gaps";
 }
 
 TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {
