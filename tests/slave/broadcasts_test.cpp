@@ -239,6 +239,7 @@ TEST(Broadcasts, ACoarseTransmitterThatStaysWithinAStepIsNotCalledStuck) {
   EXPECT_FALSE(coarse_fault(0, 0.01, 12s)) << "12 cm of travel at the same pressure";
   EXPECT_FALSE(coarse_fault(9e5, 0, 30s)) << "the other side alone, by less than ten steps";
   EXPECT_FALSE(coarse_fault(30e5, 0, 9s)) << "a chamber may stand within a step for seconds";
+  EXPECT_EQ(coarse_fault(0, 0.05, 4s).code, ReasonCode::kSensorImplausible) << "no pressure at all changes in 15 cm";
   const Reason why = coarse_fault(30e5, 0, 20s);
   EXPECT_EQ(why.code, ReasonCode::kSensorImplausible);
   EXPECT_EQ(subject_text(why, calibrated_broadcasts().bus), "pressure_1 (0x18FF2021), arm_head_pressure");
