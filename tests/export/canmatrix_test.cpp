@@ -351,7 +351,7 @@ TEST_F(Canmatrix, DecodesOfAMultiplexedFrameWhatItHas) {
   const std::string log = folder_.file("multiplexed.log");
   {
     std::ofstream file(log);
-    for (const std::uint8_t value : {1, 2}) {
+    for (const std::uint8_t value : {std::uint8_t{1}, std::uint8_t{2}}) {
       const CanFrame frame{0x18FF1021U | kExtendedId, 8, {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 9, value}};
       file << candump_line(Time{}, frame) << '\n';
     }

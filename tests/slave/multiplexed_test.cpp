@@ -94,7 +94,7 @@ TEST(Multiplexed, AGroupHasOneSenderWhateverItsMultiplexerSays) {
   const BusDescription bus = parse_machine(test::broadcast_text(text), "m.toml").bus;
   J1939Bus groups(bus);
   Time now{1s};
-  for (const std::uint8_t value : {1, 2}) {
+  for (const std::uint8_t value : {std::uint8_t{1}, std::uint8_t{2}}) {
     CanFrame from_21{0x18FF1021U | kExtendedId, 8, {0, 0, 0, 0, 0, 0, 0, value}};
     EXPECT_TRUE(groups.receive(from_21, now));
     EXPECT_EQ(from_21.id, bus.broadcasts[0].id);
