@@ -215,6 +215,17 @@ TEST(CommissionModule, ZerosDeadBandsAndWhatItsOutputsDoWhenItIsLeftAlone) {
   }
 }
 
+/// Or a wire would be called broken that is not.
+TEST(CommissionModule, AMovedZeroMovesTheSensorsRangeWithIt) {
+  PerJoint<AxisResult> axes;
+  axes[kArm].zero_shift = 0.5;
+  const MachineDescription moved = with_zeros(machine_of(module_text()), axes);
+  const BroadcastField& arm = *moved.bus.broadcast(NodeRole::kEncoder, kArm).field;
+  EXPECT_NEAR(arm.analog->low, 20 * kDegree + 0.5, 1e-9);
+  EXPECT_NEAR(arm.analog->high, -200 * kDegree + 0.5, 1e-9);
+  EXPECT_NEAR(value_of(arm.bits, 3276), arm.analog->low, 1e-9);
+}
+
 TEST(CommissionModule, AnAngleThatCountsTheOtherWayIsFoundAndSaidWhatToExchange) {
   const std::string truth = module_text();
   expect_wrong_sign(truth, with(truth, "low = -1.6, high = 2.4,", "low = 2.4, high = -1.6,"), {},
