@@ -28,7 +28,7 @@ using test::solar;
 using test::start;
 
 /// What came of it, and where the machine stood then.
-struct Outcome {
+struct WizardRun {
   std::string ended;  ///< Empty where it came to its end.
   WizardResult result;
   std::string told;
@@ -36,9 +36,9 @@ struct Outcome {
   JointVector demand = JointVector::Zero();
 };
 
-Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
-                   const MachineDescription& file = solar(), const std::function<void(BusAccess&)>& change = {},
-                   const Resume& resume = {}) {
+WizardRun commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
+                     const MachineDescription& file = solar(), const std::function<void(BusAccess&)>& change = {},
+                     const Resume& resume = {}) {
   BusAccess access = sim::access_to(bus);
   if (change) change(access);
   const auto next = [&script]() -> std::optional<std::string> {
@@ -48,7 +48,7 @@ Outcome commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script script,
     return line;
   };
   std::ostringstream told;
-  Outcome outcome;
+  WizardRun outcome;
   const auto record = [](const MachineDescription&, const std::function<bool()>&) {
     return std::vector<std::string>();
   };
@@ -83,7 +83,7 @@ struct MotionWatch {
 TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders) {
   const auto bus = simulated_bus(solar(), 7);
   const sim::MachineTruth& truth = bus->machine().plant().truth();
-  const Outcome outcome = commission(bus, all());
+  const WizardRun outcome = commission(bus, all());
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_TRUE(healthy(outcome.result.findings));
   EXPECT_FALSE(outcome.pilot);
@@ -106,7 +106,7 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
 TEST(CommissionWizard, OfAMachineWithoutOneCylindersTransmittersComesToItsEndAndTellsWhatItCouldNotCheck) {
   const MachineDescription machine = parse_machine(knuckle::test::without_transmitters("boom"), "m.toml");
   const auto bus = simulated_bus(machine, 7);
-  const Outcome outcome = commission(bus, all(), machine);
+  const WizardRun outcome = commission(bus, all(), machine);
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_TRUE(healthy(outcome.result.findings));
   EXPECT_NE(outcome.told.find("pressures not measured, spool"), std::string::npos) << outcome.told;
@@ -118,7 +118,7 @@ TEST(CommissionWizard, OfAMachineWithoutOneCylindersTransmittersComesToItsEndAnd
 TEST(CommissionWizard, ATapeThatPutsAStopBeyondTheCylinderIsRefused) {
   Script script = all();
   *std::find(script.begin(), script.end(), "tape") = "1000";  // within the cylinder's range, but not where it stands
-  const Outcome outcome = commission(simulated_bus(), script);
+  const WizardRun outcome = commission(simulated_bus(), script);
   EXPECT_NE(outcome.ended.find("1000"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.result.axes[kBoom].preset);
 }
@@ -147,7 +147,7 @@ std::shared_ptr<sim::MachineOnBus> as_mounted(const MachineDescription& machine)
 TEST(CommissionWizard, PresetsRotaryEncodersBeforeAnythingMovesAndComesToItsEnd) {
   const MachineDescription machine = rotary();
   const auto bus = as_mounted(machine);
-  const Outcome outcome = commission(bus, all_of_rotary(), machine);
+  const WizardRun outcome = commission(bus, all_of_rotary(), machine);
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_TRUE(healthy(outcome.result.findings));
   EXPECT_NE(outcome.told.find("no length"), std::string::npos) << outcome.told;
@@ -168,7 +168,7 @@ TEST(CommissionWizard, FindsARotaryEncoderThatCountsTheOtherWay) {
   const auto bus = as_mounted(file);
   RotaryDescription& arm = knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).rotary;
   arm.sign = -arm.sign;
-  const Outcome outcome = commission(bus, all_of_rotary(), file);
+  const WizardRun outcome = commission(bus, all_of_rotary(), file);
   EXPECT_NE(outcome.ended.find("arm: its encoder counts in the wrong direction"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
 }
@@ -179,14 +179,14 @@ TEST(CommissionWizard, MovesNothingByAnAngleThatIsNoneOfTheJoints) {
   Script script = start();
   script.resize(5);
   for (const char* word : {"tape", "keep", "tape", "keep", "tape", "keep"}) script.emplace_back(word);
-  const Outcome outcome = commission(bus, script, rotary());
+  const WizardRun outcome = commission(bus, script, rotary());
   EXPECT_NE(outcome.ended.find("it must be preset"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(watch.powered);
 }
 
 TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {
   const auto bus = simulated_bus();
-  const Outcome outcome = commission(bus, {"ready", "configure", "pressed", "released", "0", "no"});
+  const WizardRun outcome = commission(bus, {"ready", "configure", "pressed", "released", "0", "no"});
   EXPECT_NE(outcome.told.find("Out of service: valves disabled, pilot pressure off."), std::string::npos);
   BusAccess access = sim::access_to(bus);
   const BusSurvey survey = survey_bus(access, solar().bus.bit_rate, doctor_objects(solar()), {}, [] {});
@@ -210,7 +210,7 @@ TEST(CommissionWizard, AnyOtherAnswerEndsItNeutralAndOnlyThatFar) {
     for (const char* typed : {"", "yes", "READY", "move "}) {
       Script script(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(wrong));
       script.push_back(typed);
-      const Outcome outcome = commission(simulated_bus(), script);
+      const WizardRun outcome = commission(simulated_bus(), script);
       EXPECT_NE(outcome.ended.find("'" + std::string(typed) + "' is no"), std::string::npos) << outcome.ended;
       EXPECT_FALSE(outcome.pilot);
       EXPECT_EQ(outcome.demand, JointVector::Zero());
@@ -229,7 +229,7 @@ Script up_to_guards() {
 TEST(CommissionGuards, AreProvedByWithholdingWhatTheyWaitFor) {
   const auto bus = simulated_bus();
   const MotionWatch watch(*bus);
-  const Outcome outcome = commission(bus, up_to_guards());
+  const WizardRun outcome = commission(bus, up_to_guards());
   EXPECT_LT(watch.moved_m, 1e-3) << "an opening inside the dead band";
   for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"}) {
     EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: without "), std::string::npos) << outcome.told;
@@ -244,7 +244,7 @@ TEST(CommissionGuards, OneThatIsAcceptedAndDeadEndsItWithWhatWasSeen) {
     const auto bus = simulated_bus();
     const MotionWatch watch(*bus);
     ASSERT_TRUE(bus->machine().inject(solar().bus.find(std::string(node))->id, sim::NodeFault::kDeadGuard));
-    const Outcome outcome = commission(bus, all());
+    const WizardRun outcome = commission(bus, all());
     EXPECT_EQ(outcome.ended.find(std::string(node) + ": guard not proved: "), 0u) << outcome.ended;
     EXPECT_LT(watch.moved_m, 1e-3);
     EXPECT_FALSE(outcome.pilot);
@@ -259,7 +259,7 @@ TEST(CommissionGuards, OfAValveThatWaitsForTheHeartbeatAloneIsTriedByWithholding
     const std::uint8_t arm = solar().bus.valve(kArm).id;
     bus->machine().nodes().node(arm)->remove(canopen::kRpdo1Timer);
     ASSERT_TRUE(!dead || bus->machine().inject(arm, sim::NodeFault::kDeadGuard));
-    const Outcome outcome = commission(bus, dead ? all() : up_to_guards());
+    const WizardRun outcome = commission(bus, dead ? all() : up_to_guards());
     const std::string proved = "arm_valve: guard proved: without a heartbeat it told error 0x8130 after ";
     EXPECT_EQ(outcome.told.find(proved) == std::string::npos, dead) << outcome.told;
     const std::string open = "arm_valve: guard not proved: without a heartbeat it told error 0x8130";
@@ -275,7 +275,7 @@ TEST(CommissionGuards, OfNodesThatGoPreOperationalOnACommunicationErrorAreProved
   const auto bus = simulated_bus();
   for (const NodeDescription& node : solar().bus.nodes)
     if (node.is_told()) bus->machine().nodes().node(node.id)->add(canopen::kErrorBehaviour, 1, sim::Access::kReadWrite);
-  const Outcome outcome = commission(bus, up_to_guards());
+  const WizardRun outcome = commission(bus, up_to_guards());
   for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"})
     EXPECT_NE(outcome.told.find(std::string(node) + ": guard proved: "), std::string::npos) << outcome.told;
   EXPECT_NE(outcome.told.find("(asked by SDO"), std::string::npos) << outcome.told;
@@ -287,7 +287,7 @@ TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
     if (node.name == "arm_valve") node.unguarded = "a relay takes its power away";
   const auto bus = simulated_bus();
   ASSERT_TRUE(bus->machine().inject(solar().bus.valve(kArm).id, sim::NodeFault::kDeadGuard));
-  const Outcome outcome = commission(bus, up_to_guards(), file);
+  const WizardRun outcome = commission(bus, up_to_guards(), file);
   EXPECT_NE(outcome.told.find("note  arm_valve: guard not proved: without set-points it told nothing, and its spool "
                               "stayed open"),
             std::string::npos)
@@ -298,7 +298,7 @@ TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
 TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);
-  const Outcome outcome = commission(bus, all());
+  const WizardRun outcome = commission(bus, all());
   EXPECT_NE(outcome.ended.find("nothing was configured or moved"), std::string::npos) << outcome.ended;
   EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
 }
@@ -308,13 +308,13 @@ TEST(CommissionWizard, AMachineThatAnotherControllerLeadsIsLeftAlone) {
   bus->each_tick = [](sim::MachineOnBus& b) {
     if (b.now().time_since_epoch() % 50ms == 0ms) b.nodes_end().shout(canopen::sync_frame());
   };
-  const Outcome outcome = commission(bus, all());
+  const WizardRun outcome = commission(bus, all());
   EXPECT_EQ(outcome.ended, "another controller is on the bus: heard SYNC 0x080; nothing was configured or moved");
   EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
 }
 
 TEST(CommissionWizard, EStopThatIsNotWiredIsFoundBeforeAnythingMoves) {
-  const Outcome outcome =
+  const WizardRun outcome =
       commission(simulated_bus(), all(), solar(), [](BusAccess& access) { access.press_e_stop = [](bool) {}; });
   EXPECT_EQ(outcome.ended, "the E-stop was pressed, but the enable node reports its chain closed: check the input");
 }
@@ -330,7 +330,7 @@ TEST(CommissionWizard, EStopDuringAMotionEndsIt) {
       once = true;
     }
   };
-  const Outcome outcome = commission(bus, script);
+  const WizardRun outcome = commission(bus, script);
   EXPECT_TRUE(once);
   EXPECT_EQ(outcome.ended, "the E-stop chain is open: release the E-stop on the machine");
   EXPECT_FALSE(outcome.pilot);
@@ -371,7 +371,7 @@ TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
             knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).id);
   Script script = start();
   script.insert(script.end(), {"go", "longer"});
-  const Outcome outcome = commission(simulated_bus(), script, file);
+  const WizardRun outcome = commission(simulated_bus(), script, file);
   EXPECT_NE(outcome.ended.find("the arm cylinder moved by "), std::string::npos) << outcome.ended;
 }
 
@@ -379,7 +379,7 @@ TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
   MachineDescription file = solar();
   std::swap(knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom).id,
             knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom + 1).id);
-  const Outcome outcome = commission(simulated_bus(), all(), file);
+  const WizardRun outcome = commission(simulated_bus(), all(), file);
   EXPECT_NE(outcome.ended.find("at the stop the pressure of boom rod rises by"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
 }
@@ -389,7 +389,7 @@ WizardProgress ended_after(const std::shared_ptr<sim::MachineOnBus>& bus, std::s
   Script script = all();
   script.resize(words);
   WizardProgress kept;
-  const Outcome ended =
+  const WizardRun ended =
       commission(bus, script, solar(), {}, {{}, [&kept](const WizardProgress& progress) { kept = progress; }});
   EXPECT_EQ(ended.ended, "the input has ended");
   return kept;
@@ -408,11 +408,11 @@ TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
   ASSERT_EQ(kept.completed, kStrokes);
   Script rest = signed_anew();
   rest.insert(rest.end(), {"go", "go", "go", "finish"});
-  const Outcome outcome = commission(bus, rest, solar(), {}, {kept, {}});
+  const WizardRun outcome = commission(bus, rest, solar(), {}, {kept, {}});
   ASSERT_EQ(outcome.ended, "") << outcome.told;
   EXPECT_EQ(outcome.told.find("4. done before"), std::string::npos);
   EXPECT_NE(outcome.told.find("5. done before: skipped"), std::string::npos);
-  const Outcome whole = commission(simulated_bus(solar(), 7), all());
+  const WizardRun whole = commission(simulated_bus(solar(), 7), all());
   for (std::size_t j = 0; j < kJoints; ++j) {
     EXPECT_TRUE(outcome.result.axes[j].preset);
     EXPECT_EQ(outcome.result.axes[j].stroke_m, whole.result.axes[j].stroke_m) << j;
@@ -451,7 +451,7 @@ TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) 
   for (AxisResult& axis : resume.from.axes) axis.preset = false;  // their readings would tell by themselves
   Script script = signed_anew();
   script.insert(script.end(), {"go", "go", "go", "finish"});
-  const Outcome outcome = commission(simulated_bus(), script, repaired, {}, resume);
+  const WizardRun outcome = commission(simulated_bus(), script, repaired, {}, resume);
   EXPECT_NE(outcome.ended, "");
   EXPECT_EQ(outcome.told.find("6. Dead bands"), std::string::npos) << outcome.told;
   EXPECT_FALSE(outcome.pilot);
@@ -461,7 +461,7 @@ TEST(CommissionResume, EndsBeforeAnythingIsConfiguredWhereANodeIsAnotherDevice) 
   WizardProgress kept;
   kept.completed = kStrokes;
   kept.serials[solar().bus.encoder(kArm).id] = 4711;  // the simulated ones have no serial number
-  const Outcome outcome = commission(simulated_bus(), start(), solar(), {}, {kept, {}});
+  const WizardRun outcome = commission(simulated_bus(), start(), solar(), {}, {kept, {}});
   EXPECT_NE(outcome.ended.find("serial number none, in the run before 4711: another device"), std::string::npos)
       << outcome.ended;
   EXPECT_EQ(outcome.told.find("2. Nodes"), std::string::npos);
@@ -474,7 +474,7 @@ TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
   for (AxisResult& axis : kept.axes) axis.preset = true;
   // An encoder that shows another length than any that its cylinder has.
   const auto lost = [](BusAccess& access) { access.tape_m = [](int) { return std::optional(5.0); }; };
-  const Outcome outcome = commission(bus, start(), solar(), lost, {kept, {}});
+  const WizardRun outcome = commission(bus, start(), solar(), lost, {kept, {}});
   EXPECT_NE(outcome.ended.find("the preset is lost; begin anew"), std::string::npos) << outcome.ended;
   EXPECT_FALSE(outcome.pilot);
 }
