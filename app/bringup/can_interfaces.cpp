@@ -38,12 +38,18 @@ std::string can_text(const std::vector<std::string>& given) {
   return fmt::format("{}", fmt::join(given, " and "));
 }
 
+std::string can_text(const std::vector<std::string>& given, const BusDescription& bus) {
+  std::vector<std::string> ordered = can_interfaces(given, bus);
+  for (std::size_t on = 0; bus.second && on < ordered.size(); ++on) ordered[on] = bus.line(on).name + "=" + ordered[on];
+  return can_text(ordered);
+}
+
 BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus) {
   std::vector<std::unique_ptr<SocketCanBus>> opened;
   for (const std::string& name : can_interfaces(given, bus)) opened.push_back(std::make_unique<SocketCanBus>(name));
   const auto interfaces = std::make_shared<OpenInterfaces>(std::move(opened));
   const RealtimeClock clock;
-  return {can_text(given), {interfaces, &interfaces->bus()}, [clock](Time due) {
+  return {can_text(given, bus), {interfaces, &interfaces->bus()}, [clock](Time due) {
             clock.sleep_until(due);
             return clock.now();
           }};

@@ -19,6 +19,9 @@ namespace knuckle::bringup {
 /// What was given, for people: "valves=can0 and machine=can1".
 [[nodiscard]] std::string can_text(const std::vector<std::string>& given);
 
+/// Likewise in the order of the machine file, whatever order they were given in. @throws InputError as can_interfaces()
+[[nodiscard]] std::string can_text(const std::vector<std::string>& given, const BusDescription& bus);
+
 /// One interface, or two, as the loop's one bus.
 class OpenInterfaces {
  public:

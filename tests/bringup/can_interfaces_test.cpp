@@ -29,6 +29,13 @@ TEST(CanInterfaces, AreInTheOrderOfTheMachineFile) {
   EXPECT_EQ(can_text({"valves=can0", "machine=can1"}), "valves=can0 and machine=can1");
 }
 
+/// Or a commissioning could not go on by a command that gives the same ones.
+TEST(CanInterfaces, HaveOneNameInWhateverOrderTheyAreGiven) {
+  EXPECT_EQ(can_text({"machine=can1", "valves=can0"}, two()), "valves=can0 and machine=can1");
+  EXPECT_EQ(can_text({"valves=can0", "machine=can1"}, two()), "valves=can0 and machine=can1");
+  EXPECT_EQ(can_text({"can0"}, one()), "can0");
+}
+
 TEST(CanInterfaces, WhatIsMissingUnknownOrGivenTwiceIsRefusedInOneLine) {
   struct Case {
     Names given;
