@@ -283,10 +283,6 @@ std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_
   return mean;
 }
 
-}  // namespace
-
-namespace {
-
 /// What to change where its measured length counts the other way.
 std::string sign_text(int joint, const BusDescription& bus) {
   const BroadcastField* const sent = bus.broadcast(NodeRole::kEncoder, joint).field;
