@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/command_joints.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/pilot_spool.h"
@@ -103,15 +104,14 @@ void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
     notes.push_back("nobody tells where " + spools +
                     ": a valve that does not follow, or a position sensor that stands still, is found by the joint's "
                     "motion alone, after about a second");
-  const auto is_module = [](const CommandFrame& frame) { return frame.module != 0; };
   for (const NodeDescription& node : bus.nodes) {
     const bool sure = node.guard.proved && node.guard.changed == GuardProof::Changed::kNothing;
-    if (node.outputs > 0 && !sure)
+    if (!sure && moves_joints(bus, node.id))
       notes.push_back("that the outputs of " + node.name +
                       " take their error values when their controller falls silent is not proved: knuckle commission "
                       "proves it");
   }
-  if (std::all_of(bus.commands.begin(), bus.commands.end(), is_module)) return;
+  if (!moves_joints(bus, kOwnController)) return;
   const std::string ends =
       fmt::format("that the machine's own controller ends all motion {} ms after the last command frame ",
                   number_text(1e3 * bus.valve_watchdog_s));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "machine/load.h"
+#include "tests/support/module_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/two_cylinders.h"
 
@@ -37,6 +38,17 @@ TEST(Room, WhatACylinderWithoutTransmittersCostsIsTold) {
   const auto notes = machine_notes(parse_machine(test::without_transmitters("boom"), "m.toml"));
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_EQ(notes[0].rfind("sensors.without_pressures = boom: forces rest on the two other cylinders", 0), 0U);
+}
+
+/// Nobody can prove that what moves nothing ends a motion.
+TEST(Room, AProofIsAskedForOfWhatMovesAJointAlone) {
+  std::string text = test::module_text();
+  text.insert(text.find("\n[limits]"), std::string("\n") + test::kSpareModule + test::kConstants);
+  std::string all;
+  for (const std::string& note : machine_notes(parse_machine(text, "m.toml"))) all += note + '\n';
+  EXPECT_NE(all.find("the outputs of module take their error values"), std::string::npos) << all;
+  EXPECT_EQ(all.find("the outputs of spare"), std::string::npos) << all;
+  EXPECT_EQ(all.find("own controller ends all motion"), std::string::npos) << all;
 }
 
 TEST(Room, TheStretchedArmIsAmongThePosesLookedAt) {

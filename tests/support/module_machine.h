@@ -44,6 +44,31 @@ inline constexpr const char* kInputs = R"([bus.node.inputs]
 11 = { signal = "slope", range = "0-10V", counts_low = 0, counts_high = 32767, low = -50, high = 50, unit = "deg" }
 )";
 
+/// A module beside it, on whose outputs nothing hangs.
+inline constexpr const char* kSpareModule = R"([[bus.node]]
+name = "spare"
+profile = "cia401"
+id = 0x42
+device_type = 0x00080191
+vendor = 0x4B4E
+product = 0x0411
+error_value_shift = 16
+[bus.node.outputs]
+1 = { scale = 0.001, neutral = 6 }
+)";
+
+/// What the machine's own controller is told where modules move all joints.
+inline constexpr const char* kConstants = R"(
+[[bus.command]]
+name = "engine"
+id = 0x18FF0105
+bytes = 1
+period_ms = 20
+send = "always"
+[bus.command.fields]
+engine_rpm = { start = 0, bits = 8, scale = 10, neutral = 900, led = 1800 }
+)";
+
 inline std::string module_text(const std::string& outputs = kVoltageOutputs, const std::string& inputs = kInputs) {
   const std::string nodes =
       "[[bus.node]]\nname = \"enable\"\nprofile = \"cia401\"\nid = 0x40\ndevice_type = 0x0191\n"
