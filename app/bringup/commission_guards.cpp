@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "machine/command_joints.h"
 #include "machine/reason_text.h"
 #include "slave/emergency_log.h"
 #include "slave/safety_gate.h"
@@ -170,28 +171,16 @@ GuardJudged judge_outputs(const NodeDescription& module, const OutputsTried& tri
                (seen.other_guard ? kHeartbeatUntried : "")}};
 }
 
-namespace {
-
-bool for_own_controller(const CommandFrame& frame) noexcept {
-  return frame.module == 0;
-}
-
-bool moves(const CommandFrame& frame, int joint) noexcept {
-  return std::any_of(frame.fields.begin(), frame.fields.end(),
-                     [joint](const CommandField& field) { return field.joint == joint; });
-}
-
-}  // namespace
-
 std::string GuardTrials::motions_text(const BusDescription& bus) {
-  const bool own = std::any_of(bus.commands.begin(), bus.commands.end(), for_own_controller);
-  const bool modules = !std::all_of(bus.commands.begin(), bus.commands.end(), for_own_controller);
+  const bool own = moves_joints(bus, kOwnController);
+  const bool modules = std::any_of(bus.nodes.begin(), bus.nodes.end(),
+                                   [&](const NodeDescription& node) { return moves_joints(bus, node.id); });
   std::string text = fmt::format("Each cylinder extends once more by about {:.0f} mm; then ", 1e3 * kWay_m);
   if (own) text += "no more commands are sent, and the machine's own controller must stop it.";
   if (modules)
-    text += std::string(own ? " Of a module" : "its module") +
-            " hears nothing more that it waits for, and must stop it. An error value that is not neutral moves a "
-            "cylinder at full speed: a hand on the E-stop.";
+    text += std::string(own ? " Then a module hears nothing more of what it waits for: it must stop its cylinder."
+                            : "its module hears nothing more of what it waits for, and must stop it.") +
+            " An error value that is not neutral moves a cylinder at full speed: a hand on the E-stop.";
   return text;
 }
 
@@ -238,10 +227,7 @@ void GuardTrials::nodes(std::vector<GuardResult>& results) {
 
 void GuardTrials::own_controller(GuardResult& result) {
   for (int joint = 0; joint < kJoints; ++joint) {
-    const bool told = std::any_of(bus_.commands.begin(), bus_.commands.end(), [joint](const CommandFrame& frame) {
-      return for_own_controller(frame) && moves(frame, joint);
-    });
-    if (!told) continue;
+    if (!moves_joint(bus_, kOwnController, joint)) continue;
     const GuardJudged judged = judge_silence(bench_.run({.joint = joint,
                                                          .peak = slave::kJogTable.command,
                                                          .travel_m = kWay_m,
@@ -254,10 +240,7 @@ void GuardTrials::own_controller(GuardResult& result) {
 
 void GuardTrials::outputs_of(const NodeDescription& module, GuardResult& result) {
   for (int joint = 0; joint < kJoints; ++joint) {
-    const bool told = std::any_of(bus_.commands.begin(), bus_.commands.end(), [&](const CommandFrame& frame) {
-      return frame.module == module.id && moves(frame, joint);
-    });
-    if (!told) continue;
+    if (!moves_joint(bus_, module.id, joint)) continue;
     const OutputsTried tried = bench_.try_outputs(
         bus_, module, {.joint = joint, .peak = slave::kJogTable.command, .travel_m = kWay_m, .longest_s = kLongest_s});
     const GuardJudged judged = judge_outputs(module, tried);
@@ -267,12 +250,12 @@ void GuardTrials::outputs_of(const NodeDescription& module, GuardResult& result)
 }
 
 void GuardTrials::in_motion(std::vector<GuardResult>& results) {
-  if (std::any_of(bus_.commands.begin(), bus_.commands.end(), for_own_controller)) {
+  if (moves_joints(bus_, kOwnController)) {
     results.emplace_back().proved = true;
     own_controller(results.back());
   }
   for (const NodeDescription& node : bus_.nodes)
-    if (node.role == NodeRole::kModule && node.outputs > 0) outputs_of(node, results.emplace_back(result_of(node)));
+    if (moves_joints(bus_, node.id)) outputs_of(node, results.emplace_back(result_of(node)));
   nodes(results);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/bringup/commission_guards.h"
 #include "app/bringup/recover.h"
 #include "core/error.h"
 #include "machine/reason_text.h"
@@ -260,6 +261,61 @@ TEST(CommissionModule, AGuardThatDoesNothingIsNotRecordedAsProved) {
   EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
     return note.find("the outputs of module take their error values") != std::string::npos;
   }));
+}
+
+/// What is said before the trials in motion.
+std::string motions(const std::string& text) {
+  return GuardTrials::motions_text(machine_of(text).bus);
+}
+std::string with_constants(std::string text) {
+  return text.insert(text.find("\n[limits]"), knuckle::test::kConstants);
+}
+bool tells_of_own_controller(const std::string& said) {
+  return said.find("own controller") != std::string::npos;
+}
+
+TEST(CommissionModule, AnOwnControllerThatMovesNothingIsNeitherTriedNorCalledProved) {
+  const std::string text = with_constants(module_text());
+  EXPECT_FALSE(tells_of_own_controller(motions(text))) << motions(text);
+  const MachineDescription machine = machine_of(text);
+  const Outcome outcome = commission(machine, machine, answers({}));
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  for (const GuardResult& guard : outcome.result.guards) EXPECT_NE(guard.seen, "") << guard.node << " was not tried";
+  const MachineDescription back = machine_of(commissioned_text(text, machine, outcome.result, kOrigin));
+  EXPECT_EQ(back.bus.commands_guard, GuardProof());
+  EXPECT_TRUE(module_in(back).guard.proved);
+  for (const std::string& note : machine_notes(back)) EXPECT_EQ(note.find("is not proved"), std::string::npos) << note;
+}
+
+TEST(CommissionModule, ASecondOneThatMovesNothingIsNeitherTriedNorCalledProved) {
+  const std::string text = with(module_text(), "[[bus.node]]\nname = \"module\"",
+                                std::string(knuckle::test::kSpareModule) + "[[bus.node]]\nname = \"module\"");
+  const MachineDescription machine = machine_of(text);
+  const Outcome outcome = commission(machine, machine, answers({}));
+  ASSERT_EQ(outcome.ended, "") << outcome.told;
+  for (const GuardResult& guard : outcome.result.guards) EXPECT_NE(guard.seen, "") << guard.node << " was not tried";
+  const MachineDescription back = machine_of(commissioned_text(text, machine, outcome.result, kOrigin));
+  EXPECT_EQ(back.bus.find("spare")->guard, GuardProof());
+  EXPECT_TRUE(module_in(back).guard.proved);
+  for (const std::string& note : machine_notes(back)) EXPECT_EQ(note.find("is not proved"), std::string::npos) << note;
+}
+
+TEST(CommissionModule, WhatIsTriedInMotionIsSaidOfWhatMovesAJoint) {
+  const std::string modules = motions(module_text()), own = motions(command_text());
+  EXPECT_NE(modules.find("; then its module hears nothing more of what it waits for, and must stop it. An error"),
+            std::string::npos)
+      << modules;
+  EXPECT_TRUE(own.ends_with("; then no more commands are sent, and the machine's own controller must stop it.")) << own;
+  const std::string arm = "2 = { joint = \"arm\", unit = \"V\", scale = 0.001, neutral = 6, extend = 9, retract = 3 }";
+  std::string both = with(module_text(), arm, "2 = { scale = 0.001, neutral = 6 }");
+  both.insert(both.find("\n[limits]"),
+              "\n[[bus.command]]\nname = \"arm\"\nid = 0x18FF0105\nbytes = 2\nperiod_ms = 10\nsend = \"always\"\n"
+              "[bus.command.fields]\narm = { start = 0, bits = 16, scale = 0.001, unit = \"V\", joint = \"arm\", "
+              "neutral = 6, extend = 9, retract = 3 }\n");
+  EXPECT_NE(motions(both).find("own controller must stop it. Then a module hears nothing more of what it waits for: it "
+                               "must stop its cylinder. An error"),
+            std::string::npos)
+      << motions(both);
 }
 
 TEST(CommissionModule, WithoutRpdoTimersItsHeartbeatIsWithheldAndTheEnableNodeWaits) {
