@@ -331,7 +331,7 @@ std::vector<Signal> broadcast(const BroadcastFrame& first, const std::vector<Bro
 }
 
 /// front_3 with the multiplexer's value 3 is of the message front.
-std::string message_name(const BroadcastFrame& first) {
+std::string without_value(const BroadcastFrame& first) {
   const std::string ending = first.multiplexer ? fmt::format("_{}", first.multiplexer->value) : "";
   return first.name.substr(0, first.name.size() - (first.name.ends_with(ending) ? ending.size() : 0));
 }
@@ -359,7 +359,7 @@ class Messages {
     for (const BroadcastFrame& frame : sent) {
       const auto is_it = [&](const Message& message) { return message.id == frame.id; };
       if (frame.multiplexer && std::any_of(messages_.begin(), messages_.end(), is_it)) continue;
-      add(frame.id, message_name(frame), own(frame.module), {kController}, frame.bytes, broadcast(frame, sent),
+      add(frame.id, name_of(frame), own(frame.module), {kController}, frame.bytes, broadcast(frame, sent),
           frame.module != 0  ? "Analogue inputs"
           : frame.on_request ? "Sent by the machine when asked"
                              : "Sent by the machine itself");
@@ -373,6 +373,13 @@ class Messages {
   }
 
  private:
+  /// Without the multiplexer's value, unless another message has or will have that name.
+  [[nodiscard]] std::string name_of(const BroadcastFrame& frame) const {
+    const std::string name = without_value(frame);
+    const auto has_it = [&](const auto& other) { return other.id != frame.id && other.name == name; };
+    const auto taken = [&](const auto& others) { return std::any_of(others.begin(), others.end(), has_it); };
+    return taken(messages_) || taken(machine_.bus.broadcasts) || taken(machine_.bus.commands) ? frame.name : name;
+  }
   /// The module of this id; 0: the machine.
   [[nodiscard]] std::string own(std::uint8_t module) const {
     return module == 0 ? kMachine : machine_.bus.find(module)->name;

@@ -86,5 +86,32 @@ TEST(BusRoundTrip, FramesThatAMultiplexerTellsApartAreOneMessage) {
   EXPECT_FALSE(message.find("counter")->condition);
 }
 
+/// A name for each message, or nobody reads the file.
+TEST(BusRoundTrip, AMultiplexedFrameKeepsItsNameWhereWithoutTheValueItIsAnothers) {
+  std::string text = test::replaced(test::multiplexed(test::kBroadcasts), "\"front_angle\"", "\"front_1\"");
+  text = test::replaced(text, "\"body\"", "\"front\"");
+  std::ostringstream out;
+  write_dbc(parse_machine(test::broadcast_text(text), "m.toml"), out);
+  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
+  EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
+  EXPECT_NE(dbc.usable("front").find("slope"), nullptr);
+  EXPECT_NE(dbc.usable("front_1").find("boom_angle"), nullptr);
+  EXPECT_NE(dbc.usable("front_1").find("boom_head_pressure"), nullptr);
+}
+
+TEST(BusRoundTrip, TwoMultiplexedFramesOfOneNameWithoutTheValueAreTwoMessages) {
+  const std::string bits = "multiplexer = { start = 56, bits = 8, value = ";
+  std::string text = test::replaced(test::kBroadcasts, "\"front_angle\"", "\"front_1\"");
+  text = test::replaced(text, "id = 0x18FF1021\n", "id = 0x18FF1021\n" + bits + "1 }\n");
+  text = test::replaced(text, "\"pressure_1\"", "\"front_2\"");
+  text = test::replaced(text, "id = 0x18FF2021\nbytes = 6\n", "id = 0x18FF2021\nbytes = 8\n" + bits + "2 }\n");
+  std::ostringstream out;
+  write_dbc(parse_machine(test::broadcast_text(text), "m.toml"), out);
+  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
+  EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
+  EXPECT_NE(dbc.usable("front").find("boom_angle"), nullptr);
+  EXPECT_NE(dbc.usable("front_2").find("boom_head_pressure"), nullptr);
+}
+
 }  // namespace
 }  // namespace knuckle::exporting
