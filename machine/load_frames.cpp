@@ -10,7 +10,7 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
-#include "transport/j1939_packets.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
