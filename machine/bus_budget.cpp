@@ -15,7 +15,7 @@
 #include "machine/bus_frames.h"
 #include "machine/toml_reader.h"
 #include "transport/can_load.h"
-#include "transport/j1939_packets.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {

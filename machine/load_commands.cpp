@@ -56,10 +56,9 @@ class CommandReader {
 
   void read(TomlTable& file, std::uint32_t bus) {
     if (file.has("iso11783_valve")) return read_valve(file, bus);
-    const FrameHead head = read_frame_head(file, heads_, bus, false);
-    CommandFrame frame{.name = head.name, .id = head.id, .bytes = head.bytes, .period_s = head.period_s};
-    const bool from_address = (head.id & kExtendedId) != 0 && bus_.j1939_address == j1939::source_of(head.id);
-    if (from_address) frame.mask = j1939::kAllButPriorityAndSource;
+    const FrameHead head = read_frame_head(file, heads_, bus, false, bus_.j1939_address);
+    CommandFrame frame{
+        .name = head.name, .id = head.id, .mask = head.mask, .bytes = head.bytes, .period_s = head.period_s};
     frame.always = file.choice("send", {"always", "while_led"}) == 0;
     std::vector<UsedBits> used;
     TomlTable fields = file.table("fields");
@@ -79,12 +78,13 @@ class CommandReader {
     constexpr std::uint32_t kPriority = 3;
     const std::uint32_t id =
         j1939::identifier(j1939::kValveCommand + valve, bus_.j1939_address.value_or(0), j1939::kEverybody, kPriority);
-    const FrameHead head{.name = fmt::format("iso11783_valve_{}", valve), .id = id | bus};
+    const FrameHead head{
+        .name = fmt::format("iso11783_valve_{}", valve), .id = id | bus, .mask = j1939::kAllButPriorityAndSource};
     check_frame_head(file, head, heads_, "iso11783_valve", "iso11783_valve");
     // The standard repeats it every 100 ms; here no joint's frame may be so old.
     CommandFrame frame{.name = head.name,
                        .id = head.id,
-                       .mask = j1939::kAllButPriorityAndSource,
+                       .mask = head.mask,
                        .period_s = file.has("period_ms") ? file.number("period_ms", 1, 1000, kMilli) : kSlowestJoint_s,
                        .always = false};
     const int joint = file.choice("joint", kJointNames);

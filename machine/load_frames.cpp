@@ -10,7 +10,7 @@
 #include "core/units.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
-#include "transport/j1939_packets.h"
+#include "transport/j1939.h"
 
 namespace knuckle {
 namespace {
@@ -150,7 +150,8 @@ void check_frame_head(const TomlTable& file, const FrameHead& head, const std::v
   check_name(file, head.name, others, name_key);
 }
 
-FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast) {
+FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast,
+                          std::optional<std::uint8_t> own_address) {
   FrameHead head;
   head.name = file.text("name");
   const bool group = is_broadcast && file.has("pgn");
@@ -158,6 +159,8 @@ FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others,
     read_group(file, head);
   else
     head.id = read_id(file);
+  if (own_address && (head.id & kExtendedId) != 0 && j1939::source_of(head.id) == *own_address)
+    head.mask = j1939::kAllButPriorityAndSource;
   head.id |= bus;
   constexpr std::uint8_t kMostBytes = sizeof(CanFrame::data);
   head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, is_broadcast ? j1939::kMostMessage : kMostBytes));

@@ -27,8 +27,9 @@ struct FrameHead {
 /// Notes a name that one of the others has, or an identifier that no multiplexer tells apart from another's.
 /// @param bus kSecondBus where it is on that
 /// @param is_broadcast "pgn" may stand in place of "id", and there may be a multiplexer.
+/// @param own_address J1939 address of whoever sends it: a frame from there is known by its group and receiver.
 [[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
-                                        bool is_broadcast);
+                                        bool is_broadcast, std::optional<std::uint8_t> own_address = {});
 
 /// Notes a name that another one has, or that a DBC could not have, and an identifier that may be another's.
 /// @param name_key, id_key what the file says them by

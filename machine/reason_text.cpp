@@ -69,9 +69,10 @@ std::string told_channels_text(const NodeDescription& node, const BusDescription
       if (frame.module != node.id) continue;
       text += fmt::format("{}{}", text.empty() ? "" : ", ", analog_number(frame.pdo, field.bits));
       if (field.joint) text += fmt::format(" = {}", kJointNames[static_cast<std::size_t>(*field.joint)]);
-      text += " (" + number_text(field.neutral);
+      const auto counts = [&](double value) { return fmt::format("0x{:X}", raw_of(field.bits, value)); };
+      text += " (" + counts(field.neutral);
       for (const std::optional<double>& full : {field.extend, field.retract})
-        if (field.joint) text += ", " + (full ? number_text(*full) : "-");
+        if (field.joint) text += ", " + (full ? counts(*full) : "-");
       text += ')';
     }
   }

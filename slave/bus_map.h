@@ -18,10 +18,10 @@ namespace knuckle::slave {
 /// Set-points of the valves and the output of the enable node, or command frames: what only a controller sends, too.
 [[nodiscard]] std::vector<CanFilter> set_point_filters(const BusDescription& bus);
 
-/// Whether any of them lets it through.
 /// What the messages of several packets that the file has come in; empty where it has none.
 [[nodiscard]] std::vector<CanFilter> packet_filters(const BusDescription& bus);
 
+/// Whether any of them lets it through.
 [[nodiscard]] bool hears(const std::vector<CanFilter>& filters, std::uint32_t id) noexcept;
 
 /// What the controller listens to: what the machine sends by itself, PDOs, heartbeats, EMCY and SDO answers of its

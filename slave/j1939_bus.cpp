@@ -201,8 +201,14 @@ void J1939Bus::step(CanBus& bus, Time now) noexcept {
   // out from the address.
   const CanState state = bus.state();
   const bool own = (bus.state_of() != 0) == (on_ != 0);
-  const bool gone = own && (state == CanState::kBusOff || state == CanState::kDown);
+  const bool any = state == CanState::kBusOff || state == CanState::kDown, gone = any && own;
   if (gone && claim_ != Claim::kLost) claim_ = Claim::kUnsaid;
+  // Perhaps both were gone, of which one is told: who has taken the address meanwhile answers.
+  if (was_gone_ && !any && claim_ == Claim::kHeld) {
+    answers_ = true;
+    answer_at_ = now;
+  }
+  was_gone_ = any;
   if (gone) return;
   say_claim(bus, now);
   if (claim_ == Claim::kSaid && now - said_at_ >= kClaimWaits) claim_ = Claim::kHeld;

@@ -117,6 +117,7 @@ class J1939Bus {
   Claim claim_ = Claim::kNone;
   Time said_at_ = kNever, answer_at_ = kNever, contested_at_ = kNever;
   bool answers_ = false;                    // at answer_at_
+  bool was_gone_ = false;                   // either bus, in the step before
   std::array<std::uint64_t, 256> names_{};  // by address; 0: none heard
   std::array<J1939News, kKept> news_{};
   std::uint64_t told_ = 0;

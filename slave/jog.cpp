@@ -75,12 +75,13 @@ Jog::Jog(const MachineDescription& machine, CanBus& bus)
       client_(machine, bus),
       j1939_(machine.bus),
       frames_(bus_frames(machine.bus, machine.sensors)),
+      closed_(machine.bus),
       limits_(machine),
       valves_(1 / machine.bus.sync_Hz) {
   sensors_.at.fill(kNever);
   for (const BroadcastFrame& frame : machine.bus.broadcasts) {
     if (frame.only_readings()) continue;
-    broadcasts_.push_back({frame});
+    broadcasts_.push_back(frame);
     for (const BroadcastField& field : frame.fields)
       if (is_status(field.info()))
         status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)] = {
@@ -132,14 +133,9 @@ void Jog::take(const CanFrame& frame, Time now) noexcept {
 
 /// What its counter or checksum says to be old or damaged only lets the values before it age.
 void Jog::take_broadcast(const CanFrame& frame, Time now) noexcept {
-  const auto first = std::find_if(broadcasts_.begin(), broadcasts_.end(),
-                                  [&](const Broadcast& known) { return known.frame.id == frame.id; });
-  if (first == broadcasts_.end()) return;
-  const FrameCheck check = check_frame(first->frame.closing, first->count, frame);
-  first->count = check.count;
-  if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return;
-  for (const Broadcast& known : broadcasts_)
-    if (known.frame.id == frame.id && known.frame.is_in(frame)) take(known.frame, frame, now);
+  if (closed_.is_void(frame)) return;
+  for (const BroadcastFrame& known : broadcasts_)
+    if (known.id == frame.id && known.is_in(frame)) take(known, frame, now);
 }
 
 void Jog::take(const BroadcastFrame& known, const CanFrame& frame, Time now) noexcept {

@@ -14,6 +14,7 @@
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "slave/canopen_client.h"
+#include "slave/closed_frames.h"
 #include "slave/j1939_bus.h"
 #include "slave/node_setup.h"
 #include "slave/safety_gate.h"
@@ -163,11 +164,6 @@ class Jog {
     std::optional<bool> on{};
     Time at = kNever;
   };
-  /// A frame that the machine sends by itself.
-  struct Broadcast {
-    BroadcastFrame frame;
-    std::optional<std::uint64_t> count{};  ///< Of the first of an identifier: of all its frames.
-  };
   void take_broadcast(const CanFrame& frame, Time now) noexcept;
   void take(const BroadcastFrame& known, const CanFrame& frame, Time now) noexcept;
   void take(const BroadcastField& field, std::optional<std::uint64_t> raw, Time now) noexcept;
@@ -207,9 +203,10 @@ class Jog {
   CanBus& bus_;
   CanopenClient client_;
   J1939Bus j1939_;
-  std::vector<BusFrame> frames_;       // sized once, at construction
-  std::vector<Broadcast> broadcasts_;  // likewise
-  std::array<Status, 2> status_{};     // E-stop chain closed, pilot pressure on
+  std::vector<BusFrame> frames_;            // sized once, at construction
+  std::vector<BroadcastFrame> broadcasts_;  // likewise
+  ClosedFrames closed_;
+  std::array<Status, 2> status_{};  // E-stop chain closed, pilot pressure on
   GateLimits limits_;
   RawSensors sensors_;
   std::optional<SdoDialogue> dialogue_;

@@ -93,10 +93,10 @@ void Jog::hear_inputs(const CanFrame& frame, Time now) noexcept {
   const auto answer = canopen::parse_sdo_response(frame);
   if (!answer) return;
   answered_at_ = now;
-  for (const Broadcast& known : broadcasts_) {
-    if (known.frame.module != guarded_) continue;
-    for (const BroadcastField& field : known.frame.fields)
-      if (const auto raw = answered(*answer, input_object(known.frame, field))) take(field, *raw, now);
+  for (const BroadcastFrame& known : broadcasts_) {
+    if (known.module != guarded_) continue;
+    for (const BroadcastField& field : known.fields)
+      if (const auto raw = answered(*answer, input_object(known, field))) take(field, *raw, now);
   }
 }
 

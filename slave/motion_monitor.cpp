@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "machine/encoder_length.h"
 #include "machine/oil_stiffness.h"
 
 namespace knuckle::slave {
@@ -26,7 +27,8 @@ MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       lag_steps_(std::clamp<std::size_t>(static_cast<std::size_t>(kLimits.lag_s / step_s), 1, kSlots)),
       held_Pa_(kLimits.held * machine.hydraulics.main_relief_Pa),
-      by_rate_(machine.bus.command_kind == CommandKind::kJointRate) {
+      by_rate_(machine.bus.command_kind == CommandKind::kJointRate),
+      step_m_(length_steps_m(machine)) {
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
     for (const bool extend : {false, true}) {
@@ -49,14 +51,23 @@ double MotionMonitor::told_radps(int joint, double demand, double lever_m) const
   return std::copysign(rate, demand * lever_m);
 }
 
-Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, bool held,
-                           double missing_limit_rad) noexcept {
+/// What was told a lag ago and still is, whichever way: who was stopped meanwhile stands rightly.
+void MotionMonitor::note_unmoved(Axis& axis, bool held) const noexcept {
+  const double then = axis.told_radps[(next_ + 1) % lag_steps_], now = axis.told_radps[next_];
+  const double sure_radps = held ? 0 : kLimits.less * std::min(std::abs(then), std::abs(now));
+  Unmoved& unmoved = axis.unmoved;
+  unmoved.sum_rad = std::max(0.0, unmoved.sum_rad + (sure_radps - kLimits.leak_radps) * step_s_);
+  unmoved.at_rad += std::copysign(sure_radps, then) * step_s_;
+  unmoved.low_rad = std::min(unmoved.low_rad, unmoved.at_rad);
+  unmoved.high_rad = std::max(unmoved.high_rad, unmoved.at_rad);
+}
+
+Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, const Held& held,
+                           double missing_limit_rad, double steps_rad) noexcept {
   Reason why;
-  const bool may_stand = touched || held;
-  // Of the oldest that is remembered, whichever way: by now it must have moved.
-  const double told_then = std::abs(axis.told_radps[(next_ + 1) % lag_steps_]);
-  const double stands = held ? 0 : std::max(0.0, kLimits.less * told_then - kLimits.leak_radps) * step_s_;
-  axis.unmoved_rad = moved_rad == 0 ? axis.unmoved_rad + stands : 0;
+  const bool may_stand = touched || held.driven;
+  if (moved_rad != 0) axis.unmoved = {};
+  note_unmoved(axis, held.any);
   for (const int sign : {-1, 1}) {
     Way& way = axis.ways[sign > 0 ? 1 : 0];
     double most = 0, least = std::abs(axis.told_radps[0]);
@@ -79,8 +90,9 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_i
     if (way.beyond_rad > most_rad) why = not_following(joint, way.beyond_rad, most_rad);
     if (by_rate_ && way.missing_rad > missing_limit_rad) why = not_following(joint, way.missing_rad, missing_limit_rad);
   }
-  if (by_rate_ && !why && axis.unmoved_rad > kLimits.unmoved_rad)
-    why = not_following(joint, axis.unmoved_rad, kLimits.unmoved_rad);
+  const Unmoved& unmoved = axis.unmoved;
+  if (by_rate_ && !why && unmoved.sum_rad > kLimits.unmoved_rad && unmoved.high_rad - unmoved.low_rad > steps_rad)
+    why = not_following(joint, unmoved.sum_rad, kLimits.unmoved_rad);
   return why;
 }
 
@@ -99,9 +111,12 @@ Reason MotionMonitor::step(const JointVector& demand, const estimation::JointSta
     axis.last_rad = state.angle_rad[i];
     axis.last_let_in_rad = all_let_in_rad;
     if (seen_ < lag_steps_) continue;
-    const double driven_Pa = state.pressure_Pa[2 * joint + (demand[i] > 0 ? 0 : 1)];
-    const Reason why = look(axis, i, moved_rad, let_in_rad, pressed, known && driven_Pa > held_Pa_,
-                            (known ? 1 : 2) * kLimits.missing_rad);
+    const double steps_rad = kLimits.unmoved_steps * step_m_[i] / std::max(std::abs(state.lever_m[i]), kLeastLever_m);
+    const double head_Pa = state.pressure_Pa[2 * joint], rod_Pa = state.pressure_Pa[2 * joint + 1];
+    const Held held{known && (demand[i] > 0 ? head_Pa : rod_Pa) > held_Pa_,
+                    known && std::max(head_Pa, rod_Pa) > held_Pa_};
+    const Reason why =
+        look(axis, i, moved_rad, let_in_rad, pressed, held, (known ? 1 : 2) * kLimits.missing_rad, steps_rad);
     if (!first) first = why;
   }
   next_ = (next_ + 1) % lag_steps_;

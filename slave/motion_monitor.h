@@ -24,8 +24,10 @@ struct MotionLimits {
   double less = 0.5;          ///< Of what was told all the while.
   double missing_rad = 0.08;  ///< Travel that did not come; twice that of a cylinder whose pressures nobody measures.
   /// Half of what was told while the measured angle does not change in its last bit, beyond leak_radps: also where
-  /// something seems to be touched, for a frozen angle makes a force of its own.
+  /// something seems to be touched, for a frozen angle makes a force of its own. Its way must have gone over so many
+  /// steps of the encoder.
   double unmoved_rad = 0.1;
+  double unmoved_steps = 3;
   double held = 0.8;  ///< Share of the main relief in the driven chamber: something holds the joint.
 };
 inline constexpr MotionLimits kMotion{};
@@ -48,16 +50,26 @@ class MotionMonitor {
   struct Way {
     double beyond_rad = 0, missing_rad = 0;
   };
+  /// Half of what was told since the angle last changed: how much, and where to.
+  struct Unmoved {
+    double sum_rad = 0, at_rad = 0, low_rad = 0, high_rad = 0;
+  };
   struct Axis {
     std::array<double, kSlots> told_radps{};
     double last_rad = 0, last_let_in_rad = 0;
-    double unmoved_rad = 0;     ///< Half of what was told since the angle last changed.
+    Unmoved unmoved;
     std::array<Way, 2> ways{};  ///< Down, up.
   };
+  /// What may hold a joint: its oil is near the relief.
+  struct Held {
+    bool driven = false;  ///< In the chamber that the command drives.
+    bool any = false;
+  };
+  void note_unmoved(Axis& axis, bool held) const noexcept;
   /// At most, of a command whose effect is not known; its sign is the joint's direction.
   [[nodiscard]] double told_radps(int joint, double demand, double lever_m) const noexcept;
-  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, bool held,
-                            double missing_limit_rad) noexcept;
+  [[nodiscard]] Reason look(Axis& axis, int joint, double moved_rad, double let_in_rad, bool touched, const Held& held,
+                            double missing_limit_rad, double steps_rad) noexcept;
 
   MachineDescription machine_;
   Kinematics kinematics_;
@@ -65,6 +77,7 @@ class MotionMonitor {
   std::size_t lag_steps_;
   double held_Pa_;
   bool by_rate_;
+  JointVector step_m_;  // of the encoders, of their cylinders' length
   // Retracting, extending: speed at the full command, and the command up to which the valve is shut.
   std::array<JointVector, 2> full_radps_{JointVector::Zero(), JointVector::Zero()},
       shut_{JointVector::Zero(), JointVector::Zero()};

@@ -58,7 +58,8 @@ Duration tilt_extra_age(const MachineDescription& machine) noexcept {
 }
 
 SensorSet::SensorSet(const MachineDescription& machine)
-    : encoder_offset_m_(machine.sensors.encoder_offset_m),
+    : closed_(machine.bus),
+      encoder_offset_m_(machine.sensors.encoder_offset_m),
       jump_m_((kValidity.jump_steps * length_steps_m(machine)).cwiseMax(kValidity.jump_m)),
       pressure_ceiling_Pa_(machine.sensors.pressure_range_Pa * kValidity.pressure_over_range),
       tilt_on_boom_(machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom),
@@ -90,9 +91,6 @@ SensorSet::SensorSet(const MachineDescription& machine)
 
 void SensorSet::add_broadcasts(const BusDescription& bus) {
   for (const BroadcastFrame& frame : bus.broadcasts) {
-    const bool is_known =
-        std::any_of(closed_.begin(), closed_.end(), [&](const ClosedFrame& known) { return known.id == frame.id; });
-    if (!is_known && (frame.closing.counter || frame.closing.checksum)) closed_.push_back({frame.id, frame.closing});
     for (const BroadcastField& field : frame.fields) {
       const bool pilot = field.info().role == NodeRole::kPilot;
       channels_[sensor_place({.signal = field.signal})] = {
@@ -107,6 +105,7 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
           .yes_or_no = is_yes_or_no(field.info()),
           .analog = field.analog,
           .on = field.on,
+          .most = pilot ? kValidity.pilot_over_full * field.full_Pa : std::numeric_limits<double>::infinity(),
           .age_limit = pilot ? age_limit_ : from_seconds(kStatusPeriods * frame.period_s)};
     }
   }
@@ -127,6 +126,7 @@ void SensorSet::restart() noexcept {
                            .yes_or_no = before.yes_or_no,
                            .analog = before.analog,
                            .on = before.on,
+                           .most = before.most,
                            .age_limit = before.age_limit};
     if (i < kPressures || i >= kTilt) continue;
     // As old as it is, so it is stale until a new one has been held against it.
@@ -138,7 +138,7 @@ void SensorSet::restart() noexcept {
 
 void SensorSet::receive(std::uint32_t id, std::span<const std::uint8_t> data, Time now) noexcept {
   const CanFrame frame = part_of(id, data, 0);
-  const bool is_none = is_void(frame);
+  const bool is_none = closed_.is_void(frame);
   for (std::size_t which = 0; which < kChannels; ++which) {
     Channel& channel = channels_[which];
     if (!counts(which) || channel.frame_id != id) continue;
@@ -150,15 +150,6 @@ void SensorSet::receive(std::uint32_t id, std::span<const std::uint8_t> data, Ti
     else
       take(which, channel.first_byte == 0 ? frame : part_of(id, data, channel.first_byte), now);
   }
-}
-
-bool SensorSet::is_void(const CanFrame& frame) noexcept {
-  const auto closed =
-      std::find_if(closed_.begin(), closed_.end(), [&](const ClosedFrame& known) { return known.id == frame.id; });
-  if (closed == closed_.end()) return false;
-  const FrameCheck check = check_frame(closed->closing, closed->count, frame);
-  closed->count = check.count;
-  return check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated;
 }
 
 void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {
@@ -174,7 +165,7 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
   if (channel.yes_or_no) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
   if (which >= kReadingsPlace) {
     const double value = value_in(channel.field, frame);
-    const bool possible = is_reading(which) || value >= kValidity.pressure_floor_Pa;
+    const bool possible = is_reading(which) || (value >= kValidity.pressure_floor_Pa && value <= channel.most);
     return accept(channel, value, std::isfinite(value) && possible, value, now);
   }
   if (tilt_on_boom_)

@@ -18,6 +18,7 @@
 #include "machine/description_fwd.h"
 #include "machine/encoder_length.h"
 #include "machine/kinematics.h"
+#include "slave/closed_frames.h"
 #include "transport/can_bus.h"
 #include "transport/canopen.h"
 #include "transport/machine_readings.h"
@@ -28,15 +29,16 @@ namespace knuckle::slave {
 struct ValidityLimits {
   double pressure_floor_Pa = -3e5;    ///< Vacuum (-1 bar gauge) and an offset of 1 bar, with room.
   double pressure_over_range = 1.05;  ///< Of the transmitter's range.
-  double length_margin_m = 0.010;     ///< Beyond the cylinder's stroke: pin tolerances and encoder offset.
-  double cylinder_mps = 0.8;          ///< Twice what the pump can do; a snapped wire winds back at more.
-  double jump_m = 0.001;              ///< Jump allowed on top: ten steps of 0.1 mm ...
-  double jump_steps = 2;              ///< ... or two of a coarse encoder.
-  double hull_tilt_rad = 0.8;         ///< A machine that leans further lies on its side.
-  double hull_turn_radps = 0.1;       ///< A slope sensor on the boom feels its jerks, which are quicker than this ...
-  int shaken_in_a_row = 60;           ///< ... and over sooner (0.3 s).
-  int settled_in_a_row = 200;         ///< A length that jumped and stood still for so long (1 s) may be told to count.
-  int bad_in_a_row = 3;               ///< A single damaged value is left out; so many are a fault (15 ms).
+  double pilot_over_full = 1.5;    ///< Of a pilot pressure at which the spool is at full stroke: lost supply says more.
+  double length_margin_m = 0.010;  ///< Beyond the cylinder's stroke: pin tolerances and encoder offset.
+  double cylinder_mps = 0.8;       ///< Twice what the pump can do; a snapped wire winds back at more.
+  double jump_m = 0.001;           ///< Jump allowed on top: ten steps of 0.1 mm ...
+  double jump_steps = 2;           ///< ... or two of a coarse encoder.
+  double hull_tilt_rad = 0.8;      ///< A machine that leans further lies on its side.
+  double hull_turn_radps = 0.1;    ///< A slope sensor on the boom feels its jerks, which are quicker than this ...
+  int shaken_in_a_row = 60;        ///< ... and over sooner (0.3 s).
+  int settled_in_a_row = 200;      ///< A length that jumped and stood still for so long (1 s) may be told to count.
+  int bad_in_a_row = 3;            ///< A single damaged value is left out; so many are a fault (15 ms).
 };
 inline constexpr ValidityLimits kValidity{};
 inline constexpr double kStatusPeriods = 3.5;  ///< Age limit of a status by its frame's period: three may be lost.
@@ -114,6 +116,7 @@ class SensorSet {
     bool yes_or_no = false;                       ///< is_yes_or_no()
     std::optional<AnalogSensor> analog{};         ///< BroadcastField::analog
     std::uint64_t on = 1;                         ///< BroadcastField::on
+    double most = 0;                              ///< Of a pilot pressure.
     Duration age_limit{};
     double value = 0;                           ///< Last good one, SI.
     Time at = kNever;                           ///< Its arrival.
@@ -135,16 +138,7 @@ class SensorSet {
     const Channel& channel = channels_[which];
     return channel.at == kNever ? std::nullopt : std::optional(channel.value != 0);
   }
-  /// An identifier whose frames the machine sends with a counter or a checksum: of those that a multiplexer tells apart
-  /// the counter runs over all.
-  struct ClosedFrame {
-    std::uint32_t id = 0;
-    FrameClosing closing;
-    std::optional<std::uint64_t> count{};  ///< Of the frame before.
-  };
   void add_broadcasts(const BusDescription& bus);
-  /// Whether a counter that stands or a wrong checksum says that the frame's values are none.
-  [[nodiscard]] bool is_void(const CanFrame& frame) noexcept;
   [[nodiscard]] const Channel& oldest() const noexcept;
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
@@ -158,7 +152,7 @@ class SensorSet {
   void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
 
   std::array<Channel, kChannels> channels_{};
-  std::vector<ClosedFrame> closed_;  // sized once, at construction
+  ClosedFrames closed_;
   PerJoint<bool> pressures_count_{true, true, true};
   PerJoint<double> shortest_m_{}, longest_m_{};
   JointVector encoder_offset_m_;

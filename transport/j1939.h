@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/time.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::j1939 {
@@ -47,6 +48,14 @@ inline constexpr std::uint32_t kAllButPriorityAndSource = kExtendedId | kSecondB
 [[nodiscard]] constexpr bool is_for(std::uint8_t address, std::uint32_t id) noexcept {
   const auto destination = static_cast<std::uint8_t>(id >> 8);
   return destination == address || destination == kEverybody;
+}
+
+// Messages of more than 8 bytes (transport/j1939_packets.h).
+inline constexpr unsigned kPacketBytes = 7;
+inline constexpr unsigned kMostMessage = 255;    ///< Bytes that are kept; of a longer one the first.
+inline constexpr Duration kPacketsApart = 50ms;  ///< No packet comes sooner; at most 200 ms.
+[[nodiscard]] constexpr unsigned packets_of(unsigned bytes) noexcept {
+  return (bytes + kPacketBytes - 1) / kPacketBytes;
 }
 
 [[nodiscard]] CanFrame request_frame(std::uint32_t group, std::uint8_t source, std::uint8_t destination) noexcept;

@@ -15,14 +15,8 @@
 namespace knuckle::j1939 {
 
 inline constexpr std::uint32_t kConnection = 0xEC00, kTransfer = 0xEB00;  ///< TP.CM, TP.DT
-inline constexpr unsigned kPacketBytes = 7, kMostPackets = 255;
-inline constexpr unsigned kLeastMessage = 9, kMostMessage = 255;  ///< Bytes that are kept; of a longer one the first.
-inline constexpr Duration kPacketWaits = 750ms;                   ///< T1: no packet comes later than that.
-inline constexpr Duration kPacketsApart = 50ms;                   ///< And none sooner; at most 200 ms.
-
-[[nodiscard]] constexpr unsigned packets_of(unsigned bytes) noexcept {
-  return (bytes + kPacketBytes - 1) / kPacketBytes;
-}
+inline constexpr unsigned kLeastMessage = 9, kMostPackets = 255;
+inline constexpr Duration kPacketWaits = 750ms;  ///< T1: no packet comes later than that.
 
 /// A message that is to come.
 struct Announcement {

@@ -65,6 +65,19 @@ TEST(ValveCommandFile, WhatCannotBeIsRefusedInOneLine) {
     EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
     EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
   }
+  const std::string second = R"(
+[[bus.broadcast]]
+name = "valve_of_another"
+id = 0x18FE3321
+bytes = 8
+period_ms = 100
+[bus.broadcast.signals]
+fuel_level = { start = 0, bits = 8, scale = 0.4, unit = "%" }
+)";
+  const std::string taken = test::refusal(
+      [&] { (void)parse_machine(test::valves_text("[[bus.command]]", second + "[[bus.command]]"), "m.toml"); });
+  EXPECT_NE(taken.find("is taken by 'valve_of_another'"), std::string::npos)
+      << "whatever priority and source: " << taken;
   const std::string nobody = test::refusal([&] { (void)parse_machine(test::valves_text("", "", ""), "m.toml"); });
   EXPECT_NE(nobody.find("needs bus.j1939_address"), std::string::npos) << nobody;
 }

@@ -175,6 +175,21 @@ TEST(J1939Address, IsHeldWhenTheOtherBusFails) {
   EXPECT_TRUE(bus.j1939.may_command());
 }
 
+TEST(J1939Address, IsSaidAgainOnceTheOtherBusIsBack) {
+  HeardJ1939 bus(test::commanded_j1939_machine());
+  bus.run(300ms);
+  bus.sent.now = CanState::kDown;  // perhaps both are
+  bus.sent.of = 1;
+  bus.run(50ms);
+  (void)bus.taken();
+  bus.sent.now = CanState::kActive;
+  bus.run(10ms);
+  const std::vector<CanFrame> said = bus.taken();
+  ASSERT_EQ(said.size(), 1U) << "whoever has it now answers";
+  EXPECT_EQ(said[0], j1939::claim_frame(J1939Bus::kName, 0x05));
+  EXPECT_TRUE(bus.j1939.may_command()) << "neutral goes on";
+}
+
 TEST(J1939Address, IsDefendedAgainstAHigherName) {
   HeardJ1939 bus(test::commanded_j1939_machine());
   bus.run(300ms);

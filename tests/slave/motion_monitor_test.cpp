@@ -9,13 +9,15 @@
 
 #include "machine/oil_stiffness.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/multiplexed_machine.h"
 
 namespace knuckle::slave {
 namespace {
 
 /// An arm of 0.9 rad/s at the full command. Its lever is positive: what extends turns it up.
 struct WatchedArm {
-  explicit WatchedArm(const char* commands = test::kRateCommands) : machine(test::command_machine(commands)) {
+  explicit WatchedArm(const char* commands = test::kRateCommands) : WatchedArm(test::command_machine(commands)) {}
+  explicit WatchedArm(const MachineDescription& of) : machine(of) {
     state.lever_m.setConstant(0.3);
     state.pressure_Pa.fill(50e5);
   }
@@ -84,6 +86,22 @@ TEST(MotionMonitor, FindsAnAngleThatStandsInItsLastBitAlsoWhereSomethingSeemsToB
   WatchedArm held;  // by something that does not give way: its oil tells
   held.state.pressure_Pa.fill(0.9 * held.machine.hydraulics.main_relief_Pa);
   EXPECT_EQ(held.until_fault(0.5, 0, true), 0);
+}
+
+TEST(MotionMonitor, SaysNothingOfAJointThatIsStoppedOrMovesByLessThanItsEncoderSees) {
+  for (const double demand : {1.0, -1.0}) {  // stood against a stop at full command, then let go
+    WatchedArm stopped;
+    stopped.state.pressure_Pa[demand > 0 ? 2 : 3] = 0.9 * stopped.machine.hydraulics.main_relief_Pa;
+    ASSERT_EQ(stopped.until_fault(demand, 0, true), 0);
+    EXPECT_EQ(stopped.until_fault(0, 0), 0) << demand;
+  }
+  WatchedArm moving;
+  for (int i = 0; i < 200; ++i) ASSERT_FALSE(moving.step(1, 0.9));
+  EXPECT_EQ(moving.until_fault(0, 0), 0);
+  const std::string fine = "arm_angle = { start = 16, bits = 16, scale = 0.0004",
+                    coarse = "arm_angle = { start = 16, bits = 16, scale = 0.012";
+  WatchedArm trembling(parse_machine(test::replaced(test::command_text(), fine, coarse), "m.toml"));
+  for (int i = 0; i < 12000; ++i) ASSERT_FALSE(trembling.step(0.11 * std::sin(0.094 * i), 0)) << i;
 }
 
 TEST(MotionMonitor, FindsMotionAgainstTheCommand) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <optional>
 
 #include "machine/reason_text.h"
 #include "slave/bus_map.h"
@@ -25,7 +26,7 @@ struct FedInTurn {
         CanFrame frame{kBoth, 8, {76, 76, 76, 76, 76, 76, 0, 2}};
         if (angles) frame.data = {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 1};
         if (counts) count = (count + step) % 16;
-        frame.data[6] = static_cast<std::uint8_t>(count);
+        frame.data[6] = static_cast<std::uint8_t>(angles ? angles_count.value_or(count) : count);
         sensors.receive(frame, now);
       }
       CanFrame body{kBody, 4, {0, 0, static_cast<std::uint8_t>(++body_count % 15)}};
@@ -42,6 +43,7 @@ struct FedInTurn {
   Time now{1s};
   std::uint64_t body_count = 0;
   unsigned count = 0, step = 1;
+  std::optional<unsigned> angles_count{};  // stands
   bool counts = true, with_angles = true, with_pressures = true;
 };
 
@@ -71,6 +73,16 @@ TEST(Multiplexed, TheCounterRunsOverAllFramesOfTheIdentifier) {
   fed.counts = false;
   fed.feed(4);
   EXPECT_EQ(fed.fault().rfind("sensor_invalid: ", 0), 0U) << fed.fault();
+}
+
+TEST(Multiplexed, OneThatComesAgainAndAgainAmongLivingOnesIsFound) {
+  FedInTurn fed;
+  fed.feed(20);
+  ASSERT_EQ(fed.fault(), "");
+  fed.angles_count = fed.count;
+  fed.feed(8);
+  EXPECT_EQ(fed.fault().rfind("sensor_invalid: pressure", 0), std::string::npos) << fed.fault();
+  EXPECT_NE(fed.fault().find("_angle"), std::string::npos) << fed.fault();
 }
 
 TEST(Multiplexed, IsOneStreamOnTheBus) {

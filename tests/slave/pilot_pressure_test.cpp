@@ -69,6 +69,19 @@ TEST_P(PilotedBy, AStaleOrInvalidPressureIsAFaultByName) {
   EXPECT_EQ(m.fault().rfind("sensor_stale: pilot_pressure (0x18FF5021), boom_extend_pilot: ", 0), 0U) << m.fault();
 }
 
+/// As where transmitters have lost their supply: the difference would be that of a shut spool.
+TEST_P(PilotedBy, PressuresThatNoPilotStageHasAreNone) {
+  Piloted m(GetParam());
+  ASSERT_TRUE(m.engage()) << m.fault();
+  const auto& sent = m.description.bus.broadcasts;
+  const auto pilots = std::find_if(sent.begin(), sent.end(), [](const auto& one) { return one.id == kPilotFrame; });
+  m.nodes.inject_broadcast(static_cast<std::size_t>(pilots - sent.begin()), sim::BroadcastFault::kInvalid,
+                           ~std::uint64_t{0});
+  m.run(60ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_EQ(m.fault().rfind("sensor_invalid: pilot_pressure (0x18FF5021), boom_extend_pilot", 0), 0U) << m.fault();
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, PilotedBy, testing::Values(test::kRateCommands, test::kPilotCommands),
                          [](const auto& kind) { return kind.index == 0 ? "JointRate" : "PilotPressure"; });
 
