@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 
+#include "machine/command_joints.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::slave {
@@ -22,7 +23,8 @@ std::vector<std::string> guard_lines(const BusDescription& bus, const std::funct
   for (const NodeDescription& node : bus.nodes) {
     using Changed = GuardProof::Changed;
     const GuardProof& proof = node.guard;
-    if (!node.is_told()) continue;
+    const bool moves_none = node.role == NodeRole::kModule && !moves_joints(bus, node.id);
+    if (!node.is_told() || moves_none) continue;
     if (!node.unguarded.empty())
       lines.push_back(node.name + " may have no guard, as the machine file says: " + node.unguarded);
     else if (proof.date.empty())
