@@ -116,13 +116,13 @@ std::string table_of(const DbcFile& dbc, const Frame& frame) {
   return text;
 }
 
-/// Nodes all of whose signals the frames have, or which are told what the frames tell. @throws InputError where a node
-/// would lose but some.
+/// Nodes all of whose signals the frames have, or which are told what frames are to tell from now on. @throws
+/// InputError where a node would lose but some.
 std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::vector<WantedSignal>& wanted,
                                         bool commands, const std::string& source) {
   std::vector<std::string> names;
   for (const NodeDescription& node : bus.nodes) {
-    if (commands && node.is_told()) {
+    if (commands && !bus.by_frames() && node.is_told()) {
       names.push_back(node.name);
       continue;
     }
@@ -179,6 +179,11 @@ bool same_value(const BroadcastField& field, const SignalInfo& signal) {
   return field.info().role == signal.role && field.info().index == signal.index;
 }
 
+/// Whether a key says where a number is and what kind it is.
+bool is_place(const std::string& key) {
+  return key == "start" || key == "bits" || key == "order" || key == "type";
+}
+
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
 class Importer {
  public:
@@ -226,7 +231,9 @@ class Importer {
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
     }
-    for (const auto& [key, line] : table.closing) tables_.set_key(Kind::kCommand, *table.there, key, line);
+    for (const auto& [key, line] : table.closing)
+      tables_.set_key(Kind::kCommand, *table.there, key, line,
+                      [](const std::string& of) { return !is_place(of) && of != "kind"; });
   }
 
   Import import;
@@ -247,11 +254,10 @@ class Importer {
 
   /// What the DBC says is its again; sign, zero and what else was set by hand stays.
   void set(std::size_t place, const Frame& frame, const Frame::Signal& signal, bool is_there) {
-    constexpr std::array kOfDbc{"start", "bits", "order", "type", "scale", "offset", "unit"};
     tables_.set(Kind::kBroadcast, place, signal.name, line_of(dbc_, frame, signal), is_there,
                 [&](const std::string& key) {
                   if (!signal.travel.empty() && (key == "shut" || key == "full")) return false;
-                  return std::find(kOfDbc.begin(), kOfDbc.end(), key) == kOfDbc.end();
+                  return !is_place(key) && key != "scale" && key != "offset" && key != "unit";
                 });
     if (!is_there) return;
     const std::string& name = signal.name;

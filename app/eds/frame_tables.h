@@ -19,17 +19,20 @@ class FrameTables {
   /// Of this kind, in the order of the file.
   [[nodiscard]] std::size_t count(Kind kind) const noexcept { return places(kind).size(); }
 
-  /// Takes nodes out. @param all names of the nodes, in their order. @return whether each was found.
+  /// Takes nodes out, with their [bus.node.*] tables. @param all names of the nodes, in their order. @return whether
+  /// each was found.
   bool erase_nodes(const std::vector<std::string>& all, const std::vector<std::string>& names);
+  /// Of the keys of a line "name = { ... }" that is there which stay as they are.
+  using Keeps = std::function<bool(const std::string& key)>;
   /// A line "name = { ... }" of a signal or a field takes the place of the one of this name, whose comment stays, and
-  /// of its keys those that `keeps` says; without one it is put behind the others. @return whether there was one.
+  /// of its keys those that `keeps` says; without one it is put behind the others.
   /// @throws InputError where the table has it in another way than on a line of its own.
-  bool set(Kind kind, std::size_t table, const std::string& name, const std::string& line, bool is_there,
-           const std::function<bool(const std::string& key)>& keeps);
+  void set(Kind kind, std::size_t table, const std::string& name, const std::string& line, bool is_there,
+           const Keeps& keeps);
   /// Takes a signal out, and the table where that was the last.
   void erase(Kind kind, std::size_t table, const std::string& name);
-  /// Sets a key of the table itself: "counter = { ... }".
-  void set_key(Kind kind, std::size_t table, const std::string& key, const std::string& line);
+  /// Likewise a key of the table itself: "counter = { ... }".
+  void set_key(Kind kind, std::size_t table, const std::string& key, const std::string& line, const Keeps& keeps);
   /// A whole table behind the last one of a bus.
   void append(const std::string& table, std::size_t bus);
   /// Makes a second [[bus]]. @param first the name of the one that is there where it has none.
@@ -54,6 +57,9 @@ class FrameTables {
   [[nodiscard]] static Line line_of(Line from, Line to, const std::string& name);
   /// Of the lines with signals or fields.
   [[nodiscard]] std::pair<Line, Line> values_of(Kind kind, Table& table) const;
+  /// A line in place of one that is there. @param name of both
+  [[nodiscard]] std::string merged(const std::string& name, const std::string& there, const std::string& line,
+                                   const Keeps& keeps) const;
   [[nodiscard]] std::string ended(const std::string& line) const { return line + line_end_; }
 
   std::string source_;

@@ -9,6 +9,7 @@
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/module_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 
@@ -113,6 +114,43 @@ TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
   EXPECT_EQ(told_again({.commands = {}, .constants = {"Setting.mode=1"}, .counters = {}}, renamed).text,
             changed(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
       << "it keeps the name that it was given";
+}
+
+TEST(DbcCommands, AnEnableNodeBesideTheFramesStays) {
+  const std::string solar = slow_solar_text();
+  const auto enable = solar.find("[[bus.node]]\nname = \"enable\"");
+  std::string before = told_of({}).text;
+  before.insert(before.find("[[bus.command]]"), solar.substr(enable, solar.find("[limits]", enable) - enable));
+  ASSERT_TRUE(parse_machine(before, "m.toml").bus.has_enable());
+  const Import again = told_again({.commands = {}, .constants = {"Setting.mode=1"}, .counters = {}}, before);
+  EXPECT_TRUE(again.gone_nodes.empty());
+  EXPECT_EQ(parse_machine(again.text, "m.toml").bus.nodes, parse_machine(before, "m.toml").bus.nodes);
+}
+
+TEST(DbcCommands, AModuleWhoseOutputsMoveTheJointsStays) {
+  const std::string before = test::module_text();
+  const Import import = told_again({.commands = {}, .constants = {"Setting=0"}, .counters = {}}, before);
+  EXPECT_TRUE(import.gone_nodes.empty());
+  const BusDescription is = parse_machine(import.text, "m.toml").bus, was = parse_machine(before, "m.toml").bus;
+  EXPECT_EQ(is.nodes, was.nodes);
+  EXPECT_EQ(is.commands.size(), was.commands.size() + 1);
+}
+
+TEST(DbcCommands, CounterAndChecksumKeepWhatAPersonSet) {
+  Asked first;
+  first.constants = {"Rates.slew=0", "Setting.mode=0"};
+  first.checksums = {"Setting.horn=xor"};
+  std::string before = told_of(first).text;
+  before = changed(before, "counter = { start = 48, bits = 8 }",
+                   "counter = { start = 48, bits = 8, modulus = 15 }  # to 14");
+  const std::string sum = "checksum = { kind = \"xor\", start = 16, bits = 2";
+  before = changed(before, sum + " }", sum + ", bytes = [0, 1, 3], data_id = [0x2A], data_id_first = true }   # mine");
+  Asked again = first;
+  again.commands = {};
+  again.constants = {"Setting.mode=0"};
+  EXPECT_EQ(told_again(again, before).text, before);
+  again.checksums = {"Setting.horn=sum"};
+  EXPECT_EQ(told_again(again, before).text, changed(before, "kind = \"xor\"", "kind = \"sum\""));
 }
 
 TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {

@@ -216,6 +216,15 @@ TEST(DbcImport, KeepsLineEndsAndRefusesHeadersThatItDoesNotFind) {
   EXPECT_NE(line.find("headers must each begin a line"), std::string::npos) << line;
 }
 
+TEST(DbcImport, ANodeIsGoneWithItsTables) {
+  std::string before = text_before_import();
+  const std::string channels = "channels = { 1 = \"slope\" }\n";
+  before = with_text(before, channels, "");
+  before.insert(before.find("\n[[bus.node]]\nname = \"enable\""), "[bus.node.channels]\n1 = \"slope\"\n");
+  ASSERT_EQ(parse_machine(before, "m.toml").bus, parse_machine(text_before_import(), "m.toml").bus);
+  EXPECT_EQ(imported_into({"slope=Body.slope"}, before).text, imported_into({"slope=Body.slope"}).text);
+}
+
 TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
   struct Case {
     std::vector<std::string> wanted;
