@@ -70,6 +70,16 @@ std::optional<InlineTable> inline_table(const std::string& line) {
   return std::nullopt;
 }
 
+/// "  [bus.node]": no value, though values of several lines may begin with a bracket, too.
+bool is_indented_header(const std::string& line) {
+  const auto opens = line.find_first_not_of(kBlanks);
+  if (opens == 0 || opens == std::string::npos || line[opens] != '[') return false;
+  const std::string header = without_blanks(line.substr(0, line.find('#')));
+  const auto name = header.find_first_not_of("[ \t");
+  return header.ends_with(']') && name != std::string::npos && header[name] >= 'a' && header[name] <= 'z' &&
+         header.find_first_of(",\"'") == std::string::npos;
+}
+
 }  // namespace
 
 FrameTables::FrameTables(const std::string& text, std::string source)
@@ -77,6 +87,8 @@ FrameTables::FrameTables(const std::string& text, std::string source)
   std::istringstream in(text);
   std::size_t buses = 0;
   for (std::string line; std::getline(in, line);) {
+    if (is_indented_header(line))
+      throw InputError(fmt::format("{}: headers must each begin a line: {}", source_, without_blanks(line)));
     const bool begins =
         line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
     if (begins) {
@@ -170,17 +182,31 @@ void FrameTables::set(Kind kind, std::size_t place, const std::string& name, con
     frame.lines.insert(end_of_values(from, to), ended(line));
 }
 
-void FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
+std::string FrameTables::line(Kind kind, std::size_t place, const std::string& name) {
+  const auto [from, to] = values_of(kind, table(kind, place));
+  const auto found = line_of(from, to, name);
+  if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
+  return *found;
+}
+
+std::optional<std::string> FrameTables::key_line(Kind kind, std::size_t place, const std::string& key) {
+  Table& frame = table(kind, place);
+  const Line end = values_of(kind, frame).first - 1;
+  const auto found = line_of(frame.lines.begin(), end, key);
+  return found != end ? std::optional(*found) : std::nullopt;
+}
+
+bool FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
   Table& frame = table(kind, place);
   const auto [from, to] = values_of(kind, frame);
   const auto found = line_of(from, to, name);
   if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
-  const bool last = std::count_if(from, to, is_value) == 1;
-  if (!last) {
+  const bool last = kind == Kind::kBroadcast && std::count_if(from, to, is_value) == 1;
+  if (last)
+    frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+  else
     frame.lines.erase(found);
-    return;
-  }
-  frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+  return last;
 }
 
 void FrameTables::set_key(Kind kind, std::size_t place, const std::string& key, const std::string& line,
