@@ -131,13 +131,17 @@ int import_dbc(const BusOptions& o) {
   const Import import = with_frames(before, o.machine, dbc, signals, told,
                                     o.bus.empty() ? std::nullopt : std::optional(wanted_bus(o.bus)));
   for (const std::string& slip : dbc.slips) std::cout << "note: " << o.file << ": " << slip << '\n';
-  const std::string kept = write_keeping_older(o.machine, import.text);
+  const bool same = import.text == before;
+  const std::string kept = same ? "" : write_keeping_older(o.machine, import.text);
   for (const std::string& frame : import.frames) std::cout << frame << '\n';
   if (!import.gone_nodes.empty())
     std::cout << "no nodes any more: " << fmt::format("{}", fmt::join(import.gone_nodes, ", ")) << '\n';
-  std::cout << "in " << o.machine << " (before: " << kept << ")\n";
+  if (!import.gone_frames.empty())
+    std::cout << "no frames any more: " << fmt::format("{}", fmt::join(import.gone_frames, ", ")) << '\n';
+  std::cout << "in " << o.machine << (same ? " (it was so already: nothing changed)" : " (before: " + kept + ")")
+            << '\n';
   for (const std::string& step : import.to_do) std::cout << "to do: " << step << '\n';
-  check_said(o.machine + " has been changed (before: " + kept + ")");
+  if (!same) check_said(o.machine + " has been changed (before: " + kept + ")");
   return 0;
 }
 

@@ -19,6 +19,11 @@ namespace knuckle::eds {
 [[nodiscard]] const NodeDescription& named_node(const BusDescription& bus, const std::string& name,
                                                 const std::string& source);
 
+/// A changed machine file's text as programs will read it. @param with what is new in it.
+/// @throws InputError where it is none: in one line, without places in a text that nobody has.
+[[nodiscard]] MachineDescription parse_changed(const std::string& text, const std::string& source,
+                                               const std::string& with);
+
 /// The machine file's text with the device in place of that node, its comments and order as they were.
 /// @param node name of a node of the machine file, or of a signal that one has. @throws InputError where the device's
 /// profile is not that node's, where the file has the node neither in a [[bus.node]] table nor on one line in

@@ -75,16 +75,18 @@ class TableWriter {
                                    dbc_.source, message_.line, message_.name, signal.name));
     const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
                                     [&](const PlaceInDbc& place) { return is(place, message_, signal); });
+    const CommandField* const has = field_there(signal);
+    const WantedChecksum* const sum = find(wanted_.checksums, message_, signal);
+    if ((counts || sum != nullptr) && has != nullptr && !has->joint) table_.gone.push_back(has->name);
     if (counts) {
       table_.closing.emplace_back("counter", fmt::format("counter = {{ {} }}", bits_text(signal.field)));
       return;
     }
-    if (const WantedChecksum* const sum = find(wanted_.checksums, message_, signal)) {
+    if (sum != nullptr) {
       table_.closing.emplace_back(
           "checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", sum->kind, bits_text(signal.field)));
       return;
     }
-    const CommandField* const has = field_there(signal);
     const bool named = find(wanted_.commands, message_, signal) || find(wanted_.constants, message_, signal);
     if (there_ != nullptr && !named && (has != nullptr || closes(signal) || rest_of_all() == nullptr)) return;
     const std::string name = has != nullptr ? has->name : signal.name;

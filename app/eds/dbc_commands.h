@@ -57,8 +57,9 @@ struct CommandTable {
   std::optional<std::size_t> there{};  ///< Place in BusDescription::commands of the one that the file has already.
   std::string head;                    ///< Lines, each with its end.
   std::vector<std::pair<std::string, std::string>> closing;  ///< "counter" or "checksum", and its line.
-  std::vector<Field> fields;                                 ///< Of one that is there: what is changed or added.
-  std::string summary;                                       ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
+  std::vector<std::string> gone;  ///< Constants of one that is there which are its counter or checksum from now on.
+  std::vector<Field> fields;      ///< Of one that is there: what is changed or added.
+  std::string summary;            ///< "Velocity (0x18FF0105): boom, arm; constant: swing"
   [[nodiscard]] std::string text() const;
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "app/cli/command.h"
+#include "app/eds/bus_command.h"
 #include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "app/eds/frame_tables.h"
@@ -80,7 +82,8 @@ struct Frame {
 std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>& wanted) {
   std::vector<Frame> frames;
   for (const WantedSignal& one : wanted) {
-    (void)signal_info(one.signal);
+    if (signal_info(one.signal).role != NodeRole::kPilot && !one.travel.empty())
+      cli::refuse_option("--signal", one.signal, "is no pilot pressure: has no shut and full");
     const DbcMessage& message = dbc.usable(one.message);
     const DbcSignal* const signal = &signal_of(dbc, message, one.source);
     const auto by = multiplexing_of(dbc, message, *signal);
@@ -105,24 +108,40 @@ std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>
   return frames;
 }
 
+/// Lines that are the same in all frames under one identifier.
+struct IdentifierKeys {
+  std::vector<std::string> id, closing;
+};
+
 std::string line_of(const DbcFile& dbc, const Frame& frame, const Frame::Signal& signal) {
   return fmt::format("{} = {}", signal.name,
                      field_text(dbc, *frame.message, *signal.source, signal_info(signal.name), signal.travel));
 }
 
-std::string table_of(const DbcFile& dbc, const Frame& frame) {
-  std::string text = head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by) + "[bus.broadcast.signals]\n";
-  for (const Frame::Signal& signal : frame.signals) text += line_of(dbc, frame, signal) + '\n';
+/// @param beside what the file has of the frames under its identifier already. @param lines of its signals
+std::string table_of(const DbcFile& dbc, const Frame& frame, const IdentifierKeys& beside,
+                     const std::vector<std::string>& lines) {
+  std::string text;
+  std::istringstream head(head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by));
+  for (std::string line; std::getline(head, line);) {
+    const bool says_id = line.starts_with("id = ") || line.starts_with("pgn = ") || line.starts_with("extended = ");
+    if (beside.id.empty() || !says_id) text += line + '\n';
+    if (!line.starts_with("name = ")) continue;
+    for (const std::string& id : beside.id) text += id + '\n';
+  }
+  for (const std::string& closing : beside.closing) text += closing + '\n';
+  text += "[bus.broadcast.signals]\n";
+  for (const std::string& line : lines) text += line + '\n';
   return text;
 }
 
-/// Nodes all of whose signals the frames have, or which are told what the frames tell. @throws InputError where a node
-/// would lose but some.
+/// Nodes all of whose signals the frames have, or which are told what frames are to tell from now on. @throws
+/// InputError where a node would lose but some.
 std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::vector<WantedSignal>& wanted,
                                         bool commands, const std::string& source) {
   std::vector<std::string> names;
   for (const NodeDescription& node : bus.nodes) {
-    if (commands && node.is_told()) {
+    if (commands && !bus.by_frames() && node.is_told()) {
       names.push_back(node.name);
       continue;
     }
@@ -175,8 +194,15 @@ void note(const Frame& frame, Import& import) {
                                        name, frame.by->of));
 }
 
-bool same_value(const BroadcastField& field, const SignalInfo& signal) {
-  return field.info().role == signal.role && field.info().index == signal.index;
+/// Whether a frame of the file is this message's.
+template <typename There>
+bool is_of(const There& there, const DbcMessage& message, std::size_t bus) {
+  return there.module == 0 && there.filter().lets(message.id | (bus == 0 ? 0 : kSecondBus));
+}
+
+/// Whether a key says where a number is and what kind it is.
+bool is_place(const std::string& key) {
+  return key == "start" || key == "bits" || key == "order" || key == "type";
 }
 
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
@@ -187,32 +213,42 @@ class Importer {
 
   void put(const Frame& frame) {
     const auto there = place_of(frame);
-    std::vector<std::string> names;
-    std::vector<std::pair<std::size_t, std::string>> moved;
+    std::vector<std::string> names, lines;
     for (const Frame::Signal& signal : frame.signals) {
-      const std::string& name = signal.name;
-      names.push_back(name);
-      bool is_there = false;
-      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
-        for (const BroadcastField& field : before_.broadcasts[place].fields) {
-          if (!same_value(field, signal_info(name))) continue;
-          if (place == there && field.info().name == name)
-            is_there = true;
-          else
-            moved.emplace_back(place, field.info().name);
-        }
+      const SignalInfo& info = signal_info(signal.name);
+      const auto [was_in, was] = before_.broadcast(info.role, info.index);
+      const bool own = was_in != nullptr && was_in->module == 0, known = own && was->info().name == signal.name;
+      const std::size_t at = own ? static_cast<std::size_t>(was_in - before_.broadcasts.data()) : 0;
+      const bool stays = known && at == there;
+      std::string line = line_of(dbc_, frame, signal);
+      if (own && !stays) {
+        moved_.emplace_back(at, was->info().name);
+        if (known)
+          line = tables_.merged(signal.name, tables_.line(Kind::kBroadcast, at, signal.name), line, kept(signal));
       }
-      if (!is_there) note(name, import);
-      if (there) set(*there, frame, signal, is_there);
+      names.push_back(signal.name + (own && at != there ? " (moved from " + was_in->name + ")" : ""));
+      if (!known)
+        note(signal.name, import);
+      else if (info.role == NodeRole::kEncoder && !info.is_angle)
+        import.to_do.push_back(signal.name + ": its offset is the DBC's again: set or commission its zero");
+      if (there)
+        tables_.set(Kind::kBroadcast, *there, signal.name, line, stays, kept(signal));
+      else
+        lines.push_back(std::move(line));
     }
-    for (const auto& [place, name] : moved) tables_.erase(Kind::kBroadcast, place, name);
     if (!there) {
-      tables_.append(table_of(dbc_, frame), bus_);
+      tables_.append(table_of(dbc_, frame, beside(frame), lines), bus_);
       note(frame, import);
     }
     import.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
                                         id_text(frame.message->id), fmt::join(names, ", "),
                                         there ? ", in the table that was there" : ""));
+  }
+
+  /// When all frames are put: until then a table may get a signal in place of its last one.
+  void take_out_moved() {
+    for (const auto& [place, name] : moved_)
+      if (tables_.erase(Kind::kBroadcast, place, name)) import.gone_frames.push_back(before_.broadcasts[place].name);
   }
 
   void put(const CommandTable& table) {
@@ -226,7 +262,10 @@ class Importer {
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
     }
-    for (const auto& [key, line] : table.closing) tables_.set_key(Kind::kCommand, *table.there, key, line);
+    for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
+    for (const auto& [key, line] : table.closing)
+      tables_.set_key(Kind::kCommand, *table.there, key, line,
+                      [](const std::string& of) { return !is_place(of) && of != "kind"; });
   }
 
   Import import;
@@ -235,36 +274,65 @@ class Importer {
   using Kind = FrameTables::Kind;
 
   [[nodiscard]] std::optional<std::size_t> place_of(const Frame& frame) const {
-    const std::uint32_t on = bus_ == 0 ? 0 : kSecondBus;
     for (std::size_t place = 0; place < before_.broadcasts.size(); ++place) {
       const BroadcastFrame& there = before_.broadcasts[place];
       const bool same = there.multiplexer && frame.by ? there.multiplexer->value == frame.by->value
                                                       : there.multiplexer.has_value() == frame.by.has_value();
-      if (there.module == 0 && same && there.filter().lets(frame.message->id | on)) return place;
+      if (same && is_of(there, *frame.message, bus_)) return place;
     }
     return std::nullopt;
   }
 
   /// What the DBC says is its again; sign, zero and what else was set by hand stays.
-  void set(std::size_t place, const Frame& frame, const Frame::Signal& signal, bool is_there) {
-    constexpr std::array kOfDbc{"start", "bits", "order", "type", "scale", "offset", "unit"};
-    tables_.set(Kind::kBroadcast, place, signal.name, line_of(dbc_, frame, signal), is_there,
-                [&](const std::string& key) {
-                  if (!signal.travel.empty() && (key == "shut" || key == "full")) return false;
-                  return std::find(kOfDbc.begin(), kOfDbc.end(), key) == kOfDbc.end();
-                });
-    if (!is_there) return;
-    const std::string& name = signal.name;
-    const BroadcastField* const was = before_.broadcast(signal_info(name).role, signal_info(name).index).field;
-    const bool is_length = was->info().role == NodeRole::kEncoder && !was->info().is_angle;
-    if (is_length) import.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
+  [[nodiscard]] static FrameTables::Keeps kept(const Frame::Signal& signal) {
+    return [has_travel = !signal.travel.empty()](const std::string& key) {
+      if (has_travel && (key == "shut" || key == "full")) return false;
+      return !is_place(key) && key != "scale" && key != "offset" && key != "unit";
+    };
+  }
+
+  /// Of another frame that a multiplexer tells apart from this one.
+  [[nodiscard]] IdentifierKeys beside(const Frame& frame) const {
+    IdentifierKeys keys;
+    for (std::size_t place = 0; frame.by && place < tables_.count(Kind::kBroadcast); ++place) {
+      const BroadcastFrame& other = before_.broadcasts[place];
+      if (!other.multiplexer || !is_of(other, *frame.message, bus_)) continue;
+      for (const char* const key : {"id", "extended", "pgn", "source"})
+        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.id.push_back(*line);
+      for (const char* const key : {"counter", "checksum"})
+        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing.push_back(*line);
+      break;
+    }
+    return keys;
   }
 
   const BusDescription& before_;
   FrameTables& tables_;
   const DbcFile& dbc_;
   std::size_t bus_;
+  std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
+
+/// Knuckle must not send what the sender of a frame sends that the file has or gets.
+void refuse_machines_own(const DbcFile& dbc, const std::vector<Frame>& frames, const std::vector<CommandTable>& told,
+                         const BusDescription& before, std::size_t bus) {
+  const auto refuse_one_sender = [&](const DbcMessage& ours, const DbcMessage& theirs) {
+    if (ours.sender.empty() || ours.sender != theirs.sender) return;
+    throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
+                                 ours.name, theirs.sender, theirs.name));
+  };
+  const auto is_in = [&](const auto& all, const DbcMessage& message) {
+    return std::any_of(all.begin(), all.end(), [&](const auto& there) { return is_of(there, message, bus); });
+  };
+  for (const CommandTable& table : told)
+    for (const Frame& frame : frames) refuse_one_sender(*table.message, *frame.message);
+  for (const DbcMessage& message : dbc.messages) {
+    if (is_in(before.broadcasts, message))
+      for (const CommandTable& table : told) refuse_one_sender(*table.message, message);
+    if (is_in(before.commands, message))
+      for (const Frame& frame : frames) refuse_one_sender(message, *frame.message);
+  }
+}
 
 /// Which bus the frames are on, which is made where the file does not have it.
 std::size_t bus_of(const std::optional<WantedBus>& wanted, const BusDescription& before, const std::string& source,
@@ -296,13 +364,15 @@ std::size_t bus_of(const std::optional<WantedBus>& wanted, const BusDescription&
 }  // namespace
 
 WantedSignal wanted_signal(const std::string& text) {
-  const auto equals = text.find('='), point = text.find('.', equals == std::string::npos ? 0 : equals);
-  if (equals == std::string::npos || equals == 0 || point == std::string::npos || point == equals + 1 ||
-      point + 1 == text.size())
+  const auto equals = text.find('='), colon = text.find(':', equals == std::string::npos ? 0 : equals);
+  const bool has_colon = colon != std::string::npos;
+  const std::string place = equals == std::string::npos ? "" : text.substr(equals + 1, colon - equals - 1);
+  const auto point = place.find('.');
+  if (equals == 0 || point == std::string::npos || point == 0 || point + 1 == place.size() ||
+      (has_colon && colon + 1 == text.size()))
     cli::refuse_option("--signal", text, "must be such as boom_angle=MESSAGE.SIGNAL, both as the DBC calls them");
-  const auto colon = text.find(':', point);
-  return {text.substr(0, equals), text.substr(equals + 1, point - equals - 1),
-          text.substr(point + 1, colon - point - 1), colon == std::string::npos ? "" : text.substr(colon + 1)};
+  return {text.substr(0, equals), place.substr(0, point), place.substr(point + 1),
+          has_colon ? text.substr(colon + 1) : ""};
 }
 
 WantedBus wanted_bus(const std::string& text) {
@@ -335,18 +405,14 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   const std::size_t bus = bus_of(on, before, machine_source, tables, import);
   const std::vector<Frame> frames = frames_of(dbc, signals);
   const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
-  for (const CommandTable& table : told) {
-    for (const Frame& frame : frames)
-      if (table.message->sender == frame.message->sender)
-        throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
-                                     table.message->name, frame.message->sender, frame.message->name));
-  }
+  refuse_machines_own(dbc, frames, told, before, bus);
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))
     throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
   Importer importer(before, tables, dbc, bus);
   importer.import = std::move(import);
   for (const Frame& frame : frames) importer.put(frame);
+  importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);
   import = std::move(importer.import);
   if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
@@ -358,15 +424,7 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
         "valve_watchdog_ms: must be how long the machine's controller waits for command frames before it stops");
   }
   import.text = tables.text();
-  try {
-    (void)parse_machine(import.text, machine_source);
-  } catch (const FileErrors& errors) {
-    std::string all;
-    for (const std::string& line : errors.lines())
-      all += (all.empty() ? "" : "; ") + line.substr(line.find(": ", machine_source.size()) + 2);
-    throw InputError(machine_source + ": is as it was: with these frames of " + dbc.source +
-                     " it would be refused: " + all);
-  }
+  (void)parse_changed(import.text, machine_source, "these frames of " + dbc.source);
   return import;
 }
 

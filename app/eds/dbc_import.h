@@ -30,14 +30,15 @@ struct WantedBus {
 [[nodiscard]] WantedBus wanted_bus(const std::string& text);
 
 struct Import {
-  std::string text;                     ///< Of the machine file.
-  std::vector<std::string> frames;      ///< "Front_Angle (0x18FF1021): boom_angle, arm_angle"
-  std::vector<std::string> gone_nodes;  ///< Whose signals these frames have now.
-  std::vector<std::string> to_do;       ///< What a DBC does not say.
+  std::string text;                      ///< Of the machine file.
+  std::vector<std::string> frames;       ///< "Front_Angle (0x18FF1021): boom_angle, arm_angle"
+  std::vector<std::string> gone_nodes;   ///< Whose signals these frames have now.
+  std::vector<std::string> gone_frames;  ///< Whose last signal was moved.
+  std::vector<std::string> to_do;        ///< What a DBC does not say.
 };
 /// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was. A
 /// frame that the file has already gets what it has not, and of the rest what the DBC says anew: its comments, period,
-/// sign, zero, neutral and all else that a DBC does not say stay. A signal that another frame had is moved.
+/// sign, zero, neutral and all else that a DBC does not say stay. A signal that another frame had is moved, with them.
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,

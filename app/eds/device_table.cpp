@@ -204,22 +204,19 @@ std::string profile_name(const NodeDescription& node) {
   return fmt::format("cia{}", profile_number(node.role));
 }
 
-namespace {
-
-/// The lines of a file that is not there yet would lead nowhere.
-MachineDescription parse_changed(const std::string& text, const std::string& source, const std::string& node,
-                                 const DeviceFile& device) {
+MachineDescription parse_changed(const std::string& text, const std::string& source, const std::string& with) {
   try {
     return parse_machine(text, source);
-  } catch (const FileErrors& errors) {
+  } catch (const InputError& error) {
+    const auto* const several = dynamic_cast<const FileErrors*>(&error);
     std::string all;
-    for (const std::string& line : errors.lines())
-      all += (all.empty() ? "" : "; ") + line.substr(line.find(": ", source.size()) + 2);
-    throw InputError(source + ": is as it was: with " + node + " of " + device.source + " it would be refused: " + all);
+    for (const std::string& line : several != nullptr ? several->lines() : std::vector<std::string>{error.what()}) {
+      const auto place = line.starts_with(source) ? line.find(": ", source.size()) : std::string::npos;
+      all += (all.empty() ? "" : "; ") + (place == std::string::npos ? line : line.substr(place + 2));
+    }
+    throw InputError(source + ": is as it was: with " + with + " it would be refused: " + all);
   }
 }
-
-}  // namespace
 
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
@@ -236,7 +233,8 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   const std::string text = has_node_tables(machine_text, machine_source)
                                ? with_table(machine_text, machine_source, changed)
                                : with_line(machine_text, machine_source, changed);
-  const BusDescription read = parse_changed(text, machine_source, changed.name, device).bus;  // as programs will
+  const BusDescription read =
+      parse_changed(text, machine_source, changed.name + " of " + device.source).bus;       // as programs will
   changed.guard = read.node_of(changed.role, changed.channels.front().info().index).guard;  // proved of another device
   if (!(read == bus)) {
     throw InputError(machine_source + ": needs " + changed.name +

@@ -14,6 +14,7 @@ namespace knuckle::eds {
 namespace {
 
 constexpr const char* kNodeTable = "[[bus.node]]";
+constexpr const char* kPartOfNode = "[bus.node.";
 constexpr std::string_view kBlanks = " \t\r";
 
 std::string without_blanks(std::string_view text) {
@@ -69,6 +70,16 @@ std::optional<InlineTable> inline_table(const std::string& line) {
   return std::nullopt;
 }
 
+/// "  [bus.node]": no value, though values of several lines may begin with a bracket, too.
+bool is_indented_header(const std::string& line) {
+  const auto opens = line.find_first_not_of(kBlanks);
+  if (opens == 0 || opens == std::string::npos || line[opens] != '[') return false;
+  const std::string header = without_blanks(line.substr(0, line.find('#')));
+  const auto name = header.find_first_not_of("[ \t");
+  return header.ends_with(']') && name != std::string::npos && header[name] >= 'a' && header[name] <= 'z' &&
+         header.find_first_of(",\"'") == std::string::npos;
+}
+
 }  // namespace
 
 FrameTables::FrameTables(const std::string& text, std::string source)
@@ -76,6 +87,8 @@ FrameTables::FrameTables(const std::string& text, std::string source)
   std::istringstream in(text);
   std::size_t buses = 0;
   for (std::string line; std::getline(in, line);) {
+    if (is_indented_header(line))
+      throw InputError(fmt::format("{}: headers must each begin a line: {}", source_, without_blanks(line)));
     const bool begins =
         line.starts_with('[') && !line.starts_with("[bus.broadcast.") && !line.starts_with("[bus.command.");
     if (begins) {
@@ -122,27 +135,27 @@ std::pair<FrameTables::Line, FrameTables::Line> FrameTables::values_of(Kind kind
 
 bool FrameTables::erase_nodes(const std::vector<std::string>& all, const std::vector<std::string>& names) {
   std::size_t place = 0;
-  for (Table& table : tables_) {
-    if (table.kind != kNodeTable || place++ >= all.size()) continue;
-    const std::string& name = all[place - 1];
-    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
-    table.lines.erase(table.lines.begin(), end_of_values(table.lines.begin(), table.lines.end()));
-    while (!table.lines.empty() && table.lines.front().find_first_not_of(" \t\r") == std::string::npos)
-      table.lines.erase(table.lines.begin());
+  bool is_gone = false;
+  for (std::size_t i = 0; i < tables_.size(); ++i) {
+    const auto is_part = [&](std::size_t table) {
+      return table < tables_.size() && tables_[table].kind.starts_with(kPartOfNode);
+    };
+    if (!is_part(i)) {
+      is_gone = tables_[i].kind == kNodeTable && place < all.size() &&
+                std::find(names.begin(), names.end(), all[place]) != names.end();
+      if (tables_[i].kind == kNodeTable) ++place;
+    }
+    if (!is_gone) continue;
+    std::vector<std::string>& lines = tables_[i].lines;
+    lines.erase(lines.begin(), is_part(i + 1) ? lines.end() : end_of_values(lines.begin(), lines.end()));
+    while (!lines.empty() && lines.front().find_first_not_of(kBlanks) == std::string::npos) lines.erase(lines.begin());
   }
   return place == all.size();
 }
 
-bool FrameTables::set(Kind kind, std::size_t place, const std::string& name, const std::string& line, bool is_there,
-                      const std::function<bool(const std::string& key)>& keeps) {
-  Table& frame = table(kind, place);
-  const auto [from, to] = values_of(kind, frame);
-  const auto found = line_of(from, to, name);
-  if (found == to && !is_there) {
-    frame.lines.insert(end_of_values(from, to), ended(line));
-    return false;
-  }
-  const auto was = found == to ? std::nullopt : inline_table(*found);
+std::string FrameTables::merged(const std::string& name, const std::string& there, const std::string& line,
+                                const Keeps& keeps) const {
+  const auto was = inline_table(there);
   if (!was) throw InputError(fmt::format("{}: {} must be a table in one line: {} = {{ ... }}", source_, name, name));
   const InlineTable is = inline_table(line).value();
   std::string keys;
@@ -155,29 +168,54 @@ bool FrameTables::set(Kind kind, std::size_t place, const std::string& name, con
   }
   for (const auto& [key, value] : was->keys)
     if (keeps(key) && is.find(key) == nullptr) add(key, value);
-  *found = was->before + " " + keys + " " + was->after;
-  return true;
+  return was->before + " " + keys + " " + was->after;
 }
 
-void FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
+void FrameTables::set(Kind kind, std::size_t place, const std::string& name, const std::string& line, bool is_there,
+                      const Keeps& keeps) {
+  Table& frame = table(kind, place);
+  const auto [from, to] = values_of(kind, frame);
+  const auto found = line_of(from, to, name);
+  if (found != to || is_there)
+    *found = merged(name, found != to ? *found : "", line, keeps);
+  else
+    frame.lines.insert(end_of_values(from, to), ended(line));
+}
+
+std::string FrameTables::line(Kind kind, std::size_t place, const std::string& name) {
+  const auto [from, to] = values_of(kind, table(kind, place));
+  const auto found = line_of(from, to, name);
+  if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
+  return *found;
+}
+
+std::optional<std::string> FrameTables::key_line(Kind kind, std::size_t place, const std::string& key) {
+  Table& frame = table(kind, place);
+  const Line end = values_of(kind, frame).first - 1;
+  const auto found = line_of(frame.lines.begin(), end, key);
+  return found != end ? std::optional(*found) : std::nullopt;
+}
+
+bool FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
   Table& frame = table(kind, place);
   const auto [from, to] = values_of(kind, frame);
   const auto found = line_of(from, to, name);
   if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
-  const bool last = std::count_if(from, to, is_value) == 1;
-  if (!last) {
+  const bool last = kind == Kind::kBroadcast && std::count_if(from, to, is_value) == 1;
+  if (last)
+    frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+  else
     frame.lines.erase(found);
-    return;
-  }
-  frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+  return last;
 }
 
-void FrameTables::set_key(Kind kind, std::size_t place, const std::string& key, const std::string& line) {
+void FrameTables::set_key(Kind kind, std::size_t place, const std::string& key, const std::string& line,
+                          const Keeps& keeps) {
   Table& frame = table(kind, place);
   const Line end = values_of(kind, frame).first - 1;
   const auto found = line_of(frame.lines.begin(), end, key);
   if (found != end)
-    *found = ended(line);
+    *found = merged(key, *found, line, keeps);
   else
     frame.lines.insert(end, ended(line));
 }

@@ -13,23 +13,33 @@ namespace knuckle::eds {
 class FrameTables {
  public:
   enum class Kind : unsigned char { kBroadcast, kCommand };
-  /// @param source its name, in what is refused.
+  /// @param source its name, in what is refused. @throws InputError where a header is indented.
   FrameTables(const std::string& text, std::string source);
 
   /// Of this kind, in the order of the file.
   [[nodiscard]] std::size_t count(Kind kind) const noexcept { return places(kind).size(); }
 
-  /// Takes nodes out. @param all names of the nodes, in their order. @return whether each was found.
+  /// Takes nodes out, with their [bus.node.*] tables. @param all names of the nodes, in their order. @return whether
+  /// each was found.
   bool erase_nodes(const std::vector<std::string>& all, const std::vector<std::string>& names);
+  /// Of the keys of a line "name = { ... }" that is there which stay as they are.
+  using Keeps = std::function<bool(const std::string& key)>;
   /// A line "name = { ... }" of a signal or a field takes the place of the one of this name, whose comment stays, and
-  /// of its keys those that `keeps` says; without one it is put behind the others. @return whether there was one.
+  /// of its keys those that `keeps` says; without one it is put behind the others.
   /// @throws InputError where the table has it in another way than on a line of its own.
-  bool set(Kind kind, std::size_t table, const std::string& name, const std::string& line, bool is_there,
-           const std::function<bool(const std::string& key)>& keeps);
-  /// Takes a signal out, and the table where that was the last.
-  void erase(Kind kind, std::size_t table, const std::string& name);
-  /// Sets a key of the table itself: "counter = { ... }".
-  void set_key(Kind kind, std::size_t table, const std::string& key, const std::string& line);
+  void set(Kind kind, std::size_t table, const std::string& name, const std::string& line, bool is_there,
+           const Keeps& keeps);
+  /// What set() makes of a line that is there. @param name of both
+  [[nodiscard]] std::string merged(const std::string& name, const std::string& there, const std::string& line,
+                                   const Keeps& keeps) const;
+  /// As it is. @throws InputError where it is not on a line of its own.
+  [[nodiscard]] std::string line(Kind kind, std::size_t table, const std::string& name);
+  /// Of a key of the table itself; nothing where it is not on a line of its own.
+  [[nodiscard]] std::optional<std::string> key_line(Kind kind, std::size_t table, const std::string& key);
+  /// Takes a signal or a field out, and the table of a broadcast where that was the last. @return whether it is gone.
+  bool erase(Kind kind, std::size_t table, const std::string& name);
+  /// Likewise a key of the table itself: "counter = { ... }".
+  void set_key(Kind kind, std::size_t table, const std::string& key, const std::string& line, const Keeps& keeps);
   /// A whole table behind the last one of a bus.
   void append(const std::string& table, std::size_t bus);
   /// Makes a second [[bus]]. @param first the name of the one that is there where it has none.
@@ -54,7 +64,9 @@ class FrameTables {
   [[nodiscard]] static Line line_of(Line from, Line to, const std::string& name);
   /// Of the lines with signals or fields.
   [[nodiscard]] std::pair<Line, Line> values_of(Kind kind, Table& table) const;
-  [[nodiscard]] std::string ended(const std::string& line) const { return line + line_end_; }
+  [[nodiscard]] std::string ended(const std::string& line) const {
+    return line.ends_with('\r') ? line : line + line_end_;
+  }
 
   std::string source_;
   std::vector<Table> tables_;

@@ -9,6 +9,7 @@
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/module_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 
@@ -115,6 +116,43 @@ TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
       << "it keeps the name that it was given";
 }
 
+TEST(DbcCommands, AnEnableNodeBesideTheFramesStays) {
+  const std::string solar = slow_solar_text();
+  const auto enable = solar.find("[[bus.node]]\nname = \"enable\"");
+  std::string before = told_of({}).text;
+  before.insert(before.find("[[bus.command]]"), solar.substr(enable, solar.find("[limits]", enable) - enable));
+  ASSERT_TRUE(parse_machine(before, "m.toml").bus.has_enable());
+  const Import again = told_again({.commands = {}, .constants = {"Setting.mode=1"}, .counters = {}}, before);
+  EXPECT_TRUE(again.gone_nodes.empty());
+  EXPECT_EQ(parse_machine(again.text, "m.toml").bus.nodes, parse_machine(before, "m.toml").bus.nodes);
+}
+
+TEST(DbcCommands, AModuleWhoseOutputsMoveTheJointsStays) {
+  const std::string before = test::module_text();
+  const Import import = told_again({.commands = {}, .constants = {"Setting=0"}, .counters = {}}, before);
+  EXPECT_TRUE(import.gone_nodes.empty());
+  const BusDescription is = parse_machine(import.text, "m.toml").bus, was = parse_machine(before, "m.toml").bus;
+  EXPECT_EQ(is.nodes, was.nodes);
+  EXPECT_EQ(is.commands.size(), was.commands.size() + 1);
+}
+
+TEST(DbcCommands, CounterAndChecksumKeepWhatAPersonSet) {
+  Asked first;
+  first.constants = {"Rates.slew=0", "Setting.mode=0"};
+  first.checksums = {"Setting.horn=xor"};
+  std::string before = told_of(first).text;
+  before = changed(before, "counter = { start = 48, bits = 8 }",
+                   "counter = { start = 48, bits = 8, modulus = 15 }  # to 14");
+  const std::string sum = "checksum = { kind = \"xor\", start = 16, bits = 2";
+  before = changed(before, sum + " }", sum + ", bytes = [0, 1, 3], data_id = [0x2A], data_id_first = true }   # mine");
+  Asked again = first;
+  again.commands = {};
+  again.constants = {"Setting.mode=0"};
+  EXPECT_EQ(told_again(again, before).text, before);
+  again.checksums = {"Setting.horn=sum"};
+  EXPECT_EQ(told_again(again, before).text, changed(before, "kind = \"xor\"", "kind = \"sum\""));
+}
+
 TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
   Asked volts;
   std::string dbc = kToldDbc;
@@ -140,11 +178,48 @@ TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
 
 TEST(DbcCommands, ACounterThatWasForgottenIsAdded) {
   Asked first;
-  first.constants = {"Rates.slew=0", "Setting.mode=0", "Setting.horn=0", "Setting.alive=0"};
+  first.constants = {"Rates.slew=0", "Setting=0"};
   first.counters = {};
-  std::string before = changed(told_of(first).text, "alive = { start = 48, bits = 8, scale = 1, neutral = 0 }\n", "");
+  const std::string before = told_of(first).text, alive = "alive = { start = 48, bits = 8, scale = 1, neutral = 0 }\n";
   const Import again = told_again({.commands = {}, .constants = {}, .counters = {"Setting.alive"}}, before);
+  EXPECT_NE(before.find(alive), std::string::npos);
+  EXPECT_EQ(again.text.find(alive), std::string::npos) << "what was a constant";
   EXPECT_EQ(parse_machine(again.text, "m.toml").bus.commands[1].closing.counter->field.start_bit, 48);
+}
+
+TEST(DbcCommands, WhereItWouldBeNoTomlTheLineSaysThatTheFileIsAsItWas) {
+  const std::string before =
+      changed(told_of({}).text, "counter = { start = 48, bits = 8 }", "counter.start = 48\ncounter.bits = 8");
+  const std::string line = test::refusal(
+      [&] { (void)told_again({.commands = {}, .constants = {}, .counters = {"Setting.alive"}}, before); });
+  EXPECT_TRUE(line.starts_with("m.toml: is as it was: with these frames of m.dbc it would be refused: ")) << line;
+  EXPECT_NE(line.find("counter"), std::string::npos) << line;
+  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+}
+
+TEST(DbcCommands, WhatTheSenderOfAFrameInTheFileSendsIsRefused) {
+  std::string dbc = kToldDbc;
+  dbc = changed(
+      dbc, "BO_ 424 Own: 8 Machine\n",
+      "BO_ 425 Body: 2 Machine\n SG_ slope : 0|16@1- (0.01,0) [-90|90] \"deg\" Knuckle\nBO_ 424 Own: 8 Machine\n");
+  dbc += "BA_ \"GenMsgCycleTime\" BO_ 425 10;\n";
+  const auto import = [](const std::string& text, const std::string& of, const std::string& before,
+                         const std::vector<WantedSignal>& signals, const Asked& asked) {
+    return with_frames(before, "m.toml", parse_dbc(text, of), signals, asked.frames());
+  };
+  const Asked own{.commands = {}, .constants = {"Own.mode=0"}, .counters = {}};
+  const std::string before = import(dbc, "m.dbc", slow_solar_text(), {wanted_signal("slope=Body.slope")}, Asked{}).text;
+  EXPECT_EQ(test::refusal([&] { (void)import(dbc, "m.dbc", before, {}, own); }),
+            "m.dbc: Own is sent by Machine, who sends Body as well: Knuckle must not send it");
+  const std::string wrong = changed(dbc, "BO_ 425 Body: 2 Machine", "BO_ 425 Body: 2 Knuckle");
+  EXPECT_NE(test::refusal([&] {
+              (void)import(wrong, "m.dbc", told_of({}).text, {wanted_signal("slope=Body.slope")},
+                           {.commands = {}, .constants = {}, .counters = {}});
+            }).find("is sent by Knuckle, who sends Body as well"),
+            std::string::npos);
+  const std::string nobody =
+      changed(changed(dbc, "Body: 2 Machine", "Body: 2 Vector__XXX"), "Own: 8 Machine", "Own: 8 Vector__XXX");
+  EXPECT_NO_THROW((void)import(nobody, "m.dbc", before, {}, own)) << "of a DBC that does not say who sends";
 }
 
 TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {

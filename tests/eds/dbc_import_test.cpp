@@ -76,6 +76,11 @@ std::string with_text(std::string text, const std::string& from, const std::stri
   return text.replace(at, from.size(), to);
 }
 
+/// On its bus for a frame more.
+std::string with_room() {
+  return with_text(text_before_import(), "\nvalve_status_every_nth_sync = 4", "\nvalve_status_every_nth_sync = 8");
+}
+
 const std::vector<std::string> kAngleSignals{"boom_angle=Front.boom", "arm_angle=Front.arm",
                                              "bucket_angle=Front.bucket"};
 
@@ -170,6 +175,57 @@ TEST(DbcImport, ASignalThatAnotherFrameHadIsMoved) {
   EXPECT_EQ(frame->id, 0x21U | kExtendedId) << "29 bits, however small";
   EXPECT_EQ(slope->bits.type, BitField::Type::kFloat);
   EXPECT_EQ(machine.bus.broadcasts.size(), 1U) << "a frame without a signal is gone";
+  EXPECT_EQ(other.frames, std::vector<std::string>{"Small (0x00000021): slope (moved from Body)"});
+  EXPECT_EQ(other.gone_frames, std::vector<std::string>{"Body"});
+}
+
+TEST(DbcImport, AMovedSignalKeepsWhatAPersonSet) {
+  const std::string slope = "slope = { start = 0, bits = 16, type = \"signed\", scale = 0.01, unit = \"deg\"";
+  const std::string once = with_text(imported_into({"slope=Body.slope"}, with_room()).text, slope + " }",
+                                     slope + ", sign = -1, zero_rad = 0.02 }   # as mounted");
+  const std::string moved = ", unit = \"rad\", sign = -1, zero_rad = 0.02 }   # as mounted\n";
+  const Import other = imported_into({"slope=Small.slope"}, once);
+  EXPECT_NE(other.text.find("bits = 32, type = \"float\", scale = 1" + moved), std::string::npos) << other.text;
+  ASSERT_EQ(other.to_do.size(), 1U);
+  EXPECT_TRUE(other.to_do.front().starts_with("Small: set invalid_from")) << "of the frame, not the signal";
+}
+
+TEST(DbcImport, SignalsOfTwoFramesAreExchanged) {
+  const std::string one = "BO_ 426 Body: 2 Machine\n";
+  const std::string dbc = with_text(
+      with_text(kImportedDbc, one, "BO_ 427 Other: 2 Machine\n SG_ angle : 0|16@1- (0.01,0) [0|0] \"deg\" X\n" + one),
+      "BA_ \"GenMsgCycleTime\" BO_ 426 10;",
+      "BA_ \"GenMsgCycleTime\" BO_ 426 10;\nBA_ \"GenMsgCycleTime\" BO_ 427 10;");
+  const std::string wrong =
+      imported_into({"arm_angle=Body.slope", "boom_angle=Other.angle"}, text_before_import(), "", dbc).text;
+  const Import right = imported_into({"boom_angle=Body.slope", "arm_angle=Other.angle"}, wrong, "", dbc);
+  const BusDescription bus = parse_machine(right.text, "m.toml").bus;
+  EXPECT_EQ(bus.broadcast(NodeRole::kEncoder, kBoom).frame->id, 426U);
+  EXPECT_EQ(bus.broadcast(NodeRole::kEncoder, kArm).frame->id, 427U);
+  EXPECT_TRUE(right.gone_frames.empty());
+}
+
+TEST(DbcImport, OneMoreValueOfAMultiplexerHasWhatItsFramesHave) {
+  std::string once = imported_into({"slope=Mixed.slope"}, with_room()).text;
+  once = with_text(once, "[bus.broadcast.signals]",
+                   "counter = { start = 60, bits = 4, modulus = 15 }\n[bus.broadcast.signals]");
+  const BusDescription bus = parse_machine(imported_into({"arm_angle=Mixed.arm"}, once).text, "m.toml").bus;
+  EXPECT_EQ(bus.broadcast(NodeRole::kEncoder, kArm).frame->closing, bus.broadcast(NodeRole::kTilt, 0).frame->closing);
+  const std::string dbc =
+      with_text(with_text(kImportedDbc, "BO_ 500 Mixed", "BO_ 2566852881 Mixed"), "BA_ \"GenMsgCycleTime\" BO_ 500 5;",
+                "BA_ \"GenMsgCycleTime\" BO_ 2566852881 5;\nBA_ \"VFrameFormat\" BO_ 2566852881 3;");
+  std::string group = imported_into({"slope=Mixed.slope"}, with_room(), "", dbc).text;
+  const auto pgn = group.find("pgn = "), end = group.find('\n', pgn);
+  ASSERT_NE(pgn, std::string::npos);
+  for (const std::string& completed :
+       {group.substr(pgn, end - pgn) + "\nsource = 0x11", std::string("id = 0x18FF1111")}) {
+    const std::string before = std::string(group).replace(pgn, end - pgn, completed);
+    const BusDescription both =
+        parse_machine(imported_into({"arm_angle=Mixed.arm"}, before, "", dbc).text, "m.toml").bus;
+    const BroadcastFrame& arm = *both.broadcast(NodeRole::kEncoder, kArm).frame;
+    EXPECT_EQ(arm.id, both.broadcast(NodeRole::kTilt, 0).frame->id);
+    EXPECT_EQ(arm.source, both.broadcast(NodeRole::kTilt, 0).frame->source);
+  }
 }
 
 TEST(DbcImport, MakesASecondBusOrTakesTheOneThatIsNamed) {
@@ -210,10 +266,21 @@ TEST(DbcImport, KeepsLineEndsAndRefusesHeadersThatItDoesNotFind) {
   const std::string tilt = "[[bus.node]]\nname = \"tilt\"";
   commented.replace(commented.find(tilt), tilt.size(), "[[bus.node]] # [old]\nname = \"tilt\"");
   EXPECT_EQ(parse_machine(imported_into({"slope=Body.slope"}, commented).text, "m.toml").bus.nodes.size(), 13U);
-  std::string indented = text_before_import();
-  indented.insert(indented.find("[[bus.node]]"), "  ");
-  const std::string line = knuckle::test::refusal([&] { (void)imported_into({"slope=Body.slope"}, indented); });
-  EXPECT_NE(line.find("headers must each begin a line"), std::string::npos) << line;
+  for (const char* const header : {"[[bus.node]]", "[limits]"}) {
+    std::string indented = text_before_import();
+    indented.insert(indented.find(header), "  ");
+    const std::string line = knuckle::test::refusal([&] { (void)imported_into({"slope=Body.slope"}, indented); });
+    EXPECT_NE(line.find(std::string("headers must each begin a line: ") + header), std::string::npos) << line;
+  }
+}
+
+TEST(DbcImport, ANodeIsGoneWithItsTables) {
+  std::string before = text_before_import();
+  const std::string channels = "channels = { 1 = \"slope\" }\n";
+  before = with_text(before, channels, "");
+  before.insert(before.find("\n[[bus.node]]\nname = \"enable\""), "[bus.node.channels]\n1 = \"slope\"\n");
+  ASSERT_EQ(parse_machine(before, "m.toml").bus, parse_machine(text_before_import(), "m.toml").bus);
+  EXPECT_EQ(imported_into({"slope=Body.slope"}, before).text, imported_into({"slope=Body.slope"}).text);
 }
 
 TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
@@ -225,6 +292,9 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
        {Case{{"boom_angle"}, "--signal boom_angle: must be such as boom_angle=MESSAGE.SIGNAL"},
         {{"boom=Front.boom"}, "--signal boom: must be one of boom_head_pressure, "},
         {{"boom_spool=Front.boom"}, "--signal boom_spool: must be one of"},
+        {{"boom_extend_pilot=Front:shut=0.6,full=2"}, "must be such as boom_angle=MESSAGE.SIGNAL"},
+        {{"boom_angle=Front.boom:"}, "must be such as boom_angle=MESSAGE.SIGNAL"},
+        {{"boom_angle=Front.boom:shut=0.6,full=2"}, "--signal boom_angle: is no pilot pressure"},
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
         {{"slope=Nested.deep"}, "is multiplexed by inner, which is multiplexed itself"},
