@@ -45,6 +45,9 @@ FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
   checksum.kind = static_cast<FrameChecksum::Kind>(file.choice("kind", kChecksumNames));
   checksum.field = read_bits(file, frame_bytes);
   file.require(checksum.field.bits <= kByte, "bits", "must be at most 8", {"type"});
+  const bool is_crc =
+      checksum.kind == FrameChecksum::Kind::kCrc8J1850 || checksum.kind == FrameChecksum::Kind::kCrc8H2f;
+  file.require(!is_crc || checksum.field.bits >= kByte, "bits", "must be 8 of a CRC", {"kind"});
   const std::uint8_t own = checksum.field.start_bit / kByte;
   std::vector<double> bytes;
   if (file.has("bytes")) {

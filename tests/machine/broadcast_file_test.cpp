@@ -107,6 +107,7 @@ TEST(BroadcastFile, WhatCannotBeIsRefusedInOneLine) {
            {"start = 24, bits = 8, data_id", "start = 16, bits = 8, data_id", "has bits of the counter"},
            {"data_id = [0x5A]", "bytes = [0, 1, 2, 3]", "have the checksum's own: it cannot cover itself"},
            {"crc8-j1850", "crc8", "must be one of"},
+           {"start = 24, bits = 8, data_id", "start = 24, bits = 7, data_id", "must be 8 of a CRC"},
            {"slope = {", "boom_head_pressure = {", "boom_head_pressure"},
            {"slope = { start = 0, bits = 16, type = \"signed\", scale = 0.01, unit = \"deg\" }\n", "",
             "must have at least one signal"},
