@@ -56,7 +56,8 @@ void MotionMonitor::note_unmoved(Axis& axis, bool held) const noexcept {
   const double then = axis.told_radps[(next_ + 1) % lag_steps_], now = axis.told_radps[next_];
   const double sure_radps = held ? 0 : kLimits.less * std::min(std::abs(then), std::abs(now));
   Unmoved& unmoved = axis.unmoved;
-  unmoved.sum_rad = std::max(0.0, unmoved.sum_rad + (sure_radps - kLimits.leak_radps) * step_s_);
+  unmoved.sum_rad =
+      std::clamp(unmoved.sum_rad + (sure_radps - kLimits.leak_radps) * step_s_, 0.0, kRemembered * kLimits.unmoved_rad);
   unmoved.at_rad += std::copysign(sure_radps, then) * step_s_;
   unmoved.low_rad = std::min(unmoved.low_rad, unmoved.at_rad);
   unmoved.high_rad = std::max(unmoved.high_rad, unmoved.at_rad);

@@ -29,7 +29,7 @@ namespace knuckle::slave {
 struct ValidityLimits {
   double pressure_floor_Pa = -3e5;    ///< Vacuum (-1 bar gauge) and an offset of 1 bar, with room.
   double pressure_over_range = 1.05;  ///< Of the transmitter's range.
-  double pilot_over_full = 1.5;    ///< Of a pilot pressure at which the spool is at full stroke: lost supply says more.
+  double pilot_over_full = 1.25;   ///< Of a pilot pressure at which the spool is at full stroke: lost supply says more.
   double length_margin_m = 0.010;  ///< Beyond the cylinder's stroke: pin tolerances and encoder offset.
   double cylinder_mps = 0.8;       ///< Twice what the pump can do; a snapped wire winds back at more.
   double jump_m = 0.001;           ///< Jump allowed on top: ten steps of 0.1 mm ...

@@ -25,7 +25,7 @@ struct FedInTurn {
         if (angles ? !with_angles : !with_pressures) continue;
         CanFrame frame{kBoth, 8, {76, 76, 76, 76, 76, 76, 0, 2}};
         if (angles) frame.data = {0xB4, 0x5F, 0x02, 0x53, 0xEE, 0x18, 0, 1};
-        if (counts) count = (count + step) % 16;
+        if (counts) count = (count + 1) % 16;
         frame.data[6] = static_cast<std::uint8_t>(angles ? angles_count.value_or(count) : count);
         sensors.receive(frame, now);
       }
@@ -42,7 +42,7 @@ struct FedInTurn {
   SensorSet sensors{machine};
   Time now{1s};
   std::uint64_t body_count = 0;
-  unsigned count = 0, step = 1;
+  unsigned count = 0;
   std::optional<unsigned> angles_count{};  // stands
   bool counts = true, with_angles = true, with_pressures = true;
 };
@@ -67,12 +67,22 @@ TEST(Multiplexed, OneThatNoLongerComesIsTold) {
 
 TEST(Multiplexed, TheCounterRunsOverAllFramesOfTheIdentifier) {
   FedInTurn fed;
-  fed.step = 8;  // each of the two has but one count
   fed.feed(20);
   EXPECT_EQ(fed.fault(), "");
   fed.counts = false;
   fed.feed(4);
   EXPECT_EQ(fed.fault().rfind("sensor_invalid: ", 0), 0U) << fed.fault();
+}
+
+TEST(Multiplexed, OneCountForEachOfTheFramesIsNoneThatStands) {
+  BusDescription bus = test::multiplexed_machine().bus;
+  for (BroadcastFrame& frame : bus.broadcasts)
+    if (frame.multiplexer) frame.closing.counter->modulus = 2;
+  ClosedFrames frames(bus);
+  for (std::uint8_t n = 0; n < 40; ++n) {
+    const auto count = static_cast<std::uint8_t>(n % 2), value = static_cast<std::uint8_t>(1 + n % 2);
+    EXPECT_FALSE(frames.is_void({kBoth, 8, {0, 0, 0, 0, 0, 0, count, value}})) << int{n};
+  }
 }
 
 TEST(Multiplexed, OneThatComesAgainAndAgainAmongLivingOnesIsFound) {
