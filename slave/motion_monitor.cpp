@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "machine/encoder_length.h"
 #include "machine/oil_stiffness.h"
+#include "machine/pilot_spool.h"
 
 namespace knuckle::slave {
 namespace {
@@ -31,6 +33,8 @@ MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s)
       step_m_(length_steps_m(machine)) {
   for (int i = 0; i < kJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
+    // Where pilot pressures tell the spool, Plausibility looks for the angle that stands, and names the sensor.
+    if (tells_pilots(machine.bus, i)) step_m_[i] = std::numeric_limits<double>::infinity();
     for (const bool extend : {false, true}) {
       full_radps_[extend ? 1 : 0][i] =
           by_rate_ ? machine.bus.full_rate_radps(i, extend) : kLimits.any_speed * machine.links[joint].max_rate_radps;
