@@ -55,10 +55,11 @@ double MotionMonitor::told_radps(int joint, double demand, double lever_m) const
   return std::copysign(rate, demand * lever_m);
 }
 
-/// What was told a lag ago and still is, whichever way: who was stopped meanwhile stands rightly.
+/// What was told a lag ago, whichever way, while anything still is: who was stopped meanwhile stands rightly.
 void MotionMonitor::note_unmoved(Axis& axis, bool held) const noexcept {
   const double then = axis.told_radps[(next_ + 1) % lag_steps_], now = axis.told_radps[next_];
-  const double sure_radps = held ? 0 : kLimits.less * std::min(std::abs(then), std::abs(now));
+  const bool asked = kLimits.less * std::abs(now) > kLimits.leak_radps;
+  const double sure_radps = held || !asked ? 0 : kLimits.less * std::abs(then);
   Unmoved& unmoved = axis.unmoved;
   unmoved.sum_rad =
       std::clamp(unmoved.sum_rad + (sure_radps - kLimits.leak_radps) * step_s_, 0.0, kRemembered * kLimits.unmoved_rad);
