@@ -6,6 +6,7 @@
 #include "machine/pilot_spool.h"
 #include "slave/bus_map.h"
 #include "slave/sdo_question.h"
+#include "slave/sensors.h"
 #include "slave/valve_frame.h"
 #include "transport/canopen.h"
 #include "transport/j1939.h"
@@ -126,7 +127,10 @@ void OrderlyStop::hear_pilots(const CanFrame& frame) noexcept {
     Pilot& pilot = pilots_[static_cast<std::size_t>(line / 2)];
     const auto raw = raw_in(frame, told);
     const double value_Pa = value_of(told.field->bits, raw.value_or(0));
-    const bool known = raw && !(told.field->analog && told.field->analog->is_broken(value_Pa));
+    const bool broken = told.field->analog && told.field->analog->is_broken(value_Pa);
+    const bool possible =
+        value_Pa >= kValidity.pressure_floor_Pa && value_Pa <= kValidity.pilot_over_full * told.field->full_Pa;
+    const bool known = raw && possible && !broken;
     (line % 2 == 0 ? pilot.extend_Pa : pilot.retract_Pa) = known ? std::optional(value_Pa) : std::nullopt;
   }
 }

@@ -39,6 +39,14 @@ struct Piloted : test::BenchMachine {
 /// What extends the arm's cylinder turns it down.
 constexpr double kOut = 0.3, kIn = -0.3;
 
+/// Transmitters without supply: all say the highest, and their difference would be that of a shut spool.
+void lose_supply(Piloted& m) {
+  const auto& sent = m.description.bus.broadcasts;
+  const auto pilots = std::find_if(sent.begin(), sent.end(), [](const auto& one) { return one.id == kPilotFrame; });
+  m.nodes.inject_broadcast(static_cast<std::size_t>(pilots - sent.begin()), sim::BroadcastFault::kInvalid,
+                           ~std::uint64_t{0});
+}
+
 class PilotedBy : public testing::TestWithParam<const char*> {};
 
 TEST_P(PilotedBy, IsLedAndShowsWhereItsSpoolsAre) {
@@ -69,14 +77,10 @@ TEST_P(PilotedBy, AStaleOrInvalidPressureIsAFaultByName) {
   EXPECT_EQ(m.fault().rfind("sensor_stale: pilot_pressure (0x18FF5021), boom_extend_pilot: ", 0), 0U) << m.fault();
 }
 
-/// As where transmitters have lost their supply: the difference would be that of a shut spool.
 TEST_P(PilotedBy, PressuresThatNoPilotStageHasAreNone) {
   Piloted m(GetParam());
   ASSERT_TRUE(m.engage()) << m.fault();
-  const auto& sent = m.description.bus.broadcasts;
-  const auto pilots = std::find_if(sent.begin(), sent.end(), [](const auto& one) { return one.id == kPilotFrame; });
-  m.nodes.inject_broadcast(static_cast<std::size_t>(pilots - sent.begin()), sim::BroadcastFault::kInvalid,
-                           ~std::uint64_t{0});
+  lose_supply(m);
   m.run(60ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(m.fault().rfind("sensor_invalid: pilot_pressure (0x18FF5021), boom_extend_pilot", 0), 0U) << m.fault();
@@ -197,6 +201,15 @@ TEST(PilotPressure, AnOrderlyStopSaysWhichSpoolIsNotShut) {
   OrderlyStop stop(m.description, m.can);
   (void)stopped_after(m, stop);
   EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{true, false, false}));
+}
+
+TEST(PilotPressure, AnOrderlyStopTakesNoPressureForAShutSpoolThatNoPilotStageHas) {
+  Piloted m(test::kRateCommands);
+  ASSERT_TRUE(m.engage()) << m.fault();
+  lose_supply(m);
+  OrderlyStop stop(m.description, m.can);
+  (void)stopped_after(m, stop);
+  EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{true, true, true}));
 }
 
 TEST(PilotPressure, HangsOnAModuleAsWell) {
