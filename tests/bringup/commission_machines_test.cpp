@@ -377,12 +377,7 @@ Recovered recovered(const std::string& text, double& most_rad) {
   BusAccess access = sim::access_to(bus);
   Script script{"ready", "go", "go", "go", "go", "go"};
   std::ostringstream out;
-  const auto next = [&script]() -> std::optional<std::string> {
-    if (script.empty()) throw CommissionEnded("the input has ended");
-    std::string line = script.front();
-    script.pop_front();
-    return line;
-  };
+  const auto next = test::lines_of(script);
   Recovered made;
   try {
     recover(file, kBoom, access, terminal(out, next, false), [] {});

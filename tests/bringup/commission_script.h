@@ -3,13 +3,25 @@
 
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <string>
 
+#include "app/bringup/commission_dialogue.h"
 #include "core/joints.h"
 
 namespace knuckle::bringup::test {
 
 using Script = std::deque<std::string>;
+
+/// What is typed, a line a call, until the input ends. @param script outlives it
+inline auto lines_of(Script& script) {
+  return [&script]() -> std::optional<std::string> {
+    if (script.empty()) throw CommissionEnded("the input has ended");
+    std::string line = script.front();
+    script.pop_front();
+    return line;
+  };
+}
 
 /// Up to the first motion.
 inline Script start() {

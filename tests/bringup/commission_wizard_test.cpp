@@ -41,12 +41,7 @@ WizardRun commission(const std::shared_ptr<sim::MachineOnBus>& bus, Script scrip
                      const Resume& resume = {}) {
   BusAccess access = sim::access_to(bus);
   if (change) change(access);
-  const auto next = [&script]() -> std::optional<std::string> {
-    if (script.empty()) throw CommissionEnded("the input has ended");
-    std::string line = script.front();
-    script.pop_front();
-    return line;
-  };
+  const auto next = test::lines_of(script);
   std::ostringstream told;
   WizardRun outcome;
   const auto record = [](const MachineDescription&, const std::function<bool()>&) {

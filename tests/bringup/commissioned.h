@@ -35,12 +35,7 @@ inline Outcome commission(const MachineDescription& truth, const MachineDescript
     if (meddle) meddle(b);
   };
   BusAccess access = sim::access_to(bus);
-  const auto next = [&script]() -> std::optional<std::string> {
-    if (script.empty()) throw CommissionEnded("the input has ended");
-    std::string line = script.front();
-    script.pop_front();
-    return line;
-  };
+  const auto next = lines_of(script);
   std::ostringstream told;
   const auto record = [](const MachineDescription&, const std::function<bool()>&) {
     return std::vector<std::string>();

@@ -10,6 +10,7 @@
 
 #include "machine/load.h"
 #include "sim/machine_on_bus.h"
+#include "tests/bringup/commission_script.h"
 #include "tests/support/places.h"
 #include "tests/support/solar.h"
 #include "transport/canopen.h"
@@ -47,12 +48,7 @@ struct Site {
   void recover_boom(const MachineDescription& machine, std::deque<std::string> script) {
     BusAccess access = sim::access_to(bus);
     std::ostringstream out;
-    const auto next = [&script]() -> std::optional<std::string> {
-      if (script.empty()) throw CommissionEnded("the input has ended");
-      std::string line = script.front();
-      script.pop_front();
-      return line;
-    };
+    const auto next = test::lines_of(script);
     try {
       recover(machine, kBoom, access, terminal(out, next, false), [] {});
     } catch (const CommissionEnded& end) {

@@ -15,31 +15,6 @@ std::string standard200_text() {
   return whole_file(source_dir() + "/config/machines/standard200.toml", 1);
 }
 
-/// Engage, move until something stops it, wait, engage anew and move again.
-std::string frame_story(const std::string& faults) {
-  std::string text = R"(name = "frame_faults"
-description = "What fails in the frames that the machine sends."
-reference_reach_m = 3.2
-reference_payload_kg = 150
-start_deg = [40, -75, -40]
-hand_deg = [42, -77, -38]
-duration_s = 60
-[operator]
-limb = "normal"
-reaction_ms = 200
-)";
-  const auto phase = [&text](const char* name, const char* rest) {
-    text += std::string("[[phase]]\nname = \"") + name + "\"\n" + rest;
-  };
-  phase("engage", "kind = \"engage\"\n");
-  phase("moving",
-        "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 9\nuntil_fault = true\n"
-        "timeout_s = 12\n");
-  phase("again", "kind = \"engage\"\n");
-  phase("moving_again", "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 2\n");
-  return text + faults;
-}
-
 std::string frame_fault(const std::string& kind, const std::string& frame, double duration_s = 1) {
   return "[[fault]]\nkind = \"" + kind + "\"\nphase = \"moving\"\nafter_s = " + std::to_string(kBrokenAfter_s) +
          "\nduration_s = " + std::to_string(duration_s) + "\nframe = \"" + frame + "\"\n";
@@ -49,7 +24,7 @@ FinishedSession led_by_frames(const std::string& machine_text, const std::string
   session::SessionSetup setup;
   read = parse_machine(machine_text, "m.toml");
   setup.device = load_device(find_config("device", "knuckle1_standard200"));
-  setup.scenario = session::parse_scenario(frame_story(faults), "s.toml", read);
+  setup.scenario = session::parse_scenario(broken_while_moving(faults, 9), "s.toml", read);
   setup.truth = sim::sample_truth(read, 1);
   setup.machine = calibrated(read);
   setup.limb = sim::sample_limb(setup.scenario.limb, 1);

@@ -53,4 +53,30 @@ inline FinishedSession run_session(const session::SessionSetup& setup) {
   return finished;
 }
 
+/// A scenario: engage, move until something stops it, wait, engage anew and move again. @param faults [[fault]] tables,
+/// in phase "moving" @param moving_s how long that is where nothing stops it
+inline std::string broken_while_moving(const std::string& faults, int moving_s) {
+  std::string text = R"(name = "broken_while_moving"
+description = "Something fails while the machine moves."
+reference_reach_m = 3.2
+reference_payload_kg = 150
+start_deg = [40, -75, -40]
+hand_deg = [42, -77, -38]
+duration_s = 60
+[operator]
+limb = "normal"
+reaction_ms = 200
+)";
+  const std::string sweep = "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\n";
+  const auto phase = [&text](const char* name, const std::string& rest) {
+    text += std::string("[[phase]]\nname = \"") + name + "\"\n" + rest;
+  };
+  phase("engage", "kind = \"engage\"\n");
+  phase("moving", sweep + "duration_s = " + std::to_string(moving_s) +
+                      "\nuntil_fault = true\ntimeout_s = " + std::to_string(moving_s + 4) + "\n");
+  phase("again", "kind = \"engage\"\n");
+  phase("moving_again", sweep + "duration_s = 2\n");
+  return text + faults;
+}
+
 }  // namespace knuckle::test

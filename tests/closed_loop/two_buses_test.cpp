@@ -24,31 +24,6 @@ Machine own_controller() {
   return {on_two_buses(whole_file(source_dir() + "/config/machines/standard200.toml", 1)), "knuckle1_standard200"};
 }
 
-/// Engage, move until something stops it, wait, engage anew and move again.
-std::string scenario_text(const std::string& faults) {
-  std::string text = R"(name = "two_buses"
-description = "What fails on one of two buses."
-reference_reach_m = 3.2
-reference_payload_kg = 150
-start_deg = [40, -75, -40]
-hand_deg = [42, -77, -38]
-duration_s = 60
-[operator]
-limb = "normal"
-reaction_ms = 200
-)";
-  const auto phase = [&text](const char* name, const char* rest) {
-    text += std::string("[[phase]]\nname = \"") + name + "\"\n" + rest;
-  };
-  phase("engage", "kind = \"engage\"\n");
-  phase("moving",
-        "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 4\nuntil_fault = true\n"
-        "timeout_s = 8\n");
-  phase("again", "kind = \"engage\"\n");
-  phase("moving_again", "kind = \"sweep\"\namplitude_deg = [8, 12, 16]\nperiod_s = [6, 5, 4.5]\nduration_s = 2\n");
-  return text + faults;
-}
-
 std::string fault_text(const std::string& kind, const std::string& bus) {
   return "[[fault]]\nkind = \"" + kind + "\"\nphase = \"moving\"\nafter_s = 2.3\nduration_s = 0.6\nbus = \"" + bus +
          "\"\n";
@@ -58,7 +33,7 @@ FinishedSession run(const Machine& machine, const std::string& faults, MachineDe
   session::SessionSetup setup;
   read = parse_machine(machine.text, "m.toml");
   setup.device = load_device(find_config("device", machine.device));
-  setup.scenario = session::parse_scenario(scenario_text(faults), "s.toml", read);
+  setup.scenario = session::parse_scenario(broken_while_moving(faults, 4), "s.toml", read);
   setup.truth = sim::sample_truth(read, 1);
   setup.machine = calibrated(read);
   setup.limb = sim::sample_limb(setup.scenario.limb, 1);
@@ -116,7 +91,7 @@ TEST(TwoBuses, AFaultOfABusNamesWhich) {
   const MachineDescription machine = parse_machine(two_buses_text(), "m.toml");
   const auto refused = [&](const std::string& fault) {
     try {
-      (void)session::parse_scenario(scenario_text(fault), "s.toml", machine);
+      (void)session::parse_scenario(broken_while_moving(fault, 4), "s.toml", machine);
     } catch (const InputError& error) {
       return std::string(error.what());
     }
