@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "machine/description.h"
 
@@ -110,6 +111,7 @@ double OwnController::spool_for(Axis& axis, int joint, double share) noexcept {
     axis.sum = 0;
     return 0;
   }
+  if (way != std::exchange(axis.way, way)) axis.sum = 0;  // else who pressed for long would not come away
   const double error = (wanted_radps - axis.rate_radps) / full_radps, direction = share > 0 ? 1 : -1;
   axis.sum = std::clamp(axis.sum + kIntegral * to_seconds(kPeriod) * error, -1.0, 1.0);
   const double open = wanted_radps / full_opening_radps(axis, share > 0) + axis.sum;

@@ -55,7 +55,9 @@ class OwnController {
     double head_m2 = 0, rod_m2 = 0;
     double lever_m = 1;               ///< Of the cylinder on its joint, in this place.
     std::array<double, 2> load_Pa{};  ///< Head and rod side, smoothed: what swings on its oil is not followed.
-    double last_rad = 0, rate_radps = 0, sum = 0;
+    double last_rad = 0, rate_radps = 0;
+    double sum = 0;  ///< Of the opening, for what its speed lacks; forgotten when it turns back.
+    std::size_t way = 0;
   };
   [[nodiscard]] bool fresh(Time now) const noexcept;
   [[nodiscard]] bool led() const noexcept;

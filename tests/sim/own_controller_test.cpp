@@ -75,6 +75,17 @@ TEST(OwnController, OpensFurtherWhereTheJointIsSlowerThanToldAndLessWhereItIsFas
   }
 }
 
+TEST(OwnController, ComesBackAtOnceFromWhatHeldTheJointForLong) {
+  Commanded machine;
+  machine.gain_mps = 0;
+  machine.run(20s);
+  machine.gain_mps = 0.3;
+  const double before_rad = machine.shaft_rad[kArm];
+  machine.front->data[2] = 0x58, machine.front->data[3] = 0x7F;  // 0.3 rad/s
+  machine.run(500ms);
+  EXPECT_GT(machine.shaft_rad[kArm], before_rad + 0.05);
+}
+
 TEST(OwnController, MovesNothingUnlessEveryConstantSaysThatItIsLed) {
   Commanded machine;
   machine.mode = 1;
