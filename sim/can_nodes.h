@@ -401,6 +401,8 @@ class CanNodes {
   /// The node answers with another identity from its next start on.
   bool set_product(std::uint8_t node, std::uint32_t product) noexcept;
   void set_estop(bool pressed) noexcept;
+  /// Edges of the valves, as the makers of the machine's own controller measured them.
+  void measured(const PerJoint<ValveRoughness>& valves) noexcept;
   void set_plain_enable() noexcept { enable_.set_plain(); }
   /// This packet of each message of several is not sent; 0: all are.
   void lose_packet(std::uint8_t number) noexcept { packets_.lose(number); }

@@ -134,6 +134,10 @@ void CanNodes::hear_request(const CanFrame& frame, Time now) noexcept {
   }
 }
 
+void CanNodes::measured(const PerJoint<ValveRoughness>& valves) noexcept {
+  if (own_) own_->measured(valves);
+}
+
 void CanNodes::set_estop(bool pressed) noexcept {
   estop_ = pressed;
   enable_.set_estop(pressed);

@@ -35,6 +35,7 @@ SimulatedMachine::SimulatedMachine(const MachineTruth& truth, const WorldDescrip
       felt_Pa_(plant_.state().transmitter_Pa),
       wire_m_(plant_.state().cylinder_m),
       shaft_rad_(plant_.state().joint_rad) {
+  nodes_.measured(truth.valve);
   draw_wires();
 }
 

@@ -39,6 +39,10 @@ OwnController::OwnController(const MachineDescription& machine)
   }
 }
 
+void OwnController::measured(const PerJoint<ValveRoughness>& valves) noexcept {
+  for (std::size_t i = 0; i < kJoints; ++i) axes_[i].edges = valves[i];
+}
+
 /// What its counter or checksum says to be old or damaged is not heard.
 void OwnController::hear(const CanFrame& frame, Time now, bool from_bus) noexcept {
   for (Heard& heard : frames_) {
@@ -115,8 +119,9 @@ double OwnController::spool_for(Axis& axis, int joint, double share) noexcept {
   const double error = (wanted_radps - axis.rate_radps) / full_radps, direction = share > 0 ? 1 : -1;
   axis.sum = std::clamp(axis.sum + kIntegral * to_seconds(kPeriod) * error, -1.0, 1.0);
   const double open = wanted_radps / full_opening_radps(axis, share > 0) + axis.sum;
-  const double opening =
-      std::clamp(direction * open, 0.0, 1.0);  // a load that runs ahead is throttled, not driven back
+  const double area = std::clamp(direction * open / (direction < 0 ? axis.edges.retract_gain : 1), 0.0,
+                                 1.0);  // a load that runs ahead is throttled, not driven back
+  const double opening = axis.edges.opening(area);
   return direction * (axis.dead_band[way] + (1 - axis.dead_band[way]) * opening);
 }
 

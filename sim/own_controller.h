@@ -13,6 +13,7 @@
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "sim/pilot_stage.h"
+#include "sim/truth.h"
 #include "transport/can_bus.h"
 
 namespace knuckle::sim {
@@ -32,6 +33,8 @@ class OwnController {
   };
   /// @param supplied nothing else takes the pilot pressure away.
   void step(Time now, const Seen& seen, bool supplied = true) noexcept;
+  /// Of these valves, as its makers measured them on this machine: their edges.
+  void measured(const PerJoint<ValveRoughness>& valves) noexcept;
   void set_estop(bool pressed) noexcept { estop_ = pressed; }
 
   [[nodiscard]] JointVector spool_demand() const noexcept { return stage_.driven(spool_demand_); }
@@ -52,6 +55,7 @@ class OwnController {
   struct Axis {
     std::array<double, 2> dead_band{};  ///< Retracting, extending.
     double valve_gain = 0;              ///< Flow at full opening is this times sqrt(drop).
+    ValveRoughness edges;
     double head_m2 = 0, rod_m2 = 0;
     double lever_m = 1;               ///< Of the cylinder on its joint, in this place.
     std::array<double, 2> load_Pa{};  ///< Head and rod side, smoothed: what swings on its oil is not followed.

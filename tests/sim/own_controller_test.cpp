@@ -86,6 +86,18 @@ TEST(OwnController, ComesBackAtOnceFromWhatHeldTheJointForLong) {
   EXPECT_GT(machine.shaft_rad[kArm], before_rad + 0.05);
 }
 
+TEST(OwnController, OpensAsItsMakersMeasuredTheEdges) {
+  ValveRoughness notched{.curve_exponent = 1.8, .notch_opening = 0.4, .notch_slope = 0.3};
+  const auto opens = [](const ValveRoughness& edges) {
+    Commanded machine;
+    machine.controller.measured({edges, edges, edges});
+    machine.run(30ms);
+    return machine.controller.spool_demand()[kArm];
+  };
+  EXPECT_GT(opens(notched), opens({}) + 0.05);
+  for (double area = 0; area <= 1; area += 0.05) EXPECT_NEAR(notched.area(notched.opening(area)), area, 1e-9) << area;
+}
+
 TEST(OwnController, MovesNothingUnlessEveryConstantSaysThatItIsLed) {
   Commanded machine;
   machine.mode = 1;
