@@ -10,6 +10,7 @@
 
 #include "app/console/screens/screens.h"
 #include "app/console/widgets/plots.h"
+#include "machine/pilot_spool.h"
 #include "machine/signal_units.h"
 
 namespace knuckle::console::screens {
@@ -51,14 +52,16 @@ void axis_card(const Ui& ui, const ConsoleData& data, std::size_t joint, const A
   const float height = std::min(t.px(56), bars.height() / 3);
   signed_row(ui, bars.cut_top(height), "command", view.status.valve_command[axis],
              signed_percent(view.status.valve_command[axis]), command);
-  signed_row(ui, bars.cut_top(height), "spool", view.status.spool[axis], signed_percent(view.status.spool[axis]),
-             spool);
+  // Where nobody tells it, it is where the command should have driven it.
+  const BusDescription& bus = data.facts.machine.bus;
+  const char* const place = bus.by_frames() && !tells_pilots(bus, static_cast<int>(joint)) ? "model" : "spool";
+  signed_row(ui, bars.cut_top(height), place, view.status.spool[axis], signed_percent(view.status.spool[axis]), spool);
   const bool moves_known = !measured_freshness(view).stale();
   signed_row(ui, bars.cut_top(height), "speed", moves_known ? speed_mps / fastest_mps : 0,
              moves_known ? ui.units.text(Quantity::kSpeed, speed_mps) : "-", velocity);
   using Sample = History::Sample;
   const std::array lines{Line{"command", command, [axis](const Sample& s) { return s.status.valve_command[axis]; }},
-                         Line{"spool", spool, [axis](const Sample& s) { return s.status.spool[axis]; }},
+                         Line{place, spool, [axis](const Sample& s) { return s.status.spool[axis]; }},
                          Line{"speed", velocity, [&data, axis, fastest_mps](const Sample& s) {
                                 return cylinder_speed_mps(data.kinematics, s.machine, static_cast<int>(axis)) /
                                        fastest_mps;

@@ -3,6 +3,7 @@
 
 #include "app/console/screens/screens.h"
 #include "estimation/force_estimator.h"
+#include "machine/load.h"
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
@@ -199,6 +200,17 @@ TEST_F(Words, PlotsOfSeveralLinesSayWhichIsWhich) {
     EXPECT_EQ(draws_exactly(line), 2 * kJoints) << line << ": beside its bar and in its plot";
   does("key F3");
   EXPECT_EQ(draws_exactly("net work on the hand"), 1);
+}
+
+TEST_F(Words, ASpoolThatNobodyTellsIsAModels) {
+  auto facts = canned_facts();
+  facts.machine = load_machine(find_config("machine", "standard200"));
+  console_.reset();
+  console_ = std::make_unique<ConsoleWindow>(WindowOptions{.width = 1280, .height = 800, .full_speed = true}, facts);
+  frames();
+  does("key F4");
+  EXPECT_EQ(draws_exactly("model"), 2 * kJoints);
+  EXPECT_EQ(draws_exactly("spool"), 0);
 }
 
 }  // namespace
