@@ -138,6 +138,9 @@ int import_dbc(const BusOptions& o) {
     std::cout << "no nodes any more: " << fmt::format("{}", fmt::join(import.gone_nodes, ", ")) << '\n';
   if (!import.gone_frames.empty())
     std::cout << "no frames any more: " << fmt::format("{}", fmt::join(import.gone_frames, ", ")) << '\n';
+  if (!import.at_rest.empty())
+    std::cout << "move no joint any more, constants at their neutral: "
+              << fmt::format("{}", fmt::join(import.at_rest, ", ")) << '\n';
   std::cout << "in " << o.machine << (same ? " (it was so already: nothing changed)" : " (before: " + kept + ")")
             << '\n';
   for (const std::string& step : import.to_do) std::cout << "to do: " << step << '\n';

@@ -91,7 +91,8 @@ class TableWriter {
     if (there_ != nullptr && !named && (has != nullptr || closes(signal) || rest_of_all() == nullptr)) return;
     const std::string name = has != nullptr ? has->name : signal.name;
     std::string line = name + " = { " + bits_text(signal.field) + scale_text(signal.field);
-    if (const WantedCommand* const command = find(wanted_.commands, message_, signal)) {
+    const WantedCommand* const command = find(wanted_.commands, message_, signal);
+    if (command != nullptr) {
       line += fmt::format(", unit = \"{}\", joint = \"{}\", neutral = 0", signal.unit, command->joint);
       if (command->extend) line += ", extend = " + number_text(*command->extend);
       if (command->retract) line += ", retract = " + number_text(*command->retract);
@@ -102,7 +103,7 @@ class TableWriter {
       if (constant.led) line += ", led = " + number_text(*constant.led);
       rests_.push_back(signal.name);
     }
-    table_.fields.push_back({name, line + " }", find(wanted_.commands, message_, signal) != nullptr});
+    table_.fields.push_back({name, line + " }", command != nullptr ? command->joint : ""});
   }
 
   /// Also by another name, where a person gave it one.

@@ -51,7 +51,7 @@ struct WantedFrames {
 struct CommandTable {
   struct Field {
     std::string name, line;
-    bool moves = false;  ///< A joint; else it is a constant.
+    std::string joint{};  ///< That it moves; empty of a constant.
   };
   const DbcMessage* message = nullptr;
   std::optional<std::size_t> there{};  ///< Place in BusDescription::commands of the one that the file has already.
