@@ -271,7 +271,9 @@ cli::Command bus_entry() {
                         "(repeatable)")
             .one_value_each();
         command
-            .add_option("--counter", o->counters, "import: the counter of such a message: MESSAGE.SIGNAL (repeatable)")
+            .add_option("--counter", o->counters,
+                        "import: the counter of a message that is taken: MESSAGE.SIGNAL, or MESSAGE.SIGNAL=15 where it "
+                        "counts from 0 to 14 (repeatable)")
             .one_value_each();
         command
             .add_option("--checksum", o->checksums,

@@ -52,6 +52,14 @@ std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcS
   return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
 }
 
+/// The one of Knuckle's signals that is taken from there; nullptr where none is.
+const std::string* taken_as(const std::vector<DbcFrame>& frames, const DbcMessage& message, const std::string& source) {
+  for (const DbcFrame& frame : frames)
+    for (const DbcFrame::Signal& signal : frame.signals)
+      if (frame.message == &message && signal.source->name == source) return &signal.name;
+  return nullptr;
+}
+
 }  // namespace
 
 const SignalInfo& signal_info(const std::string& name) {
@@ -103,6 +111,46 @@ std::vector<DbcFrame> frames_of(const DbcFile& dbc, const std::vector<WantedSign
 std::string line_of(const DbcFile& dbc, const DbcFrame& frame, const DbcFrame::Signal& signal) {
   return fmt::format("{} = {}", signal.name,
                      field_text(dbc, *frame.message, *signal.source, signal_info(signal.name), signal.travel));
+}
+
+std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcFrame>& frames, WantedFrames& wanted,
+                                      const std::function<bool(const DbcMessage&)>& is_there) {
+  std::vector<DbcClosing> closings;
+  const auto closing = [&](const DbcMessage& message) -> DbcClosing* {
+    for (DbcClosing& one : closings)
+      if (one.message == &message) return &one;
+    return nullptr;
+  };
+  for (const DbcFrame& frame : frames) {
+    if (closing(*frame.message) != nullptr) continue;
+    closings.push_back({frame.message, {}});
+    if (is_there(*frame.message)) continue;
+    const auto own = counter_of(*frame.message, wanted);
+    if (own && taken_as(frames, *frame.message, own->place.signal) == nullptr) wanted.counters.push_back(*own);
+  }
+  const auto take = [&](auto& all, const char* option) {
+    std::erase_if(all, [&](const auto& one) {
+      const DbcMessage& message = dbc.usable(one.place.message);
+      if (closing(message) == nullptr) {
+        if (!is_there(message)) return false;
+        closings.push_back({&message, {}});
+      }
+      const DbcSignal& signal = signal_of(dbc, message, one.place.signal);
+      const std::string text = message.name + "." + signal.name;
+      if (const std::string* const other = taken_as(frames, message, signal.name))
+        cli::refuse_option(option, text, "is named as " + *other + ", too");
+      if (signal.condition || signal.is_multiplexer)
+        cli::refuse_option(option, text,
+                           signal.condition ? "is not in every frame of its message: a multiplexer says in which"
+                                            : "is the multiplexer of its message");
+      closing(message)->lines.push_back(closing_line(one, signal));
+      return true;
+    });
+  };
+  take(wanted.counters, "--counter");
+  take(wanted.checksums, "--checksum");
+  std::erase_if(closings, [](const DbcClosing& one) { return one.lines.empty(); });
+  return closings;
 }
 
 }  // namespace knuckle::eds

@@ -1,10 +1,12 @@
 // `knuckle bus import`: what is read of the frames that the machine's own controller sends, signal by signal.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/eds/dbc_commands.h"
 #include "app/eds/dbc_file.h"
 #include "app/eds/dbc_to_machine.h"
 #include "machine/bus_description.h"
@@ -42,5 +44,18 @@ struct DbcFrame {
 
 /// "boom_angle = { start = 0, ... }" @throws InputError where its unit is none that machine files know.
 [[nodiscard]] std::string line_of(const DbcFile& dbc, const DbcFrame& frame, const DbcFrame::Signal& signal);
+
+/// What closes all frames of a message that the machine sends.
+struct DbcClosing {
+  const DbcMessage* message = nullptr;
+  std::vector<ClosingLine> lines;
+};
+/// Takes the counters and checksums of such messages out of what is wanted. A message that is new to the machine file
+/// has the counter that the DBC says (SigType), where nobody says another.
+/// @param is_there whether the machine file has frames of a message, which the machine sends
+/// @throws InputError where the DBC has no such signal, or one that is another thing or not in every frame.
+[[nodiscard]] std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcFrame>& frames,
+                                                    WantedFrames& wanted,
+                                                    const std::function<bool(const DbcMessage&)>& is_there);
 
 }  // namespace knuckle::eds

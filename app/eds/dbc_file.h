@@ -31,6 +31,7 @@ struct DbcSignal {
   std::string comment;                                        ///< May have several lines.
   std::vector<std::pair<std::uint64_t, std::string>> values;  ///< Names of raw values, as read_raw() has them.
   bool is_multiplexer = false;
+  bool is_counter = false;  ///< SigType says so: it counts the message's frames.
   std::optional<DbcCondition> condition;
   int line = 0;
 };

@@ -110,16 +110,24 @@ bool is_of(const There& there, const DbcMessage& message, std::size_t bus) {
   return there.module == 0 && there.filter().lets(message.id | (bus == 0 ? 0 : kSecondBus));
 }
 
-/// Whether a key says where a number is and what kind it is.
-bool is_place(const std::string& key) {
-  return key == "start" || key == "bits" || key == "order" || key == "type";
-}
-
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
 class Importer {
  public:
-  Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus)
-      : before_(before), tables_(tables), dbc_(dbc), bus_(bus) {}
+  /// @param closings of frames that the machine sends
+  Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus,
+           const std::vector<DbcClosing>& closings)
+      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings) {}
+
+  /// Of frames that are there: before others come under their identifier.
+  void put_closings() {
+    for (const DbcClosing& closing : closings_) {
+      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place)
+        if (is_of(before_.broadcasts[place], *closing.message, bus_))
+          for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
+      import.frames.push_back(
+          fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id), closing_text(closing.lines)));
+    }
+  }
 
   void put(const DbcFrame& frame) {
     const auto there = place_of(frame);
@@ -173,9 +181,7 @@ class Importer {
                   [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
-    for (const auto& [key, line] : table.closing)
-      tables_.set_key(Kind::kCommand, *table.there, key, line,
-                      [](const std::string& of) { return !is_place(of) && of != "kind"; });
+    for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);
   }
 
   /// When all commands are put: a joint is told by one frame alone. What another one had for it rests, for what is in
@@ -218,6 +224,10 @@ class Importer {
 
  private:
   using Kind = FrameTables::Kind;
+
+  void close(Kind kind, std::size_t place, const ClosingLine& one) {
+    tables_.set_key(kind, place, one.key, one.line, [&](const std::string& of) { return one.keeps(of); });
+  }
 
   [[nodiscard]] static bool is_told_elsewhere(const std::vector<CommandTable>& told, int joint, std::size_t place) {
     const char* const name = kJointNames[static_cast<std::size_t>(joint)];
@@ -277,7 +287,7 @@ class Importer {
     };
   }
 
-  /// Of another frame that a multiplexer tells apart from this one.
+  /// Of another frame that a multiplexer tells apart from this one; without one what was said of it.
   [[nodiscard]] IdentifierKeys beside(const DbcFrame& frame) const {
     IdentifierKeys keys;
     for (std::size_t place = 0; frame.by && place < tables_.count(Kind::kBroadcast); ++place) {
@@ -287,8 +297,11 @@ class Importer {
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.id.push_back(*line);
       for (const char* const key : {"counter", "checksum"})
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing.push_back(*line);
-      break;
+      return keys;
     }
+    for (const DbcClosing& closing : closings_)
+      for (const ClosingLine& one : closing.lines)
+        if (closing.message == frame.message) keys.closing.push_back(one.line);
     return keys;
   }
 
@@ -296,6 +309,7 @@ class Importer {
   FrameTables& tables_;
   const DbcFile& dbc_;
   std::size_t bus_;
+  const std::vector<DbcClosing>& closings_;
   std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
 
@@ -360,7 +374,7 @@ WantedBus wanted_bus(const std::string& text) {
 }
 
 Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                   const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+                   const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
                    const std::optional<WantedBus>& on) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
   TomlTable file = TomlTable::parse(machine_text, machine_source);
@@ -377,14 +391,21 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
                      ": its [[bus.broadcast]] and [[bus.command]] headers must each begin a line, written as here");
   Import import;
   const std::size_t bus = bus_of(on, before, machine_source, tables, import);
+  refuse_twice(wanted);
   const std::vector<DbcFrame> frames = frames_of(dbc, signals);
+  WantedFrames commands = wanted;
+  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, [&](const DbcMessage& message) {
+    return std::any_of(before.broadcasts.begin(), before.broadcasts.end(),
+                       [&](const BroadcastFrame& there) { return is_of(there, message, bus); });
+  });
   const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
   refuse_machines_own(dbc, frames, told, before, bus);
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))
     throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
-  Importer importer(before, tables, dbc, bus);
+  Importer importer(before, tables, dbc, bus, closings);
   importer.import = std::move(import);
+  importer.put_closings();
   for (const DbcFrame& frame : frames) importer.put(frame);
   importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);

@@ -34,7 +34,7 @@ struct Import {
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+                                 const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
                                  const std::optional<WantedBus>& on = {});
 
 }  // namespace knuckle::eds

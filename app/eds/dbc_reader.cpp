@@ -24,6 +24,8 @@ constexpr std::uint32_t kNoMessage = 0x4000'0000;  // VECTOR__INDEPENDENT_SIG_MS
 constexpr const char* kNobody = "Vector__XXX";
 constexpr const char* kPeriodAttribute = "GenMsgCycleTime";
 constexpr const char* kFormatAttribute = "VFrameFormat";
+constexpr const char* kKindAttribute = "SigType";  // of J1939
+constexpr const char* kCounterKind = "MessageCounter";
 
 /// What statements begin with: BO_, SIG_VALTYPE_, VERSION.
 bool is_keyword(std::string_view word) {
@@ -350,10 +352,10 @@ class DbcReader {
   // ---- Attributes of messages
 
   void attribute_type() {
-    const bool of_messages = scan_.word() == "BO_";
-    if (!scan_.at('"') || text("an attribute's name") != kFormatAttribute || !of_messages || scan_.word() != "ENUM")
-      return skip();
-    do formats_.push_back(text("a value"));
+    const std::string of(scan_.word()), attribute = scan_.at('"') ? text("an attribute's name") : "";
+    const bool format = of == "BO_" && attribute == kFormatAttribute, kind = of == "SG_" && attribute == kKindAttribute;
+    if ((!format && !kind) || scan_.word() != "ENUM") return skip();
+    do (format ? formats_ : kinds_).push_back(text("a value"));
     while (scan_.accept(','));
     end();
   }
@@ -369,8 +371,12 @@ class DbcReader {
     if (of != "BO_" && of != "SG_") return skip();
     (void)scan_.word();
     if (!of_message()) return skip();
-    if (of == "SG_") (void)name("a signal's name");
-    if (of == "BO_" && attribute == kPeriodAttribute)
+    const std::string signal = of == "SG_" ? name("a signal's name") : "";
+    if (of == "SG_" && attribute == kKindAttribute && (scan_.at('"') || !kinds_.empty())) {
+      const bool counts = chosen_of(kinds_) == kCounterKind;
+      const auto at = signals_.find({message_->id, signal});
+      if (at != signals_.end()) message_->signals[at->second].is_counter = counts;
+    } else if (of == "BO_" && attribute == kPeriodAttribute)
       periods_s_[message_->id] = period();
     else if (of == "BO_" && attribute == kFormatAttribute)
       format_of_[message_->id] = format();
@@ -384,12 +390,15 @@ class DbcReader {
     const double period_ms = number<double>("a time in ms", 0, kLongest_ms);
     return period_ms > 0 ? std::optional(period_ms * 1e-3) : std::nullopt;
   }
-  /// By its name, or by its place in BA_DEF_.
   Format format() {
-    if (!scan_.at('"') && formats_.empty()) expected("a value in quotes");
-    const std::string name =
-        scan_.at('"') ? text("a value") : formats_[number<std::size_t>("the place of a value", 0, formats_.size() - 1)];
+    const std::string name = chosen_of(formats_);
     return {name == "J1939PG", name.ends_with("_FD")};
+  }
+  /// By its name, or by its place in BA_DEF_.
+  std::string chosen_of(const std::vector<std::string>& names) {
+    if (scan_.at('"')) return text("a value");
+    if (names.empty()) expected("a value in quotes");
+    return names[number<std::size_t>("the place of a value", 0, names.size() - 1)];
   }
 
   // ---- When all is read
@@ -436,7 +445,7 @@ class DbcReader {
   DbcMessage* message_ = nullptr;                                         // of which it says that
   std::map<std::uint32_t, std::size_t> messages_;                         // by identifier
   std::map<std::pair<std::uint32_t, std::string>, std::size_t> signals_;  // by message and name
-  std::vector<std::string> formats_;                                      // that VFrameFormat may be
+  std::vector<std::string> formats_, kinds_;                              // that VFrameFormat and SigType may be
   Format default_format_;
   std::map<std::uint32_t, Format> format_of_;
   std::optional<double> default_period_s_;

@@ -84,6 +84,10 @@ std::string bits_text(const BitField& field) {
   return text;
 }
 
+bool is_place(const std::string& key) {
+  return key == "start" || key == "bits" || key == "order" || key == "type";
+}
+
 std::string scale_text(const BitField& field) {
   std::string text = fmt::format(", scale = {}", field.scale);
   if (field.offset != 0) text += fmt::format(", offset = {}", field.offset);

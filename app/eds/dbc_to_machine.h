@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/eds/dbc_file.h"
 
@@ -36,6 +37,9 @@ struct DbcMultiplexing {
 
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
 [[nodiscard]] std::string bits_text(const BitField& field);
+
+/// Whether bits_text() has this key.
+[[nodiscard]] bool is_place(const std::string& key);
 
 /// ", scale = 0.01, offset = -10"
 [[nodiscard]] std::string scale_text(const BitField& field);

@@ -74,7 +74,7 @@ Import told_of(const Asked& asked, const std::vector<WantedSignal>& signals = {}
 TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
   const Import import = told_of({});
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Rates (0x18FF0105): boom, arm, bucket; constant: slew",
-                                                     "Setting (0x1A6): constant: mode, horn"}));
+                                                     "Setting (0x1A6): constant: mode, horn; counter alive"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_valve", "arm_valve", "bucket_valve", "enable"}));
   const BusDescription bus = parse_machine(import.text, "m.toml").bus;
   ASSERT_EQ(bus.commands.size(), 2U);
