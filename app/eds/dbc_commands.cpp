@@ -36,14 +36,25 @@ const Wanted* find(const std::vector<Wanted>& all, const DbcMessage& message, co
   return found == all.end() ? nullptr : &*found;
 }
 
+/// As what moves a joint or as a constant.
+bool is_named(const WantedFrames& wanted, const DbcMessage& message, const DbcSignal& signal) {
+  return find(wanted.commands, message, signal) != nullptr || find(wanted.constants, message, signal) != nullptr;
+}
+
 /// Messages in the order in which they are named; each place must be there.
 class NamedMessages {
  public:
   explicit NamedMessages(const DbcFile& dbc) : dbc_(dbc) {}
   void add(const PlaceInDbc& place) {
     const DbcMessage& message = dbc_.usable(place.message);
+    if (message.is_of_packets())
+      throw InputError(fmt::format("{}:{}: {} has {} bytes: what Knuckle sends must be one frame, of at most 8",
+                                   dbc_.source, message.line, message.name, message.size));
     if (!place.signal.empty()) (void)signal_of(dbc_, message, place.signal);
-    if (std::find(all.begin(), all.end(), &message) == all.end()) all.push_back(&message);
+    if (!has(message)) all.push_back(&message);
+  }
+  [[nodiscard]] bool has(const DbcMessage& message) const {
+    return std::find(all.begin(), all.end(), &message) != all.end();
   }
   std::vector<const DbcMessage*> all;
 
@@ -65,6 +76,7 @@ class TableWriter {
     if (!moves_.empty()) table_.summary += fmt::format(": {}", fmt::join(moves_, ", "));
     if (!rests_.empty())
       table_.summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
+    if (!table_.closing.empty()) table_.summary += "; " + closing_text(table_.closing);
     return std::move(table_);
   }
 
@@ -73,25 +85,21 @@ class TableWriter {
     if (signal.condition || signal.is_multiplexer)
       throw InputError(fmt::format("{}:{}: {} is multiplexed by {}: command frames must always be the same",
                                    dbc_.source, message_.line, message_.name, signal.name));
-    const auto counts = std::any_of(wanted_.counters.begin(), wanted_.counters.end(),
-                                    [&](const PlaceInDbc& place) { return is(place, message_, signal); });
     const CommandField* const has = field_there(signal);
+    const WantedCounter* const counter = find(wanted_.counters, message_, signal);
     const WantedChecksum* const sum = find(wanted_.checksums, message_, signal);
-    if ((counts || sum != nullptr) && has != nullptr && !has->joint) table_.gone.push_back(has->name);
-    if (counts) {
-      table_.closing.emplace_back("counter", fmt::format("counter = {{ {} }}", bits_text(signal.field)));
+    if (counter != nullptr || sum != nullptr) {
+      if (has != nullptr && !has->joint) table_.gone.push_back(has->name);
+      table_.closing.push_back(counter != nullptr ? closing_line(*counter, signal) : closing_line(*sum, signal));
       return;
     }
-    if (sum != nullptr) {
-      table_.closing.emplace_back(
-          "checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", sum->kind, bits_text(signal.field)));
+    if (there_ != nullptr && !is_named(wanted_, message_, signal) &&
+        (has != nullptr || closes(signal) || rest_of_all() == nullptr))
       return;
-    }
-    const bool named = find(wanted_.commands, message_, signal) || find(wanted_.constants, message_, signal);
-    if (there_ != nullptr && !named && (has != nullptr || closes(signal) || rest_of_all() == nullptr)) return;
     const std::string name = has != nullptr ? has->name : signal.name;
     std::string line = name + " = { " + bits_text(signal.field) + scale_text(signal.field);
-    if (const WantedCommand* const command = find(wanted_.commands, message_, signal)) {
+    const WantedCommand* const command = find(wanted_.commands, message_, signal);
+    if (command != nullptr) {
       line += fmt::format(", unit = \"{}\", joint = \"{}\", neutral = 0", signal.unit, command->joint);
       if (command->extend) line += ", extend = " + number_text(*command->extend);
       if (command->retract) line += ", retract = " + number_text(*command->retract);
@@ -102,7 +110,7 @@ class TableWriter {
       if (constant.led) line += ", led = " + number_text(*constant.led);
       rests_.push_back(signal.name);
     }
-    table_.fields.push_back({name, line + " }", find(wanted_.commands, message_, signal) != nullptr});
+    table_.fields.push_back({name, line + " }", command != nullptr ? command->joint : ""});
   }
 
   /// Also by another name, where a person gave it one.
@@ -147,25 +155,6 @@ class TableWriter {
   std::vector<std::string> moves_, rests_;
 };
 
-/// Of two, one would be lost.
-void refuse_twice(const WantedFrames& wanted) {
-  std::set<std::string> said;
-  const auto say = [&](const PlaceInDbc& place, const char* option) {
-    const std::string text = place.message + (place.signal.empty() ? "" : "." + place.signal);
-    if (!said.insert(text).second) cli::refuse_option(option, text, "is said twice");
-  };
-  for (const WantedCommand& one : wanted.commands) say(one.place, "--command");
-  for (const WantedConstant& one : wanted.constants) say(one.place, "--constant");
-  for (const PlaceInDbc& one : wanted.counters) {
-    say(one, "--counter");
-    say({one.message + " (counter)", ""}, "--counter");
-  }
-  for (const WantedChecksum& one : wanted.checksums) {
-    say(one.place, "--checksum");
-    say({one.place.message + " (checksum)", ""}, "--checksum");
-  }
-}
-
 }  // namespace
 
 WantedCommand wanted_command(const std::string& text) {
@@ -207,11 +196,15 @@ WantedConstant wanted_constant(const std::string& text) {
   return {place, *neutral, led};
 }
 
-PlaceInDbc wanted_counter(const std::string& text) {
-  const PlaceInDbc place = place_in(text);
-  if (place.message.empty() || place.signal.empty())
-    cli::refuse_option("--counter", text, "must be such as MESSAGE.SIGNAL");
-  return place;
+WantedCounter wanted_counter(const std::string& text) {
+  const auto equals = text.find('=');
+  const PlaceInDbc place = place_in(text.substr(0, equals));
+  const bool has_modulus = equals != std::string::npos;
+  const auto modulus = has_modulus ? number_in<std::uint64_t>(text.substr(equals + 1)) : std::nullopt;
+  if (place.message.empty() || place.signal.empty() || (has_modulus && !modulus))
+    cli::refuse_option("--counter", text,
+                       "must be such as MESSAGE.SIGNAL, or MESSAGE.SIGNAL=15 where it counts from 0 to 14");
+  return {place, modulus};
 }
 
 WantedChecksum wanted_checksum(const std::string& text) {
@@ -226,22 +219,95 @@ WantedChecksum wanted_checksum(const std::string& text) {
   return {place, kind};
 }
 
+WantedPeriod wanted_period(const std::string& text) {
+  constexpr double kMost_ms = 10000;  // of several packets; most frames have less
+  const auto equals = text.find('=');
+  const auto period_ms = equals == std::string::npos ? std::nullopt : number_in<double>(text.substr(equals + 1));
+  if (equals == 0 || !period_ms || !(*period_ms >= 1 && *period_ms <= kMost_ms))
+    cli::refuse_option("--period", text, fmt::format("must be such as MESSAGE=20, in ms within [1, {}]", kMost_ms));
+  return {text.substr(0, equals), *period_ms};
+}
+
+void refuse_twice(const WantedFrames& wanted) {
+  std::set<std::string> said;
+  const auto say = [&](const PlaceInDbc& place, const char* option) {
+    const std::string text = place.message + (place.signal.empty() ? "" : "." + place.signal);
+    if (!said.insert(text).second) cli::refuse_option(option, text, "is said twice");
+  };
+  for (const WantedCommand& one : wanted.commands) say(one.place, "--command");
+  for (const WantedConstant& one : wanted.constants) say(one.place, "--constant");
+  for (const WantedCounter& one : wanted.counters) {
+    say(one.place, "--counter");
+    say({one.place.message + " (counter)", ""}, "--counter");
+  }
+  for (const WantedChecksum& one : wanted.checksums) {
+    say(one.place, "--checksum");
+    say({one.place.message + " (checksum)", ""}, "--checksum");
+  }
+  said.clear();
+  for (const WantedPeriod& one : wanted.periods) say({one.message, ""}, "--period");
+}
+
+bool ClosingLine::keeps(const std::string& of) const {
+  const bool says = of == "kind" || (of == "modulus" && line.find("modulus") != std::string::npos);
+  return !says && !is_place(of);
+}
+
+ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal) {
+  const std::string modulus = counter.modulus ? fmt::format(", modulus = {}", *counter.modulus) : "";
+  return {"counter", fmt::format("counter = {{ {}{} }}", bits_text(signal.field), modulus), signal.name};
+}
+
+ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal) {
+  return {"checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", checksum.kind, bits_text(signal.field)),
+          signal.name};
+}
+
+std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted) {
+  const auto is_own = [&](const WantedCounter& one) { return one.place.message == message.name; };
+  if (std::any_of(wanted.counters.begin(), wanted.counters.end(), is_own)) return std::nullopt;
+  const auto counts = std::find_if(message.signals.begin(), message.signals.end(),
+                                   [](const DbcSignal& signal) { return signal.is_counter && !signal.condition; });
+  if (counts == message.signals.end()) return std::nullopt;
+  return WantedCounter{{message.name, counts->name}};
+}
+
+std::string closing_text(const std::vector<ClosingLine>& closing) {
+  std::string text;
+  for (const ClosingLine& one : closing) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", one.key, one.signal);
+  return text;
+}
+
 std::string CommandTable::text() const {
   std::string text = head;
-  for (const auto& [key, line] : closing) text += line + '\n';
+  for (const ClosingLine& one : closing) text += one.line + '\n';
   text += "[bus.command.fields]\n";
   for (const Field& field : fields) text += field.line + '\n';
   return text;
 }
 
-std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted, const BusDescription& before,
+std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& as_said, const BusDescription& before,
                                          std::uint32_t on) {
-  refuse_twice(wanted);
+  WantedFrames wanted = as_said;
   NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
   for (const WantedConstant& one : wanted.constants) messages.add(one.place);
-  for (const PlaceInDbc& one : wanted.counters) messages.add(one);
-  for (const WantedChecksum& one : wanted.checksums) messages.add(one.place);
+  const auto there_of = [&](const DbcMessage& message) {
+    const auto there = std::find_if(before.commands.begin(), before.commands.end(), [&](const CommandFrame& frame) {
+      return frame.module == 0 && frame.id == (message.id | on);
+    });
+    return there != before.commands.end() ? &*there : nullptr;
+  };
+  const auto add_closing = [&](const PlaceInDbc& place, const char* option) {
+    const DbcMessage& message = dbc.usable(place.message);
+    if (!messages.has(message) && there_of(message) == nullptr)
+      cli::refuse_option(
+          option, place.message + "." + place.signal,
+          "nothing else is taken of " + place.message + ": give its --signal, --command or --constant, too");
+    messages.add(place);
+  };
+  for (const WantedCounter& one : as_said.counters) add_closing(one.place, "--counter");
+  for (const WantedChecksum& one : as_said.checksums) add_closing(one.place, "--checksum");
   for (const DbcMessage* const message : messages.all) {
     const DbcMessage& first = *messages.all.front();
     if (message->sender != first.sender)
@@ -251,12 +317,11 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   }
   std::vector<CommandTable> tables;
   for (const DbcMessage* const message : messages.all) {
-    const auto there = std::find_if(before.commands.begin(), before.commands.end(), [&](const CommandFrame& frame) {
-      return frame.module == 0 && frame.id == (message->id | on);
-    });
-    const bool is_there = there != before.commands.end();
-    CommandTable table = TableWriter(dbc, *message, wanted, is_there ? &*there : nullptr).table();
-    if (is_there) table.there = static_cast<std::size_t>(there - before.commands.begin());
+    const CommandFrame* const there = there_of(*message);
+    if (const auto own = there == nullptr ? counter_of(*message, wanted) : std::nullopt)
+      if (!is_named(wanted, *message, *message->find(own->place.signal))) wanted.counters.push_back(*own);
+    CommandTable table = TableWriter(dbc, *message, wanted, there).table();
+    if (there != nullptr) table.there = static_cast<std::size_t>(there - before.commands.data());
     tables.push_back(std::move(table));
   }
   return tables;

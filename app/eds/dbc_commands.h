@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/eds/dbc_file.h"
+#include "app/eds/dbc_to_machine.h"
 #include "machine/bus_description.h"
 
 namespace knuckle::eds {
@@ -30,6 +31,11 @@ struct WantedConstant {
   double neutral = 0;
   std::optional<double> led{};
 };
+/// --counter MESSAGE.SIGNAL or MESSAGE.SIGNAL=MODULUS
+struct WantedCounter {
+  PlaceInDbc place;
+  std::optional<std::uint64_t> modulus{};  ///< Else as the file has it, or all that its bits can count.
+};
 /// --checksum MESSAGE.SIGNAL=crc8-j1850
 struct WantedChecksum {
   PlaceInDbc place;
@@ -38,25 +44,43 @@ struct WantedChecksum {
 struct WantedFrames {
   std::vector<WantedCommand> commands;
   std::vector<WantedConstant> constants;
-  std::vector<PlaceInDbc> counters;  ///< --counter MESSAGE.SIGNAL
+  std::vector<WantedCounter> counters;
   std::vector<WantedChecksum> checksums;
+  std::vector<WantedPeriod> periods;
 };
 // @throws InputError where the text is not of the form above.
 [[nodiscard]] WantedCommand wanted_command(const std::string& text);
 [[nodiscard]] WantedConstant wanted_constant(const std::string& text);
-[[nodiscard]] PlaceInDbc wanted_counter(const std::string& text);
+[[nodiscard]] WantedCounter wanted_counter(const std::string& text);
 [[nodiscard]] WantedChecksum wanted_checksum(const std::string& text);
+[[nodiscard]] WantedPeriod wanted_period(const std::string& text);
+/// @throws InputError where one is said twice: of two, one would be lost.
+void refuse_twice(const WantedFrames& wanted);
+
+/// What a frame is closed with, as machine files have it.
+struct ClosingLine {
+  std::string key, line;  ///< "counter" or "checksum"
+  std::string signal;     ///< As the DBC calls it.
+  /// Of a line that is there: what the DBC and the command do not say.
+  [[nodiscard]] bool keeps(const std::string& of) const;
+};
+[[nodiscard]] ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal);
+[[nodiscard]] ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal);
+/// What the DBC says to be the message's counter; nothing where another one is wanted.
+[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted);
+/// "counter alive, checksum sum"
+[[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);
 
 /// A table as machine files have it.
 struct CommandTable {
   struct Field {
     std::string name, line;
-    bool moves = false;  ///< A joint; else it is a constant.
+    std::string joint{};  ///< That it moves; empty of a constant.
   };
   const DbcMessage* message = nullptr;
   std::optional<std::size_t> there{};  ///< Place in BusDescription::commands of the one that the file has already.
   std::string head;                    ///< Lines, each with its end.
-  std::vector<std::pair<std::string, std::string>> closing;  ///< "counter" or "checksum", and its line.
+  std::vector<ClosingLine> closing;
   std::vector<std::string> gone;  ///< Constants of one that is there which are its counter or checksum from now on.
   std::vector<Field> fields;      ///< Of one that is there: what is changed or added.
   std::string summary;            ///< "Velocity (0x18FF0105): boom, arm; constant: swing"

@@ -4,20 +4,19 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/eds/bus_command.h"
-#include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "app/eds/frame_tables.h"
 #include "core/error.h"
+#include "core/joints.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
-#include "machine/load_broadcasts.h"
 #include "machine/load_bus_lines.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
@@ -25,101 +24,13 @@
 namespace knuckle::eds {
 namespace {
 
-const SignalInfo& signal_info(const std::string& name) {
-  if (const auto place = measured_signal(name)) return kSignals[*place];
-  cli::refuse_option("--signal", name, fmt::format("must be one of {}", fmt::join(measured_signal_names(), ", ")));
-}
-
-constexpr std::array kUnitNames{"bar", "Pa",    "kPa",  "MPa", "mm", "m", "rad", "deg",
-                                "rpm", "rad/s", "degC", "h",   "s",  "V", "%"};
-
-/// As machine files write it; empty where they know none such.
-std::string unit_name(std::string unit) {
-  if (unit == "°" || unit == "\xB0" || unit == "degree" || unit == "degrees") unit = "deg";
-  if (unit == "°C" ||
-      unit ==
-          "\xB0"
-          "C" ||
-      unit == "deg C" || unit == "C")
-    unit = "degC";
-  return std::find(kUnitNames.begin(), kUnitNames.end(), unit) != kUnitNames.end() ? unit : "";
-}
-
-/// ", shut = 0.6, full = 2.8"
-std::string travel_text(const WantedSignal& wanted) {
-  if (wanted.travel.empty()) return "";
-  const auto comma = wanted.travel.find(','), full = wanted.travel.find("full=", comma);
-  const bool ordered = wanted.travel.starts_with("shut=") && comma != std::string::npos && full == comma + 1;
-  const auto shut_at = ordered ? number_in<double>(wanted.travel.substr(5, comma - 5)) : std::nullopt;
-  const auto full_at = ordered ? number_in<double>(wanted.travel.substr(full + 5)) : std::nullopt;
-  if (!shut_at || !full_at)
-    cli::refuse_option("--signal", wanted.travel, "must be such as shut=0.6,full=2.8, in the DBC's unit");
-  return fmt::format(", shut = {}, full = {}", number_text(*shut_at), number_text(*full_at));
-}
-
-std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info,
-                       const std::string& travel) {
-  if (is_yes_or_no(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
-  const std::string unit = unit_name(signal.unit);
-  if (unit.empty())
-    throw InputError(fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be {}", dbc.source, signal.line,
-                                 signal.name, message.name, signal.unit, fmt::join(kUnitNames, ", ")));
-  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
-}
-
-/// One frame with what is wanted of it: of a message, those with one value of its multiplexer.
-struct Frame {
-  const DbcMessage* message = nullptr;
-  std::optional<DbcMultiplexing> by;
-  struct Signal {
-    std::string name;  ///< Knuckle's.
-    const DbcSignal* source;
-    std::string travel;  ///< travel_text()
-  };
-  std::vector<Signal> signals;
-};
-
-std::vector<Frame> frames_of(const DbcFile& dbc, const std::vector<WantedSignal>& wanted) {
-  std::vector<Frame> frames;
-  for (const WantedSignal& one : wanted) {
-    if (signal_info(one.signal).role != NodeRole::kPilot && !one.travel.empty())
-      cli::refuse_option("--signal", one.signal, "is no pilot pressure: has no shut and full");
-    const DbcMessage& message = dbc.usable(one.message);
-    const DbcSignal* const signal = &signal_of(dbc, message, one.source);
-    const auto by = multiplexing_of(dbc, message, *signal);
-    auto frame = frames.end();
-    for (auto other = frames.begin(); other != frames.end(); ++other) {
-      if (other->message != &message) continue;
-      if (other->by.has_value() != by.has_value())
-        throw InputError(fmt::format(
-            "{}:{}: of {} signal {} is in every frame, and {} only with one value of a multiplexer: a machine file can "
-            "have but one of both kinds",
-            dbc.source, message.line, message.name, by ? other->signals.front().source->name : signal->name,
-            by ? signal->name : other->signals.front().source->name));
-      if (!by || by->value == other->by->value) frame = other;
-    }
-    if (frame == frames.end()) frame = frames.insert(frames.end(), Frame{&message, by, {}});
-    for (const Frame& other : frames) {
-      for (const Frame::Signal& known : other.signals)
-        if (known.name == one.signal) cli::refuse_option("--signal", one.signal, "is wanted twice");
-    }
-    frame->signals.push_back({one.signal, signal, travel_text(one)});
-  }
-  return frames;
-}
-
 /// Lines that are the same in all frames under one identifier.
 struct IdentifierKeys {
   std::vector<std::string> id, closing;
 };
 
-std::string line_of(const DbcFile& dbc, const Frame& frame, const Frame::Signal& signal) {
-  return fmt::format("{} = {}", signal.name,
-                     field_text(dbc, *frame.message, *signal.source, signal_info(signal.name), signal.travel));
-}
-
 /// @param beside what the file has of the frames under its identifier already. @param lines of its signals
-std::string table_of(const DbcFile& dbc, const Frame& frame, const IdentifierKeys& beside,
+std::string table_of(const DbcFile& dbc, const DbcFrame& frame, const IdentifierKeys& beside,
                      const std::vector<std::string>& lines) {
   std::string text;
   std::istringstream head(head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by));
@@ -183,7 +94,7 @@ void note(const std::string& name, Import& import) {
 }
 
 /// Likewise of a frame.
-void note(const Frame& frame, Import& import) {
+void note(const DbcFrame& frame, Import& import) {
   const std::string name = frame_name(*frame.message, frame.by);
   if (frame.message->j1939)
     import.to_do.push_back(name + ": is taken from whichever address sends it: set source where several devices may");
@@ -200,21 +111,29 @@ bool is_of(const There& there, const DbcMessage& message, std::size_t bus) {
   return there.module == 0 && there.filter().lets(message.id | (bus == 0 ? 0 : kSecondBus));
 }
 
-/// Whether a key says where a number is and what kind it is.
-bool is_place(const std::string& key) {
-  return key == "start" || key == "bits" || key == "order" || key == "type";
-}
-
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
 class Importer {
  public:
-  Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus)
-      : before_(before), tables_(tables), dbc_(dbc), bus_(bus) {}
+  /// @param closings of frames that the machine sends
+  Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus,
+           const std::vector<DbcClosing>& closings)
+      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings) {}
 
-  void put(const Frame& frame) {
+  /// Of frames that are there: before others come under their identifier.
+  void put_closings() {
+    for (const DbcClosing& closing : closings_) {
+      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place)
+        if (is_of(before_.broadcasts[place], *closing.message, bus_))
+          for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
+      import.frames.push_back(
+          fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id), closing_text(closing.lines)));
+    }
+  }
+
+  void put(const DbcFrame& frame) {
     const auto there = place_of(frame);
     std::vector<std::string> names, lines;
-    for (const Frame::Signal& signal : frame.signals) {
+    for (const DbcFrame::Signal& signal : frame.signals) {
       const SignalInfo& info = signal_info(signal.name);
       const auto [was_in, was] = before_.broadcast(info.role, info.index);
       const bool own = was_in != nullptr && was_in->module == 0, known = own && was->info().name == signal.name;
@@ -237,6 +156,7 @@ class Importer {
         lines.push_back(std::move(line));
     }
     if (!there) {
+      made_.insert(frame.message->name);
       tables_.append(table_of(dbc_, frame, beside(frame), lines), bus_);
       note(frame, import);
     }
@@ -253,19 +173,69 @@ class Importer {
 
   void put(const CommandTable& table) {
     import.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
-    if (!table.there) return tables_.append(table.text(), bus_);
+    if (!table.there) {
+      made_.insert(table.message->name);
+      return tables_.append(table.text(), bus_);
+    }
     const CommandFrame& there = before_.commands[*table.there];
     for (const CommandTable::Field& field : table.fields) {
       const auto was = std::find_if(there.fields.begin(), there.fields.end(),
                                     [&](const CommandField& one) { return one.name == field.name; });
-      const bool is_there = was != there.fields.end(), moved = is_there && was->joint && field.moves;
+      const bool is_there = was != there.fields.end(), moved = is_there && was->joint && !field.joint.empty();
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
-    for (const auto& [key, line] : table.closing)
-      tables_.set_key(Kind::kCommand, *table.there, key, line,
-                      [](const std::string& of) { return !is_place(of) && of != "kind"; });
+    for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);
+  }
+
+  /// When all commands are put: a joint is told by one frame alone. What another one had for it rests, for what is in
+  /// no field is sent as raw 0, which may be full speed; without a joint the frame goes with its constants.
+  void take_out_moved(const std::vector<CommandTable>& told) {
+    for (std::size_t place = 0; place < tables_.count(Kind::kCommand); ++place) {
+      const CommandFrame& there = before_.commands[place];
+      const auto is_it = [&](const CommandTable& table) { return table.there == place; };
+      const bool is_named = std::any_of(told.begin(), told.end(), is_it);
+      std::vector<const CommandField*> moved;
+      std::vector<std::string> constants;
+      bool moves = false;
+      for (const CommandField& field : there.fields) {
+        if (!field.joint)
+          constants.push_back(field.name);
+        else if (is_told_elsewhere(told, *field.joint, place))
+          moved.push_back(&field);
+        else
+          moves = true;
+      }
+      if (moved.empty()) continue;
+      const std::string more = moves || is_named ? "" : not_of_dbc(place);
+      if (!moves && !is_named && more.empty()) {
+        const std::string with =
+            fmt::format(" (with its constant{} {})", constants.size() == 1 ? "" : "s", fmt::join(constants, ", "));
+        tables_.erase(Kind::kCommand, place);
+        import.gone_frames.push_back(there.name + (constants.empty() ? "" : with));
+        continue;
+      }
+      for (const CommandField* const field : moved) put_to_rest(place, *field);
+      if (!more.empty())
+        import.to_do.push_back(
+            fmt::format("{}: moves no joint any more, but has {}, which {} has not: take it out "
+                        "where nothing needs it",
+                        there.name, more, dbc_.source));
+    }
+  }
+
+  /// A period is a new frame's.
+  void check_periods(const std::vector<WantedPeriod>& periods, const std::string& machine_source) const {
+    for (const auto& [message, period_ms] : periods) {
+      if (made_.contains(message)) continue;
+      const auto is_there = [&](const auto& frame) { return is_of(frame, dbc_.usable(message), bus_); };
+      const bool has = std::any_of(before_.broadcasts.begin(), before_.broadcasts.end(), is_there) ||
+                       std::any_of(before_.commands.begin(), before_.commands.end(), is_there);
+      cli::refuse_option("--period", message,
+                         has ? "is in " + machine_source + " already: set its period_ms there"
+                             : "nothing is taken of it: give its --signal, --command or --constant, too");
+    }
   }
 
   Import import;
@@ -273,7 +243,51 @@ class Importer {
  private:
   using Kind = FrameTables::Kind;
 
-  [[nodiscard]] std::optional<std::size_t> place_of(const Frame& frame) const {
+  void close(Kind kind, std::size_t place, const ClosingLine& one) {
+    tables_.set_key(kind, place, one.key, one.line, [&](const std::string& of) { return one.keeps(of); });
+  }
+
+  [[nodiscard]] static bool is_told_elsewhere(const std::vector<CommandTable>& told, int joint, std::size_t place) {
+    const char* const name = kJointNames[static_cast<std::size_t>(joint)];
+    return std::any_of(told.begin(), told.end(), [&](const CommandTable& table) {
+      const auto moves = [&](const CommandTable::Field& field) { return field.joint == name; };
+      return table.there != place && std::any_of(table.fields.begin(), table.fields.end(), moves);
+    });
+  }
+
+  /// A constant that somebody put into a frame of the DBC by hand; empty where there is none.
+  [[nodiscard]] std::string not_of_dbc(std::size_t place) const {
+    const CommandFrame& there = before_.commands[place];
+    const auto message = std::find_if(dbc_.messages.begin(), dbc_.messages.end(), [&](const DbcMessage& one) {
+      return one.unusable.empty() && is_of(there, one, bus_);
+    });
+    const bool in_short = tables_.key_line(Kind::kCommand, place, "iso11783_valve").has_value();
+    if (message == dbc_.messages.end() || in_short) return "";
+    for (const CommandField& field : there.fields) {
+      const auto is_it = [&](const DbcSignal& signal) {
+        return signal.name == field.name || overlap(signal.field, field.bits);
+      };
+      if (!field.joint && std::none_of(message->signals.begin(), message->signals.end(), is_it)) return field.name;
+    }
+    return "";
+  }
+
+  /// A constant of what it was while nobody moved it, and so its direction.
+  void put_to_rest(std::size_t place, const CommandField& field) {
+    constexpr std::size_t kLongest = 28;  // 32 with what follows
+    const auto stays = [](const std::string& key) {
+      return key != "unit" && key != "joint" && key != "extend" && key != "retract" && key != "direction";
+    };
+    tables_.set(Kind::kCommand, place, field.name, field.name + " = { }", true, stays);
+    if (const auto& way = field.direction)
+      tables_.set(Kind::kCommand, place, field.name.substr(0, kLongest) + "_way",
+                  fmt::format("{}_way = {{ {}, neutral = {} }}", field.name.substr(0, kLongest), bits_text(way->bits),
+                              way->neutral),
+                  false, stays);
+    import.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
+  }
+
+  [[nodiscard]] std::optional<std::size_t> place_of(const DbcFrame& frame) const {
     for (std::size_t place = 0; place < before_.broadcasts.size(); ++place) {
       const BroadcastFrame& there = before_.broadcasts[place];
       const bool same = there.multiplexer && frame.by ? there.multiplexer->value == frame.by->value
@@ -284,15 +298,15 @@ class Importer {
   }
 
   /// What the DBC says is its again; sign, zero and what else was set by hand stays.
-  [[nodiscard]] static FrameTables::Keeps kept(const Frame::Signal& signal) {
+  [[nodiscard]] static FrameTables::Keeps kept(const DbcFrame::Signal& signal) {
     return [has_travel = !signal.travel.empty()](const std::string& key) {
       if (has_travel && (key == "shut" || key == "full")) return false;
       return !is_place(key) && key != "scale" && key != "offset" && key != "unit";
     };
   }
 
-  /// Of another frame that a multiplexer tells apart from this one.
-  [[nodiscard]] IdentifierKeys beside(const Frame& frame) const {
+  /// Of another frame that a multiplexer tells apart from this one; without one what was said of it.
+  [[nodiscard]] IdentifierKeys beside(const DbcFrame& frame) const {
     IdentifierKeys keys;
     for (std::size_t place = 0; frame.by && place < tables_.count(Kind::kBroadcast); ++place) {
       const BroadcastFrame& other = before_.broadcasts[place];
@@ -301,8 +315,11 @@ class Importer {
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.id.push_back(*line);
       for (const char* const key : {"counter", "checksum"})
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing.push_back(*line);
-      break;
+      return keys;
     }
+    for (const DbcClosing& closing : closings_)
+      for (const ClosingLine& one : closing.lines)
+        if (closing.message == frame.message) keys.closing.push_back(one.line);
     return keys;
   }
 
@@ -310,11 +327,13 @@ class Importer {
   FrameTables& tables_;
   const DbcFile& dbc_;
   std::size_t bus_;
+  const std::vector<DbcClosing>& closings_;
+  std::set<std::string> made_;                              // messages of new frames
   std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
 
 /// Knuckle must not send what the sender of a frame sends that the file has or gets.
-void refuse_machines_own(const DbcFile& dbc, const std::vector<Frame>& frames, const std::vector<CommandTable>& told,
+void refuse_machines_own(const DbcFile& dbc, const std::vector<DbcFrame>& frames, const std::vector<CommandTable>& told,
                          const BusDescription& before, std::size_t bus) {
   const auto refuse_one_sender = [&](const DbcMessage& ours, const DbcMessage& theirs) {
     if (ours.sender.empty() || ours.sender != theirs.sender) return;
@@ -325,12 +344,12 @@ void refuse_machines_own(const DbcFile& dbc, const std::vector<Frame>& frames, c
     return std::any_of(all.begin(), all.end(), [&](const auto& there) { return is_of(there, message, bus); });
   };
   for (const CommandTable& table : told)
-    for (const Frame& frame : frames) refuse_one_sender(*table.message, *frame.message);
+    for (const DbcFrame& frame : frames) refuse_one_sender(*table.message, *frame.message);
   for (const DbcMessage& message : dbc.messages) {
     if (is_in(before.broadcasts, message))
       for (const CommandTable& table : told) refuse_one_sender(*table.message, message);
     if (is_in(before.commands, message))
-      for (const Frame& frame : frames) refuse_one_sender(message, *frame.message);
+      for (const DbcFrame& frame : frames) refuse_one_sender(message, *frame.message);
   }
 }
 
@@ -363,18 +382,6 @@ std::size_t bus_of(const std::optional<WantedBus>& wanted, const BusDescription&
 
 }  // namespace
 
-WantedSignal wanted_signal(const std::string& text) {
-  const auto equals = text.find('='), colon = text.find(':', equals == std::string::npos ? 0 : equals);
-  const bool has_colon = colon != std::string::npos;
-  const std::string place = equals == std::string::npos ? "" : text.substr(equals + 1, colon - equals - 1);
-  const auto point = place.find('.');
-  if (equals == 0 || point == std::string::npos || point == 0 || point + 1 == place.size() ||
-      (has_colon && colon + 1 == text.size()))
-    cli::refuse_option("--signal", text, "must be such as boom_angle=MESSAGE.SIGNAL, both as the DBC calls them");
-  return {text.substr(0, equals), place.substr(0, point), place.substr(point + 1),
-          has_colon ? text.substr(colon + 1) : ""};
-}
-
 WantedBus wanted_bus(const std::string& text) {
   const auto equals = text.find('=');
   WantedBus wanted{text.substr(0, equals), {}};
@@ -385,8 +392,8 @@ WantedBus wanted_bus(const std::string& text) {
   return wanted;
 }
 
-Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                   const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& as_read,
+                   const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
                    const std::optional<WantedBus>& on) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
   TomlTable file = TomlTable::parse(machine_text, machine_source);
@@ -403,17 +410,27 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
                      ": its [[bus.broadcast]] and [[bus.command]] headers must each begin a line, written as here");
   Import import;
   const std::size_t bus = bus_of(on, before, machine_source, tables, import);
-  const std::vector<Frame> frames = frames_of(dbc, signals);
+  refuse_twice(wanted);
+  const DbcFile dbc = with_periods(as_read, wanted.periods);
+  const std::vector<DbcFrame> frames = frames_of(dbc, signals);
+  WantedFrames commands = wanted;
+  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, [&](const DbcMessage& message) {
+    return std::any_of(before.broadcasts.begin(), before.broadcasts.end(),
+                       [&](const BroadcastFrame& there) { return is_of(there, message, bus); });
+  });
   const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
   refuse_machines_own(dbc, frames, told, before, bus);
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))
     throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
-  Importer importer(before, tables, dbc, bus);
+  Importer importer(before, tables, dbc, bus, closings);
   importer.import = std::move(import);
-  for (const Frame& frame : frames) importer.put(frame);
+  importer.put_closings();
+  for (const DbcFrame& frame : frames) importer.put(frame);
   importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);
+  importer.take_out_moved(told);
+  importer.check_periods(wanted.periods, machine_source);
   import = std::move(importer.import);
   if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
     import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");

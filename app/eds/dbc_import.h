@@ -6,20 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "app/eds/dbc_broadcasts.h"
 #include "app/eds/dbc_commands.h"
 #include "app/eds/dbc_file.h"
 
 namespace knuckle::eds {
-
-/// What a machine file is to have of a DBC: --signal boom_angle=Front_Angle.boom; of a pilot pressure
-/// --signal boom_extend_pilot=Pilot.boom_up:shut=0.6,full=2.8.
-struct WantedSignal {
-  std::string signal;           ///< As machine files call it.
-  std::string message, source;  ///< As the DBC calls both.
-  std::string travel{};         ///< "shut=0.6,full=2.8", in the signal's unit; of a pilot pressure.
-};
-/// @throws InputError where it is not of this form.
-[[nodiscard]] WantedSignal wanted_signal(const std::string& text);
 
 /// On which bus: --bus machine, or --bus machine=250 for one that the file does not have yet.
 struct WantedBus {
@@ -33,7 +24,8 @@ struct Import {
   std::string text;                      ///< Of the machine file.
   std::vector<std::string> frames;       ///< "Front_Angle (0x18FF1021): boom_angle, arm_angle"
   std::vector<std::string> gone_nodes;   ///< Whose signals these frames have now.
-  std::vector<std::string> gone_frames;  ///< Whose last signal was moved.
+  std::vector<std::string> gone_frames;  ///< Whose last signal or joint was moved.
+  std::vector<std::string> at_rest;      ///< "boom in Rates": fields of joints that other frames command from now on.
   std::vector<std::string> to_do;        ///< What a DBC does not say.
 };
 /// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was. A
@@ -42,7 +34,7 @@ struct Import {
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                                 const std::vector<WantedSignal>& signals, const WantedFrames& commands,
+                                 const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
                                  const std::optional<WantedBus>& on = {});
 
 }  // namespace knuckle::eds

@@ -27,6 +27,9 @@ const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const 
     throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name, name,
                                  fmt::join(names, ", ")));
   }
+  if (!signal->unusable.empty())
+    throw InputError(
+        fmt::format("{}:{}: signal {} of {} {}", dbc.source, signal->line, name, message.name, signal->unusable));
   return *signal;
 }
 
@@ -59,8 +62,8 @@ std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char*
                       const std::optional<DbcMultiplexing>& by) {
   if (!message.period_s)
     throw InputError(
-        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
-                    dbc.source, message.line, message.name));
+        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): say how often it comes by --period {}=MILLISECONDS",
+                    dbc.source, message.line, message.name, message.name));
   const bool extended = (message.id & kExtendedId) != 0;
   const std::uint32_t id = message.id & ~kExtendedId;
   std::string text = fmt::format("{}\nname = \"{}\"\n", header, frame_name(message, by));
@@ -76,12 +79,25 @@ std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char*
   return text;
 }
 
-std::string bits_text(const BitField& field) {
-  std::string text = fmt::format("start = {}, bits = {}", field.start_bit, field.bits);
+DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods) {
+  for (const auto& [message, period_ms] : periods) {
+    const DbcMessage& said = dbc.usable(message);
+    dbc.messages[static_cast<std::size_t>(&said - dbc.messages.data())].period_s = 1e-3 * period_ms;
+  }
+  return dbc;
+}
+
+std::string bits_text(const BitField& field, unsigned first_byte) {
+  constexpr unsigned kByte = 8;
+  std::string text = fmt::format("start = {}, bits = {}", kByte * first_byte + field.start_bit, field.bits);
   if (field.order == BitField::Order::kBigEndian) text += ", order = \"big\"";
   if (field.type == BitField::Type::kSigned) text += ", type = \"signed\"";
   if (field.type == BitField::Type::kFloat) text += ", type = \"float\"";
   return text;
+}
+
+bool is_place(const std::string& key) {
+  return key == "start" || key == "bits" || key == "order" || key == "type";
 }
 
 std::string scale_text(const BitField& field) {

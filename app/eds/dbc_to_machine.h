@@ -5,12 +5,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/eds/dbc_file.h"
 
 namespace knuckle::eds {
 
-/// @throws InputError where the message has no such signal.
+/// @throws InputError where the message has no such signal, or one that nobody can read.
 [[nodiscard]] const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const std::string& name);
 
 /// Of a signal that is there only where a multiplexer has this value: one of so many that tell the message's frames
@@ -34,8 +35,19 @@ struct DbcMultiplexing {
 [[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
                                     bool may_be_group = false, const std::optional<DbcMultiplexing>& by = {});
 
+/// How often a message comes: --period MESSAGE=20
+struct WantedPeriod {
+  std::string message;
+  double period_ms = 0;
+};
+/// In place of the DBC's. @throws InputError where it has no such message.
+[[nodiscard]] DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods);
+
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
-[[nodiscard]] std::string bits_text(const BitField& field);
+[[nodiscard]] std::string bits_text(const BitField& field, unsigned first_byte = 0);
+
+/// Whether bits_text() has this key.
+[[nodiscard]] bool is_place(const std::string& key);
 
 /// ", scale = 0.01, offset = -10"
 [[nodiscard]] std::string scale_text(const BitField& field);

@@ -70,6 +70,11 @@ std::optional<InlineTable> inline_table(const std::string& line) {
   return std::nullopt;
 }
 
+/// Blank lines in front of what is left of a table.
+void erase_front_gap(std::vector<std::string>& lines) {
+  while (!lines.empty() && lines.front().find_first_not_of(kBlanks) == std::string::npos) lines.erase(lines.begin());
+}
+
 /// "  [bus.node]": no value, though values of several lines may begin with a bracket, too.
 bool is_indented_header(const std::string& line) {
   const auto opens = line.find_first_not_of(kBlanks);
@@ -148,7 +153,7 @@ bool FrameTables::erase_nodes(const std::vector<std::string>& all, const std::ve
     if (!is_gone) continue;
     std::vector<std::string>& lines = tables_[i].lines;
     lines.erase(lines.begin(), is_part(i + 1) ? lines.end() : end_of_values(lines.begin(), lines.end()));
-    while (!lines.empty() && lines.front().find_first_not_of(kBlanks) == std::string::npos) lines.erase(lines.begin());
+    erase_front_gap(lines);
   }
   return place == all.size();
 }
@@ -191,7 +196,8 @@ std::string FrameTables::line(Kind kind, std::size_t place, const std::string& n
 
 std::optional<std::string> FrameTables::key_line(Kind kind, std::size_t place, const std::string& key) {
   Table& frame = table(kind, place);
-  const Line end = values_of(kind, frame).first - 1;
+  const auto opens = [](const std::string& line) { return line.starts_with('['); };
+  const Line end = std::find_if(frame.lines.begin() + 1, frame.lines.end(), opens);  // of its values, where it has any
   const auto found = line_of(frame.lines.begin(), end, key);
   return found != end ? std::optional(*found) : std::nullopt;
 }
@@ -203,10 +209,16 @@ bool FrameTables::erase(Kind kind, std::size_t place, const std::string& name) {
   if (found == to) throw InputError(fmt::format("{}: {} must be on a line of its own", source_, name));
   const bool last = kind == Kind::kBroadcast && std::count_if(from, to, is_value) == 1;
   if (last)
-    frame.lines.erase(frame.lines.begin(), end_of_values(frame.lines.begin(), frame.lines.end()));
+    erase(kind, place);
   else
     frame.lines.erase(found);
   return last;
+}
+
+void FrameTables::erase(Kind kind, std::size_t place) {
+  std::vector<std::string>& lines = table(kind, place).lines;
+  lines.erase(lines.begin(), end_of_values(lines.begin(), lines.end()));
+  erase_front_gap(lines);
 }
 
 void FrameTables::set_key(Kind kind, std::size_t place, const std::string& key, const std::string& line,
@@ -228,7 +240,9 @@ void FrameTables::append(const std::string& added, std::size_t bus) {
   const Line end = end_of_values(last->lines.begin(), last->lines.end());
   last->rest.insert(last->rest.begin(), end, last->lines.end());
   last->lines.erase(end, last->lines.end());
-  last->behind.push_back(line_end_);
+  const bool is_gone = last->lines.empty() && last->behind.empty();  // what is above ends with a blank line
+  if (!is_gone) last->behind.push_back(line_end_);
+  if (is_gone && last->rest.empty()) last->rest.push_back(line_end_);
   std::istringstream in(added);
   for (std::string line; std::getline(in, line);) last->behind.push_back(ended(line));
 }

@@ -38,6 +38,8 @@ class FrameTables {
   [[nodiscard]] std::optional<std::string> key_line(Kind kind, std::size_t table, const std::string& key);
   /// Takes a signal or a field out, and the table of a broadcast where that was the last. @return whether it is gone.
   bool erase(Kind kind, std::size_t table, const std::string& name);
+  /// A whole frame; comments behind its last value stay, as those of what follows.
+  void erase(Kind kind, std::size_t table);
   /// Likewise a key of the table itself: "counter = { ... }".
   void set_key(Kind kind, std::size_t table, const std::string& key, const std::string& line, const Keeps& keeps);
   /// A whole table behind the last one of a bus.

@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "app/eds/dbc_import.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/j1939_machine.h"
 #include "tests/support/module_machine.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
@@ -72,7 +74,7 @@ Import told_of(const Asked& asked, const std::vector<WantedSignal>& signals = {}
 TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
   const Import import = told_of({});
   EXPECT_EQ(import.frames, (std::vector<std::string>{"Rates (0x18FF0105): boom, arm, bucket; constant: slew",
-                                                     "Setting (0x1A6): constant: mode, horn"}));
+                                                     "Setting (0x1A6): constant: mode, horn; counter alive"}));
   EXPECT_EQ(import.gone_nodes, (std::vector<std::string>{"boom_valve", "arm_valve", "bucket_valve", "enable"}));
   const BusDescription bus = parse_machine(import.text, "m.toml").bus;
   ASSERT_EQ(bus.commands.size(), 2U);
@@ -195,6 +197,107 @@ TEST(DbcCommands, WhereItWouldBeNoTomlTheLineSaysThatTheFileIsAsItWas) {
   EXPECT_TRUE(line.starts_with("m.toml: is as it was: with these frames of m.dbc it would be refused: ")) << line;
   EXPECT_NE(line.find("counter"), std::string::npos) << line;
   EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+}
+
+/// Beside Rates, the speeds in another message.
+std::string with_speeds() {
+  return std::string(kToldDbc) + "BO_ 2566849797 Speeds: 8 Knuckle\n" +
+         R"( SG_ boom_speed : 0|16@1- (0.001,0) [0|0] "rad/s" Machine
+ SG_ arm_speed : 16|16@1- (0.001,0) [0|0] "rad/s" Machine
+ SG_ bucket_speed : 32|16@1- (0.001,0) [0|0] "rad/s" Machine
+BA_ "GenMsgCycleTime" BO_ 2566849797 10;
+)";
+}
+Asked all_by_speeds() {
+  return {.commands = {"boom=Speeds.boom_speed:extend=0.6,retract=-0.6", "arm=Speeds.arm_speed:extend=-0.9,retract=0.9",
+                       "bucket=Speeds.bucket_speed:extend=-1.2,retract=1.2"},
+          .constants = {},
+          .counters = {}};
+}
+Import moved(const Asked& asked, const std::string& before) {
+  return with_frames(before, "m.toml", parse_dbc(with_speeds(), "m.dbc"), {}, asked.frames());
+}
+
+TEST(DbcCommands, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
+  const std::string line = "boom = { start = 0, bits = 16, scale = 0.0005, offset = -16, ";
+  std::string before = told_of({}).text;
+  before = changed(before, line + "unit = \"rad/s\", joint = \"boom\", neutral = 0, extend = 0.6, retract = -0.6 }",
+                   line + "unit = \"rad/s\", joint = \"boom\", neutral = 0, extend = 0.6, retract = -0.6 } # fast");
+  const Import import =
+      moved({.commands = {"boom=Speeds.boom_speed:extend=0.6,retract=-0.6"}, .constants = {"Speeds=0"}, .counters = {}},
+            before);
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 3U);
+  EXPECT_EQ(bus.command(kBoom, true)->name, "boom_speed");
+  EXPECT_NE(import.text.find(line + "neutral = 0 } # fast\n"), std::string::npos)
+      << "in no field it would be sent as raw 0, 16 rad/s backwards";
+  EXPECT_EQ(import.at_rest, std::vector<std::string>{"boom in Rates"});
+  EXPECT_TRUE(import.gone_frames.empty());
+}
+
+TEST(DbcCommands, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
+  std::string before = told_of({}).text;
+  before =
+      changed(before, "[[bus.command]]\nname = \"Setting\"", "# of another frame\n[[bus.command]]\nname = \"Setting\"");
+  const Import import = moved(all_by_speeds(), before);
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus, was = parse_machine(before, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 2U);
+  EXPECT_EQ(bus.commands[0], was.commands[1]);
+  EXPECT_EQ(bus.commands[1].name, "Speeds");
+  EXPECT_EQ(import.gone_frames, std::vector<std::string>{"Rates (with its constant slew)"});
+  EXPECT_TRUE(import.at_rest.empty());
+  EXPECT_NE(import.text.find("# of another frame\n[[bus.command]]\nname = \"Setting\""), std::string::npos);
+  EXPECT_EQ(import.text.find("\n\n\n"), std::string::npos) << "no gap";
+  EXPECT_EQ(moved(all_by_speeds(), import.text).text, import.text) << "once more changes nothing";
+}
+
+TEST(DbcCommands, AFrameThatMovesNoJointAnyMoreStaysWhereThereIsMoreInIt) {
+  const std::string slew = "slew = { start = 48, bits = 16, scale = 0.0005, offset = -16, neutral = 0 }\n";
+  const std::string narrow =
+      changed(with_speeds(), " SG_ slew : 48|16@1+ (0.0005,-16) [-16|16] \"rad/s\" Machine\n", "");
+  const std::string before = told_of({}).text;
+  const Import by_hand = with_frames(before, "m.toml", parse_dbc(narrow, "m.dbc"), {}, all_by_speeds().frames());
+  const BusDescription bus = parse_machine(by_hand.text, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 3U);
+  EXPECT_FALSE(moves_joint(bus.commands[0]));
+  EXPECT_EQ(bus.commands[0].fields.size(), 4U);
+  EXPECT_TRUE(by_hand.gone_frames.empty());
+  EXPECT_EQ(by_hand.at_rest, (std::vector<std::string>{"arm in Rates", "boom in Rates", "bucket in Rates"}));
+  EXPECT_EQ(std::count(by_hand.to_do.begin(), by_hand.to_do.end(),
+                       "Rates: moves no joint any more, but has slew, which m.dbc has not: take it out where nothing "
+                       "needs it"),
+            1);
+  Asked named = all_by_speeds();
+  named.constants = {"Rates.slew=0"};
+  EXPECT_EQ(parse_machine(moved(named, before).text, "m.toml").bus.commands.size(), 3U) << "it is named";
+}
+
+TEST(DbcCommands, WhichWayAFieldWentRestsWithIt) {
+  const std::string boom = "unit = \"rad/s\", joint = \"boom\", neutral = 0, extend = 0.6, retract = -0.6 }";
+  std::string before = changed(told_of({}).text, "slew = { start = 48, bits = 16, scale = 0.0005, offset = -16,",
+                               "slew = { start = 56, bits = 8,");
+  before = changed(before, boom,
+                   "direction = { start = 48, bits = 4, neutral = 3, extend = 1, retract = 2 }, unit = \"rad/s\", "
+                   "joint = \"boom\", neutral = 0, extend = 0.6, retract = 0.6 }");
+  const Import import =
+      moved({.commands = {"boom=Speeds.boom_speed:extend=0.6,retract=-0.6"}, .constants = {"Speeds=0"}, .counters = {}},
+            before);
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  CanFrame sent;
+  for (const CommandField& field : bus.commands[0].fields) write_value(field.bits, field.neutral, sent);
+  EXPECT_EQ(read_raw({.start_bit = 0, .bits = 16}, sent), 32000U);
+  EXPECT_EQ(read_raw({.start_bit = 48, .bits = 4}, sent), 3U);
+}
+
+TEST(DbcCommands, AValveThatWasToldInShortGoes) {
+  std::string dbc = with_speeds();
+  for (int n = 0; n < 2; ++n) dbc = changed(dbc, " 2566849797", " 2566849830");  // from the address of the valves
+  const Import import =
+      with_frames(test::valves_text(), "m.toml", parse_dbc(dbc, "m.dbc"), {}, all_by_speeds().frames());
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 1U);
+  EXPECT_EQ(bus.commands[0].name, "Speeds");
+  EXPECT_EQ(import.gone_frames.size(), 3U);
 }
 
 TEST(DbcCommands, WhatTheSenderOfAFrameInTheFileSendsIsRefused) {
