@@ -227,12 +227,13 @@ class Importer {
 
   /// A period is a new frame's.
   void check_periods(const std::vector<WantedPeriod>& periods, const std::string& machine_source) const {
-    for (const auto& [message, period_ms] : periods) {
-      if (made_.contains(message)) continue;
-      const auto is_there = [&](const auto& frame) { return is_of(frame, dbc_.usable(message), bus_); };
+    for (const WantedPeriod& period : periods) {
+      if (made_.contains(period.message)) continue;
+      const DbcMessage& message = dbc_.usable(period.message);
+      const auto is_there = [&](const auto& frame) { return is_of(frame, message, bus_); };
       const bool has = std::any_of(before_.broadcasts.begin(), before_.broadcasts.end(), is_there) ||
                        std::any_of(before_.commands.begin(), before_.commands.end(), is_there);
-      cli::refuse_option("--period", message,
+      cli::refuse_option("--period", period.message,
                          has ? "is in " + machine_source + " already: set its period_ms there"
                              : "nothing is taken of it: give its --signal, --command or --constant, too");
     }
