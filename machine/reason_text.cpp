@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "machine/pilot_spool.h"
 #include "machine/toml_reader.h"
 #include "transport/j1939.h"
 
@@ -111,12 +112,24 @@ std::string wire_text(const Reason& reason, const BusDescription& bus) {
                      kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
 }
 
+/// What else may be wrong where pilot pressures say where a spool is.
+std::string pilots_text(const Reason& reason, const BusDescription& bus) {
+  if (reason.code == ReasonCode::kValveNotFollowing)
+    return bus.by_frames() ? "; by its pilot pressures: check their sensors, too" : "";
+  if (reason.code != ReasonCode::kSensorImplausible) return "";
+  const SignalInfo* const signal = signal_info(reason);
+  if (signal != nullptr && signal->role == NodeRole::kPilot) return "; or the joint's position sensor is wrong";
+  for (int joint = 0; joint < kJoints; ++joint) {
+    if (tells_pilots(bus, joint) && reason.subject == subject_of(NodeRole::kEncoder, joint, bus))
+      return "; or a reading of the joint's pilot pressures is wrong";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string text(const Reason& reason, const BusDescription& bus) {
-  const bool by_pilots = reason.code == ReasonCode::kValveNotFollowing && bus.by_frames();
-  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) +
-         (by_pilots ? "; by its pilot pressures" : "");
+  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) + pilots_text(reason, bus);
 }
 
 std::string text_with_code(const Reason& reason, const BusDescription& bus) {
