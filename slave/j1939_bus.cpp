@@ -63,7 +63,7 @@ bool J1939Bus::Group::counts(std::uint8_t from, Time now) const noexcept {
 /// What does not fit into a frame is sent to everybody only where everybody was asked (J1939-21, 5.4.2): who is asked
 /// alone answers over a connection to whoever asks, RTS and CTS, which Knuckle does not take part in.
 std::uint8_t J1939Bus::Group::asked() const noexcept {
-  if (bytes > sizeof(CanFrame::data)) return j1939::kEverybody;
+  if (j1939::in_packets(bytes)) return j1939::kEverybody;
   if (source) return *source;
   return heard_at == kNever ? j1939::kEverybody : sender;
 }
@@ -136,7 +136,7 @@ void J1939Bus::on_announcement(const j1939::Announcement& said, std::uint32_t bu
   for (Group& group : groups_)
     if (group.packets_from == from && (group.filter.id & kSecondBus) == bus) lose(group, group.packets.end(), now);
   const auto of = group_of(j1939::identifier(said.group, from) | bus, now);
-  if (!of || *of == nullptr || (*of)->bytes <= sizeof(CanFrame::data)) return;
+  if (!of || *of == nullptr || !j1939::in_packets((*of)->bytes)) return;
   Group& group = **of;
   lose(group, group.packets.end(), now);
   group.packets_from = from;
