@@ -104,7 +104,7 @@ std::optional<J1939Bus::Group*> J1939Bus::group_of(std::uint32_t id, Time now) n
   if (is_new && !foreign->is_fault())
     tell({.what = J1939News::What::kOtherSender,
           .at = now,
-          .group = foreign->broadcast,
+          .broadcast = foreign->broadcast,
           .address = foreign->source.value_or(foreign->sender),
           .other = from});
   return nullptr;
@@ -148,7 +148,7 @@ void J1939Bus::lose(Group& group, const std::optional<j1939::PacketReader::Lost>
   group.lost_told_at = now;
   tell({.what = J1939News::What::kPacketLost,
         .at = now,
-        .group = group.broadcast,
+        .broadcast = group.broadcast,
         .address = group.packets_from,
         .packet = lost->packet,
         .packets = lost->of});
@@ -191,7 +191,11 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
   };
   const auto group = std::find_if(groups_.begin(), groups_.end(), sends);
   if (before == 0 || before == name || group == groups_.end()) return;
-  tell({.what = J1939News::What::kOtherDevice, .at = now, .group = group->broadcast, .address = address, .name = name});
+  tell({.what = J1939News::What::kOtherDevice,
+        .at = now,
+        .broadcast = group->broadcast,
+        .address = address,
+        .name = name});
 }
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {
@@ -250,7 +254,7 @@ Reason J1939Bus::fault(Time now) const noexcept {
 }
 
 std::string text(const J1939News& news, const BusDescription& bus) {
-  const auto frame = [&] { return frame_text(bus.broadcasts.at(news.group), bus); };
+  const auto frame = [&] { return frame_text(bus.broadcasts.at(news.broadcast), bus); };
   switch (news.what) {
     case J1939News::What::kOtherSender:
       return fmt::format(
