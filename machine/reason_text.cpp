@@ -112,6 +112,13 @@ std::string wire_text(const Reason& reason, const BusDescription& bus) {
                      kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
 }
 
+/// The frame of the machine's own controller that has the signal that the reason names; null where none has it.
+const BroadcastFrame* own_frame(const Reason& reason, const BusDescription& bus) {
+  const SignalInfo* const signal = signal_info(reason);
+  const BroadcastFrame* const frame = signal != nullptr ? bus.broadcast(signal->role, signal->index).frame : nullptr;
+  return frame != nullptr && frame->module == 0 ? frame : nullptr;
+}
+
 /// What else may be wrong where pilot pressures say where a spool is.
 std::string pilots_text(const Reason& reason, const BusDescription& bus) {
   if (reason.code == ReasonCode::kValveNotFollowing)
@@ -129,6 +136,12 @@ std::string pilots_text(const Reason& reason, const BusDescription& bus) {
 }  // namespace
 
 std::string text(const Reason& reason, const BusDescription& bus) {
+  if (reason.code == ReasonCode::kFrameShort && own_frame(reason, bus) != nullptr)
+    return subject_text(reason, bus) +
+           fmt::format(
+               ": frame is too short to be used: what sends it was changed, or its bytes in the machine file are wrong "
+               "(it has {:.0f}, and {:.0f} in the file)",
+               reason.value, reason.limit);
   return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) + pilots_text(reason, bus);
 }
 
