@@ -165,6 +165,14 @@ std::string foreign_text(const Reason& reason) {
   return " (heard: " + controllers_frame_text(static_cast<std::uint32_t>(reason.value)) + ")";
 }
 
+/// Of a frame that does not count.
+std::string void_text(const Reason& reason) {
+  if (reason.limit == kCounterStands)
+    return "the counter of its frame stands: what sends it hangs and repeats its last frame, or does not count as the "
+           "machine file says";
+  return "the checksum of its frame is wrong: check cable and termination, and its checksum in the machine file";
+}
+
 std::string twice_text(const Reason& reason) {
   if (reason.value == 2 && reason.limit == 1) return " (two answers to one request)";
   return fmt::format(" ({:.0f} frames where {:.0f} are due)", double(reason.value), double(reason.limit));
@@ -224,6 +232,7 @@ std::string text(const Reason& reason) {
 std::string text_about(const std::string& subject, const Reason& reason) {
   const Entry& e = entry(reason.code);
   std::string line = (subject.empty() ? "" : subject + ": ") + e.text;
+  if (reason.code == ReasonCode::kSensorInvalid && reason.limit < 0) return subject + ": " + void_text(reason);
   if (reason.code == ReasonCode::kNodeFault) return line + node_state_text(reason);
   if (reason.code == ReasonCode::kFrameShort)
     return line + fmt::format(" (frame has {:.0f} bytes, {:.0f} are mapped)", reason.value, reason.limit);

@@ -151,9 +151,9 @@ double worst_bus_load(const BusDescription& bus) {
   bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
   for (const BroadcastFrame& frame : bus.broadcasts) {
     constexpr std::uint8_t kMost = sizeof(CanFrame::data);
-    const bool is_frame = frame.bytes <= kMost;
-    const unsigned frames = is_frame ? 1 : 1 + j1939::packets_of(frame.bytes);  // announced first
-    bits_per_s += frames * worst_case_bits(is_frame ? frame.bytes : kMost, frame.id) / frame.period_s;
+    const bool packets = j1939::in_packets(frame.bytes);
+    const unsigned frames = packets ? 1 + j1939::packets_of(frame.bytes) : 1;  // announced first
+    bits_per_s += frames * worst_case_bits(packets ? kMost : frame.bytes, frame.id) / frame.period_s;
   }
   for (const CommandFrame& frame : bus.commands) bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
   return bits_per_s / bus.bit_rate;

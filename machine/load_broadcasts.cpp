@@ -193,10 +193,6 @@ void read_status(TomlTable& file, BroadcastField& field, bool is_group) {
                {"invalid_from"});
 }
 
-bool is_of_packets(const BroadcastFrame& frame) noexcept {
-  return frame.bytes > sizeof(CanFrame::data);
-}
-
 /// Of one frame, or of one message of several packets, in which all are little endian.
 bool overlap(const BroadcastField& a, const BroadcastField& b) noexcept {
   if (a.first_byte == b.first_byte) return knuckle::overlap(a.bits, b.bits);
@@ -207,7 +203,7 @@ bool overlap(const BroadcastField& a, const BroadcastField& b) noexcept {
 BroadcastField read_field(TomlTable file, std::size_t signal, const BroadcastFrame& frame,
                           const SensorDescription& sensors) {
   BroadcastField field{.signal = static_cast<std::uint8_t>(signal), .bits = {}};
-  if (is_of_packets(frame)) {
+  if (j1939::in_packets(frame.bytes)) {
     const MessageBits place = read_message_bits(file, frame.bytes);
     field.bits = place.bits;
     field.first_byte = place.first_byte;
@@ -246,14 +242,14 @@ class BroadcastReader {
                          .multiplexer = head.multiplexer,
                          .on_request = head.on_request};
     read_signals(file.table("signals"), frame);
-    if (is_of_packets(frame)) check_packets(file, frame);
+    if (j1939::in_packets(frame.bytes)) check_packets(file, frame);
     check_period(file, frame);
     file.require(!frame.source || frame.source != bus_.j1939_address, "source",
                  "is Knuckle's own address: bus.j1939_address must be one that nobody has", {".bus.j1939_address"});
     std::vector<UsedBits> used;
     for (const BroadcastField& field : frame.fields) used.push_back({field.bits, field.info().name});
     if (frame.multiplexer) used.push_back({frame.multiplexer->bits, "the multiplexer"});
-    if (!is_of_packets(frame)) frame.closing = read_frame_closing(file, frame.bytes, used);
+    if (!j1939::in_packets(frame.bytes)) frame.closing = read_frame_closing(file, frame.bytes, used);
     check_closing(file, frame);
     heads_.push_back(head);
     all_.push_back(std::move(frame));

@@ -167,7 +167,7 @@ FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others,
   head.id |= bus;
   constexpr std::uint8_t kMostBytes = sizeof(CanFrame::data);
   head.bytes = static_cast<std::uint8_t>(file.integer("bytes", 1, is_broadcast ? j1939::kMostMessage : kMostBytes));
-  const bool packets = head.bytes > kMostBytes;
+  const bool packets = j1939::in_packets(head.bytes);
   file.require(group || !packets, "bytes", "must be at most 8: only a group, by pgn, comes in several packets", {"id"});
   head.period_s = head.on_request ? file.number("request_every_s", 1, 3600)
                                   : file.number("period_ms", 1, packets ? kSlowestMessage_ms : 1000, kMilli);

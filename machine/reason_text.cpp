@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "machine/pilot_spool.h"
 #include "machine/toml_reader.h"
 #include "transport/j1939.h"
 
@@ -111,12 +112,37 @@ std::string wire_text(const Reason& reason, const BusDescription& bus) {
                      kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
 }
 
+/// The frame of the machine's own controller that has the signal that the reason names; null where none has it.
+const BroadcastFrame* own_frame(const Reason& reason, const BusDescription& bus) {
+  const SignalInfo* const signal = signal_info(reason);
+  const BroadcastFrame* const frame = signal != nullptr ? bus.broadcast(signal->role, signal->index).frame : nullptr;
+  return frame != nullptr && frame->module == 0 ? frame : nullptr;
+}
+
+/// What else may be wrong where pilot pressures say where a spool is.
+std::string pilots_text(const Reason& reason, const BusDescription& bus) {
+  if (reason.code == ReasonCode::kValveNotFollowing)
+    return bus.by_frames() ? "; by its pilot pressures: check their sensors, too" : "";
+  if (reason.code != ReasonCode::kSensorImplausible) return "";
+  const SignalInfo* const signal = signal_info(reason);
+  if (signal != nullptr && signal->role == NodeRole::kPilot) return "; or the joint's position sensor is wrong";
+  for (int joint = 0; joint < kJoints; ++joint) {
+    if (tells_pilots(bus, joint) && reason.subject == subject_of(NodeRole::kEncoder, joint, bus))
+      return "; or a reading of the joint's pilot pressures is wrong";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string text(const Reason& reason, const BusDescription& bus) {
-  const bool by_pilots = reason.code == ReasonCode::kValveNotFollowing && bus.by_frames();
-  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) +
-         (by_pilots ? "; by its pilot pressures" : "");
+  if (reason.code == ReasonCode::kFrameShort && own_frame(reason, bus) != nullptr)
+    return subject_text(reason, bus) +
+           fmt::format(
+               ": frame is too short to be used: what sends it was changed, or its bytes in the machine file are wrong "
+               "(it has {:.0f}, and {:.0f} in the file)",
+               reason.value, reason.limit);
+  return text_about(subject_text(reason, bus), reason) + wire_text(reason, bus) + pilots_text(reason, bus);
 }
 
 std::string text_with_code(const Reason& reason, const BusDescription& bus) {

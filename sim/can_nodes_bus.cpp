@@ -21,10 +21,6 @@ std::uint32_t sent_as(const BroadcastFrame& frame) noexcept {
   return (frame.id & ~0xFFU) | frame.source.value_or(kAddress);
 }
 
-bool is_of_packets(const BroadcastFrame& frame) noexcept {
-  return frame.bytes > sizeof(CanFrame::data);
-}
-
 SensorNode encoder_node(const MachineDescription& machine, std::size_t joint) {
   const NodeDescription& node = machine.bus.encoder(joint);
   if (node.measures_angle()) return {SensorNode::Kind::kRotary, node, 0, 0};
@@ -79,7 +75,7 @@ CanNodes::CanNodes(const MachineDescription& machine, const SensorErrors& errors
     broadcast_due_.push_back(frame.on_request || frame.module != 0 ? Time::max() : Time{});
   broadcast_count_.assign(broadcasts_.size(), 0);
   for (const BroadcastFrame& frame : broadcasts_)
-    packets_of_.push_back(is_of_packets(frame) ? packets_.add(sent_as(frame), frame.bytes) : 0);
+    packets_of_.push_back(j1939::in_packets(frame.bytes) ? packets_.add(sent_as(frame), frame.bytes) : 0);
 }
 
 void CanNodes::step(Time now, const MachineSignals& signals) noexcept {
@@ -128,7 +124,7 @@ void CanNodes::hear_request(const CanFrame& frame, Time now) noexcept {
     const std::uint32_t id = sent_as(broadcasts_[i]);
     if ((id & kSecondBus) != (frame.id & kSecondBus)) continue;
     // Who is asked alone for what needs several packets opens a connection to whoever asks, which nobody here takes.
-    if (is_of_packets(broadcasts_[i]) && (frame.id >> 8 & 0xFFU) != j1939::kEverybody) continue;
+    if (j1939::in_packets(broadcasts_[i].bytes) && (frame.id >> 8 & 0xFFU) != j1939::kEverybody) continue;
     if (broadcasts_[i].is_group() && j1939::group_of(id) == *group && j1939::is_for(j1939::source_of(id), frame.id))
       broadcast_due_[i] = now;
   }
@@ -251,7 +247,7 @@ void CanNodes::step_broadcasts(const MachineSignals& signals) noexcept {
     const BroadcastFrame& sent = broadcasts_[i];
     if (now_ < broadcast_due_[i]) continue;
     broadcast_due_[i] = sent.on_request ? Time::max() : now_ + from_seconds(sent.period_s);
-    if (is_of_packets(sent)) {
+    if (j1939::in_packets(sent.bytes)) {
       send_in_packets(i, signals);
       continue;
     }

@@ -22,7 +22,7 @@ std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
   for (const NodeDescription& node : bus.nodes)
     map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
   for (const BroadcastFrame& frame : bus.broadcasts) {
-    if (frame.bytes > kMostBytes) {
+    if (j1939::in_packets(frame.bytes)) {
       const auto part = [&](std::uint32_t group, unsigned times) {
         const std::uint32_t id = j1939::identifier(group, j1939::source_of(frame.id)) | (frame.id & kSecondBus);
         map.push_back({id, kMostBytes, times / frame.period_s});
@@ -60,7 +60,7 @@ std::vector<CanFilter> set_point_filters(const BusDescription& bus) {
 std::vector<CanFilter> packet_filters(const BusDescription& bus) {
   std::vector<CanFilter> filters;
   for (const BroadcastFrame& frame : bus.broadcasts) {
-    if (frame.bytes <= kMostBytes) continue;
+    if (!j1939::in_packets(frame.bytes)) continue;
     for (const std::uint32_t group : {j1939::kConnection, j1939::kTransfer}) {
       const CanFilter parts(j1939::identifier(group, 0) | (frame.id & kSecondBus), j1939::kAllButPriorityAndSource);
       if (std::find(filters.begin(), filters.end(), parts) == filters.end()) filters.push_back(parts);

@@ -11,7 +11,7 @@
 
 namespace knuckle::slave {
 
-/// Whether a frame's values are none, because it is damaged or an old one. The counter of an identifier runs over all
+/// Why a frame's values are none, because it is damaged or an old one. The counter of an identifier runs over all
 /// frames that a multiplexer tells apart: one of them that comes again and again among living ones repeats its own
 /// count, and not the one before.
 class ClosedFrames {
@@ -25,19 +25,20 @@ class ClosedFrames {
     }
   }
 
-  [[nodiscard]] bool is_void(const CanFrame& frame) noexcept {
+  /// @return kNone, kChecksumWrong or kCounterRepeated
+  [[nodiscard]] FrameFault fault(const CanFrame& frame) noexcept {
     const auto closed = std::find_if(all_.begin(), all_.end(), [&](const Closed& one) { return one.id == frame.id; });
-    if (closed == all_.end()) return false;
+    if (closed == all_.end()) return FrameFault::kNone;
     const FrameCheck check = check_frame(closed->closing, closed->count, frame);
     closed->count = check.count;
-    if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return true;
+    if (check.fault == FrameFault::kChecksumWrong || check.fault == FrameFault::kCounterRepeated) return check.fault;
     for (Apart& one : closed->apart) {
       if (read_raw(one.multiplexer.bits, frame) != one.multiplexer.value) continue;
       const bool again = check.fault == FrameFault::kCounterSkipped && one.count == check.count;
       one.count = check.count;
-      return again;
+      return again ? FrameFault::kCounterRepeated : FrameFault::kNone;
     }
-    return false;
+    return FrameFault::kNone;
   }
 
  private:

@@ -63,7 +63,7 @@ bool J1939Bus::Group::counts(std::uint8_t from, Time now) const noexcept {
 /// What does not fit into a frame is sent to everybody only where everybody was asked (J1939-21, 5.4.2): who is asked
 /// alone answers over a connection to whoever asks, RTS and CTS, which Knuckle does not take part in.
 std::uint8_t J1939Bus::Group::asked() const noexcept {
-  if (bytes > sizeof(CanFrame::data)) return j1939::kEverybody;
+  if (j1939::in_packets(bytes)) return j1939::kEverybody;
   if (source) return *source;
   return heard_at == kNever ? j1939::kEverybody : sender;
 }
@@ -104,7 +104,7 @@ std::optional<J1939Bus::Group*> J1939Bus::group_of(std::uint32_t id, Time now) n
   if (is_new && !foreign->is_fault())
     tell({.what = J1939News::What::kOtherSender,
           .at = now,
-          .group = foreign->broadcast,
+          .broadcast = foreign->broadcast,
           .address = foreign->source.value_or(foreign->sender),
           .other = from});
   return nullptr;
@@ -136,7 +136,7 @@ void J1939Bus::on_announcement(const j1939::Announcement& said, std::uint32_t bu
   for (Group& group : groups_)
     if (group.packets_from == from && (group.filter.id & kSecondBus) == bus) lose(group, group.packets.end(), now);
   const auto of = group_of(j1939::identifier(said.group, from) | bus, now);
-  if (!of || *of == nullptr || (*of)->bytes <= sizeof(CanFrame::data)) return;
+  if (!of || *of == nullptr || !j1939::in_packets((*of)->bytes)) return;
   Group& group = **of;
   lose(group, group.packets.end(), now);
   group.packets_from = from;
@@ -148,7 +148,7 @@ void J1939Bus::lose(Group& group, const std::optional<j1939::PacketReader::Lost>
   group.lost_told_at = now;
   tell({.what = J1939News::What::kPacketLost,
         .at = now,
-        .group = group.broadcast,
+        .broadcast = group.broadcast,
         .address = group.packets_from,
         .packet = lost->packet,
         .packets = lost->of});
@@ -191,7 +191,11 @@ void J1939Bus::note_name(std::uint64_t name, std::uint8_t address, Time now) noe
   };
   const auto group = std::find_if(groups_.begin(), groups_.end(), sends);
   if (before == 0 || before == name || group == groups_.end()) return;
-  tell({.what = J1939News::What::kOtherDevice, .at = now, .group = group->broadcast, .address = address, .name = name});
+  tell({.what = J1939News::What::kOtherDevice,
+        .at = now,
+        .broadcast = group->broadcast,
+        .address = address,
+        .name = name});
 }
 
 void J1939Bus::step(CanBus& bus, Time now) noexcept {
@@ -250,7 +254,7 @@ Reason J1939Bus::fault(Time now) const noexcept {
 }
 
 std::string text(const J1939News& news, const BusDescription& bus) {
-  const auto frame = [&] { return frame_text(bus.broadcasts.at(news.group), bus); };
+  const auto frame = [&] { return frame_text(bus.broadcasts.at(news.broadcast), bus); };
   switch (news.what) {
     case J1939News::What::kOtherSender:
       return fmt::format(

@@ -29,7 +29,7 @@ struct J1939News {
     kPacketLost,   ///< `packet` of a message of `packets` from `address` did not come, so that it was thrown away.
   } what = What::kOtherSender;
   Time at = kNever;
-  std::uint8_t group = 0;  ///< Place in BusDescription::broadcasts.
+  std::uint8_t broadcast = 0;  ///< Place in BusDescription::broadcasts, which has no more than signals.
   std::uint8_t address = 0, other = 0;
   std::uint64_t name = 0;  ///< Of the device that claims.
   std::uint8_t packet = 0, packets = 0;

@@ -133,7 +133,7 @@ void Jog::take(const CanFrame& frame, Time now) noexcept {
 
 /// What its counter or checksum says to be old or damaged only lets the values before it age.
 void Jog::take_broadcast(const CanFrame& frame, Time now) noexcept {
-  if (closed_.is_void(frame)) return;
+  if (closed_.fault(frame) != FrameFault::kNone) return;
   for (const BroadcastFrame& known : broadcasts_)
     if (known.id == frame.id && known.is_in(frame)) take(known, frame, now);
 }

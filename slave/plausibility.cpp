@@ -23,6 +23,7 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
     : cylinders_(machine.cylinders),
       hydraulics_(machine.hydraulics),
       bus_(machine.bus),
+      wrong_(machine, step_s),
       step_s_(step_s),
       step_Pa_(machine.sensors.pressure_step_Pa),
       moved_m_((kLimits.moved_steps * length_steps_m(machine)).cwiseMax(kLimits.moved_m)) {
@@ -114,7 +115,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const bool stalls = !measured || driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
   if (axis.stalled_s > kLimits.unmoved_s) {
-    return implausible(subject_of(NodeRole::kEncoder, joint, bus_), axis.stalled_s, kLimits.unmoved_s);
+    return implausible(wrong_.of_open(joint, direction), axis.stalled_s, kLimits.unmoved_s);
   }
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
@@ -124,7 +125,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
   const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
   if (unseen <= most) return {};
-  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), unseen, most);
+  return implausible(wrong_.of_open(joint, direction), unseen, most);
 }
 
 Reason Plausibility::moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept {
@@ -148,7 +149,7 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
                                  std::abs(expanded_m(joint, 1, length, axis.closed_Pa[1] - m.pressure_Pa[head + 1])));
   const double most_m = kLimits.closed_travel_m + kLimits.closed_oil * gave_m;
   if (std::abs(axis.travel_m) <= most_m) return {};
-  return implausible(subject_of(NodeRole::kEncoder, joint, bus_), std::abs(axis.travel_m), most_m);
+  return implausible(wrong_.of_shut(joint, axis.travel_m > 0 ? 1 : -1), std::abs(axis.travel_m), most_m);
 }
 
 Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m) noexcept {
@@ -185,7 +186,9 @@ Reason Plausibility::all_still(const estimation::Measurement& m) noexcept {
   return implausible(subject_of(NodeRole::kPressure, 2 * joint, bus_), travel_m, kLimits.still_travel_m);
 }
 
-Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool) noexcept {
+Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool,
+                          const Piloting& piloting) noexcept {
+  wrong_.step(piloting, measurement.cylinder_m);
   Reason first;
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;

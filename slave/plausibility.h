@@ -12,6 +12,7 @@
 #include "machine/arm_description.h"
 #include "machine/bus_description.h"
 #include "slave/flow_share.h"
+#include "slave/pilot_or_position.h"
 
 namespace knuckle::slave {
 
@@ -62,11 +63,12 @@ class Plausibility {
  public:
   /// @param step_s the fixed time between calls.
   Plausibility(const MachineDescription& machine, double step_s);
-  /// @param spool SlaveLoop::spool()
+  /// @param spool SlaveLoop::spool() @param piloting what moved it
   /// @return kSensorImplausible with the node or signal; value and limit in the unit of the rule (m, s or samples).
   /// kMotionNotFollowing where it may be the valve as well, because neither the spool is told nor what moves it. Not
   /// latched.
-  [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool) noexcept;
+  [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool,
+                            const Piloting& piloting = {}) noexcept;
   void reset() noexcept;
 
  private:
@@ -99,6 +101,7 @@ class Plausibility {
   PerJoint<CylinderDescription> cylinders_;
   HydraulicsDescription hydraulics_;
   BusDescription bus_;
+  PilotOrPosition wrong_;
   PerJoint<bool> told_{};  // where the spool is, or what moves it
   double step_s_;
   std::array<int, 6> repeats_{};  // of each chamber's pressure

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/frame_words.h"
 #include "machine/description.h"
 #include "machine/reason_text.h"
 #include "transport/canopen.h"
@@ -138,13 +139,13 @@ void SensorSet::restart() noexcept {
 
 void SensorSet::receive(std::uint32_t id, std::span<const std::uint8_t> data, Time now) noexcept {
   const CanFrame frame = part_of(id, data, 0);
-  const bool is_none = closed_.is_void(frame);
+  const FrameFault closed = closed_.fault(frame);
   for (std::size_t which = 0; which < kChannels; ++which) {
     Channel& channel = channels_[which];
     if (!counts(which) || channel.frame_id != id) continue;
     if (channel.multiplexer && read_raw(channel.multiplexer->bits, frame) != channel.multiplexer->value) continue;
-    if (is_none)
-      accept(channel, 0, false, 0, now);
+    if (closed != FrameFault::kNone)
+      refuse_void(channel, closed == FrameFault::kCounterRepeated ? kCounterStands : kChecksumWrong);
     else if (data.size() < channel.mapped)
       refuse_short(channel, data.size());
     else
@@ -176,6 +177,7 @@ void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcep
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
   channel.short_bytes.reset();
+  channel.void_by = 0;
   if (possible) {
     channel.value = value;
     channel.at = now;
@@ -184,6 +186,11 @@ void SensorSet::accept(Channel& channel, double value, bool possible, double sho
   }
   channel.bad = std::min(channel.bad + 1, kValidity.bad_in_a_row);
   channel.worst = shown;
+}
+
+void SensorSet::refuse_void(Channel& channel, float why) noexcept {
+  accept(channel, 0, false, 0, channel.at);
+  channel.void_by = why;
 }
 
 void SensorSet::refuse_short(Channel& channel, std::size_t bytes) noexcept {
@@ -301,7 +308,7 @@ Reason SensorSet::impossible(std::size_t which) const noexcept {
     return {ReasonCode::kFrameShort, subject, static_cast<float>(*channel.short_bytes),
             static_cast<float>(channel.mapped)};
   }
-  return {ReasonCode::kSensorInvalid, subject, static_cast<float>(channel.worst), 0};
+  return {ReasonCode::kSensorInvalid, subject, static_cast<float>(channel.worst), channel.void_by};
 }
 
 /// Of what has stopped coming: the node where nothing has come from it since.

@@ -123,6 +123,7 @@ class SensorSet {
     int bad = 0;                                ///< Impossible values since.
     double worst = 0;                           ///< The last impossible one: raw status or SI value.
     std::optional<std::uint8_t> short_bytes{};  ///< Of the last frame, where that was too short to have a value.
+    float void_by = 0;                          ///< Of a frame that did not count: the limit of its reason.
     double elsewhere = 0;                       ///< Where a length that jumped stands now, ...
     int settled = 0;                            ///< ... for so many values.
   };
@@ -143,6 +144,7 @@ class SensorSet {
   [[nodiscard]] Reason impossible(std::size_t which) const noexcept;
   [[nodiscard]] std::uint8_t silent_subject(const Channel& channel) const noexcept;
   void accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept;
+  void refuse_void(Channel& channel, float why) noexcept;
   void refuse_short(Channel& channel, std::size_t bytes) noexcept;
   void take(std::size_t which, const CanFrame& frame, Time now) noexcept;
   void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;

@@ -125,7 +125,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
     unasked_since_ = kNever;
     return;
   }
-  sensor_fault_ = plausibility_.step(*measurement, spool());
+  sensor_fault_ = plausibility_.step(*measurement, spool(), {client_.demand(), pilot_Pa_});
   if (led(decision_.state.mode)) home_.note_contradiction(sensor_fault_, now);
   valve_reason_ = watch_valves();
   const bool pilot_told = client_.bus().has_enable() || sensors_.tells_pilot();
@@ -142,6 +142,8 @@ void SlaveLoop::read_pilots() noexcept {
   for (std::size_t i = 0; i < kJoints; ++i) {
     const auto extend_Pa = sensors_.pilot_Pa(2 * i), retract_Pa = sensors_.pilot_Pa(2 * i + 1);
     if (!pilots_[i] || !extend_Pa || !retract_Pa) continue;
+    pilot_Pa_[2 * i] = *extend_Pa;
+    pilot_Pa_[2 * i + 1] = *retract_Pa;
     pilot_opening_[static_cast<int>(i)] = pilots_[i]->opening(*extend_Pa, *retract_Pa);
     piloted_[static_cast<int>(i)] = pilots_[i]->position(*extend_Pa, *retract_Pa);
   }

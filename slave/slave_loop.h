@@ -144,6 +144,7 @@ class SlaveLoop {
   LowPass<JointVector> rest_rate_;
   Reason sensor_fault_, valve_reason_;
   PerJoint<std::optional<PilotSpool>> pilots_{};
+  std::array<double, 6> pilot_Pa_{};                                                 // newest
   JointVector pilot_opening_ = JointVector::Zero(), piloted_ = JointVector::Zero();  // PilotSpool's, of the newest
   Time unasked_since_ = kNever;  // pilot pressure is on although the machine is not led
   Reason object_;                // met while digging; until enable is let go

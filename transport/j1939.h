@@ -2,6 +2,7 @@
 // claims (J1939-81).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -54,6 +55,10 @@ inline constexpr std::uint32_t kAllButPriorityAndSource = kExtendedId | kSecondB
 inline constexpr unsigned kPacketBytes = 7;
 inline constexpr unsigned kMostMessage = 255;    ///< Bytes that are kept; of a longer one the first.
 inline constexpr Duration kPacketsApart = 50ms;  ///< No packet comes sooner; at most 200 ms.
+/// Whether a message of so many bytes does not fit into a frame.
+[[nodiscard]] constexpr bool in_packets(std::size_t bytes) noexcept {
+  return bytes > sizeof(CanFrame::data);
+}
 [[nodiscard]] constexpr unsigned packets_of(unsigned bytes) noexcept {
   return (bytes + kPacketBytes - 1) / kPacketBytes;
 }

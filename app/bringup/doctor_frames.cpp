@@ -88,7 +88,7 @@ class OwnFrames {
   /// What the machine should send by itself.
   void judge_broadcast(const BroadcastFrame& frame) {
     const std::string about = frame_text(frame, bus_);
-    if (frame.bytes > sizeof(CanFrame::data))
+    if (j1939::in_packets(frame.bytes))
       return say(Level::kNote, about,
                  fmt::format("comes in {} packets, which this check does not put together: knuckle slave tells what is "
                              "in them",

@@ -45,17 +45,28 @@ const char* name_of(CanState state) {
 
 void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string>& lines) {
   const auto odd = [](const NodeSeen& seen) { return seen.data.silent() || seen.heartbeat.silent(); };
-  const auto count = std::count_if(evidence.nodes.begin(), evidence.nodes.end(), odd);
-  lines.push_back(fmt::format(
-      "CAN: {} of {} nodes sent in time; controller {}{}; newest frame of any {}",
-      evidence.nodes.size() - static_cast<std::size_t>(count), evidence.nodes.size(), name_of(evidence.can_state),
-      evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "", age_text(evidence.can_received, stop)));
+  const auto missing = [](const FrameSeen& seen) { return seen.stream.silent(); };
+  std::string in_time;
+  const auto count = [&in_time](const auto& all, const auto& late, const char* what) {
+    const auto sound = std::count_if(all.begin(), all.end(), [&](const auto& seen) { return !late(seen); });
+    if (!all.empty()) in_time += fmt::format("{}{} of {} {}", in_time.empty() ? "" : ", ", sound, all.size(), what);
+  };
+  count(evidence.nodes, odd, "nodes sent in time");
+  count(evidence.frames, missing, "frames of the machine came in time");
+  lines.push_back(fmt::format("CAN: {}{}controller{} {}{}; newest frame of any {}", in_time,
+                              in_time.empty() ? "" : "; ", evidence.of_bus(), name_of(evidence.can_state),
+                              evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "",
+                              age_text(evidence.can_received, stop)));
   if (evidence.machine_pause)
-    lines.emplace_back(
-        "  as far as the machine's loop has read; it also sends SYNC, so a silence of nodes follows from its pause");
-  std::size_t shown = evidence.machine_pause ? evidence.nodes.size() : 0;
+    lines.push_back(
+        std::string("  as far as the machine's loop has read") +
+        (evidence.nodes.empty() ? "" : "; it also sends SYNC, so a silence of nodes follows from its pause"));
+  std::size_t shown = evidence.machine_pause ? kMostNodes : 0;
   for (const NodeSeen& seen : evidence.nodes)
     if (odd(seen) && shown++ < kMostNodes) lines.push_back(node_line(seen, stop));
+  for (const FrameSeen& seen : evidence.frames)
+    if (missing(seen) && shown++ < kMostNodes)
+      lines.push_back(fmt::format("  {}: {}, {}", seen.name, age_text(seen.stream, stop), again_text(seen.stream)));
   if (shown > kMostNodes && !evidence.machine_pause)
     lines.push_back(fmt::format("  and {} more likewise", shown - kMostNodes));
   for (const NodeSeen& seen : evidence.nodes) {
@@ -107,9 +118,12 @@ void add_first(const Stop& stop, const Evidence& evidence, std::vector<std::stri
     add(seen.booted, seen.node.name + " started anew");
     if (!seen.emergencies.empty()) add(seen.emergencies.front().at, seen.node.name + " reported an emergency");
   }
+  for (const FrameSeen& seen : evidence.frames)
+    if (seen.stream.silent() && !evidence.machine_pause)
+      add(*seen.stream.last + seen.stream.usual, seen.name + " missed its turn");
   for (std::size_t joint = 0; joint < kJoints; ++joint)
     add(evidence.valves[joint].apart_since, std::string(kJointNames[joint]) + " spool left its command");
-  add(evidence.can_changed, std::string("CAN controller ") + name_of(evidence.can_state));
+  add(evidence.can_changed, "CAN controller" + evidence.of_bus() + " " + name_of(evidence.can_state));
   add(evidence.e_stop_opened, "E-stop chain open");
   add(evidence.pilot_lost, "pilot pressure off");
   add(evidence.unplugged, "device disconnected");

@@ -5,10 +5,27 @@
 #include <algorithm>
 
 #include "app/explain/window.h"
+#include "machine/command_joints.h"
 #include "machine/pilot_spool.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::explain {
+
+std::string own_guard_text(const BusDescription& bus) {
+  if (!bus.by_frames()) return "";
+  const auto sure = [](const GuardProof& proof) {
+    return proof.proved && proof.changed == GuardProof::Changed::kNothing;
+  };
+  const bool own = moves_joints(bus, kOwnController);
+  const bool proved = own ? sure(bus.commands_guard)
+                          : std::all_of(bus.nodes.begin(), bus.nodes.end(), [&](const NodeDescription& node) {
+                              return !moves_joints(bus, node.id) || sure(node.guard);
+                            });
+  return fmt::format("{} ends all motion {:.0f} ms after the last one{}",
+                     own ? "the machine's own controller" : "the module with its outputs", 1e3 * bus.valve_watchdog_s,
+                     proved ? "" : ", which is not proved: knuckle commission proves it");
+}
+
 namespace {
 
 std::optional<Cause> loop_paused(const Stop& stop, const Evidence& evidence, const MachineDescription& machine) {
@@ -25,15 +42,17 @@ std::optional<Cause> loop_paused(const Stop& stop, const Evidence& evidence, con
       fmt::format("no step of it is in the recording meanwhile, and its step numbers are without a "
                   "gap: none was lost on the way; limit {:.0f} ms",
                   1e3 * machine.bus.valve_watchdog_s));
+  if (const std::string guard = own_guard_text(machine.bus); !guard.empty())
+    cause.supports.push_back("no command frame was sent meanwhile: " + guard);
   if (evidence.from_operator.last && *evidence.from_operator.last > from)
     cause.supports.push_back("the operator's side went on sending meanwhile: link and operator's side are sound");
   return cause;
 }
 
-std::optional<Cause> controller_off(const Evidence& evidence, const BusDescription& bus) {
+std::optional<Cause> controller_off(const Evidence& evidence) {
   if (!evidence.can_changed) return std::nullopt;
   const Time at = *evidence.can_changed;
-  const std::string of_bus = bus.second ? " of bus " + bus.line(evidence.can_bus).name : "";
+  const std::string of_bus = evidence.of_bus();
   const std::string after =
       fmt::format("in the 200 ms from then on: {} frames received, {} sent, {} refused by the interface",
                   evidence.can_received_after, evidence.can_sent_after, evidence.can_refused_after);
@@ -57,7 +76,15 @@ std::optional<Cause> controller_off(const Evidence& evidence, const BusDescripti
     case CanState::kPassive:
       break;
   }
-  const bool nothing = evidence.can_received_after == 0;
+  const bool nothing = evidence.can_received_after == 0, nodes = !evidence.nodes.empty() && evidence.can_bus == 0;
+  if (nothing && !nodes) {
+    return Cause{"bus_cut",
+                 (evidence.bus.empty() ? "the bus" : evidence.bus) + " is cut, or what sends on it lost power: from " +
+                     at_text(at) + " on no frame of it was heard",
+                 {"the controller" + of_bus + " is error-passive since " + at_text(at), after},
+                 {"a cut cable and lost power look the same from here"},
+                 evidence.can_received.last.value_or(at)};
+  }
   if (nothing) {
     return Cause{"bus_cut",
                  "the bus is cut between controller and nodes, or all nodes lost power: from " + at_text(at) +
@@ -66,12 +93,13 @@ std::optional<Cause> controller_off(const Evidence& evidence, const BusDescripti
                  {"a cut cable and lost power of all nodes look the same from here"},
                  evidence.can_received.last.value_or(at)};
   }
-  return Cause{"bus_disturbed",
-               "frames on the bus are damaged or not acknowledged since " + at_text(at) +
-                   ": check termination, cable, bit rate, disturbances",
-               {"the controller" + of_bus + " is error-passive since " + at_text(at), after},
-               {"no cut cable and no lost power: the nodes are still heard"},
-               at};
+  return Cause{
+      "bus_disturbed",
+      "frames on the bus are damaged or not acknowledged since " + at_text(at) +
+          ": check termination, cable, bit rate, disturbances",
+      {"the controller" + of_bus + " is error-passive since " + at_text(at), after},
+      {std::string("no cut cable and no lost power: ") + (nodes ? "the nodes are" : "frames are") + " still heard"},
+      at};
 }
 
 Cause by_operator(const Stop& stop, const char* id, const std::string& text) {
@@ -123,9 +151,14 @@ std::optional<Cause> e_stop(const Stop& stop, const Evidence& evidence, const Ma
               at};
   cause.supports.push_back("the input \"E-stop chain closed\" of " + teller_text(machine.bus, kEStopClosedIndex) +
                            " went off" + (evidence.e_stop_opened ? " at " + at_text(at) : ""));
-  const bool all = std::none_of(evidence.nodes.begin(), evidence.nodes.end(),
-                                [](const NodeSeen& seen) { return seen.silent() || !seen.emergencies.empty(); });
-  if (all) cause.supports.emplace_back("no node was silent or reported an emergency: no fault of the bus");
+  const bool nodes = std::none_of(evidence.nodes.begin(), evidence.nodes.end(),
+                                  [](const NodeSeen& seen) { return seen.silent() || !seen.emergencies.empty(); });
+  const bool frames = std::none_of(evidence.frames.begin(), evidence.frames.end(),
+                                   [](const FrameSeen& seen) { return seen.stream.silent(); });
+  if (nodes && frames)
+    cause.supports.emplace_back(evidence.nodes.empty()
+                                    ? "all that the machine sends came in time: no fault of the bus"
+                                    : "no node was silent or reported an emergency: no fault of the bus");
   return cause;
 }
 
@@ -169,11 +202,12 @@ Cause likely_cause(const Stop& stop, const Window& window, const Evidence& evide
   if (auto cause = asked_for(stop, window, evidence, machine)) return *cause;
   if (auto cause = bus_cause(stop, window, machine)) return *cause;
   if (auto cause = j1939_cause(stop, window, machine)) return *cause;
-  if (auto cause = controller_off(evidence, machine.bus)) return *cause;
+  if (auto cause = controller_off(evidence)) return *cause;
   if (auto cause = device_cause(stop, window, evidence)) return *cause;
   if (auto cause = link_cause(stop, window, evidence)) return *cause;
   if (auto cause = pilots(stop, machine)) return *cause;
   if (auto cause = motion(stop, machine)) return *cause;
+  if (auto cause = frame_cause(stop, evidence, machine)) return *cause;
   if (auto cause = node_cause(stop, window, evidence, machine)) return *cause;
   return Cause{"unclear",
                "as the loop says: " + reason_text(machine, stop.reason),

@@ -41,6 +41,15 @@ struct Cause {
 /// nullopt where the stop has another reason than the link.
 [[nodiscard]] std::optional<Cause> link_cause(const Stop& stop, const Window& window, const Evidence& evidence);
 
+// Causes at frames that the machine sends by itself, and what they say of those that it is told by.
+
+/// nullopt where the stop's reason is about no such frame, or the frame shows nothing.
+[[nodiscard]] std::optional<Cause> frame_cause(const Stop& stop, const Evidence& evidence,
+                                               const MachineDescription& machine);
+
+/// What ends the motion of a machine that is led by frames when they stop; empty of one that is led by valve nodes.
+[[nodiscard]] std::string own_guard_text(const BusDescription& bus);
+
 // Causes at a node of the machine's bus, at its sensor or valve, or at all of them.
 
 /// nullopt where no node shows anything.

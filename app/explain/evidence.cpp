@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "machine/reason_text.h"
 #include "slave/bus_map.h"
 #include "slave/valve_monitor.h"
 #include "transport/j1939.h"
@@ -151,6 +152,25 @@ NodeSeen node_seen(const NodeDescription& node, const MachineDescription& machin
   return seen;
 }
 
+FrameSeen frame_seen(const BroadcastFrame& frame, const BusDescription& bus, const Stop& stop, const Window& window) {
+  FrameSeen seen{.frame = &frame, .name = frame_text(frame, bus), .stream = {}, .counted = {}};
+  const auto& counter = frame.closing.counter;
+  std::optional<std::uint64_t> count;
+  Times all;
+  for (const CanSeen& can : window.can) {
+    const bool its = can.kind == WireEventKind::kCanReceived && frame.filter().lets(can.frame.id) &&
+                     (!frame.source || j1939::source_of(can.frame.id) == *frame.source) && frame.is_in(can.frame);
+    if (!its) continue;
+    all.add(can.at);
+    if (!counter || can.at > stop.at) continue;
+    const auto now = read_raw(counter->field, can.frame);
+    if (now != count) seen.counted = can.at;
+    count = now;
+  }
+  seen.stream = all.around(stop.at, window.to);
+  return seen;
+}
+
 /// What the enable node, or the machine by itself, says of E-stop and pilot pressure. @param last what it said before
 std::optional<std::uint8_t> inputs_in(const CanFrame& frame, const BusDescription& bus, std::uint8_t last) {
   if (bus.has_enable()) return frame.id == bus.enable().tpdo_id() ? canopen::parse_enable(frame) : std::nullopt;
@@ -213,12 +233,16 @@ void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
 }
 
 void note_bus(const Stop& stop, const Window& window, const MachineDescription& machine, Evidence& evidence) {
+  std::uint32_t before = 0;
   for (const WireChange& change : window.changes) {
     if (change.kind != WireEventKind::kCanState || change.at > stop.at) continue;
-    if (change.at < stop.at - Evidence::kBefore) continue;
+    // Where there is no node, it is asked for the first time when something stops.
+    const bool changed = std::exchange(before, change.value) != change.value;
+    if (!changed || change.at < stop.at - Evidence::kBefore) continue;
     evidence.can_state = recording::can_state(change.value);
     evidence.can_bus = recording::can_state_of(change.value);
     evidence.can_changed = change.at;
+    if (machine.bus.second) evidence.bus = "bus " + machine.bus.line(evidence.can_bus).name;
   }
   const Time since = evidence.can_changed.value_or(stop.at);
   const auto is_its = [&](const CanSeen& can) {
@@ -325,6 +349,10 @@ Evidence evidence_of(const Stop& stop, const Window& window, const MachineDescri
   Evidence evidence;
   for (const NodeDescription& node : machine.bus.nodes)
     evidence.nodes.push_back(node_seen(node, machine, stop, window, evidence));
+  for (const BroadcastFrame& frame : machine.bus.broadcasts) {
+    if (frame.module == 0 && !frame.on_request && !j1939::in_packets(frame.bytes))
+      evidence.frames.push_back(frame_seen(frame, machine.bus, stop, window));
+  }
   if (!machine.bus.by_frames()) note_valves(stop, window, evidence);  // else nobody tells where spools are
   note_bus(stop, window, machine, evidence);
   note_link(stop, window, evidence);

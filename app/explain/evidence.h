@@ -68,6 +68,14 @@ struct NodeSeen {
   [[nodiscard]] bool silent() const;
 };
 
+/// A frame that the machine sends by itself.
+struct FrameSeen {
+  const BroadcastFrame* frame = nullptr;  ///< Of the machine that the evidence is of.
+  std::string name;                       ///< frame_text()
+  Stream stream;
+  std::optional<Time> counted;  ///< When its counter last went on, until the stop; nullopt where it has none.
+};
+
 /// A valve at the stop, and since when its spool was apart from what it was told.
 struct ValveSeen {
   double told = 0, spool = 0;       ///< Of stroke; told: as on the wire when it was apart most.
@@ -85,11 +93,13 @@ struct Evidence {
   static constexpr Duration kBefore = 1500ms, kAfter = 500ms;
 
   std::vector<NodeSeen> nodes;
+  std::vector<FrameSeen> frames;  ///< Those that come by themselves, each in one piece.
   std::array<ValveSeen, kJoints> valves;
   // The CAN controller.
   CanState can_state = CanState::kActive;  ///< Its worst from kBefore ahead of the stop on.
   std::optional<Time> can_changed;         ///< When it entered that state.
   std::uint8_t can_bus = 0;                ///< Of two buses which, where it did; the next are its, too.
+  std::string bus;                         ///< Which, in words: "bus machine"; empty where there is one.
   Stream can_received;                     ///< Any frame.
   int can_sent_after = 0, can_refused_after = 0, can_received_after = 0;  ///< In 0.2 s from the change or the stop on.
   std::map<std::uint32_t, int> foreign;  ///< Frames of the window by identifier that belong to nobody known.
@@ -98,6 +108,7 @@ struct Evidence {
   std::optional<canopen::SdoResponse> other_identity;  ///< An answer that differs from the machine file.
   std::uint8_t other_node = 0;                         ///< Whose.
   std::uint32_t expected_identity = 0;
+  [[nodiscard]] std::string of_bus() const { return bus.empty() ? "" : " of " + bus; }
   // The link.
   Stream to_machine;       ///< Messages that the machine's side received and understood.
   Stream from_machine;     ///< Datagrams that it sent.

@@ -114,15 +114,16 @@ WhatFollowed what_followed(const Stop& stop, const Window& window, const Machine
   }
   note_commands(stop, window, machine, after);
   after.spools_told = spools_told;
+  after.guard = own_guard_text(machine.bus);
+  if (after.guard.empty())
+    after.guard = "their own watchdogs centre the spools, and the enable node removes pilot pressure";
   return after;
 }
 
 std::vector<std::string> lines_of(const WhatFollowed& after, const Stop& stop) {
   std::vector<std::string> lines;
   if (after.sent_nothing)
-    lines.emplace_back(
-        "valves: no command got onto the wire any more: their own watchdogs centre the spools, and the enable node "
-        "removes pilot pressure");
+    lines.push_back("valves: no command got onto the wire any more: " + after.guard);
   else
     lines.push_back(when("valve commands neutral on the wire", after.commands_neutral, stop, after.known_until));
   if (after.spools_told)

@@ -21,7 +21,8 @@ struct WhatFollowed {
   std::optional<Time> pilot_off;          ///< The enable node reported that pilot pressure is off; likewise.
   std::optional<Time> spools_neutral;     ///< All spools were reported within their dead bands; likewise.
   bool spools_told = true;                ///< The machine tells where its spools are.
-  bool sent_nothing = false;              ///< No frame to a valve got out any more.
+  bool sent_nothing = false;              ///< No frame to a valve got out any more, ...
+  std::string guard;                      ///< ... and what ends motion then.
   std::optional<Time> released, pressed;  ///< Enable, before it moved again.
   std::optional<Time> resumed;            ///< Engaged again.
   std::optional<Time> cause_gone;         ///< Nothing but the operator stood in the way from then on.

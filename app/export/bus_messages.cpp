@@ -14,6 +14,7 @@
 #include "slave/bus_map.h"
 #include "slave/sensors.h"
 #include "transport/canopen.h"
+#include "transport/j1939.h"
 
 namespace knuckle::exporting {
 
@@ -363,7 +364,7 @@ class Messages {
           frame.module != 0  ? "Analogue inputs"
           : frame.on_request ? "Sent by the machine when asked"
                              : "Sent by the machine itself");
-      if (frame.bytes > sizeof(CanFrame::data)) messages_.back().period_s = frame.period_s;  // of several packets
+      if (j1939::in_packets(frame.bytes)) messages_.back().period_s = frame.period_s;
     }
     for (const CommandFrame& frame : machine_.bus.commands)
       add(frame.id, frame.name, kController, {own(frame.module)}, frame.bytes,

@@ -53,7 +53,8 @@ std::string kind_of(const ForeignRead& read) {
   return "foreign read " + std::to_string(read.node);
 }
 std::string kind_of(const slave::J1939News& news) {
-  return fmt::format("j1939 {} {} {:02X} {:02X}", static_cast<int>(news.what), news.group, news.address, news.other);
+  return fmt::format("j1939 {} {} {:02X} {:02X}", static_cast<int>(news.what), news.broadcast, news.address,
+                     news.other);
 }
 /// All nodes work for the first time.
 struct NodesUp {

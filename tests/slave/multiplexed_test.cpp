@@ -81,7 +81,7 @@ TEST(Multiplexed, OneCountForEachOfTheFramesIsNoneThatStands) {
   ClosedFrames frames(bus);
   for (std::uint8_t n = 0; n < 40; ++n) {
     const auto count = static_cast<std::uint8_t>(n % 2), value = static_cast<std::uint8_t>(1 + n % 2);
-    EXPECT_FALSE(frames.is_void({kBoth, 8, {0, 0, 0, 0, 0, 0, count, value}})) << int{n};
+    EXPECT_EQ(frames.fault({kBoth, 8, {0, 0, 0, 0, 0, 0, count, value}}), FrameFault::kNone) << int{n};
   }
 }
 

@@ -47,6 +47,14 @@ void lose_supply(Piloted& m) {
                            ~std::uint64_t{0});
 }
 
+/// The reading alone: the pressure goes on.
+void freeze(Piloted& m, NodeRole role, int index) {
+  const auto& sent = m.description.bus.broadcasts;
+  const auto [frame, field] = m.description.bus.broadcast(role, index);
+  m.nodes.inject_broadcast(static_cast<std::size_t>(frame - sent.data()), sim::BroadcastFault::kValuesFrozen,
+                           std::uint64_t{1} << field->signal);
+}
+
 class PilotedBy : public testing::TestWithParam<const char*> {};
 
 TEST_P(PilotedBy, IsLedAndShowsWhereItsSpoolsAre) {
@@ -148,6 +156,53 @@ TEST(PilotPressure, APositionSensorThatStandsStillIsNamed) {
   }
 }
 
+std::string wrong_reading(bool extend) {
+  return std::string("sensor_implausible: pilot_pressure (0x18FF5021), ") +
+         (extend ? "arm_extend_pilot" : "arm_retract_pilot") +
+         ": sensor contradicts the others: check mounting and wiring; or the joint's position sensor is wrong";
+}
+
+/// The arm does as it was told, by its angle, too.
+TEST(PilotPressure, AReadingThatFrozeShutIsNamedAndNotThePositionSensor) {
+  for (const bool extend : {false, true}) {
+    Piloted m(test::kRateCommands);
+    ASSERT_TRUE(m.engage()) << m.fault();
+    freeze(m, NodeRole::kPilot, 2 * kArm + (extend ? 0 : 1));
+    const Time since = m.now;
+    while (m.loop.mode() == Mode::kEngaged && m.now < since + 3s) m.move(JointVector(0, extend ? kIn : kOut, 0), 1ms);
+    EXPECT_EQ(m.fault(), wrong_reading(extend));
+  }
+}
+
+/// Whatever else holds the arm: its angle changed when the reading did no more.
+TEST(PilotPressure, AReadingThatFrozeOpenIsNamedWhereTheJointStands) {
+  for (const bool extend : {false, true}) {
+    const JointVector way(0, extend ? kIn : kOut, 0);
+    Piloted m(test::kRateCommands);
+    ASSERT_TRUE(m.engage()) << m.fault();
+    m.move(way, 700ms);
+    freeze(m, NodeRole::kPilot, 2 * kArm + (extend ? 0 : 1));
+    m.move(way, 50ms);
+    m.blocked[kArm] = true;
+    const Time since = m.now;
+    while (m.loop.mode() == Mode::kEngaged && m.now < since + 3s) m.move(way, 1ms);
+    EXPECT_EQ(m.fault(), wrong_reading(extend));
+  }
+}
+
+TEST(PilotPressure, AFrozenAngleIsNamedBesideThem) {
+  Piloted m(test::kRateCommands);
+  ASSERT_TRUE(m.engage()) << m.fault();
+  m.move(JointVector(0, kOut, 0), 700ms);
+  freeze(m, NodeRole::kEncoder, kArm);
+  const Time since = m.now;
+  while (m.loop.mode() == Mode::kEngaged && m.now < since + 3s) m.move(JointVector(0, kOut, 0), 1ms);
+  EXPECT_EQ(
+      m.fault(),
+      "sensor_implausible: front_angle (0x18FF1021), arm_angle: sensor contradicts the others: check mounting and "
+      "wiring; or a reading of the joint's pilot pressures is wrong");
+}
+
 /// Commands that are sent always keep the pilot pump on.
 std::string sent_always() {
   std::string commands = test::kPilotCommands;
@@ -163,7 +218,7 @@ TEST(PilotPressure, ThatStaysWhileNobodyLeadsIsAFault) {
   m.run(250ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_EQ(m.fault().rfind("valve_not_following: arm: ", 0), 0U) << m.fault();
-  EXPECT_NE(m.fault().find("; by its pilot pressures"), std::string::npos) << m.fault();
+  EXPECT_NE(m.fault().find("; by its pilot pressures: check their sensors, too"), std::string::npos) << m.fault();
 }
 
 Time stopped_after(Piloted& m, OrderlyStop& stop) {
