@@ -15,6 +15,7 @@
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/virtual_display.h"
 #include "tests/support/places.h"
+#include "tests/support/two_buses.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -68,6 +69,14 @@ void stopped_by_hand(ConsoleView& view, screens::UiState& state) {
   view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
   view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
   state.typing = true;
+}
+screens::ConsoleFacts two_buses_facts() {
+  screens::ConsoleFacts facts = canned_facts();
+  facts.machine = parse_machine(test::two_buses_text(), "m.toml");
+  return facts;
+}
+void second_bus_passive(ConsoleView& view, screens::UiState&) {
+  view.status.buses[1] = {0.03, CanState::kPassive};
 }
 void by_scenario(ConsoleView& view, screens::UiState&) {
   view.led_by_scenario = true;
@@ -165,6 +174,25 @@ const std::vector<Shot> kWholeScreens{
     Shot{.name = "real_time",
          .keys = {"F3"},
          .texts = {"Wake-up lateness", "61 µs", "Overruns", "SCHED_FIFO 80", "Passes the full force"}},
+    Shot{.name = "real_time_two_buses",
+         .size = "1280x720",
+         .keys = {"F3"},
+         .texts = {"CAN valves load", "41", "CAN machine: error-passive, 3 %", "CAN errors", "Passes the full force"},
+         .prepare = second_bus_passive,
+         .facts = two_buses_facts},
+    Shot{.name = "real_time_long_name",
+         .keys = {"F3"},
+         .texts = {"CAN machines_own_front_bus: error-passive, 100 %"},
+         .prepare =
+             [](ConsoleView& view, screens::UiState&) {
+               view.status.buses[1] = {1, CanState::kPassive};
+             },
+         .facts =
+             [] {
+               screens::ConsoleFacts facts = two_buses_facts();
+               facts.machine.bus.second->name = "machines_own_front_bus";  // as long as it may be
+               return facts;
+             }},
     Shot{.name = "drawing_alone",
          .keys = {"F5"},
          .texts = {"Never identified: masses, friction and forces are those of a drawing.",
