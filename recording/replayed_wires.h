@@ -60,7 +60,7 @@ class ReplayedWires {
     bool send(const CanFrame& frame) noexcept override;
     bool receive(CanFrame& frame) noexcept override;
     [[nodiscard]] CanState state() const noexcept override;
-    [[nodiscard]] std::uint8_t state_of() const noexcept override { return can_state_of(state_); }
+    [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return can_states(state_); }
     void acknowledge() noexcept override;
 
    private:

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <ostream>
@@ -46,10 +47,10 @@ class TappedCan final : public CanBus {
   }
   [[nodiscard]] CanState state() const noexcept override {
     const CanState now = bus_.state();  // every answer: it may change within a step
-    tap_.add(WireEventKind::kCanState, static_cast<std::uint32_t>(now) | std::uint32_t{state_of()} << kStateOfBit);
+    tap_.add(WireEventKind::kCanState, can_states_value(bus_.states()));
     return now;
   }
-  [[nodiscard]] std::uint8_t state_of() const noexcept override { return bus_.state_of(); }
+  [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return bus_.states(); }
   void acknowledge() noexcept override {
     bus_.acknowledge();
     tap_.add(WireEventKind::kCanAcknowledged, 0);

@@ -31,6 +31,16 @@ std::size_t left_out(LinkKind kind) noexcept {
 // Since version 9: torque about the tip, its deviation, two covariances, six shares, and a byte for missing torques.
 constexpr std::size_t kTorque = 10 * sizeof(double) + 1;
 
+// Since version 11, of a status: of the first bus its state, of the second one load and state; and what ends it:
+// errors, whose report is on the wire and how long, doubts.
+constexpr std::size_t kBuses = 1 + sizeof(double) + 1, kBehindLoad = 4 + 8 + 8 + 2 + MachineName::kSize;
+
+/// Both sound, the load all the first one's.
+void add_buses(std::vector<std::uint8_t>& bytes) {
+  if (bytes.size() < kLinkHeaderSize + kBehindLoad) return;
+  bytes.insert(bytes.end() - static_cast<std::ptrdiff_t>(kBehindLoad), kBuses, 0);
+}
+
 /// Of version 9. A status has twice as many bits of doubts, in front of the machine's name, which ends it.
 void add_what_is_new(LinkKind kind, TranslatedDatagram& translated) {
   std::vector<std::uint8_t>& bytes = translated.bytes;
@@ -72,6 +82,7 @@ std::optional<TranslatedDatagram> from_older_link(std::span<const std::uint8_t> 
     translated.led_by_waves = impedance_Ns_per_m > 0;
   }
   if (version < 9) add_what_is_new(*kind, translated);
+  if (kind == LinkKind::kStatus) add_buses(translated.bytes);
   if (!sound || (kind == LinkKind::kMaster && !decode_master(translated.bytes))) return std::nullopt;
   return translated;
 }

@@ -2,6 +2,7 @@
 // and everything that it gave to one. Fed with the answers again, the loop does the same again.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -35,7 +36,7 @@ enum class WireEventKind : std::uint8_t {
   kCanReceived,      ///< value: identifier, with kSecondBus of the second of two; data: 0 to 8 bytes
   kCanSent,          ///< likewise
   kCanRefused,       ///< likewise; send() said false
-  kCanState,         ///< value: CanState, asked for; from kStateOfBit on CanBus::state_of()
+  kCanState,         ///< value: CanState, asked for; can_states()
   kCanAcknowledged,  ///< an operator has taken note of a bus-off
   kHidReceived,      ///< data: 64 bytes
   kHidSent,          ///< likewise
@@ -49,13 +50,24 @@ enum class WireEventKind : std::uint8_t {
 };
 [[nodiscard]] const char* name(WireEventKind kind) noexcept;
 
-inline constexpr unsigned kStateOfBit = 8;
-/// Of kCanState.
+// Of kCanState: the worse of two buses' states, from kStateOfBit on whose it is, from kOtherStateBit on the other's:
+// recordings of before have 0 there.
+inline constexpr unsigned kStateOfBit = 8, kOtherStateBit = 16;
 [[nodiscard]] constexpr CanState can_state(std::uint32_t value) noexcept {
   return static_cast<CanState>(value & 0xFFU);
 }
 [[nodiscard]] constexpr std::uint8_t can_state_of(std::uint32_t value) noexcept {
   return static_cast<std::uint8_t>(value >> kStateOfBit & 1U);
+}
+/// Of each bus.
+[[nodiscard]] constexpr std::array<CanState, 2> can_states(std::uint32_t value) noexcept {
+  const CanState worse = can_state(value), other = can_state(value >> kOtherStateBit);
+  return can_state_of(value) == 0 ? std::array{worse, other} : std::array{other, worse};
+}
+[[nodiscard]] constexpr std::uint32_t can_states_value(const std::array<CanState, 2>& states) noexcept {
+  const unsigned of = states[1] > states[0] ? 1 : 0;
+  return static_cast<std::uint32_t>(states[of]) | of << kStateOfBit |
+         static_cast<std::uint32_t>(states[1 - of]) << kOtherStateBit;
 }
 
 /// In the message's own memory, or that of its StepWires.

@@ -1,6 +1,7 @@
 #include "slave/status_reporter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -66,7 +67,10 @@ void StatusReporter::step(Time now, const SlaveLoop& slave) noexcept {
   status_.oil_flow_m3ps = oil.flow_m3ps;
   status_.hydraulic_power_W = oil.power_W;
   const BusDescription& bus = machine_.bus;
-  status_.bus_load = meter_.take_load(now, bus.bit_rate, bus.second ? bus.second->bit_rate : bus.bit_rate);
+  const std::array<double, 2> loads =
+      meter_.take_loads(now, bus.bit_rate, bus.second ? bus.second->bit_rate : bus.bit_rate);
+  const std::array<CanState, 2> states = bus_.states();
+  for (std::size_t i = 0; i < loads.size(); ++i) status_.buses[i] = {loads[i], states[i]};
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   status_.can_errors = static_cast<std::uint32_t>(std::min(bus_.errors(), kMost));
   forget_acted(now, slave);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace knuckle {
@@ -33,6 +34,15 @@ struct CanFrame {
 inline constexpr int kMostFramesPerStep = 256;
 
 enum class CanState : std::uint8_t { kActive, kPassive, kBusOff, kDown };
+[[nodiscard]] constexpr unsigned number_of_words(CanState) noexcept {
+  return static_cast<unsigned>(CanState::kDown) + 1;
+}
+/// In words, for people.
+[[nodiscard]] constexpr const char* name(CanState state) noexcept {
+  constexpr std::array kNames{"sound", "error-passive", "bus-off", "down"};
+  static_assert(kNames.size() == number_of_words(CanState{}));
+  return kNames[static_cast<std::size_t>(state)];
+}
 
 class CanBus {
  public:
@@ -44,8 +54,13 @@ class CanBus {
   virtual bool receive(CanFrame& frame) noexcept = 0;
   /// Of two buses that of the worse one.
   [[nodiscard]] virtual CanState state() const noexcept = 0;
-  /// Which of two buses state() was of the last time: 0 or 1.
-  [[nodiscard]] virtual std::uint8_t state_of() const noexcept { return 0; }
+  /// Of each of two buses, as state() found it the last time; kActive where there is no second.
+  [[nodiscard]] virtual std::array<CanState, 2> states() const noexcept { return {state(), CanState::kActive}; }
+  /// Which of them state() was of: 0 or 1.
+  [[nodiscard]] std::uint8_t state_of() const noexcept {
+    const std::array<CanState, 2> each = states();
+    return each[1] > each[0] ? 1 : 0;
+  }
   /// An operator has taken note of what happened to the bus and wants to go on: a bus-off that is over, kept until
   /// then, is forgotten.
   virtual void acknowledge() noexcept {}

@@ -32,11 +32,10 @@ class CanBuses final : public CanBus {
     return false;
   }
   [[nodiscard]] CanState state() const noexcept override {
-    const CanState first = buses_[0]->state(), second = buses_[1] != nullptr ? buses_[1]->state() : CanState::kActive;
-    of_ = second > first ? 1 : 0;
-    return std::max(first, second);
+    found_ = {buses_[0]->state(), buses_[1] != nullptr ? buses_[1]->state() : CanState::kActive};
+    return std::max(found_[0], found_[1]);
   }
-  [[nodiscard]] std::uint8_t state_of() const noexcept override { return of_; }
+  [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return found_; }
   void acknowledge() noexcept override {
     for (CanBus* const bus : buses_)
       if (bus != nullptr) bus->acknowledge();
@@ -48,7 +47,7 @@ class CanBuses final : public CanBus {
  private:
   std::array<CanBus*, 2> buses_;
   std::size_t turn_ = 1;
-  mutable std::uint8_t of_ = 0;
+  mutable std::array<CanState, 2> found_{};
 };
 
 /// One of two buses that are one for others, as if there were no other: what comes on the other meanwhile is nobody's.
@@ -70,10 +69,10 @@ class OneOfBuses final : public CanBus {
     }
     return false;
   }
-  /// Its own, unless the other's is worse.
+  /// Its own.
   [[nodiscard]] CanState state() const noexcept override {
-    const CanState worst = both_.state();
-    return (both_.state_of() != 0) == (on_ != 0) ? worst : CanState::kActive;
+    (void)both_.state();
+    return both_.states()[on_ != 0 ? 1 : 0];
   }
   /// Of both.
   [[nodiscard]] std::uint64_t errors() const noexcept override { return both_.errors(); }

@@ -86,17 +86,17 @@ CanLoad can_load(std::span<const PeriodicFrame> frames, std::uint32_t bit_rate) 
   return load;
 }
 
-double CanMeter::take_load(Time now, std::uint32_t bit_rate, std::uint32_t second) noexcept {
-  double share = 0;
+std::array<double, 2> CanMeter::take_loads(Time now, std::uint32_t bit_rate, std::uint32_t second) noexcept {
+  std::array<double, 2> shares{};
   if (since_ != kNever && now > since_) {
     const auto of = [passed_s = to_seconds(now - since_)](std::uint64_t bits, std::uint32_t rate) {
       return static_cast<double>(bits) / (passed_s * static_cast<double>(rate));
     };
-    share = std::max(of(bits_[0], bit_rate), of(bits_[1], second));
+    shares = {of(bits_[0], bit_rate), of(bits_[1], second)};
   }
   since_ = now;
   bits_ = {};
-  return share;
+  return shares;
 }
 
 }  // namespace knuckle

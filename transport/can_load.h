@@ -44,9 +44,9 @@ struct CanLoad {
 class CanMeter {
  public:
   void add(const CanFrame& frame) noexcept { bits_[(frame.id & kSecondBus) != 0 ? 1 : 0] += frame_bits(frame); }
-  /// Share of the fuller bus' time that the frames since the last call took; 0 at the first call.
+  /// Shares of each bus' time that the frames since the last call took; 0 at the first call.
   /// @param second bit rate of the second of two
-  [[nodiscard]] double take_load(Time now, std::uint32_t bit_rate, std::uint32_t second = 1) noexcept;
+  [[nodiscard]] std::array<double, 2> take_loads(Time now, std::uint32_t bit_rate, std::uint32_t second = 1) noexcept;
 
  private:
   Time since_ = kNever;

@@ -18,7 +18,7 @@ class FaultyPort final : public CanBus {
   bool send(const CanFrame& frame) noexcept override;
   bool receive(CanFrame& frame) noexcept override;
   [[nodiscard]] CanState state() const noexcept override { return bus_.state(); }
-  [[nodiscard]] std::uint8_t state_of() const noexcept override { return bus_.state_of(); }
+  [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return bus_.states(); }
   void acknowledge() noexcept override { bus_.acknowledge(); }
   [[nodiscard]] std::uint64_t errors() const noexcept override { return bus_.errors(); }
 

@@ -14,7 +14,7 @@ namespace knuckle {
 
 enum class LinkKind : std::uint8_t { kMaster = 1, kSlave = 2, kStatus = 3, kHome = 4, kReadings = 5 };
 inline constexpr std::uint16_t kLinkMagic = 0x4E4B;  // "KN"
-inline constexpr std::uint8_t kLinkVersion = 10;
+inline constexpr std::uint8_t kLinkVersion = 11;
 inline constexpr std::size_t kLinkHeaderSize = 4;  ///< Magic, version, kind.
 
 /// nullopt where the header is not one of this version. The kind may be one that nobody knows.

@@ -12,6 +12,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
+#include "transport/can_bus.h"
 #include "transport/link.h"
 #include "transport/link_header.h"
 
@@ -49,6 +50,18 @@ struct MachineStatus {
       visit("max_ns", self.max);
     }
   };
+  /// Of a CAN bus, by the controller's end.
+  struct Bus {
+    double load = 0;  ///< Share of its time taken by what the controller sends and hears.
+    CanState state = CanState::kActive;
+
+    template <typename Self, typename Visit>
+    static void fields(Self& self, Visit&& visit) {
+      [[maybe_unused]] const auto& [load, state] = self;
+      visit("load", self.load, wire::Cut{0, 10});
+      visit("state", self.state);
+    }
+  };
   LinkStamp stamp;
   JointVector valve_command = JointVector::Zero();  ///< After the gate, [-1, 1].
   JointVector spool = JointVector::Zero();          ///< As the valves report, [-1, 1].
@@ -59,8 +72,8 @@ struct MachineStatus {
   Duration period{};                                ///< It is meant to keep.
   std::uint64_t steps = 0, overruns = 0;            ///< Since its start.
   std::uint8_t fifo_priority = 0;                   ///< Granted; 0: no real-time class.
-  double bus_load = 0;  ///< Share of the CAN bus, of two the fuller, taken by what the controller sends and hears.
-  std::uint32_t can_errors = 0;  ///< Error frames and frames lost, since the start.
+  std::array<Bus, 2> buses;                         ///< In the order of the machine file, which names them.
+  std::uint32_t can_errors = 0;                     ///< Of all buses: error frames and frames lost, since the start.
   /// device_report_at of the set-point that is on the valves' wire now; kNever: none is.
   /// Hand to valve = arrival of this here - acted_report_at - acted_ago - the way back (half a round trip).
   Time acted_report_at = kNever;
@@ -74,9 +87,8 @@ struct MachineStatus {
   template <typename Self, typename Visit>
   static void fields(Self& s, Visit&& visit) {
     [[maybe_unused]] const auto& [stamp, valve_command, spool, pilot_on, oil_flow_m3ps, hydraulic_power_W,
-                                  wake_lateness, execution, period, steps, overruns, fifo_priority, bus_load,
-                                  can_errors, acted_report_at, acted_ago, force_doubts, machine, simulated,
-                                  calibrated] = s;
+                                  wake_lateness, execution, period, steps, overruns, fifo_priority, buses, can_errors,
+                                  acted_report_at, acted_ago, force_doubts, machine, simulated, calibrated] = s;
     constexpr double kMostOpening = 1e3;  // of spool stroke, as a valve may report it
     visit("stamp", s.stamp);
     visit("valve_command", s.valve_command, wire::cut(kMostOpening));
@@ -92,7 +104,8 @@ struct MachineStatus {
     visit("steps", s.steps);
     visit("overruns", s.overruns);
     visit("fifo_priority", s.fifo_priority, wire::Within{0, 99});
-    visit("bus_load", s.bus_load, wire::Cut{0, 10});
+    visit("bus", s.buses[0]);
+    visit("second_bus", s.buses[1]);
     visit("can_errors", s.can_errors);
     visit("acted_report_at_ns", s.acted_report_at);
     visit("acted_ago_ns", s.acted_ago);

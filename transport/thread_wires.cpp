@@ -8,8 +8,8 @@ void ThreadCan::exchange(CanBus& port) noexcept {
   // A port that refuses a frame has dropped it: a set-point is never repeated, only followed by a newer one.
   while (controller_.sent_.pop(frame)) (void)port.send(frame);
   while (port.receive(frame)) (void)controller_.arrived_.push(frame);
-  const CanState state = port.state();
-  controller_.told_.store({state, port.state_of()}, std::memory_order_relaxed);
+  (void)port.state();
+  controller_.told_.store(port.states(), std::memory_order_relaxed);
   controller_.errors_.store(port.errors(), std::memory_order_relaxed);
 }
 

@@ -2,6 +2,8 @@
 // locks; what does not fit is dropped and counted, as a controller's queue would.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -36,9 +38,9 @@ class ThreadCan {
     bool receive(CanFrame& frame) noexcept override { return arrived_.pop(frame); }
     [[nodiscard]] CanState state() const noexcept override {
       seen_ = told_.load(std::memory_order_relaxed);
-      return seen_.state;
+      return std::max(seen_[0], seen_[1]);
     }
-    [[nodiscard]] std::uint8_t state_of() const noexcept override { return seen_.of; }
+    [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return seen_; }
     void acknowledge() noexcept override { acknowledged_.store(true, std::memory_order_relaxed); }
     [[nodiscard]] std::uint64_t errors() const noexcept override {
       return errors_.load(std::memory_order_relaxed) + sent_.dropped() + arrived_.dropped();
@@ -48,12 +50,8 @@ class ThreadCan {
     friend class ThreadCan;
     Ring<CanFrame, 64> sent_;
     Ring<CanFrame, 1024> arrived_;  // 60 ms of a full bus at 1 Mbit/s
-    struct BusState {
-      CanState state = CanState::kActive;
-      std::uint8_t of = 0;
-    };
-    std::atomic<BusState> told_{};
-    mutable BusState seen_;  // the loop's thread
+    std::atomic<std::array<CanState, 2>> told_{};
+    mutable std::array<CanState, 2> seen_{};  // the loop's thread
     std::atomic<bool> acknowledged_{false};
     std::atomic<std::uint64_t> errors_{0};
   };

@@ -37,25 +37,27 @@ std::string node_line(const NodeSeen& seen, const Stop& stop) {
   return line;
 }
 
-const char* name_of(CanState state) {
-  static constexpr std::array kNames{"error-active (sound)", "error-passive", "bus-off", "down"};
-  static_assert(kNames.size() == static_cast<std::size_t>(CanState::kDown) + 1);
-  return kNames[static_cast<std::size_t>(state)];
+/// Of two buses each by its name, the worse one first.
+std::string controllers_text(const Evidence& evidence, const BusDescription& bus) {
+  const std::string since = evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "";
+  const std::size_t worse = evidence.can_bus;
+  if (!bus.second) return fmt::format("controller {}{}", name(evidence.can_states[worse]), since);
+  const std::size_t other = 1 - worse;
+  return fmt::format("controller of bus {} {}{}, of bus {} {}", bus.line(worse).name, name(evidence.can_states[worse]),
+                     since, bus.line(other).name, name(evidence.can_states[other]));
 }
 
-void add_can(const Stop& stop, const Evidence& evidence, std::vector<std::string>& lines) {
+void add_can(const Stop& stop, const Evidence& evidence, const BusDescription& bus, std::vector<std::string>& lines) {
   const auto odd = [](const NodeSeen& seen) { return seen.data.silent() || seen.heartbeat.silent(); };
   const auto missing = [](const FrameSeen& seen) { return seen.stream.silent(); };
   std::string in_time;
   const auto count = [&in_time](const auto& all, const auto& late, const char* what) {
     const auto sound = std::count_if(all.begin(), all.end(), [&](const auto& seen) { return !late(seen); });
-    if (!all.empty()) in_time += fmt::format("{}{} of {} {}", in_time.empty() ? "" : ", ", sound, all.size(), what);
+    if (!all.empty()) in_time += fmt::format("{} of {} {}; ", sound, all.size(), what);
   };
   count(evidence.nodes, odd, "nodes sent in time");
   count(evidence.frames, missing, "frames of the machine came in time");
-  lines.push_back(fmt::format("CAN: {}{}controller{} {}{}; newest frame of any {}", in_time,
-                              in_time.empty() ? "" : "; ", evidence.of_bus(), name_of(evidence.can_state),
-                              evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "",
+  lines.push_back(fmt::format("CAN: {}{}; newest frame of any {}", in_time, controllers_text(evidence, bus),
                               age_text(evidence.can_received, stop)));
   if (evidence.machine_pause)
     lines.push_back(
@@ -123,7 +125,7 @@ void add_first(const Stop& stop, const Evidence& evidence, std::vector<std::stri
       add(*seen.stream.last + seen.stream.usual, seen.name + " missed its turn");
   for (std::size_t joint = 0; joint < kJoints; ++joint)
     add(evidence.valves[joint].apart_since, std::string(kJointNames[joint]) + " spool left its command");
-  add(evidence.can_changed, "CAN controller" + evidence.of_bus() + " " + name_of(evidence.can_state));
+  add(evidence.can_changed, "CAN controller" + evidence.of_bus() + " " + name(evidence.can_states[evidence.can_bus]));
   add(evidence.e_stop_opened, "E-stop chain open");
   add(evidence.pilot_lost, "pilot pressure off");
   add(evidence.unplugged, "device disconnected");
@@ -143,9 +145,10 @@ void add_first(const Stop& stop, const Evidence& evidence, std::vector<std::stri
 
 }  // namespace
 
-std::vector<std::string> last_inputs(const Stop& stop, const Window& window, const Evidence& evidence) {
+std::vector<std::string> last_inputs(const Stop& stop, const Window& window, const Evidence& evidence,
+                                     const BusDescription& bus) {
   std::vector<std::string> lines;
-  if (!window.machine_steps.empty()) add_can(stop, evidence, lines);
+  if (!window.machine_steps.empty()) add_can(stop, evidence, bus, lines);
   add_link(stop, window, evidence, lines);
   add_device(stop, window, evidence, lines);
   add_first(stop, evidence, lines);

@@ -56,7 +56,7 @@ std::optional<Cause> controller_off(const Evidence& evidence) {
   const std::string after =
       fmt::format("in the 200 ms from then on: {} frames received, {} sent, {} refused by the interface",
                   evidence.can_received_after, evidence.can_sent_after, evidence.can_refused_after);
-  switch (evidence.can_state) {
+  switch (evidence.can_states[evidence.can_bus]) {
     case CanState::kActive:
       return std::nullopt;
     case CanState::kDown:

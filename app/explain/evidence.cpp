@@ -233,16 +233,16 @@ void note_valves(const Stop& stop, const Window& window, Evidence& evidence) {
 }
 
 void note_bus(const Stop& stop, const Window& window, const MachineDescription& machine, Evidence& evidence) {
-  std::uint32_t before = 0;
+  // Every answer of the controller is recorded, also one like the last.
   for (const WireChange& change : window.changes) {
     if (change.kind != WireEventKind::kCanState || change.at > stop.at) continue;
-    // Where there is no node, it is asked for the first time when something stops.
-    const bool changed = std::exchange(before, change.value) != change.value;
-    if (!changed || change.at < stop.at - Evidence::kBefore) continue;
-    evidence.can_state = recording::can_state(change.value);
-    evidence.can_bus = recording::can_state_of(change.value);
-    evidence.can_changed = change.at;
-    if (machine.bus.second) evidence.bus = "bus " + machine.bus.line(evidence.can_bus).name;
+    const CanState worse = evidence.can_states[evidence.can_bus], now = recording::can_state(change.value);
+    const std::uint8_t of = recording::can_state_of(change.value);
+    evidence.can_states = recording::can_states(change.value);
+    if (now == worse && of == evidence.can_bus) continue;
+    evidence.can_bus = of;
+    evidence.can_changed = now == CanState::kActive ? std::nullopt : std::optional(change.at);
+    if (machine.bus.second) evidence.bus = "bus " + machine.bus.line(of).name;
   }
   const Time since = evidence.can_changed.value_or(stop.at);
   const auto is_its = [&](const CanSeen& can) {

@@ -96,11 +96,11 @@ struct Evidence {
   std::vector<FrameSeen> frames;  ///< Those that come by themselves, each in one piece.
   std::array<ValveSeen, kJoints> valves;
   // The CAN controller.
-  CanState can_state = CanState::kActive;  ///< Its worst from kBefore ahead of the stop on.
-  std::optional<Time> can_changed;         ///< When it entered that state.
-  std::uint8_t can_bus = 0;                ///< Of two buses which, where it did; the next are its, too.
-  std::string bus;                         ///< Which, in words: "bus machine"; empty where there is one.
-  Stream can_received;                     ///< Any frame.
+  std::array<CanState, 2> can_states{};  ///< Of each bus at the stop.
+  std::optional<Time> can_changed;       ///< Since when the worse one is as it is; none where both are sound.
+  std::uint8_t can_bus = 0;              ///< Which of two is the worse one; the next are its, too.
+  std::string bus;                       ///< Its name in words: "bus machine"; empty where there is one.
+  Stream can_received;                   ///< Any frame.
   int can_sent_after = 0, can_refused_after = 0, can_received_after = 0;  ///< In 0.2 s from the change or the stop on.
   std::map<std::uint32_t, int> foreign;  ///< Frames of the window by identifier that belong to nobody known.
   std::optional<Time> e_stop_opened,

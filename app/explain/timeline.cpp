@@ -169,7 +169,7 @@ Timeline timeline_of(const Stop& stop, const Window& window, const MachineDescri
   timeline.stop = stop;
   timeline.headline = headline_of(stop, machine);
   timeline.cause = likely_cause(stop, window, evidence, machine);
-  timeline.inputs = last_inputs(stop, window, evidence);
+  timeline.inputs = last_inputs(stop, window, evidence, machine.bus);
   timeline.before = last_second(stop, window, machine);
   if (!window.machine.empty()) {
     timeline.followed = what_followed(stop, window, machine);

@@ -59,7 +59,8 @@ struct Report {
 
 // The last inputs of each wire at a stop, how old they were, and which changed first.
 
-[[nodiscard]] std::vector<std::string> last_inputs(const Stop& stop, const Window& window, const Evidence& evidence);
+[[nodiscard]] std::vector<std::string> last_inputs(const Stop& stop, const Window& window, const Evidence& evidence,
+                                                   const BusDescription& bus);
 /// Of a recording in which nothing stopped the machine: what is out of the ordinary on its bus all the same.
 [[nodiscard]] std::vector<std::string> unusual(const Evidence& evidence, const Window& window);
 /// What J1939 tells people, and nothing stops for: another sender or device, packets that were lost.

@@ -132,12 +132,26 @@ std::string no_device_text(const Options& o, const HidDevicePort& device) {
 
 constexpr const char* kNeverHeard = "the machine was not heard at any time";
 
-Json status_json(const std::optional<MachineStatus>& status) {
+/// Of two buses by their names.
+Json bus_status_json(const MachineStatus& status, const BusDescription& bus) {
+  const auto one = [](const MachineStatus::Bus& told) {
+    return Json{{"load", told.load}, {"state", name(told.state)}};
+  };
+  if (!bus.second) return one(status.buses[0]);
+  Json json = Json::object();
+  for (std::size_t i = 0; i < bus.lines(); ++i) json[bus.line(i).name] = one(status.buses[i]);
+  return json;
+}
+
+Json status_json(const std::optional<MachineStatus>& status, const BusDescription& bus) {
   if (!status) return nullptr;
-  return {
-      {"machine", status->machine.text()},          {"pilot_on", status->pilot_on}, {"bus_load", status->bus_load},
-      {"can_errors", status->can_errors},           {"loop_steps", status->steps},  {"loop_overruns", status->overruns},
-      {"loop_fifo_priority", status->fifo_priority}};
+  return {{"machine", status->machine.text()},
+          {"pilot_on", status->pilot_on},
+          {"bus", bus_status_json(*status, bus)},
+          {"can_errors", status->can_errors},
+          {"loop_steps", status->steps},
+          {"loop_overruns", status->overruns},
+          {"loop_fifo_priority", status->fifo_priority}};
 }
 
 Json connect_json(const Options& o) {
@@ -179,7 +193,7 @@ Json result_json(const Options& o, const recording::OperatorSetup& setup, double
     }
   }
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
-  json["machine_status"] = status_json(outcome.machine_status);
+  json["machine_status"] = status_json(outcome.machine_status, bus);
   json["readings"] = readings_json(outcome.readings);
   json["records_lost"] = outcome.records_lost;
   json["lines_lost"] = lines_lost;

@@ -278,7 +278,7 @@ TEST(ConsoleView, ShowsWhatTheMachineTellsOfItselfAndHowLongTheHandTakesToTheVal
   EXPECT_LT(rig.view.status_age_s, 0.1);
   EXPECT_TRUE(rig.view.status.pilot_on);
   EXPECT_GT(std::abs(rig.view.status.valve_command[kBoom]), 0.05);
-  EXPECT_GT(rig.view.status.bus_load, 0.05);
+  EXPECT_GT(rig.view.status.buses[0].load, 0.05);
   const Histogram& hand_to_valve = rig.view.link.hand_to_valve;
   ASSERT_GT(hand_to_valve.count(), 5u);
   const double link_s = 1e-3 * rig.setup.scenario.delay_ms;

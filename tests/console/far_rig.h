@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 
 #include "app/console/console_loop.h"
 #include "app/session/session_sides.h"
@@ -16,9 +17,11 @@ namespace knuckle::test {
 
 /// A console with a simulated hand, over a link to a machine that goes on whatever the console does.
 struct FarRig {
-  FarRig() { far.side.report_status(setup.machine, true); }
+  explicit FarRig(session::SessionSetup session_setup = live_setup()) : setup(std::move(session_setup)) {
+    far.side.report_status(setup.machine, true);
+  }
 
-  session::SessionSetup setup = live_setup();
+  session::SessionSetup setup;
   ImpairedLink network{{}, {}, 1};
   session::SimulatedMachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, network.b()};
   console::ConsoleLoop loop{std::make_unique<console::OperatorStation>(

@@ -12,7 +12,8 @@ using knuckle::test::require;
 
 bool finite(const knuckle::MachineStatus& status) {
   return status.valve_command.allFinite() && status.spool.allFinite() && std::isfinite(status.oil_flow_m3ps) &&
-         std::isfinite(status.hydraulic_power_W) && std::isfinite(status.bus_load);
+         std::isfinite(status.hydraulic_power_W) && std::isfinite(status.buses[0].load) &&
+         std::isfinite(status.buses[1].load);
 }
 bool finite(const knuckle::HomeMessage& home) {
   return home.cylinder <= 7;

@@ -43,7 +43,7 @@ TEST(ProgramThreads, AnEngagedSessionGoesThroughItsModesInOrder) {
   EXPECT_TRUE(eventually([&] { return hand.machine()->position_rad[kArm] > was[kArm] + 0.02; })) << "it follows";
   EXPECT_TRUE(eventually([&] {
     const auto status = hand.status();
-    return status && status->pilot_on && status->acted_report_at != kNever && status->bus_load > 0.05;
+    return status && status->pilot_on && status->acted_report_at != kNever && status->buses[0].load > 0.05;
   })) << "it tells of itself, and whose hand is on the valves";
   hand.say([](MasterMessage& m) { m.enable = false; });
   EXPECT_TRUE(eventually([&] { return hand.sees(Mode::kReady); }));

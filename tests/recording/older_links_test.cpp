@@ -34,6 +34,15 @@ const std::string kEnergy = "0000000000001040 ", kNoImpedance = "00000000 ", kIm
 std::vector<std::uint8_t> bytes(const Datagram& datagram) {
   return {datagram.view().begin(), datagram.view().end()};
 }
+/// As a version before 11 sent it: the first bus' load alone. @param doubts bytes of them: one up to version 8.
+std::vector<std::uint8_t> older_status(const MachineStatus& told, std::uint8_t version, std::ptrdiff_t doubts = 2) {
+  std::vector<std::uint8_t> status = bytes(encode(told));
+  status[2] = version;
+  if (doubts == 1) status.erase(status.end() - std::ptrdiff_t{MachineName::kSize} - 1);
+  const auto errors = status.end() - std::ptrdiff_t{MachineName::kSize} - doubts - 20;
+  status.erase(errors - 10, errors);
+  return status;
+}
 
 TEST(OlderLinks, ASetPointOfVersion7LosesItsEnergyAndWaveAndNothingElse) {
   for (const bool waves : {false, true}) {
@@ -49,7 +58,7 @@ TEST(OlderLinks, ASetPointOfVersion7LosesItsEnergyAndWaveAndNothingElse) {
   }
 }
 
-TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusOnlyItsVersion) {
+TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusNothing) {
   SlaveMessage message;
   message.mode = Mode::kEngaged;
   auto old = bytes(encode(message));
@@ -65,10 +74,11 @@ TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusOnlyItsVersion)
 
   MachineStatus told;
   told.force_doubts = 0x85;
+  told.buses[0].load = 0.4;
+  told.can_errors = 3;
   told.machine = MachineName("solar015");
-  auto status = bytes(encode(told));
-  status.erase(status.end() - std::ptrdiff_t{MachineName::kSize} - 1);
-  status[2] = 7;
+  const auto status = older_status(told, 7, 1);
+  ASSERT_EQ(status.size(), 239u);
   ASSERT_TRUE(from_older_link(status));
   EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told)));
 }
@@ -102,10 +112,19 @@ TEST(OlderLinks, WhatVersion9SaidIsReadAsItIs) {
   ASSERT_TRUE(report);
   EXPECT_EQ(report->bytes, bytes(encode(message)));
   EXPECT_EQ(report->made_up, 0u);
-  auto status = bytes(encode(MachineStatus{}));
-  status[2] = 9;
-  ASSERT_TRUE(from_older_link(status));
-  EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(MachineStatus{})));
+}
+
+TEST(OlderLinks, AStatusOfVersion10TellsTheLoadOfOneBus) {
+  MachineStatus told;
+  told.buses[0].load = 0.4;
+  told.can_errors = 3;
+  told.machine = MachineName("solar015");
+  for (const std::uint8_t version : {9, 10}) {
+    const auto status = older_status(told, version);
+    ASSERT_EQ(status.size(), 240u);
+    ASSERT_TRUE(from_older_link(status));
+    EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told)));
+  }
 }
 
 TEST(OlderLinks, WhatVersion7DidNotTakeIsNotTakenNow) {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <sstream>
 
 #include "recording/replayed_wires.h"
@@ -16,7 +18,7 @@ TEST(TappedCan, TellsTheShareOfTimeThatFramesBothWaysTook) {
   VirtualCanBus bus(2, kBitRate);
   LoopTap off;
   TappedCan can(bus.port(0), off);
-  EXPECT_EQ(can.meter().take_load(Time(1s), kBitRate), 0) << "there was no time yet";
+  EXPECT_EQ(can.meter().take_loads(Time(1s), kBitRate)[0], 0) << "there was no time yet";
   const CanFrame out{.id = 0x555, .size = 0}, in{.id = 0x2AA, .size = 8, .data = {0x55, 0xAA, 0x55, 0xAA, 0x55}};
   double bits = 0;
   for (int i = 0; i < 50; ++i) {
@@ -28,21 +30,21 @@ TEST(TappedCan, TellsTheShareOfTimeThatFramesBothWaysTook) {
     EXPECT_FALSE(can.receive(heard));
     bits += frame_bits(out) + frame_bits(in);
   }
-  EXPECT_DOUBLE_EQ(can.meter().take_load(Time(1050ms), kBitRate), bits / (0.050 * kBitRate));
+  EXPECT_DOUBLE_EQ(can.meter().take_loads(Time(1050ms), kBitRate)[0], bits / (0.050 * kBitRate));
   EXPECT_GT(bits / (0.050 * kBitRate), 0.2);
-  EXPECT_EQ(can.meter().take_load(Time(1100ms), kBitRate), 0) << "nothing since";
-  EXPECT_EQ(can.meter().take_load(Time(1100ms), kBitRate), 0) << "no time since";
+  EXPECT_EQ(can.meter().take_loads(Time(1100ms), kBitRate)[0], 0) << "nothing since";
+  EXPECT_EQ(can.meter().take_loads(Time(1100ms), kBitRate)[0], 0) << "no time since";
 }
 
 TEST(TappedCan, DoesNotCountWhatDidNotGoOut) {
   VirtualCanBus bus(2, kBitRate);
   LoopTap off;
   TappedCan can(bus.port(0), off);
-  (void)can.meter().take_load(Time(0s), kBitRate);
+  (void)can.meter().take_loads(Time(0s), kBitRate);
   bus.take_down(0, true);
   EXPECT_FALSE(can.send({.id = 1}));
   EXPECT_EQ(can.state(), CanState::kDown);
-  EXPECT_EQ(can.meter().take_load(Time(1s), kBitRate), 0);
+  EXPECT_EQ(can.meter().take_loads(Time(1s), kBitRate)[0], 0);
 }
 
 TEST(TappedCan, KeepsCopiesOfWhatPassedWithTheTimeOfTheStepWhereAskedTo) {
@@ -66,19 +68,20 @@ TEST(TappedCan, KeepsCopiesOfWhatPassedWithTheTimeOfTheStepWhereAskedTo) {
   EXPECT_EQ(nothing.str(), "");
 }
 
-TEST(TappedCan, OfTwoBusesLogsBothAndMetersTheFuller) {
+TEST(TappedCan, OfTwoBusesLogsBothMetersEachAndRecordsTheStateOfEach) {
   VirtualCanBus first(2, kBitRate), second(2, kBitRate / 2);
   CanBuses both(first.port(0), &second.port(0));
   LoopTap off;
   TappedCan can(both, off);
   can.keep_copies();
   can.stamp(Time(1s));
-  (void)can.meter().take_load(Time(1s), kBitRate, kBitRate / 2);
+  (void)can.meter().take_loads(Time(1s), kBitRate, kBitRate / 2);
   const CanFrame frame{.id = 0x18FF0105U | kExtendedId | kSecondBus, .size = 1, .data = {0xAB}};
   ASSERT_TRUE(can.send(frame));
   ASSERT_TRUE(can.send({.id = 0x080}));
-  EXPECT_DOUBLE_EQ(can.meter().take_load(Time(1100ms), kBitRate, kBitRate / 2),
-                   frame_bits(frame) / (0.1 * kBitRate / 2));
+  const std::array<double, 2> loads = can.meter().take_loads(Time(1100ms), kBitRate, kBitRate / 2);
+  EXPECT_DOUBLE_EQ(loads[0], frame_bits({.id = 0x080}) / (0.1 * kBitRate));
+  EXPECT_DOUBLE_EQ(loads[1], frame_bits(frame) / (0.1 * kBitRate / 2));
   std::ostringstream log;
   can.write(log, "can0", "can3");
   EXPECT_EQ(log.str(), "(0000000001.000000) can3 18FF0105#AB\n(0000000001.000000) can0 080#\n");
@@ -92,7 +95,8 @@ TEST(ReplayedCan, SaysOfWhichOfTwoBusesAFrameAndAStateAre) {
   StepWires step;
   step.events = {{WireEventKind::kCanReceived, 0x190U | kSecondBus, data},
                  {WireEventKind::kCanState, 1U | 1U << kStateOfBit, {}},
-                 {WireEventKind::kCanState, 2, {}}};
+                 {WireEventKind::kCanState, 2, {}},
+                 {WireEventKind::kCanState, can_states_value({CanState::kPassive, CanState::kDown}), {}}};
   ReplayedWires wires;
   wires.begin(step);
   CanFrame frame;
@@ -102,6 +106,19 @@ TEST(ReplayedCan, SaysOfWhichOfTwoBusesAFrameAndAStateAre) {
   EXPECT_EQ(wires.can().state_of(), 1);
   EXPECT_EQ(wires.can().state(), CanState::kBusOff) << "as recordings of one bus have it";
   EXPECT_EQ(wires.can().state_of(), 0);
+  EXPECT_EQ(wires.can().states(), (std::array{CanState::kBusOff, CanState::kActive}));
+  EXPECT_EQ(wires.can().state(), CanState::kDown);
+  EXPECT_EQ(wires.can().states(), (std::array{CanState::kPassive, CanState::kDown}));
+}
+
+TEST(CanStates, OfTwoBusesAreOneNumberAndBack) {
+  for (const unsigned first : {0U, 1U, 2U, 3U}) {
+    for (const unsigned second : {0U, 1U, 2U, 3U}) {
+      const std::array states{static_cast<CanState>(first), static_cast<CanState>(second)};
+      EXPECT_EQ(can_states(can_states_value(states)), states);
+      EXPECT_EQ(can_state(can_states_value(states)), std::max(states[0], states[1]));
+    }
+  }
 }
 
 TEST(TappedCan, CountsTheFramesThatItHasNoRoomToCopyAndStillPassesThem) {

@@ -26,7 +26,9 @@ class SentFrames final : public CanBus {
   }
   bool receive(CanFrame& /*frame*/) noexcept override { return false; }
   [[nodiscard]] CanState state() const noexcept override { return now; }
-  [[nodiscard]] std::uint8_t state_of() const noexcept override { return of; }
+  [[nodiscard]] std::array<CanState, 2> states() const noexcept override {
+    return of == 0 ? std::array{now, CanState::kActive} : std::array{CanState::kActive, now};
+  }
   CanState now = CanState::kActive;
   std::uint8_t of = 0;  ///< Which of two buses is in that state.
   std::vector<CanFrame> frames;

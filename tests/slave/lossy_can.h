@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,7 +21,7 @@ class LossyCan final : public CanBus {
     return false;
   }
   [[nodiscard]] CanState state() const noexcept override { return bus_.state(); }
-  [[nodiscard]] std::uint8_t state_of() const noexcept override { return bus_.state_of(); }
+  [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return bus_.states(); }
   void acknowledge() noexcept override { bus_.acknowledge(); }
   std::vector<std::uint32_t> lost;
 

@@ -10,6 +10,8 @@
 #include "tests/slave/bench_machine.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/two_buses.h"
+#include "transport/can_buses.h"
 
 namespace knuckle::slave {
 namespace {
@@ -258,11 +260,35 @@ TEST(StatusReporter, TellsLoadAndLossesOfTheBus) {
   }
   const double share = sent * static_cast<double>(frame_bits(frame)) / (0.050 * bench.m.description.bus.bit_rate);
   bench.run(50ms);
-  EXPECT_DOUBLE_EQ(bench.reporter.sent().bus_load, share);
+  EXPECT_DOUBLE_EQ(bench.reporter.sent().buses[0].load, share);
   EXPECT_GE(bench.reporter.sent().can_errors, static_cast<std::uint32_t>(100 - sent));
   EXPECT_LT(sent, 100);
   bench.run(50ms);
-  EXPECT_EQ(bench.reporter.sent().bus_load, 0);
+  EXPECT_EQ(bench.reporter.sent().buses[0].load, 0);
+}
+
+TEST(StatusReporter, TellsLoadAndStateOfEachOfTwoBuses) {
+  test::BenchMachine m(calibrated(parse_machine(test::two_buses_text(), "m.toml")));
+  CanBuses buses(m.bus.port(0), &m.second.port(0));
+  CanMeter meter;
+  Told told;
+  StatusReporter reporter(m.description, buses, meter, told, false);
+  reporter.step(m.now, m.loop);
+  const CanFrame frame{.id = 0x7FF, .size = 8, .data = {1, 2, 3}};
+  meter.add(frame);
+  CanFrame second = frame;
+  second.id |= kSecondBus;
+  for (int i = 0; i < 3; ++i) meter.add(second);
+  m.bus.disturb(0, true);
+  m.second.bus_off(0);
+  (void)buses.state();  // as the loop does in each of its steps
+  reporter.step(m.now + StatusReporter::kPeriod, m.loop);
+  const MachineStatus& status = told.statuses.back();
+  const double share = static_cast<double>(frame_bits(frame)) / 0.050;
+  EXPECT_NEAR(status.buses[0].load, share / 500e3, 1e-12);
+  EXPECT_NEAR(status.buses[1].load, 3 * share / 250e3, 1e-12);
+  EXPECT_EQ(status.buses[0].state, CanState::kPassive);
+  EXPECT_EQ(status.buses[1].state, CanState::kBusOff);
 }
 
 TEST(StatusReporter, AllocatesNothing) {

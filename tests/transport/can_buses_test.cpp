@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "transport/virtual_can.h"
 
 namespace knuckle {
@@ -62,6 +64,7 @@ TEST(CanBuses, TheWorseStateCountsAndWhoseItIs) {
   two.first.bus_off(0);
   EXPECT_EQ(two.both.state(), CanState::kBusOff);
   EXPECT_EQ(two.both.state_of(), 0);
+  EXPECT_EQ(two.both.states(), (std::array{CanState::kBusOff, CanState::kPassive}));
   EXPECT_FALSE(two.both.send({.id = kId}));
   EXPECT_TRUE(two.both.send({.id = kId | kSecondBus})) << "the other goes on";
   two.first.recover(0);
@@ -69,6 +72,17 @@ TEST(CanBuses, TheWorseStateCountsAndWhoseItIs) {
   two.both.acknowledge();
   EXPECT_EQ(two.both.state(), CanState::kPassive);
   EXPECT_EQ(two.both.state_of(), 1);
+}
+
+TEST(OneOfBuses, HasItsOwnStateWhateverTheOthersIs) {
+  Two two;
+  OneOfBuses first(two.both, 0), second(two.both, 1);
+  two.first.disturb(0, true);
+  two.second.bus_off(0);
+  EXPECT_EQ(first.state(), CanState::kPassive);
+  EXPECT_EQ(second.state(), CanState::kBusOff);
+  two.first.disturb(0, false);
+  EXPECT_EQ(first.state(), CanState::kActive);
 }
 
 TEST(CanBuses, OneIsItselfAndHasNoSecond) {
@@ -85,6 +99,7 @@ TEST(CanBuses, OneIsItselfAndHasNoSecond) {
   bus.bus_off(0);
   EXPECT_EQ(one.state(), CanState::kBusOff);
   EXPECT_EQ(one.state_of(), 0);
+  EXPECT_EQ(one.states(), (std::array{CanState::kBusOff, CanState::kActive}));
 }
 
 }  // namespace

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <thread>
 
 #include "tests/support/no_alloc.h"
+#include "transport/can_buses.h"
 #include "transport/virtual_can.h"
 
 namespace knuckle {
@@ -45,6 +47,18 @@ TEST(ThreadCan, TheLoopSeesTheStateOfTheController) {
   can.controller().acknowledge();
   can.exchange(bus.port(0));
   EXPECT_EQ(can.controller().state(), CanState::kActive);
+}
+
+TEST(ThreadCan, TheLoopSeesTheStateOfEachOfTwo) {
+  VirtualCanBus first(2, 500'000), second(2, 250'000);
+  CanBuses both(first.port(0), &second.port(0));
+  ThreadCan can;
+  first.bus_off(0);
+  second.disturb(0, true);
+  can.exchange(both);
+  EXPECT_EQ(can.controller().state(), CanState::kBusOff);
+  EXPECT_EQ(can.controller().states(), (std::array{CanState::kBusOff, CanState::kPassive}));
+  EXPECT_EQ(can.controller().state_of(), 0);
 }
 
 TEST(ThreadCan, AFullQueueRefusesAndCounts) {

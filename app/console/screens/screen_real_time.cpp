@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string>
 
 #include "app/console/screens/player_panel.h"
 #include "app/console/screens/screens.h"
@@ -47,7 +48,15 @@ void own_loop_cards(const Ui& ui, const ConsoleData& data, Area area) {
   histogram_plot(ui, card.inside(), "Running", loop.execution, range, t.colours.series[1]);
 }
 
-void machine_loop_card(const Ui& ui, const ConsoleView& view, const Area& area) {
+/// Its load and, where it is not sound, below that its state.
+void bus_rows(const Ui& ui, Area& rest, const std::string& bus, const MachineStatus::Bus& told) {
+  const Theme& t = ui.theme;
+  value_row(ui, rest.cut_top(t.px(26)), fmt::format("CAN {} load", bus), fmt::format("{:.0f}", told.load * 100), "%");
+  if (told.state != CanState::kActive) lamp(ui, rest.cut_top(t.px(26)), name(told.state), true, t.colours.bad);
+}
+
+void machine_loop_card(const Ui& ui, const ConsoleData& data, const Area& area) {
+  const ConsoleView& view = data.view;
   const Theme& t = ui.theme;
   const MachineStatus& s = view.status;
   const Card card(ui, "THE MACHINE'S LOOP", area, status_freshness(view));
@@ -82,7 +91,9 @@ void machine_loop_card(const Ui& ui, const ConsoleView& view, const Area& area) 
                              : "Not timed yet.");
   }
   rest.cut_top(t.px(8));
-  value_row(ui, rest.cut_top(t.px(26)), "CAN bus load", fmt::format("{:.0f}", s.bus_load * 100), "%");
+  const BusDescription& buses = data.facts.machine.bus;
+  for (std::size_t i = 0; i < buses.lines(); ++i)
+    bus_rows(ui, rest, buses.second ? buses.line(i).name : "bus", s.buses[i]);
   value_row(ui, rest.cut_top(t.px(26)), "CAN errors", fmt::format("{}", s.can_errors), "");
 }
 
@@ -115,7 +126,7 @@ DrawnScreen real_time_screen(const Ui& ui, const ConsoleData& data, UiState& /*s
   const Theme& t = ui.theme;
   const float gap = t.px(10);
   Area right = area.cut_right(t.px(340), gap);
-  machine_loop_card(ui, data.view, right.cut_top(t.px(370), gap));
+  machine_loop_card(ui, data, right.cut_top(t.px(data.facts.machine.bus.second ? 424 : 370), gap));
   energy_card(ui, data, right);
   own_loop_cards(ui, data, area);
   return std::nullopt;

@@ -99,7 +99,7 @@ inline ConsoleView canned_view() {
   s.steps = 2500;
   s.overruns = 1;
   s.fifo_priority = 80;
-  s.bus_load = 0.41;
+  s.buses[0].load = 0.41;
   s.force_doubts = estimation::kStuckFriction | estimation::kBiasNotLearned;
   return v;
 }

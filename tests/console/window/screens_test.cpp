@@ -15,6 +15,7 @@
 #include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/virtual_display.h"
 #include "tests/support/places.h"
+#include "tests/support/two_buses.h"
 
 namespace knuckle::console::window {
 namespace {
@@ -68,6 +69,15 @@ void stopped_by_hand(ConsoleView& view, screens::UiState& state) {
   view.machine.fault = {ReasonCode::kOperatorStop, 0, 0, 0};
   view.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
   state.typing = true;
+}
+screens::ConsoleFacts two_buses_facts() {
+  screens::ConsoleFacts facts = canned_facts();
+  facts.machine = parse_machine(test::two_buses_text(), "m.toml");
+  facts.machine.bus.second->name = "machines_own_front_bus";  // as long as it may be
+  return facts;
+}
+void both_buses_bad(ConsoleView& view, screens::UiState&) {
+  view.status.buses = {{{0.41, CanState::kBusOff}, {1, CanState::kPassive}}};
 }
 void by_scenario(ConsoleView& view, screens::UiState&) {
   view.led_by_scenario = true;
@@ -165,6 +175,13 @@ const std::vector<Shot> kWholeScreens{
     Shot{.name = "real_time",
          .keys = {"F3"},
          .texts = {"Wake-up lateness", "61 µs", "Overruns", "SCHED_FIFO 80", "Passes the full force"}},
+    Shot{.name = "real_time_two_buses",
+         .size = "1280x720",
+         .keys = {"F3"},
+         .texts = {"CAN valves load", "41", "bus-off", "CAN machines_own_front_bus load", "100", "error-passive",
+                   "CAN errors", "Passes the full force"},
+         .prepare = both_buses_bad,
+         .facts = two_buses_facts},
     Shot{.name = "drawing_alone",
          .keys = {"F5"},
          .texts = {"Never identified: masses, friction and forces are those of a drawing.",
