@@ -2,6 +2,7 @@
 // and everything that it gave to one. Fed with the answers again, the loop does the same again.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -50,11 +51,12 @@ enum class WireEventKind : std::uint8_t {
 };
 [[nodiscard]] const char* name(WireEventKind kind) noexcept;
 
-// Of kCanState: the worse of two buses' states, from kStateOfBit on whose it is, from kOtherStateBit on the other's:
-// recordings of before have 0 there.
-inline constexpr unsigned kStateOfBit = 8, kOtherStateBit = 16;
+// Of kCanState: the worse of two buses' states, from kStateOfBit on whose it is, from kOtherStateBit on the other's;
+// recordings of link version 10 and before do not tell that, and lack kBothToldBit.
+inline constexpr unsigned kStateOfBit = 8, kOtherStateBit = 16, kBothToldBit = 24;
+/// What is no state in a damaged recording is "down".
 [[nodiscard]] constexpr CanState can_state(std::uint32_t value) noexcept {
-  return static_cast<CanState>(value & 0xFFU);
+  return static_cast<CanState>(std::min(value & 0xFFU, static_cast<std::uint32_t>(CanState::kDown)));
 }
 [[nodiscard]] constexpr std::uint8_t can_state_of(std::uint32_t value) noexcept {
   return static_cast<std::uint8_t>(value >> kStateOfBit & 1U);
@@ -67,7 +69,10 @@ inline constexpr unsigned kStateOfBit = 8, kOtherStateBit = 16;
 [[nodiscard]] constexpr std::uint32_t can_states_value(const std::array<CanState, 2>& states) noexcept {
   const unsigned of = states[1] > states[0] ? 1 : 0;
   return static_cast<std::uint32_t>(states[of]) | of << kStateOfBit |
-         static_cast<std::uint32_t>(states[1 - of]) << kOtherStateBit;
+         static_cast<std::uint32_t>(states[1 - of]) << kOtherStateBit | 1U << kBothToldBit;
+}
+[[nodiscard]] constexpr bool both_told(std::uint32_t value) noexcept {
+  return (value >> kBothToldBit & 1U) != 0;
 }
 
 /// In the message's own memory, or that of its StepWires.

@@ -42,9 +42,11 @@ std::string controllers_text(const Evidence& evidence, const BusDescription& bus
   const std::string since = evidence.can_changed ? " since " + at_text(*evidence.can_changed) : "";
   const std::size_t worse = evidence.can_bus;
   if (!bus.second) return fmt::format("controller {}{}", name(evidence.can_states[worse]), since);
+  const std::string of_worse =
+      fmt::format("controller of bus {} {}{}", bus.line(worse).name, name(evidence.can_states[worse]), since);
   const std::size_t other = 1 - worse;
-  return fmt::format("controller of bus {} {}{}, of bus {} {}", bus.line(worse).name, name(evidence.can_states[worse]),
-                     since, bus.line(other).name, name(evidence.can_states[other]));
+  return evidence.both_told ? of_worse + ", of bus " + bus.line(other).name + " " + name(evidence.can_states[other])
+                            : of_worse;
 }
 
 void add_can(const Stop& stop, const Evidence& evidence, const BusDescription& bus, std::vector<std::string>& lines) {

@@ -239,6 +239,7 @@ void note_bus(const Stop& stop, const Window& window, const MachineDescription& 
     const CanState worse = evidence.can_states[evidence.can_bus], now = recording::can_state(change.value);
     const std::uint8_t of = recording::can_state_of(change.value);
     evidence.can_states = recording::can_states(change.value);
+    evidence.both_told = recording::both_told(change.value);
     if (now == worse && of == evidence.can_bus) continue;
     evidence.can_bus = of;
     evidence.can_changed = now == CanState::kActive ? std::nullopt : std::optional(change.at);

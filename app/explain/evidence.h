@@ -97,6 +97,7 @@ struct Evidence {
   std::array<ValveSeen, kJoints> valves;
   // The CAN controller.
   std::array<CanState, 2> can_states{};  ///< Of each bus at the stop.
+  bool both_told = false;                ///< Else the recording has that of the worse one alone.
   std::optional<Time> can_changed;       ///< Since when the worse one is as it is; none where both are sound.
   std::uint8_t can_bus = 0;              ///< Which of two is the worse one; the next are its, too.
   std::string bus;                       ///< Its name in words: "bus machine"; empty where there is one.

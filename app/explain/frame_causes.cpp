@@ -29,13 +29,17 @@ std::optional<Cause> missing(const FrameSeen& seen, const Evidence& evidence) {
   const bool nodes_too = !evidence.nodes.empty() && std::all_of(evidence.nodes.begin(), evidence.nodes.end(),
                                                                 [](const NodeSeen& node) { return node.silent(); });
   if (!silent(seen) || nodes_too) return std::nullopt;
+  const Time since = *seen.stream.last, missed = since + seen.stream.usual,
+             until = seen.stream.next.value_or(seen.stream.known_until);
   std::size_t others = 0, living = 0;
   for (const FrameSeen& other : evidence.frames) {
     if (&other == &seen || ((other.frame->id ^ seen.frame->id) & kSecondBus) != 0) continue;
-    ++others;
-    living += silent(other) ? 0U : 1U;
+    // One that comes seldom need not have been due meanwhile, and says nothing.
+    const Stream& of = other.stream;
+    const bool came = !silent(other) && ((of.last && *of.last > missed) || (of.next && *of.next < until));
+    others += came || silent(other) ? 1U : 0U;
+    living += came ? 1U : 0U;
   }
-  const Time since = *seen.stream.last;
   const std::string usual =
       fmt::format("it came last at {}, usual every {}", at_text(since), span_text(seen.stream.usual));
   if (others > 0 && living == 0)

@@ -23,7 +23,7 @@ namespace knuckle::programs {
 namespace {
 
 using cli::Json;
-constexpr const char* kSchema = "knuckle-master/1";
+constexpr const char* kSchema = "knuckle-master/2";
 
 struct Options {
   std::string machine, device, device_file, mirror, control;
@@ -132,26 +132,20 @@ std::string no_device_text(const Options& o, const HidDevicePort& device) {
 
 constexpr const char* kNeverHeard = "the machine was not heard at any time";
 
-/// Of two buses by their names.
-Json bus_status_json(const MachineStatus& status, const BusDescription& bus) {
-  const auto one = [](const MachineStatus::Bus& told) {
-    return Json{{"load", told.load}, {"state", name(told.state)}};
-  };
-  if (!bus.second) return one(status.buses[0]);
-  Json json = Json::object();
-  for (std::size_t i = 0; i < bus.lines(); ++i) json[bus.line(i).name] = one(status.buses[i]);
+Json buses_json(const MachineStatus& status, const BusDescription& bus) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < bus.lines(); ++i)
+    json.push_back(
+        {{"name", bus.line(i).name}, {"load", status.buses[i].load}, {"state", name(status.buses[i].state)}});
   return json;
 }
 
 Json status_json(const std::optional<MachineStatus>& status, const BusDescription& bus) {
   if (!status) return nullptr;
-  return {{"machine", status->machine.text()},
-          {"pilot_on", status->pilot_on},
-          {"bus", bus_status_json(*status, bus)},
-          {"can_errors", status->can_errors},
-          {"loop_steps", status->steps},
-          {"loop_overruns", status->overruns},
-          {"loop_fifo_priority", status->fifo_priority}};
+  return {
+      {"machine", status->machine.text()},          {"pilot_on", status->pilot_on}, {"buses", buses_json(*status, bus)},
+      {"can_errors", status->can_errors},           {"loop_steps", status->steps},  {"loop_overruns", status->overruns},
+      {"loop_fifo_priority", status->fifo_priority}};
 }
 
 Json connect_json(const Options& o) {

@@ -43,11 +43,26 @@ TEST(Explain, SaysInWhichStateEachOfTwoBusesIsAndTheWorseOneSinceWhen) {
   const MachineDescription machine = parse_machine(test::two_buses_text(), "m.toml");
   const CanState sound = CanState::kActive, passive = CanState::kPassive, off = CanState::kBusOff;
   const std::string second = inputs_by(machine, {{0s, {sound, sound}}, {900ms, {sound, passive}}});
-  EXPECT_TRUE(says(second, "controller of bus machine error-passive since 0.900 s, of bus valves sound;"))
-      << second;
-  EXPECT_TRUE(says(second, "changed first: CAN controller error-passive at 0.900 s")) << second;
+  EXPECT_TRUE(says(second, "controller of bus machine error-passive since 0.900 s, of bus valves sound;")) << second;
+  EXPECT_TRUE(says(second, "changed first: CAN controller of bus machine error-passive at 0.900 s")) << second;
   const std::string both = inputs_by(machine, {{0s, {sound, sound}}, {900ms, {off, sound}}, {950ms, {off, passive}}});
   EXPECT_TRUE(says(both, "controller of bus valves bus-off since 0.900 s, of bus machine error-passive;")) << both;
+}
+
+TEST(Explain, SaysOfTheOtherBusNothingThatAnOlderRecordingDoesNotTell) {
+  const MachineDescription machine = parse_machine(test::two_buses_text(), "m.toml");
+  Stop stop;
+  stop.at = Time(1s);
+  Window window;
+  window.to = Time(1400ms);
+  for (Time at = Time(500ms); at < window.to; at += 5ms) window.machine_steps.push_back({at, 0});
+  window.changes.push_back({Time(900ms), WireEventKind::kCanState,
+                            static_cast<std::uint32_t>(CanState::kPassive) | 1U << recording::kStateOfBit});
+  std::string text;
+  for (const std::string& line : last_inputs(stop, window, evidence_of(stop, window, machine), machine.bus))
+    text += line + "\n";
+  EXPECT_TRUE(says(text, "controller of bus machine error-passive since 0.900 s;")) << text;
+  EXPECT_FALSE(says(text, "bus valves")) << text;
 }
 
 TEST(Explain, DoesNotTakeASoundControllerForASign) {

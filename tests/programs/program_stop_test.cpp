@@ -192,7 +192,7 @@ TEST_F(ProgramStopThreads, AnOperatorsSideWhoseDeviceNeverCameHasFailed) {
                                  "--connect", address_, "--insecure", "--duration", "0.5", "--json", path("run.json")});
   EXPECT_EQ(run.exit_code, 1) << run.err;
   EXPECT_NE(run.err.find("--device hid: no haptic device was ready at any time: "), std::string::npos) << run.err;
-  EXPECT_EQ(result().at("schema"), "knuckle-master/1") << "what happened is written all the same";
+  EXPECT_EQ(result().at("schema"), "knuckle-master/2") << "what happened is written all the same";
 }
 
 }  // namespace

@@ -117,7 +117,15 @@ TEST(CanStates, OfTwoBusesAreOneNumberAndBack) {
       const std::array states{static_cast<CanState>(first), static_cast<CanState>(second)};
       EXPECT_EQ(can_states(can_states_value(states)), states);
       EXPECT_EQ(can_state(can_states_value(states)), std::max(states[0], states[1]));
+      EXPECT_TRUE(both_told(can_states_value(states)));
     }
+  }
+}
+
+TEST(CanStates, WhatIsNoneInADamagedRecordingIsDown) {
+  for (const std::uint32_t value : {0xFFU, 0x04U, 0xFFFFFFFFU}) {
+    EXPECT_EQ(can_state(value), CanState::kDown) << value;
+    for (const CanState state : can_states(value)) EXPECT_LE(state, CanState::kDown) << value;
   }
 }
 
