@@ -110,16 +110,22 @@ class Spool {
   /// sgn(x) max(0, |x| - dead band) / (1 - dead band), then the edge's curve.
   [[nodiscard]] double opening() const noexcept {
     if (position_ > valve_.dead_band_extend) {
-      return rough_.area((position_ - valve_.dead_band_extend) / (1 - valve_.dead_band_extend));
+      return curve((position_ - valve_.dead_band_extend) / (1 - valve_.dead_band_extend));
     }
     if (position_ < -valve_.dead_band_retract) {
-      return -rough_.retract_gain *
-             rough_.area((-position_ - valve_.dead_band_retract) / (1 - valve_.dead_band_retract));
+      return -rough_.retract_gain * curve((-position_ - valve_.dead_band_retract) / (1 - valve_.dead_band_retract));
     }
     return 0;
   }
 
  private:
+  /// Share of the edge's area: a notch, then the whole land, then the exponent.
+  [[nodiscard]] double curve(double opening) const noexcept {
+    const double notch = rough_.notch_opening, area = rough_.notch_slope * notch;
+    const double cut = opening < notch ? rough_.notch_slope * opening
+                                       : area + (1 - area) * (opening - notch) / std::max(1e-9, 1 - notch);
+    return rough_.curve_exponent == 1 ? cut : std::pow(cut, rough_.curve_exponent);
+  }
   /// Where a spool that sticks lets itself be driven to.
   [[nodiscard]] double unstuck(double target) noexcept {
     if (rough_.stiction <= 0) return target;

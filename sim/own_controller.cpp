@@ -29,18 +29,23 @@ OwnController::OwnController(const MachineDescription& machine)
     const auto i = static_cast<std::size_t>(joint);
     const CylinderDescription& cylinder = machine.cylinders[i];
     Axis& axis = axes_[i];
+    axis.valve = cylinder.valve;
     axis.valve_gain = cylinder.valve.nominal_flow_m3ps / std::sqrt(cylinder.valve.nominal_drop_Pa);
     axis.head_m2 = cylinder.head_area_m2();
     axis.rod_m2 = cylinder.rod_side_area_m2();
-    for (const bool extend : {false, true}) {
-      axis.dead_band[extend ? 1 : 0] = cylinder.valve.dead_band(extend);
+    for (const bool extend : {false, true})
       full_rate_radps_[extend ? 1 : 0][joint] = machine.bus.full_rate_radps(joint, extend);
-    }
   }
 }
 
 void OwnController::measured(const PerJoint<ValveRoughness>& valves) noexcept {
-  for (std::size_t i = 0; i < kJoints; ++i) axes_[i].edges = valves[i];
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    ValveDescription& valve = axes_[i].valve;
+    valve.curve_exponent = valves[i].curve_exponent;
+    valve.retract_share = valves[i].retract_gain;
+    valve.notch_opening = valves[i].notch_opening;
+    valve.notch_slope = valves[i].notch_slope;
+  }
 }
 
 /// What its counter or checksum says to be old or damaged is not heard.
@@ -119,10 +124,10 @@ double OwnController::spool_for(Axis& axis, int joint, double share) noexcept {
   const double error = (wanted_radps - axis.rate_radps) / full_radps, direction = share > 0 ? 1 : -1;
   axis.sum = std::clamp(axis.sum + kIntegral * to_seconds(kPeriod) * error, -1.0, 1.0);
   const double open = wanted_radps / full_opening_radps(axis, share > 0) + axis.sum;
-  const double area = std::clamp(direction * open / (direction < 0 ? axis.edges.retract_gain : 1), 0.0,
-                                 1.0);  // a load that runs ahead is throttled, not driven back
-  const double opening = axis.edges.opening(area);
-  return direction * (axis.dead_band[way] + (1 - axis.dead_band[way]) * opening);
+  // A load that runs ahead is throttled, not driven back.
+  const double opening = axis.valve.opening_for(std::max(0.0, direction * open), share > 0);
+  const double dead_band = axis.valve.dead_band(share > 0);
+  return direction * (dead_band + (1 - dead_band) * opening);
 }
 
 void OwnController::step(Time now, const Seen& sensors, bool supplied) noexcept {

@@ -10,6 +10,7 @@
 
 #include "core/joints.h"
 #include "core/time.h"
+#include "machine/arm_description.h"
 #include "machine/bus_description.h"
 #include "machine/description_fwd.h"
 #include "sim/pilot_stage.h"
@@ -53,9 +54,8 @@ class OwnController {
   };
   /// Of one joint, as the controller's makers measured it.
   struct Axis {
-    std::array<double, 2> dead_band{};  ///< Retracting, extending.
-    double valve_gain = 0;              ///< Flow at full opening is this times sqrt(drop).
-    ValveRoughness edges;
+    ValveDescription valve;  ///< With the curve of its edges.
+    double valve_gain = 0;   ///< Flow at full opening is this times sqrt(drop).
     double head_m2 = 0, rod_m2 = 0;
     double lever_m = 1;               ///< Of the cylinder on its joint, in this place.
     std::array<double, 2> load_Pa{};  ///< Head and rod side, smoothed: what swings on its oil is not followed.

@@ -2,7 +2,6 @@
 // oil have. Sampled per seed (or filled from a truth file); the controller never sees it.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -34,22 +33,6 @@ struct ValveRoughness {
   double stiction = 0;                        ///< The spool stays until its target is this far away.
   double null_drift_per_K = 0;                ///< Its zero moves with the oil's warmth.
   double leakage_m3ps_per_Pa = 0;             ///< From the fuller to the emptier side of the cylinder, laminar.
-
-  /// Share of the edge's area: a notch, then the whole land, then the exponent. @param opening beyond the dead band
-  [[nodiscard]] double area(double opening) const noexcept {
-    const double notched = notch_slope * notch_opening;
-    const double cut = opening < notch_opening
-                           ? notch_slope * opening
-                           : notched + (1 - notched) * (opening - notch_opening) / std::max(1e-9, 1 - notch_opening);
-    return curve_exponent == 1 ? cut : std::pow(cut, curve_exponent);
-  }
-  /// The other way round. @param area [0, 1]
-  [[nodiscard]] double opening(double area) const noexcept {
-    const double cut = curve_exponent == 1 ? area : std::pow(area, 1 / curve_exponent);
-    const double notched = notch_slope * notch_opening;
-    return cut < notched ? cut / notch_slope
-                         : notch_opening + (1 - notch_opening) * (cut - notched) / std::max(1e-9, 1 - notched);
-  }
 };
 
 /// What lies between a cylinder and the links it moves: worn pins and bending steel, both felt at the rod's end.

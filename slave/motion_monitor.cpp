@@ -29,6 +29,7 @@ MotionMonitor::MotionMonitor(const MachineDescription& machine, double step_s)
       step_s_(step_s),
       lag_steps_(std::clamp<std::size_t>(static_cast<std::size_t>(kLimits.lag_s / step_s), 1, kSlots)),
       held_Pa_(kLimits.held * machine.hydraulics.main_relief_Pa),
+      pushed_Pa_(kLimits.pushed * machine.hydraulics.port_relief_Pa),
       by_rate_(machine.bus.command_kind == CommandKind::kJointRate),
       step_m_(length_steps_m(machine)) {
   for (int i = 0; i < kJoints; ++i) {
@@ -85,8 +86,9 @@ Reason MotionMonitor::look(Axis& axis, int joint, double moved_rad, double let_i
     const double moved = sign * moved_rad, let_in = sign * let_in_rad,
                  most_rad = kLimits.beyond_rad[static_cast<std::size_t>(joint)];
     // Kept just above its limit, so that it is forgotten soon after the joint has come to rest.
-    way.beyond_rad = std::clamp(way.beyond_rad + let_in - (kLimits.more * most + kLimits.leak_radps) * step_s_, 0.0,
-                                kRemembered * most_rad);
+    const double beyond_rad = std::clamp(way.beyond_rad + let_in - (kLimits.more * most + kLimits.leak_radps) * step_s_,
+                                         0.0, kRemembered * most_rad);
+    way.beyond_rad = held.pushed[sign > 0 ? 1 : 0] ? std::min(beyond_rad, way.beyond_rad) : beyond_rad;
     // Against the command it may swing: that is the other sum's.
     const double came = std::max(0.0, moved);
     const double missing = std::max(0.0, way.missing_rad + kLimits.less * least * step_s_ - came);
@@ -119,8 +121,12 @@ Reason MotionMonitor::step(const JointVector& demand, const estimation::JointSta
     if (seen_ < lag_steps_) continue;
     const double steps_rad = kLimits.unmoved_steps * step_m_[i] / std::max(std::abs(state.lever_m[i]), kLeastLever_m);
     const double head_Pa = state.pressure_Pa[2 * joint], rod_Pa = state.pressure_Pa[2 * joint + 1];
+    // What extends the cylinder pushes the oil out of its rod side.
+    const bool extends_up = state.lever_m[i] > 0, in = known && head_Pa > pushed_Pa_,
+               out = known && rod_Pa > pushed_Pa_;
     const Held held{known && (demand[i] > 0 ? head_Pa : rod_Pa) > held_Pa_,
-                    known && std::max(head_Pa, rod_Pa) > held_Pa_};
+                    known && std::max(head_Pa, rod_Pa) > held_Pa_,
+                    {extends_up ? in : out, extends_up ? out : in}};
     const Reason why =
         look(axis, i, moved_rad, let_in_rad, pressed, held, (known ? 1 : 2) * kLimits.missing_rad, steps_rad);
     if (!first) first = why;

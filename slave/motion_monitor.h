@@ -28,7 +28,8 @@ struct MotionLimits {
   /// steps of the encoder.
   double unmoved_rad = 0.1;
   double unmoved_steps = 3;
-  double held = 0.8;  ///< Share of the main relief in the driven chamber: something holds the joint.
+  double held = 0.8;     ///< Share of the main relief in the driven chamber: something holds the joint.
+  double pushed = 0.95;  ///< Of the port relief: a load pushes the cylinder against this chamber, whose oil escapes.
 };
 inline constexpr MotionLimits kMotion{};
 
@@ -60,10 +61,11 @@ class MotionMonitor {
     Unmoved unmoved;
     std::array<Way, 2> ways{};  ///< Down, up.
   };
-  /// What may hold a joint: its oil is near the relief.
+  /// Why a joint may do otherwise: its oil is near a relief.
   struct Held {
-    bool driven = false;  ///< In the chamber that the command drives.
+    bool driven = false;  ///< The main one, in the chamber that the command drives.
     bool any = false;
+    std::array<bool, 2> pushed{};  ///< A port's, so that it may be pushed down, up.
   };
   void note_unmoved(Axis& axis, bool held) const noexcept;
   /// At most, of a command whose effect is not known; its sign is the joint's direction.
@@ -75,7 +77,7 @@ class MotionMonitor {
   Kinematics kinematics_;
   double step_s_;
   std::size_t lag_steps_;
-  double held_Pa_;
+  double held_Pa_, pushed_Pa_;
   bool by_rate_;
   JointVector step_m_;  // of the encoders, of their cylinders' length
   // Retracting, extending: speed at the full command, and the command up to which the valve is shut.

@@ -1,5 +1,5 @@
-// Machines that are led by joint speeds through their own controller, drawn: serviced and worn valves move them as they
-// were told, nearly, and nobody takes that for a fault.
+// Machines that are led by joint speeds through their own controller, drawn: however far serviced and worn valves leave
+// them behind, and whatever soil pushes their bucket, nobody takes that for a fault.
 #include <gtest/gtest.h>
 
 #include "machine/reason_text.h"
@@ -11,7 +11,8 @@ namespace {
 TEST(JointRates, OfServicedAndWornMachinesAreNoFaultInFreeMotionOrPressing) {
   for (const char* const scenario : {"free_motion", "level"}) {
     for (const sim::Family family : {sim::Family::kServiced, sim::Family::kWorn}) {
-      for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      // Of 6 the soil pushes the serviced bucket through its relief.
+      for (const std::uint64_t seed : {1U, 2U, 6U}) {
         session::SessionSetup setup;
         setup.machine = load_machine(find_config("machine", "standard200"));
         setup.device = load_device(find_config("device", "knuckle1_standard200"));

@@ -87,15 +87,17 @@ TEST(OwnController, ComesBackAtOnceFromWhatHeldTheJointForLong) {
 }
 
 TEST(OwnController, OpensAsItsMakersMeasuredTheEdges) {
-  ValveRoughness notched{.curve_exponent = 1.8, .notch_opening = 0.4, .notch_slope = 0.3};
-  const auto opens = [](const ValveRoughness& edges) {
+  const ValveRoughness notched{.curve_exponent = 1.8, .notch_opening = 0.4, .notch_slope = 0.3};
+  const auto opens = [](const ValveRoughness& edges, bool retracts = false) {
     Commanded machine;
+    if (retracts) machine.front->data[2] = 0x58, machine.front->data[3] = 0x7F;  // 0.3 rad/s
     machine.controller.measured({edges, edges, edges});
     machine.run(30ms);
     return machine.controller.spool_demand()[kArm];
   };
   EXPECT_GT(opens(notched), opens({}) + 0.05);
-  for (double area = 0; area <= 1; area += 0.05) EXPECT_NEAR(notched.area(notched.opening(area)), area, 1e-9) << area;
+  EXPECT_LT(opens({.retract_gain = 0.8}, true), opens({.retract_gain = 1.4}, true) - 0.01) << "smaller edges, further";
+  EXPECT_EQ(opens({.retract_gain = 0.8}), opens({}));
 }
 
 TEST(OwnController, MovesNothingUnlessEveryConstantSaysThatItIsLed) {

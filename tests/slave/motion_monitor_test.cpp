@@ -154,6 +154,19 @@ TEST(MotionMonitor, AJointThatSwingsOnItsOilIsNoValvesDoing) {
 }
 
 /// Where a lever becomes too short to tell, what the oil gives way fades: a step of it would be travel.
+TEST(MotionMonitor, AJointThatALoadPushesThroughItsReliefIsNoValvesDoing) {
+  for (const double lever_m : {0.3, -0.3}) {
+    for (const std::size_t side : {0UL, 1UL}) {  // head, rod
+      WatchedArm arm;
+      arm.state.lever_m.setConstant(lever_m);
+      arm.state.pressure_Pa[2 * kArm + side] = 0.99 * arm.machine.hydraulics.port_relief_Pa;
+      const double pushed_radps = (side == 0) == (lever_m > 0) ? -0.3 : 0.3;
+      EXPECT_EQ(arm.until_fault(0, pushed_radps), 0) << lever_m << ", " << side;
+      EXPECT_GT(arm.until_fault(0, -pushed_radps), 0) << "the other way " << lever_m << ", " << side;
+    }
+  }
+}
+
 TEST(MotionMonitor, WhatTheOilGivesWayIsContinuousTowardsAToggle) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const Kinematics kinematics(machine);
