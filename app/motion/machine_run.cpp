@@ -74,7 +74,10 @@ struct MachineRun::Impl {
   Time now{};
 
   slave::SensorSet raw;
-  bool synchronised = false;  // a SYNC is on its way to the nodes: they sample at their next step
+  // A SYNC is on its way to the nodes: they sample at their next step. Without nodes any frame: what the machine sends
+  // by itself is of its moment.
+  bool synchronised = false;
+  bool without_nodes;
   TruthSample at_sampling;
   std::function<void(const slave::SlaveState&, const TruthSample&)> listener;
   const std::vector<PlanarVector>* pull = nullptr;  // of the test rig
@@ -96,14 +99,15 @@ MachineRun::Impl::Impl(const MachineDescription& description, const sim::Machine
       simulated(truth, world, start_rad, run_seed),
       access("simulated bus", {std::shared_ptr<void>(), &simulated.controllers_end()},
              [this](Time due) { return wait(due); }),
-      led(description, access, Time(sim::period_in_ticks(description))) {
+      led(description, access, Time(sim::period_in_ticks(description))),
+      without_nodes(description.bus.without_nodes()) {
   simulated.set_tap({[](void* self, Time, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(f); }, this});
   led.engage();
 }
 
 void MachineRun::Impl::on_frame(const CanFrame& frame) noexcept {
   raw.receive(frame, now);
-  synchronised |= frame.id == canopen::kSyncId;
+  synchronised |= without_nodes || frame.id == canopen::kSyncId;
 }
 
 Time MachineRun::Impl::wait(Time due) {

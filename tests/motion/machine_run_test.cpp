@@ -100,6 +100,23 @@ TEST(MachineRun, RecordsRawReadingsOfTheMomentOfTheirTruth) {
   }
 }
 
+TEST(MachineRun, OfAMachineWithoutNodesKnowsTheTruthOfEachSample) {
+  const MachineDescription machine = load_machine(find_config("machine", "standard200"));
+  MachineRun run(machine, sim::nominal_truth(machine), {}, kStarts_rad, 1);
+  const MachineRecording made = run.follow(wave(4));
+  const Kinematics kinematics(machine);
+  double moved_rad = 0;
+  for (std::size_t i = 0; i < made.truth.size(); ++i) {
+    moved_rad = std::max(moved_rad, (made.truth[i].joint_rad - made.truth[0].joint_rad).cwiseAbs().maxCoeff());
+    for (int joint = 0; joint < kJoints; ++joint) {
+      const auto at = kinematics.cylinder_at(joint, made.truth[i].joint_rad[joint]);
+      ASSERT_TRUE(at) << i;
+      EXPECT_NEAR(made.recording.samples[i].cylinder_m[joint], at->length_m, 0.01) << i << ", " << kJointNames[joint];
+    }
+  }
+  EXPECT_GT(moved_rad, 0.1);
+}
+
 TEST(MachineRun, IsAFunctionOfItsSeed) {
   const MachineRecording first = recorded(3), again = recorded(3), other = recorded(4);
   bool same = true, differs = false;
