@@ -96,11 +96,11 @@ MachineRun::Impl::Impl(const MachineDescription& description, const sim::Machine
       seed(run_seed),
       surveyor(stream_seed(run_seed, Stream::kSurvey)),
       raw(without_offsets(description)),
+      without_nodes(description.bus.without_nodes()),
       simulated(truth, world, start_rad, run_seed),
       access("simulated bus", {std::shared_ptr<void>(), &simulated.controllers_end()},
              [this](Time due) { return wait(due); }),
-      led(description, access, Time(sim::period_in_ticks(description))),
-      without_nodes(description.bus.without_nodes()) {
+      led(description, access, Time(sim::period_in_ticks(description))) {
   simulated.set_tap({[](void* self, Time, const CanFrame& f) { static_cast<Impl*>(self)->on_frame(f); }, this});
   led.engage();
 }

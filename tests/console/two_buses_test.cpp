@@ -50,7 +50,9 @@ TEST(TwoBuses, TheOperatorSeesWhichIsInWhichStateAndTheLoadOfEach) {
       EXPECT_EQ(rig.view.status.buses[broken].state, fault.seen);
       EXPECT_LT(rig.view.status.buses[broken].load, 0.05);
       EXPECT_EQ(rig.view.status.buses[other].state, CanState::kActive);
-      if (broken == 1) EXPECT_NEAR(rig.view.status.buses[other].load, load, 0.1);
+      if (broken == 1) {
+        EXPECT_NEAR(rig.view.status.buses[other].load, load, 0.05);
+      }
       const std::string named = broken == 0 ? ": bus valves: " : ": bus machine: ";
       EXPECT_NE(rig.fault().find(named), std::string::npos) << rig.fault();
     }

@@ -119,7 +119,7 @@ TEST(OlderLinks, AStatusOfVersion10TellsTheLoadOfOneBus) {
   told.buses[0].load = 0.4;
   told.can_errors = 3;
   told.machine = MachineName("solar015");
-  for (const std::uint8_t version : {9, 10}) {
+  for (const std::uint8_t version : {std::uint8_t{9}, std::uint8_t{10}}) {
     const auto status = older_status(told, version);
     ASSERT_EQ(status.size(), 240u);
     ASSERT_TRUE(from_older_link(status));
