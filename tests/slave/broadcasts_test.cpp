@@ -126,6 +126,26 @@ TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
   }
 }
 
+TEST(Broadcasts, WhatIsTooOldBecauseItsFramesDidNotCountSaysWhy) {
+  MachineDescription machine = calibrated_broadcasts();
+  machine.bus.sensor_age_limit_s = 0.015;
+  machine.bus.tilt_every_nth_sync = 1;
+  for (const bool counter : {true, false}) {
+    FedBroadcasts fed(machine);
+    fed.feed(3);
+    (counter ? fed.counts : fed.sums) = false;
+    if (!counter) fed.body->data[3] ^= 1U;
+    fed.feed(1);
+    EXPECT_EQ(fed.fault(), "");
+    fed.feed(1);
+    EXPECT_EQ(fed.fault().rfind(std::string("sensor_invalid: body (0x1A5), slope: the ") +
+                                    (counter ? "counter of its frame stands: " : "checksum of its frame is wrong: "),
+                                0),
+              0U)
+        << fed.fault();
+  }
+}
+
 TEST(Broadcasts, ACountBeyondTheModulusIsNone) {
   FedBroadcasts fed;
   fed.feed(2);
