@@ -257,7 +257,7 @@ Reason coarse_fault(double other_swing_Pa, double travel_mps, Duration time) {
   for (int step = 0; step * 5ms < time; ++step) {
     m.pressure_Pa[3] = 5.2e6 + other_swing_Pa * std::sin(0.05 * step);
     m.cylinder_m[kArm] += travel_mps * 5e-3;
-    if (const Reason why = plausibility.step(m, spool)) return why;
+    if (const Reason why = plausibility.step(m, spool, {})) return why;
   }
   return {};
 }
