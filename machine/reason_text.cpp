@@ -125,10 +125,11 @@ std::string pilots_text(const Reason& reason, const BusDescription& bus) {
     return bus.by_frames() ? "; by its pilot pressures: check their sensors, too" : "";
   if (reason.code != ReasonCode::kSensorImplausible) return "";
   const SignalInfo* const signal = signal_info(reason);
-  if (signal != nullptr && signal->role == NodeRole::kPilot) return "; or the joint's position sensor is wrong";
+  if (signal != nullptr && signal->role == NodeRole::kPilot)
+    return "; or the joint's position sensor is wrong, or its spool sticks";
   for (int joint = 0; joint < kJoints; ++joint) {
     if (tells_pilots(bus, joint) && reason.subject == subject_of(NodeRole::kEncoder, joint, bus))
-      return "; or a reading of the joint's pilot pressures is wrong";
+      return "; or a reading of the joint's pilot pressures is wrong, or its spool sticks";
   }
   return "";
 }

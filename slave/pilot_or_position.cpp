@@ -5,6 +5,15 @@
 #include "slave/pilot_monitor.h"
 
 namespace knuckle::slave {
+namespace {
+
+/// So long after the last demand a pressure has fallen: PilotMonitor's window, and what a slow valve takes to shut
+/// (delay and full stroke). No longer, for the cylinder stops then, and behind a reading that stayed open a centimetre
+/// of oil, which is a fault, takes as little as 30 ms. An angle that freezes as the operator lets go is found sooner:
+/// by the oil that the falling pressure still lets through.
+constexpr double kFalls_s = ValveMonitor::kWindow_s;
+
+}  // namespace
 
 PilotOrPosition::PilotOrPosition(const MachineDescription& machine, double step_s) : step_s_(step_s) {
   const bool by_rate = machine.bus.command_kind == CommandKind::kJointRate;
@@ -24,18 +33,13 @@ PilotOrPosition::PilotOrPosition(const MachineDescription& machine, double step_
   }
 }
 
-void PilotOrPosition::step(const Piloting& piloting, const JointVector& cylinder_m) noexcept {
-  const auto lasts = [this](double& time_s, bool holds) { time_s = holds ? time_s + step_s_ : 0; };
+void PilotOrPosition::step(const Piloting& piloting) noexcept {
   for (int i = 0; i < kJoints; ++i) {
-    Axis& axis = axes_[static_cast<std::size_t>(i)];
-    lasts(axis.still_s, cylinder_m[i] == axis.length_m);
-    axis.length_m = cylinder_m[i];
     for (const bool extend : {false, true}) {
-      Line& line = axis.lines[extend ? 1 : 0];
-      const double pressure_Pa = piloting.pressure_Pa[static_cast<std::size_t>(2 * i + (extend ? 0 : 1))];
-      lasts(line.still_s, pressure_Pa == line.pressure_Pa);
-      line.pressure_Pa = pressure_Pa;
-      lasts(line.unasked_s, (extend ? 1 : -1) * piloting.demand[i] < line.least_asked);
+      Line& line = axes_[static_cast<std::size_t>(i)].lines[extend ? 1 : 0];
+      line.pressure_Pa = piloting.pressure_Pa[static_cast<std::size_t>(2 * i + (extend ? 0 : 1))];
+      const bool asked = (extend ? 1 : -1) * piloting.demand[i] >= line.least_asked;
+      line.unasked_s = asked ? 0 : line.unasked_s + step_s_;
     }
   }
 }
@@ -43,7 +47,7 @@ void PilotOrPosition::step(const Piloting& piloting, const JointVector& cylinder
 std::uint8_t PilotOrPosition::of_open(int joint, int direction) const noexcept {
   const Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const Line& opens = axis.lines[direction > 0 ? 1 : 0];
-  return axis.told && opens.still_s > axis.still_s ? opens.subject : axis.position;
+  return axis.told && opens.unasked_s > kFalls_s ? opens.subject : axis.position;
 }
 
 std::uint8_t PilotOrPosition::of_shut(int joint, int direction) const noexcept {

@@ -1,5 +1,5 @@
 // Which sensor is wrong where a joint's position contradicts the pilot pressures that move its spool: each tells of the
-// other, and one of the two stands still.
+// other.
 #pragma once
 
 #include <array>
@@ -16,12 +16,13 @@ struct Piloting {
   std::array<double, 6> pressure_Pa{};       ///< By SignalInfo::index.
 };
 
-/// Told by what the joint was asked to do, and by which of the two has stood in its last bit for longer. Where neither
-/// tells, the position sensor is named; text(Reason) says of either that it may be the other.
+/// Told by what the joint was asked to do: the one of the two that agrees with that is right. text(Reason) says of
+/// either that it may be the other.
 class PilotOrPosition {
  public:
   PilotOrPosition(const MachineDescription& machine, double step_s);
-  void step(const Piloting& piloting, const JointVector& cylinder_m) noexcept;
+  /// There is no reset: what was asked stays true when what Plausibility has seen of the sensors is forgotten.
+  void step(const Piloting& piloting) noexcept;
   // What a reason is about. Of a joint without pilot pressures it is the position sensor.
   /// The spool is open, and the cylinder is not seen to move. @param direction of the opening, as of those below
   [[nodiscard]] std::uint8_t of_open(int joint, int direction) const noexcept;
@@ -31,14 +32,13 @@ class PilotOrPosition {
  private:
   struct Line {
     std::uint8_t subject = 0;
-    double shut_Pa = 0, pressure_Pa = 0, still_s = 0;
+    double shut_Pa = 0, pressure_Pa = 0;
     double least_asked = 0;  ///< Of the full command: less opens nothing.
     double unasked_s = 0;
   };
   struct Axis {
     bool told = false;  ///< The pressures of its spool.
     std::uint8_t position = 0;
-    double length_m = 0, still_s = 0;
     std::array<Line, 2> lines{};  ///< Retracting, extending.
   };
   PerJoint<Axis> axes_{};

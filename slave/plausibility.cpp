@@ -188,7 +188,7 @@ Reason Plausibility::all_still(const estimation::Measurement& m) noexcept {
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool,
                           const Piloting& piloting) noexcept {
-  wrong_.step(piloting, measurement.cylinder_m);
+  wrong_.step(piloting);
   Reason first;
   const auto note = [&first](const Reason& reason) {
     if (!first) first = reason;

@@ -68,7 +68,7 @@ class Plausibility {
   /// kMotionNotFollowing where it may be the valve as well, because neither the spool is told nor what moves it. Not
   /// latched.
   [[nodiscard]] Reason step(const estimation::Measurement& measurement, const JointVector& spool,
-                            const Piloting& piloting = {}) noexcept;
+                            const Piloting& piloting) noexcept;
   void reset() noexcept;
 
  private:

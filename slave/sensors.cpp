@@ -271,6 +271,8 @@ Reason SensorSet::fault(Time now) const noexcept {
   const auto stale = [&](const Channel& channel, Duration limit) -> Reason {
     const Duration age = now - channel.at;
     if (age <= limit) return {};
+    // Frames slower than a third of the limit are too old before so many of them are bad.
+    if (channel.void_by != 0) return impossible(static_cast<std::size_t>(&channel - channels_.data()));
     return {ReasonCode::kSensorStale, silent_subject(channel), static_cast<float>(to_seconds(age) * 1e3),
             static_cast<float>(to_seconds(limit) * 1e3)};
   };

@@ -66,6 +66,20 @@ TEST(FrameFaults, AreFoundByNameInTimeAndTheMachineIsLedAgain) {
   }
 }
 
+/// Too old before the third of them.
+TEST(FrameFaults, ACounterThatStandsIsNamedAlsoInSlowFrames) {
+  const std::string slope = "period_ms = 20\n[bus.broadcast.signals]\nslope = ";
+  const std::string text =
+      replaced(standard200_text(), slope,
+               "period_ms = 20\ncounter = { start = 24, bits = 8 }\n[bus.broadcast.signals]\nslope = ");
+  MachineDescription read;
+  const FinishedSession finished = led_by_frames(text, frame_fault("frame_frozen", "body_slope"), read);
+  ASSERT_GE(finished.record.faults.size(), 1U);
+  const std::string why = text_with_code(finished.record.faults.front().reason, read.bus);
+  EXPECT_EQ(why.rfind("sensor_invalid: body_slope (0x18FF3021), slope: the counter of its frame stands: ", 0), 0U)
+      << why;
+}
+
 TEST(FrameFaults, ASingleSpikeStopsNothing) {
   for (const char* const frame : {"arm_angle", "boom_head_pressure", "slope"}) {
     MachineDescription read;

@@ -126,6 +126,26 @@ TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
   }
 }
 
+TEST(Broadcasts, WhatIsTooOldBecauseItsFramesDidNotCountSaysWhy) {
+  MachineDescription machine = calibrated_broadcasts();
+  machine.bus.sensor_age_limit_s = 0.015;
+  machine.bus.tilt_every_nth_sync = 1;
+  for (const bool counter : {true, false}) {
+    FedBroadcasts fed(machine);
+    fed.feed(3);
+    (counter ? fed.counts : fed.sums) = false;
+    if (!counter) fed.body->data[3] ^= 1U;
+    fed.feed(1);
+    EXPECT_EQ(fed.fault(), "");
+    fed.feed(1);
+    EXPECT_EQ(fed.fault().rfind(std::string("sensor_invalid: body (0x1A5), slope: the ") +
+                                    (counter ? "counter of its frame stands: " : "checksum of its frame is wrong: "),
+                                0),
+              0U)
+        << fed.fault();
+  }
+}
+
 TEST(Broadcasts, ACountBeyondTheModulusIsNone) {
   FedBroadcasts fed;
   fed.feed(2);
@@ -237,7 +257,7 @@ Reason coarse_fault(double other_swing_Pa, double travel_mps, Duration time) {
   for (int step = 0; step * 5ms < time; ++step) {
     m.pressure_Pa[3] = 5.2e6 + other_swing_Pa * std::sin(0.05 * step);
     m.cylinder_m[kArm] += travel_mps * 5e-3;
-    if (const Reason why = plausibility.step(m, spool)) return why;
+    if (const Reason why = plausibility.step(m, spool, {})) return why;
   }
   return {};
 }

@@ -44,7 +44,7 @@ class PlausibilityBorders : public ::testing::Test {
   Reason step() {
     ++steps;
     for (std::size_t i = 0; i < 6; ++i) m.pressure_Pa[i] = pressure_Pa[i] + (live ? 10 * (steps % 2) : 0);
-    return plausibility.step(m, spool);
+    return plausibility.step(m, spool, {});
   }
   /// Steps until something is found; 0: nothing within so long.
   int found_after(double patience_s = kForever, const std::function<void()>& before_each = {}) {

@@ -39,7 +39,7 @@ class Axis {
     m.pressures_known[0] = measured;
     if (!measured) m.pressure_Pa[0] = m.pressure_Pa[1] = 0;
     if (!frozen) m.cylinder_m[0] = std::round(length_ / 1e-4) * 1e-4;
-    return plausibility.step(m, JointVector(spool, 0, 0));
+    return plausibility.step(m, JointVector(spool, 0, 0), {});
   }
   /// Time until something is found, or a negative number.
   double found_after(double spool, double patience_s, Reason& why) {
