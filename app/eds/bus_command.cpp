@@ -29,7 +29,7 @@ constexpr std::size_t kLargestMachine_MB = 1;
 struct BusOptions {
   std::string action, file, id, as, machine, can, from, bus;
   std::optional<std::uint32_t> serial;
-  std::vector<std::string> by_objects, signals, commands, constants, counters, checksums;
+  std::vector<std::string> by_objects, signals, commands, constants, counters, checksums, periods;
 };
 
 /// "0x20F0" or "0x20F0:01", the sub-index in hexadecimal.
@@ -119,6 +119,7 @@ int import_dbc(const BusOptions& o) {
   for (const std::string& one : o.constants) told.constants.push_back(wanted_constant(one));
   for (const std::string& one : o.counters) told.counters.push_back(wanted_counter(one));
   for (const std::string& one : o.checksums) told.checksums.push_back(wanted_checksum(one));
+  for (const std::string& one : o.periods) told.periods.push_back(wanted_period(one));
   if (signals.empty() && told.commands.empty() && told.constants.empty() && told.counters.empty() &&
       told.checksums.empty())
     cli::refuse_option("--signal", "",
@@ -214,6 +215,7 @@ void check_options(const BusOptions& o) {
         {"--constant", !o.constants.empty(), "", "", import},
         {"--counter", !o.counters.empty(), "", "", import},
         {"--checksum", !o.checksums.empty(), "", "", import},
+        {"--period", !o.periods.empty(), "", "", import},
         {"--bus", !o.bus.empty(), o.bus, "", import},
         {"--can", !o.can.empty(), o.can, assign, assign},
         {"--from", !o.from.empty(), o.from, "", assign},
@@ -279,6 +281,11 @@ cli::Command bus_entry() {
             .add_option("--checksum", o->checksums,
                         "import: its checksum, over all other bytes: MESSAGE.SIGNAL=KIND, one of sum, xor, crc8-j1850, "
                         "crc8-h2f (repeatable)")
+            .one_value_each();
+        command
+            .add_option("--period", o->periods,
+                        "import: how often a message comes, in ms, where the DBC does not say it: MESSAGE=20 "
+                        "(repeatable)")
             .one_value_each();
         command.add_option("--bus", o->bus,
                            "import: on which bus: its name in the machine file; NAME=KBPS makes a second one");

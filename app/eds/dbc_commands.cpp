@@ -216,6 +216,15 @@ WantedChecksum wanted_checksum(const std::string& text) {
   return {place, kind};
 }
 
+WantedPeriod wanted_period(const std::string& text) {
+  constexpr double kMost_ms = 10000;  // of several packets; most frames have less
+  const auto equals = text.find('=');
+  const auto period_ms = equals == std::string::npos ? std::nullopt : number_in<double>(text.substr(equals + 1));
+  if (equals == 0 || !period_ms || !(*period_ms >= 1 && *period_ms <= kMost_ms))
+    cli::refuse_option("--period", text, fmt::format("must be such as MESSAGE=20, in ms within [1, {}]", kMost_ms));
+  return {text.substr(0, equals), *period_ms};
+}
+
 void refuse_twice(const WantedFrames& wanted) {
   std::set<std::string> said;
   const auto say = [&](const PlaceInDbc& place, const char* option) {
@@ -232,6 +241,8 @@ void refuse_twice(const WantedFrames& wanted) {
     say(one.place, "--checksum");
     say({one.place.message + " (checksum)", ""}, "--checksum");
   }
+  said.clear();
+  for (const WantedPeriod& one : wanted.periods) say({one.message, ""}, "--period");
 }
 
 bool ClosingLine::keeps(const std::string& of) const {

@@ -46,12 +46,14 @@ struct WantedFrames {
   std::vector<WantedConstant> constants;
   std::vector<WantedCounter> counters;
   std::vector<WantedChecksum> checksums;
+  std::vector<WantedPeriod> periods;
 };
 // @throws InputError where the text is not of the form above.
 [[nodiscard]] WantedCommand wanted_command(const std::string& text);
 [[nodiscard]] WantedConstant wanted_constant(const std::string& text);
 [[nodiscard]] WantedCounter wanted_counter(const std::string& text);
 [[nodiscard]] WantedChecksum wanted_checksum(const std::string& text);
+[[nodiscard]] WantedPeriod wanted_period(const std::string& text);
 /// @throws InputError where one is said twice: of two, one would be lost.
 void refuse_twice(const WantedFrames& wanted);
 

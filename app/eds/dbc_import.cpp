@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -155,6 +156,7 @@ class Importer {
         lines.push_back(std::move(line));
     }
     if (!there) {
+      made_.insert(frame.message->name);
       tables_.append(table_of(dbc_, frame, beside(frame), lines), bus_);
       note(frame, import);
     }
@@ -171,7 +173,10 @@ class Importer {
 
   void put(const CommandTable& table) {
     import.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
-    if (!table.there) return tables_.append(table.text(), bus_);
+    if (!table.there) {
+      made_.insert(table.message->name);
+      return tables_.append(table.text(), bus_);
+    }
     const CommandFrame& there = before_.commands[*table.there];
     for (const CommandTable::Field& field : table.fields) {
       const auto was = std::find_if(there.fields.begin(), there.fields.end(),
@@ -217,6 +222,20 @@ class Importer {
             fmt::format("{}: moves no joint any more, but has {}, which {} has not: take it out "
                         "where nothing needs it",
                         there.name, more, dbc_.source));
+    }
+  }
+
+  /// A period is a new frame's.
+  void check_periods(const std::vector<WantedPeriod>& periods, const std::string& machine_source) const {
+    for (const WantedPeriod& period : periods) {
+      if (made_.contains(period.message)) continue;
+      const DbcMessage& message = dbc_.usable(period.message);
+      const auto is_there = [&](const auto& frame) { return is_of(frame, message, bus_); };
+      const bool has = std::any_of(before_.broadcasts.begin(), before_.broadcasts.end(), is_there) ||
+                       std::any_of(before_.commands.begin(), before_.commands.end(), is_there);
+      cli::refuse_option("--period", period.message,
+                         has ? "is in " + machine_source + " already: set its period_ms there"
+                             : "nothing is taken of it: give its --signal, --command or --constant, too");
     }
   }
 
@@ -310,6 +329,7 @@ class Importer {
   const DbcFile& dbc_;
   std::size_t bus_;
   const std::vector<DbcClosing>& closings_;
+  std::set<std::string> made_;                              // messages of new frames
   std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
 
@@ -373,7 +393,7 @@ WantedBus wanted_bus(const std::string& text) {
   return wanted;
 }
 
-Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
+Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& as_read,
                    const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
                    const std::optional<WantedBus>& on) {
   const BusDescription before = parse_machine(machine_text, machine_source).bus;
@@ -392,6 +412,7 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   Import import;
   const std::size_t bus = bus_of(on, before, machine_source, tables, import);
   refuse_twice(wanted);
+  const DbcFile dbc = with_periods(as_read, wanted.periods);
   const std::vector<DbcFrame> frames = frames_of(dbc, signals);
   WantedFrames commands = wanted;
   const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, [&](const DbcMessage& message) {
@@ -410,6 +431,7 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);
   importer.take_out_moved(told);
+  importer.check_periods(wanted.periods, machine_source);
   import = std::move(importer.import);
   if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
     import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");

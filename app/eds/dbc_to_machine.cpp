@@ -59,8 +59,8 @@ std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char*
                       const std::optional<DbcMultiplexing>& by) {
   if (!message.period_s)
     throw InputError(
-        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): a machine file must say how often it comes",
-                    dbc.source, message.line, message.name));
+        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): say how often it comes by --period {}=MILLISECONDS",
+                    dbc.source, message.line, message.name, message.name));
   const bool extended = (message.id & kExtendedId) != 0;
   const std::uint32_t id = message.id & ~kExtendedId;
   std::string text = fmt::format("{}\nname = \"{}\"\n", header, frame_name(message, by));
@@ -74,6 +74,14 @@ std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char*
   text += fmt::format("bytes = {}\nperiod_ms = {}\n", message.size, number_text(1e3 * period_s));
   if (by) text += fmt::format("multiplexer = {{ {}, value = {} }}\n", bits_text(by->multiplexer->field), by->value);
   return text;
+}
+
+DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods) {
+  for (const auto& [message, period_ms] : periods) {
+    const DbcMessage& said = dbc.usable(message);
+    dbc.messages[static_cast<std::size_t>(&said - dbc.messages.data())].period_s = 1e-3 * period_ms;
+  }
+  return dbc;
 }
 
 std::string bits_text(const BitField& field) {

@@ -35,6 +35,14 @@ struct DbcMultiplexing {
 [[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
                                     bool may_be_group = false, const std::optional<DbcMultiplexing>& by = {});
 
+/// How often a message comes: --period MESSAGE=20
+struct WantedPeriod {
+  std::string message;
+  double period_ms = 0;
+};
+/// In place of the DBC's. @throws InputError where it has no such message.
+[[nodiscard]] DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods);
+
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
 [[nodiscard]] std::string bits_text(const BitField& field);
 

@@ -1,5 +1,4 @@
-// `knuckle bus import`: what a person says of messages beside their signals, where a DBC does not: counters and
-// checksums.
+// `knuckle bus import`: what a person says of messages beside their signals, where a DBC does not: counters, periods.
 #include <gtest/gtest.h>
 
 #include "app/eds/dbc_import.h"
@@ -36,7 +35,7 @@ BA_ "GenMsgCycleTime" BO_ 502 10;
 )";
 
 struct Said {
-  std::vector<std::string> signals{}, counters{}, checksums{}, constants{};
+  std::vector<std::string> signals{}, counters{}, checksums{}, periods{}, constants{};
 };
 
 /// On its bus for a frame more.
@@ -52,6 +51,7 @@ Import said_import(const Said& said, const std::string& machine = roomy_text(), 
   for (const std::string& one : said.signals) signals.push_back(wanted_signal(one));
   for (const std::string& one : said.counters) wanted.counters.push_back(wanted_counter(one));
   for (const std::string& one : said.checksums) wanted.checksums.push_back(wanted_checksum(one));
+  for (const std::string& one : said.periods) wanted.periods.push_back(wanted_period(one));
   for (const std::string& one : said.constants) wanted.constants.push_back(wanted_constant(one));
   return with_frames(machine, "m.toml", parse_dbc(dbc, "m.dbc"), signals, wanted);
 }
@@ -124,17 +124,27 @@ TEST(DbcSaid, TheCounterThatTheDbcSaysIsTakenWhereTheMessageIsNew) {
                    .counter);
 }
 
+TEST(DbcSaid, APeriodStandsInForTheOneThatTheDbcLacks) {
+  const Import import = said_import({.signals = {"slope=Rare.pitch"}, .periods = {"Rare=12.5"}});
+  EXPECT_NE(import.text.find("name = \"Rare\"\nid = 0x1F5\nbytes = 2\nperiod_ms = 12.5\n"), std::string::npos)
+      << import.text;
+  const Import two = said_import({.signals = {"slope=Mixed.pitch", "arm_angle=Mixed.arm"}, .periods = {"Mixed=4"}});
+  EXPECT_EQ(parse_machine(two.text, "m.toml").bus.broadcasts[0].period_s, 0.008) << "two frames in turn";
+}
+
 TEST(DbcSaid, WhatCannotBeIsRefusedInOneLine) {
   struct Case {
     Said said;
     const char* line;
   };
   const Said slope{.signals = {"slope=Body.pitch"}};
-  const auto with = [&](const std::vector<std::string>& counters) {
+  const auto with = [&](const std::vector<std::string>& counters, const std::vector<std::string>& periods = {}) {
     Said said = slope;
     said.counters = counters;
+    said.periods = periods;
     return said;
   };
+  const std::string there = said_import(slope).text;
   for (const Case& c : {
            Case{with({"Body"}), "--counter Body: must be such as MESSAGE.SIGNAL"},
            {with({"Body.alive="}), "--counter Body.alive=: must be such as MESSAGE.SIGNAL, or MESSAGE.SIGNAL=15"},
@@ -153,11 +163,25 @@ TEST(DbcSaid, WhatCannotBeIsRefusedInOneLine) {
             "--counter Mixed.which: is the multiplexer"},
            {{.signals = {"slope=Body.pitch"}, .counters = {"Body.alive"}, .constants = {"Body.alive=0"}},
             "--counter Body.alive: is said twice"},
+           {{.signals = {"slope=Rare.pitch"}},
+            "m.dbc:14: Rare has no cycle time (GenMsgCycleTime): say how often it comes by --period Rare=MILLISECONDS"},
+           {with({}, {"Rare"}), "--period Rare: must be such as MESSAGE=20, in ms within [1, 10000]"},
+           {with({}, {"Rare=fast"}), "--period Rare=fast: must be such as"},
+           {with({}, {"Rare=0"}), "--period Rare=0: must be such as"},
+           {with({}, {"Rare=20000"}), "--period Rare=20000: must be such as"},
+           {with({}, {"Rare=nan"}), "--period Rare=nan: must be such as"},
+           {with({}, {"=20"}), "--period =20: must be such as"},
+           {with({}, {"Back=20"}), "m.dbc: has no message 'Back'"},
+           {with({}, {"Rare=20"}), "--period Rare: nothing is taken of it: give its --signal"},
+           {with({}, {"Body=20", "Body=20"}), "--period Body: is said twice"},
+           {with({}, {"Body=2000"}), "'bus.broadcast[0].period_ms' = 2000: must be within [1, 1000]"},
        }) {
     const std::string line = test::refusal([&] { (void)said_import(c.said); });
     EXPECT_NE(line.find(c.line), std::string::npos) << line;
     EXPECT_EQ(line.find('\n'), std::string::npos) << line;
   }
+  EXPECT_EQ(test::refusal([&] { (void)said_import(with({}, {"Body=20"}), there); }),
+            "--period Body: is in m.toml already: set its period_ms there");
   const std::string boom = said_import({.signals = {"boom_angle=Body.boom"}}).text;
   EXPECT_NE(test::refusal([&] { (void)said_import({.counters = {"Body.boom"}}, boom); }).find("has bits of boom_angle"),
             std::string::npos);
