@@ -44,12 +44,13 @@ std::string travel_text(const WantedSignal& wanted) {
 
 std::string field_text(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal, const SignalInfo& info,
                        const std::string& travel) {
-  if (is_yes_or_no(info)) return "{ " + bits_text(signal.field) + ", on = 1 }";
+  const std::string bits = bits_text(signal.field, signal.first_byte);
+  if (is_yes_or_no(info)) return "{ " + bits + ", on = 1 }";
   const std::string unit = unit_name(signal.unit);
   if (unit.empty())
     throw InputError(fmt::format("{}:{}: signal {} of {} has the unit \"{}\": must be {}", dbc.source, signal.line,
                                  signal.name, message.name, signal.unit, fmt::join(kUnitNames, ", ")));
-  return "{ " + bits_text(signal.field) + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
+  return "{ " + bits + scale_text(signal.field) + ", unit = \"" + unit + "\"" + travel + " }";
 }
 
 /// The one of Knuckle's signals that is taken from there; nullptr where none is.

@@ -47,6 +47,9 @@ class NamedMessages {
   explicit NamedMessages(const DbcFile& dbc) : dbc_(dbc) {}
   void add(const PlaceInDbc& place) {
     const DbcMessage& message = dbc_.usable(place.message);
+    if (message.is_of_packets())
+      throw InputError(fmt::format("{}:{}: {} has {} bytes: what Knuckle sends must be one frame, of at most 8",
+                                   dbc_.source, message.line, message.name, message.size));
     if (!place.signal.empty()) (void)signal_of(dbc_, message, place.signal);
     if (!has(message)) all.push_back(&message);
   }

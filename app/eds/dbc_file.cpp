@@ -44,6 +44,14 @@ bool exclude(const DbcMessage& message, const std::vector<int>& depths, std::siz
   return true;
 }
 
+/// In a message of several packets all that can be read are little endian.
+bool share_bits(const DbcSignal& a, const DbcSignal& b) {
+  if (!a.unusable.empty() || !b.unusable.empty()) return false;
+  if (a.first_byte == b.first_byte) return overlap(a.field, b.field);
+  const auto from = [](const DbcSignal& one) { return 8 * one.first_byte + one.field.start_bit; };
+  return from(a) < from(b) + b.field.bits && from(b) < from(a) + a.field.bits;
+}
+
 }  // namespace
 
 void check_condition(const DbcMessage& message, DbcSignal& signal) {
@@ -75,7 +83,7 @@ void check_bits(const DbcMessage& message) {
   for (std::size_t a = 0; a < message.signals.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
       const DbcSignal &signal = message.signals[a], &other = message.signals[b];
-      if (overlap(signal.field, other.field) && !exclude(message, depths, a, b))
+      if (share_bits(signal, other) && !exclude(message, depths, a, b))
         refuse_signal(
             message, signal,
             fmt::format("shares bits with {} of line {}, and no multiplexer tells them apart", other.name, other.line));
@@ -101,7 +109,7 @@ const DbcMessage& DbcFile::usable(std::string_view message) const {
 }
 
 bool is_in(const CanFrame& frame, const DbcMessage& message, const DbcSignal& signal) noexcept {
-  if (!read_raw(signal.field, frame)) return false;
+  if (message.is_of_packets() || !read_raw(signal.field, frame)) return false;
   const DbcSignal* at = &signal;
   while (at->condition) {
     const auto& values = at->condition->values;

@@ -25,6 +25,7 @@ struct DbcCondition {
 struct DbcSignal {
   std::string name;
   BitField field;
+  std::uint8_t first_byte = 0;                     ///< Of a message of several packets: its bits count from there.
   std::optional<std::pair<double, double>> range;  ///< Least and most value; nothing where the file gives none.
   std::string unit;
   std::vector<std::string> receivers;
@@ -33,6 +34,7 @@ struct DbcSignal {
   bool is_multiplexer = false;
   bool is_counter = false;  ///< SigType says so: it counts the message's frames.
   std::optional<DbcCondition> condition;
+  std::string unusable;  ///< Why nobody can read it in a message of several packets; empty where they can.
   int line = 0;
 };
 
@@ -48,6 +50,8 @@ struct DbcMessage {
   std::vector<DbcSignal> signals;  ///< Empty where it is unusable.
   int line = 0;
 
+  /// A J1939 group that no frame holds alone.
+  [[nodiscard]] bool is_of_packets() const noexcept { return size > sizeof(CanFrame::data); }
   /// nullptr where it has none of this name.
   [[nodiscard]] const DbcSignal* find(std::string_view signal) const noexcept;
 };
@@ -67,7 +71,8 @@ struct DbcFile {
 [[nodiscard]] DbcFile parse_dbc(std::string_view text, const std::string& source);
 [[nodiscard]] DbcFile read_dbc(const std::string& path);
 
-/// Whether a frame of this message has the signal: it is long enough, and its multiplexers are set so.
+/// Whether a frame of this message has the signal: it is long enough, and its multiplexers are set so. Of a message of
+/// several packets no frame has one.
 [[nodiscard]] bool is_in(const CanFrame& frame, const DbcMessage& message, const DbcSignal& signal) noexcept;
 
 }  // namespace knuckle::eds

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "machine/file_text.h"
+#include "transport/j1939.h"
 
 namespace knuckle::eds {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 constexpr std::size_t kLargestDbc_MB = 16, kMostSlips = 10000, kLongestName = 128;
 constexpr std::size_t kMostSignals = 1000;  // of a message: each is held against each
 constexpr std::size_t kMostRanges = 256;    // of a multiplexed signal
+constexpr unsigned kMostBits = 64;          // of a number
 constexpr double kLongest_ms = 3.6e6, kLargest = 1e300;
 constexpr std::uint32_t kNoMessage = 0x4000'0000;  // VECTOR__INDEPENDENT_SIG_MSG: signals that no message has
 constexpr const char* kNobody = "Vector__XXX";
@@ -209,11 +211,14 @@ class DbcReader {
       for (DbcMessage* one : {&other, message_})
         damage(*one, {line_, fmt::format("{}: has the identifier of {} of line {}", key_, other.name, other.line)});
     }
-    if (message_->unusable.empty() && message_->size > sizeof(CanFrame::data))
-      message_->unusable = fmt::format(
-          "line {}: {}: has {} bytes, and a frame of classic CAN at most {}: of a J1939 group, write its "
-          "[[bus.broadcast]] by hand",
-          line_, key_, message_->size, sizeof(CanFrame::data));
+    if (message_->unusable.empty() && message_->size > (extended ? j1939::kMostMessage : sizeof(CanFrame::data)))
+      message_->unusable = too_long(*message_);
+  }
+  static std::string too_long(const DbcMessage& message) {
+    return fmt::format(
+        "line {}: BO_ {}: has {} bytes, and a frame of classic CAN at most {}; in several packets come groups of J1939 "
+        "alone (VFrameFormat J1939PG), of at most {}",
+        message.line, message.name, message.size, sizeof(CanFrame::data), j1939::kMostMessage);
   }
 
   /// SG_ NAME [M | mN | mNM] : START|BITS@ORDER SIGN (SCALE,OFFSET) [LEAST|MOST] "UNIT" RECEIVERS
@@ -227,7 +232,7 @@ class DbcReader {
     if (message_->signals.size() == kMostSignals) refuse(fmt::format("is one of more than {}", kMostSignals));
     if (!scan_.at(':')) multiplexing(signal);
     expect(':');
-    signal.field = field();
+    field(signal);
     signal.range = range();
     signal.unit = printable(text("the unit in quotes"));
     for (DbcText rest(scan_.rest_of_line()); !rest.done(); (void)rest.accept(',')) {
@@ -247,11 +252,14 @@ class DbcReader {
     if (!value && (!signal.is_multiplexer || !mark.empty())) expected("M, mN, mNM (N a number) or ':'");
     (void)scan_.word();
   }
-  BitField field() {
-    BitField field;
-    field.start_bit = number<std::uint8_t>("the first bit", 0, 63);
+  void field(DbcSignal& signal) {
+    constexpr unsigned kByte = 8;
+    const bool packets = message_->is_of_packets();
+    const unsigned most = packets ? kByte * message_->size : kByte * sizeof(CanFrame::data);
+    BitField& field = signal.field;
+    const auto start = number<unsigned>("the first bit", 0, most - 1);
     expect('|');
-    field.bits = number<std::uint8_t>("a number of bits", 1, 64);
+    const auto bits = number<unsigned>("a number of bits", 1, most);
     expect('@');
     const std::string_view order = scan_.peek_word();
     if (order != "0+" && order != "0-" && order != "1+" && order != "1-")
@@ -265,9 +273,14 @@ class DbcReader {
     field.offset = number<double>("the offset", -kLargest, kLargest);
     expect(')');
     if (field.scale == 0) refuse("has scale 0, and so one value for all that is sent");
-    if (bytes_of(field) > message_->size)
-      refuse(fmt::format("reaches to byte {}, and the message has {}", bytes_of(field), message_->size));
-    return field;
+    if (packets) signal.first_byte = static_cast<std::uint8_t>(start / kByte);
+    field.start_bit = static_cast<std::uint8_t>(start - kByte * signal.first_byte);
+    field.bits = static_cast<std::uint8_t>(std::min(bits, kMostBits));
+    if (packets && (field.order == BitField::Order::kBigEndian || field.start_bit + bits > kMostBits))
+      signal.unusable = "must be little endian and end within 8 bytes, as the message comes in several packets";
+    else if (signal.first_byte + bytes_of(field) > message_->size)
+      refuse(fmt::format("reaches to byte {}, and the message has {}", signal.first_byte + bytes_of(field),
+                         message_->size));
   }
   /// [0|0] is none; and a double's largest value, written with few digits, is beyond it.
   std::optional<std::pair<double, double>> range() {
@@ -411,9 +424,14 @@ class DbcReader {
     message.j1939 = format.j1939 && (message.id & kExtendedId) != 0;
     if (format.fd && message.unusable.empty())
       message.unusable = fmt::format("line {}: BO_ {}: is of CAN FD (VFrameFormat)", message.line, message.name);
+    if (message.unusable.empty() && message.is_of_packets() && !message.j1939) message.unusable = too_long(message);
     try {
       if (!message.unusable.empty()) message.signals.clear();
       for (DbcSignal& signal : message.signals) {
+        if (signal.condition && message.is_of_packets()) {
+          signal.condition.reset();
+          signal.unusable = "is multiplexed, as nobody reads it in a message of several packets";
+        }
         if (signal.condition) check_condition(message, signal);
         check_names(message, signal);
       }

@@ -27,6 +27,9 @@ const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const 
     throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name, name,
                                  fmt::join(names, ", ")));
   }
+  if (!signal->unusable.empty())
+    throw InputError(
+        fmt::format("{}:{}: signal {} of {} {}", dbc.source, signal->line, name, message.name, signal->unusable));
   return *signal;
 }
 
@@ -84,8 +87,9 @@ DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods) {
   return dbc;
 }
 
-std::string bits_text(const BitField& field) {
-  std::string text = fmt::format("start = {}, bits = {}", field.start_bit, field.bits);
+std::string bits_text(const BitField& field, unsigned first_byte) {
+  constexpr unsigned kByte = 8;
+  std::string text = fmt::format("start = {}, bits = {}", kByte * first_byte + field.start_bit, field.bits);
   if (field.order == BitField::Order::kBigEndian) text += ", order = \"big\"";
   if (field.type == BitField::Type::kSigned) text += ", type = \"signed\"";
   if (field.type == BitField::Type::kFloat) text += ", type = \"float\"";

@@ -11,7 +11,7 @@
 
 namespace knuckle::eds {
 
-/// @throws InputError where the message has no such signal.
+/// @throws InputError where the message has no such signal, or one that nobody can read.
 [[nodiscard]] const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const std::string& name);
 
 /// Of a signal that is there only where a multiplexer has this value: one of so many that tell the message's frames
@@ -44,7 +44,7 @@ struct WantedPeriod {
 [[nodiscard]] DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods);
 
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.
-[[nodiscard]] std::string bits_text(const BitField& field);
+[[nodiscard]] std::string bits_text(const BitField& field, unsigned first_byte = 0);
 
 /// Whether bits_text() has this key.
 [[nodiscard]] bool is_place(const std::string& key);

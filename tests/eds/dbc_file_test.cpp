@@ -331,9 +331,10 @@ TEST(DbcFile, MessagesThatClassicCanCannotHaveAreThereAndUnusable) {
   const std::string fast =
       "BA_DEF_ BO_  \"VFrameFormat\" ENUM  \"StandardCAN\",\"StandardCAN_FD\";\nBA_ \"VFrameFormat\" BO_ 301 1;\n";
   const std::string text = kTwoMessages + more + "SIG_VALTYPE_ 300 c : 1;\n" + fast;
-  EXPECT_EQ(said_of(text, "Long"),
-            "a.dbc: line 5: BO_ Long: has 39 bytes, and a frame of classic CAN at most 8: of a J1939 group, write its "
-            "[[bus.broadcast]] by hand");
+  EXPECT_EQ(
+      said_of(text, "Long"),
+      "a.dbc: line 5: BO_ Long: has 39 bytes, and a frame of classic CAN at most 8; in several packets come groups of "
+      "J1939 alone (VFrameFormat J1939PG), of at most 255");
   EXPECT_EQ(said_of(text, "Fast"), "a.dbc: line 7: BO_ Fast: is of CAN FD (VFrameFormat)");
   EXPECT_EQ(slips_of(parsed_dbc(text)), "");  // neither is one
 }

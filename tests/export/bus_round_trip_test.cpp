@@ -1,6 +1,7 @@
 // From a maker's DBC into a machine file and out again as DBC: the same raw values under the same multiplexer.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <random>
 #include <sstream>
@@ -8,6 +9,7 @@
 #include "app/eds/dbc_import.h"
 #include "app/export/export_command.h"
 #include "machine/load.h"
+#include "tests/support/j1939_machine.h"
 #include "tests/support/multiplexed_machine.h"
 
 namespace knuckle::exporting {
@@ -71,6 +73,23 @@ TEST(BusRoundTrip, ADbcThatWasImportedComesOutWithTheSameRawValues) {
     }
   }
   for (const auto& [called, place] : names) EXPECT_GT(compared[called], 500) << called;
+}
+
+TEST(BusRoundTrip, AGroupInSeveralPacketsComesBackAsItWas) {
+  const MachineDescription machine = parse_machine(test::packets_text(), "m.toml");
+  const auto is_it = [](const BroadcastFrame& frame) { return frame.name == "coolant"; };
+  const auto coolant = [&](const std::vector<BroadcastFrame>& frames) {
+    const auto at = std::find_if(frames.begin(), frames.end(), is_it);
+    return at == frames.end() ? std::vector<BroadcastField>{} : at->fields;
+  };
+  std::ostringstream out;
+  write_dbc(machine, out);
+  const std::string before = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
+  const std::vector<eds::WantedSignal> wanted{eds::wanted_signal("fuel_level=coolant.fuel_level"),
+                                              eds::wanted_signal("coolant_temperature=coolant.coolant_temperature")};
+  const std::string text = eds::with_frames(before, "m.toml", eds::parse_dbc(out.str(), "ours.dbc"), wanted, {}).text;
+  ASSERT_EQ(coolant(machine.bus.broadcasts).size(), 2U);
+  EXPECT_EQ(coolant(parse_machine(text, "m.toml").bus.broadcasts), coolant(machine.bus.broadcasts));
 }
 
 TEST(BusRoundTrip, FramesThatAMultiplexerTellsApartAreOneMessage) {
