@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "app/cli/command.h"
@@ -243,6 +244,14 @@ void refuse_twice(const WantedFrames& wanted) {
   for (const WantedChecksum& one : wanted.checksums) {
     say(one.place, "--checksum");
     say({one.place.message + " (checksum)", ""}, "--checksum");
+  }
+  std::map<std::string, std::string> moved_by;  // joint, message
+  for (const WantedCommand& one : wanted.commands) {
+    const std::string& message = moved_by.emplace(one.joint, one.place.message).first->second;
+    if (message != one.place.message)
+      cli::refuse_option(
+          "--command", one.joint,
+          fmt::format("is in {} and in {}: one message alone must move a joint", message, one.place.message));
   }
   said.clear();
   for (const WantedPeriod& one : wanted.periods) say({one.message, ""}, "--period");

@@ -1,0 +1,77 @@
+// `knuckle bus import`: what a person says or set by hand wins over what a DBC says, and nothing of it goes silently.
+#include <gtest/gtest.h>
+
+#include "app/eds/dbc_import.h"
+#include "machine/file_text.h"
+#include "machine/load.h"
+#include "tests/support/places.h"
+#include "tests/support/refusal.h"
+
+namespace knuckle::eds {
+namespace {
+
+/// Beside standard200.dbc: what else could tell it, what else it could send, and what signals are (SigType).
+constexpr const char* kMoreDbc = R"(
+BO_ 2566849797 Speeds: 8 Remote
+ SG_ boom_speed : 0|16@1- (0.001,0) [0|0] "rad/s" Machine
+ SG_ arm_speed : 16|16@1- (0.001,0) [0|0] "rad/s" Machine
+ SG_ bucket_speed : 32|16@1- (0.001,0) [0|0] "rad/s" Machine
+ SG_ alive : 48|4@1+ (1,0) [0|0] "" Machine
+ SG_ nibble : 52|4@1+ (1,0) [0|0] "" Machine
+ SG_ crc : 56|8@1+ (1,0) [0|0] "" Machine
+BO_ 2566870000 Angle: 8 Machine
+ SG_ boom : 0|16@1+ (0.0004,-10) [0|0] "rad" Remote
+ SG_ alive : 48|4@1+ (1,0) [0|0] "" Remote
+ SG_ nibble : 52|4@1+ (1,0) [0|0] "" Remote
+ SG_ crc : 56|8@1+ (1,0) [0|0] "" Remote
+BO_ 2583650558 Coolant: 20 Engine
+ SG_ level : 134|8@1+ (0.4,0) [0|100] "%" Remote
+ SG_ alive : 144|8@1+ (1,0) [0|0] "" Remote
+BA_ "GenMsgCycleTime" BO_ 2566849797 10;
+BA_ "GenMsgCycleTime" BO_ 2566870000 10;
+BA_ "GenMsgCycleTime" BO_ 2583650558 1000;
+BA_ "VFrameFormat" BO_ 2583650558 3;
+BA_DEF_ SG_ "SigType" ENUM "Default","Range","MessageCounter","MessageChecksum";
+)";
+constexpr const char* kBoomBySpeeds = "boom=Speeds.boom_speed:extend=0.37,retract=-0.37";
+
+struct SaidByHand {
+  std::vector<std::string> signals{}, commands{}, constants{}, counters{}, checksums{};
+};
+
+std::string of_standard200(const std::string& extension) {
+  return whole_file(test::source_dir() + "/config/machines/standard200." + extension, 1);
+}
+
+/// @param kinds such as "2566849797 alive 2": what signals are
+std::string dbc_with(const std::vector<std::string>& kinds = {}) {
+  std::string dbc = of_standard200("dbc") + kMoreDbc;
+  for (const std::string& kind : kinds) dbc += "BA_ \"SigType\" SG_ " + kind + ";\n";
+  return dbc;
+}
+
+Import by_hand(const SaidByHand& said, const std::string& dbc = dbc_with(),
+               const std::string& machine = of_standard200("toml")) {
+  std::vector<WantedSignal> signals;
+  WantedFrames wanted;
+  for (const std::string& one : said.signals) signals.push_back(wanted_signal(one));
+  for (const std::string& one : said.commands) wanted.commands.push_back(wanted_command(one));
+  for (const std::string& one : said.constants) wanted.constants.push_back(wanted_constant(one));
+  for (const std::string& one : said.counters) wanted.counters.push_back(wanted_counter(one));
+  for (const std::string& one : said.checksums) wanted.checksums.push_back(wanted_checksum(one));
+  return with_frames(machine, "m.toml", parse_dbc(dbc, "m.dbc"), signals, wanted);
+}
+
+TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
+  EXPECT_EQ(test::refusal([&] {
+              (void)by_hand({.commands = {kBoomBySpeeds, "boom=front_rate.boom_rate:extend=0.37,retract=-0.37"},
+                             .constants = {"Speeds=0"}});
+            }),
+            "--command boom: is in Speeds and in front_rate: one message alone must move a joint");
+  WantedFrames two_fields;
+  two_fields.commands = {wanted_command("boom=aux.up:extend=100"), wanted_command("boom=aux.down:retract=100")};
+  EXPECT_NO_THROW(refuse_twice(two_fields)) << "of one message";
+}
+
+}  // namespace
+}  // namespace knuckle::eds
