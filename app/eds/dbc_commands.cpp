@@ -37,9 +37,10 @@ const Wanted* find(const std::vector<Wanted>& all, const DbcMessage& message, co
   return found == all.end() ? nullptr : &*found;
 }
 
-/// As what moves a joint or as a constant.
+/// As something else than a counter.
 bool is_named(const WantedFrames& wanted, const DbcMessage& message, const DbcSignal& signal) {
-  return find(wanted.commands, message, signal) != nullptr || find(wanted.constants, message, signal) != nullptr;
+  return find(wanted.commands, message, signal) != nullptr || find(wanted.constants, message, signal) != nullptr ||
+         find(wanted.checksums, message, signal) != nullptr;
 }
 
 /// Messages in the order in which they are named; each place must be there.
@@ -275,8 +276,9 @@ ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal
 std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted) {
   const auto is_own = [&](const WantedCounter& one) { return one.place.message == message.name; };
   if (std::any_of(wanted.counters.begin(), wanted.counters.end(), is_own)) return std::nullopt;
-  const auto counts = std::find_if(message.signals.begin(), message.signals.end(),
-                                   [](const DbcSignal& signal) { return signal.is_counter && !signal.condition; });
+  const auto counts = std::find_if(message.signals.begin(), message.signals.end(), [&](const DbcSignal& signal) {
+    return signal.is_counter && !signal.condition && !is_named(wanted, message, signal);
+  });
   if (counts == message.signals.end()) return std::nullopt;
   return WantedCounter{{message.name, counts->name}};
 }
@@ -328,7 +330,7 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   for (const DbcMessage* const message : messages.all) {
     const CommandFrame* const there = there_of(*message);
     if (const auto own = there == nullptr ? counter_of(*message, wanted) : std::nullopt)
-      if (!is_named(wanted, *message, *message->find(own->place.signal))) wanted.counters.push_back(*own);
+      wanted.counters.push_back(*own);
     CommandTable table = TableWriter(dbc, *message, wanted, there).table();
     if (there != nullptr) table.there = static_cast<std::size_t>(there - before.commands.data());
     tables.push_back(std::move(table));

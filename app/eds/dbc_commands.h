@@ -54,7 +54,7 @@ struct WantedFrames {
 [[nodiscard]] WantedCounter wanted_counter(const std::string& text);
 [[nodiscard]] WantedChecksum wanted_checksum(const std::string& text);
 [[nodiscard]] WantedPeriod wanted_period(const std::string& text);
-/// @throws InputError where one is said twice: of two, one would be lost.
+/// @throws InputError where one is said twice, or a joint of two messages: of two, one would be lost.
 void refuse_twice(const WantedFrames& wanted);
 
 /// What a frame is closed with, as machine files have it.
@@ -66,7 +66,7 @@ struct ClosingLine {
 };
 [[nodiscard]] ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal);
 [[nodiscard]] ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal);
-/// What the DBC says to be the message's counter; nothing where another one is wanted.
+/// What the DBC says to be the message's counter; nothing where another one is wanted, or that as something else.
 [[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted);
 /// "counter alive, checksum sum"
 [[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);

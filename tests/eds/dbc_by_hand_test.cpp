@@ -1,6 +1,9 @@
 // `knuckle bus import`: what a person says or set by hand wins over what a DBC says, and nothing of it goes silently.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <stdexcept>
+
 #include "app/eds/dbc_import.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
@@ -62,6 +65,19 @@ Import by_hand(const SaidByHand& said, const std::string& dbc = dbc_with(),
   return with_frames(machine, "m.toml", parse_dbc(dbc, "m.dbc"), signals, wanted);
 }
 
+const CommandFrame& command_of(const BusDescription& bus, const std::string& name) {
+  const auto found = std::find_if(bus.commands.begin(), bus.commands.end(),
+                                  [&](const CommandFrame& frame) { return frame.name == name; });
+  if (found == bus.commands.end()) throw std::runtime_error("no command " + name);
+  return *found;
+}
+FrameClosing closing_of(const Import& import, const std::string& frame) {
+  const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+  for (const BroadcastFrame& one : bus.broadcasts)
+    if (one.name == frame) return one.closing;
+  return command_of(bus, frame).closing;
+}
+
 TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
   EXPECT_EQ(test::refusal([&] {
               (void)by_hand({.commands = {kBoomBySpeeds, "boom=front_rate.boom_rate:extend=0.37,retract=-0.37"},
@@ -71,6 +87,25 @@ TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
   WantedFrames two_fields;
   two_fields.commands = {wanted_command("boom=aux.up:extend=100"), wanted_command("boom=aux.down:retract=100")};
   EXPECT_NO_THROW(refuse_twice(two_fields)) << "of one message";
+}
+
+TEST(DbcByHand, AChecksumIsNoCounterWhateverTheDbcSays) {
+  for (const std::string signal : {"crc", "alive"}) {
+    const FrameClosing told = closing_of(
+        by_hand(
+            {.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}, .checksums = {"Speeds." + signal + "=crc8-j1850"}},
+            dbc_with({"2566849797 " + signal + " 2"})),
+        "Speeds");
+    const FrameClosing sent =
+        closing_of(by_hand({.signals = {"boom_angle=Angle.boom"}, .checksums = {"Angle." + signal + "=crc8-j1850"}},
+                           dbc_with({"2566870000 " + signal + " 2"})),
+                   "Angle");
+    for (const FrameClosing& closing : {told, sent}) {
+      ASSERT_TRUE(closing.checksum) << signal;
+      EXPECT_EQ(closing.checksum->kind, FrameChecksum::Kind::kCrc8J1850);
+      EXPECT_FALSE(closing.counter);
+    }
+  }
 }
 
 }  // namespace
