@@ -181,9 +181,12 @@ class Importer {
     for (const CommandTable::Field& field : table.fields) {
       const auto was = std::find_if(there.fields.begin(), there.fields.end(),
                                     [&](const CommandField& one) { return one.name == field.name; });
-      const bool is_there = was != there.fields.end(), moved = is_there && was->joint && !field.joint.empty();
+      const bool is_there = was != there.fields.end(), moves = !field.joint.empty();
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
-                  [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
+                  [moves](const std::string& key) { return moves && (key == "neutral" || key == "direction"); });
+      if (moves && !(is_there && was->joint && kJointNames[static_cast<std::size_t>(*was->joint)] == field.joint))
+        import.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
+                                           there.name, is_there ? "stays" : "is 0", field.joint));
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
     for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);

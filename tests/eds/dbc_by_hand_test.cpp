@@ -42,6 +42,12 @@ struct SaidByHand {
   std::vector<std::string> signals{}, commands{}, constants{}, counters{}, checksums{};
 };
 
+std::string put_for(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
 std::string of_standard200(const std::string& extension) {
   return whole_file(test::source_dir() + "/config/machines/standard200." + extension, 1);
 }
@@ -77,6 +83,9 @@ FrameClosing closing_of(const Import& import, const std::string& frame) {
     if (one.name == frame) return one.closing;
   return command_of(bus, frame).closing;
 }
+bool has_line(const std::vector<std::string>& lines, const std::string& line) {
+  return std::find(lines.begin(), lines.end(), line) != lines.end();
+}
 
 TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
   EXPECT_EQ(test::refusal([&] {
@@ -106,6 +115,40 @@ TEST(DbcByHand, AChecksumIsNoCounterWhateverTheDbcSays) {
       EXPECT_FALSE(closing.counter);
     }
   }
+}
+
+TEST(DbcByHand, AConstantThatBecomesAJointKeepsItsNeutral) {
+  std::string machine = of_standard200("toml"), dbc = dbc_with();
+  for (int n = 0; n < 4; ++n) dbc = put_for(dbc, "(0.0005,-16) [0|0] \"rad/s\"", "(0.01,0) [0|0] \"%\"");
+  for (const auto& [old, is] : {std::pair{"neutral = 0, extend = 0.37, retract = -0.37", "100, retract = 0"},
+                                {"neutral = 0, extend = -0.6, retract = 0.6", "0, retract = 100"},
+                                {"neutral = 0, extend = -1.0, retract = 1.0", "0, retract = 100"}}) {
+    machine = put_for(machine, old, std::string("neutral = 50, extend = ") + is);
+    machine = put_for(machine, "scale = 0.0005, offset = -16, unit = \"rad/s\"", "scale = 0.01, unit = \"%\"");
+  }
+  machine = put_for(machine, "scale = 0.0005, offset = -16, neutral = 0 }", "scale = 0.01, neutral = 50 }");
+  machine = put_for(machine, "[[bus.broadcast]]", R"([[bus.command]]
+name = "aux"
+id = 0x18FF0605
+bytes = 8
+period_ms = 10
+send = "always"
+[bus.command.fields]
+up = { start = 0, bits = 16, scale = 0.01, neutral = 20 }   # stands open a bit
+
+[[bus.broadcast]])");
+  dbc += R"(BO_ 2566850053 aux: 8 Remote
+ SG_ up : 0|16@1+ (0.01,0) [0|0] "%" Machine
+ SG_ down : 16|16@1+ (0.01,0) [0|0] "%" Machine
+BA_ "GenMsgCycleTime" BO_ 2566850053 10;
+)";
+  const Import import = by_hand({.commands = {"boom=aux.up:extend=100", "boom=aux.down:retract=100"}}, dbc, machine);
+  EXPECT_NE(import.text.find("up = { start = 0, bits = 16, scale = 0.01, unit = \"%\", joint = \"boom\", neutral = 20, "
+                             "extend = 100 }   # stands open a bit\n"),
+            std::string::npos)
+      << import.text;
+  EXPECT_TRUE(has_line(import.to_do, "up in aux: its neutral stays: set it where that moves the boom"));
+  EXPECT_TRUE(has_line(import.to_do, "down in aux: its neutral is 0: set it where that moves the boom"));
 }
 
 }  // namespace
