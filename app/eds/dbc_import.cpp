@@ -278,17 +278,28 @@ class Importer {
 
   /// A constant of what it was while nobody moved it, and so its direction.
   void put_to_rest(std::size_t place, const CommandField& field) {
-    constexpr std::size_t kLongest = 28;  // 32 with what follows
     const auto stays = [](const std::string& key) {
       return key != "unit" && key != "joint" && key != "extend" && key != "retract" && key != "direction";
     };
     tables_.set(Kind::kCommand, place, field.name, field.name + " = { }", true, stays);
-    if (const auto& way = field.direction)
-      tables_.set(Kind::kCommand, place, field.name.substr(0, kLongest) + "_way",
-                  fmt::format("{}_way = {{ {}, neutral = {} }}", field.name.substr(0, kLongest), bits_text(way->bits),
-                              way->neutral),
-                  false, stays);
+    if (const auto& way = field.direction) {
+      const std::string name = free_name(place, field.name);
+      tables_.set(Kind::kCommand, place, name,
+                  fmt::format("{} = {{ {}, neutral = {} }}", name, bits_text(way->bits), way->neutral), false, stays);
+    }
     import.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
+  }
+
+  /// "boom_way", or with a number where the frame has that.
+  [[nodiscard]] std::string free_name(std::size_t place, const std::string& field) {
+    constexpr std::size_t kLongest = 32;
+    const std::vector<CommandField>& fields = before_.commands[place].fields;
+    for (int number = 1;; ++number) {
+      const std::string end = number == 1 ? "_way" : fmt::format("_way{}", number);
+      const std::string name = field.substr(0, kLongest - end.size()) + end;
+      const auto is_it = [&](const CommandField& one) { return one.name == name; };
+      if (std::none_of(fields.begin(), fields.end(), is_it) && !tables_.has(Kind::kCommand, place, name)) return name;
+    }
   }
 
   [[nodiscard]] std::optional<std::size_t> place_of(const DbcFrame& frame) const {

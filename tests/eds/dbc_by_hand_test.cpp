@@ -1,4 +1,5 @@
 // `knuckle bus import`: what a person says or set by hand wins over what a DBC says, and nothing of it goes silently.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -149,6 +150,43 @@ BA_ "GenMsgCycleTime" BO_ 2566850053 10;
       << import.text;
   EXPECT_TRUE(has_line(import.to_do, "up in aux: its neutral stays: set it where that moves the boom"));
   EXPECT_TRUE(has_line(import.to_do, "down in aux: its neutral is 0: set it where that moves the boom"));
+}
+
+TEST(DbcByHand, WhichWayAFieldWentGetsANameOfItsOwn) {
+  const std::string
+      boom =
+          "boom_rate = { start = 0, bits = 16, scale = 0.0005, offset = -16, unit = \"rad/s\", joint = "
+          "\"boom\", neutral = 0, extend = 0.37, retract = -0.37 }\n",
+      arm =
+          "arm_rate = { start = 16, bits = 16, scale = 0.0005, offset = -16, unit = \"rad/s\", joint = "
+          "\"arm\", neutral = 0, extend = -0.6, retract = 0.6 }\n",
+      slew = "slew_rate = { start = 48, bits = 16, scale = 0.0005, offset = -16, neutral = 0 }   # not used\n";
+  const auto with_way = [](std::string line, int start) {
+    line = put_for(line, "\", neutral",
+                   fmt::format("\", direction = {{ start = {}, bits = 4, neutral = 3, extend = 1, "
+                               "retract = 2 }}, neutral",
+                               start));
+    return put_for(line, " = -0.", " = 0.");
+  };
+  const SaidByHand both{.commands = {kBoomBySpeeds, "arm=Speeds.arm_speed:extend=-0.6,retract=0.6"},
+                        .constants = {"Speeds=0"}};
+  const auto at = [](const Import& import, int start) {
+    const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+    for (const CommandField& field : command_of(bus, "front_rate").fields)
+      if (field.bits.start_bit == start) return field.neutral;
+    return -1.0;
+  };
+  std::string machine = put_for(of_standard200("toml"), boom, with_way(boom, 48));
+  machine = put_for(machine, slew, "boom_rate_way = { start = 56, bits = 4, neutral = 5 }\n");
+  const Import taken = by_hand(both, dbc_with(), machine);
+  EXPECT_EQ(at(taken, 48), 3);
+  EXPECT_EQ(at(taken, 56), 5);
+  const std::string name = "a_very_long_name_of_a_field_xxx";
+  machine = put_for(of_standard200("toml"), boom, put_for(with_way(boom, 48), "boom_rate", name + "1"));
+  machine = put_for(put_for(machine, arm, put_for(with_way(arm, 52), "arm_rate", name + "2")), slew, "");
+  const Import alike = by_hand(both, dbc_with(), machine);
+  EXPECT_EQ(at(alike, 48), 3);
+  EXPECT_EQ(at(alike, 52), 3);
 }
 
 }  // namespace
