@@ -259,19 +259,20 @@ class Importer {
     });
   }
 
-  /// A constant that somebody put into a frame of the DBC by hand; empty where there is none.
+  /// A constant that the DBC does not say, as one by hand; empty where there is none.
   [[nodiscard]] std::string not_of_dbc(std::size_t place) const {
+    if (tables_.key_line(Kind::kCommand, place, "iso11783_valve")) return "";
     const CommandFrame& there = before_.commands[place];
     const auto message = std::find_if(dbc_.messages.begin(), dbc_.messages.end(), [&](const DbcMessage& one) {
       return one.unusable.empty() && is_of(there, one, bus_);
     });
-    const bool in_short = tables_.key_line(Kind::kCommand, place, "iso11783_valve").has_value();
-    if (message == dbc_.messages.end() || in_short) return "";
     for (const CommandField& field : there.fields) {
       const auto is_it = [&](const DbcSignal& signal) {
         return signal.name == field.name || overlap(signal.field, field.bits);
       };
-      if (!field.joint && std::none_of(message->signals.begin(), message->signals.end(), is_it)) return field.name;
+      const bool is_said =
+          message != dbc_.messages.end() && std::any_of(message->signals.begin(), message->signals.end(), is_it);
+      if (!field.joint && !is_said) return field.name;
     }
     return "";
   }

@@ -189,5 +189,23 @@ TEST(DbcByHand, WhichWayAFieldWentGetsANameOfItsOwn) {
   EXPECT_EQ(at(alike, 52), 3);
 }
 
+TEST(DbcByHand, AFrameWithConstantsThatTheDbcDoesNotSayStays) {
+  const SaidByHand all{.commands = {kBoomBySpeeds, "arm=Speeds.arm_speed:extend=-0.6,retract=0.6",
+                                    "bucket=Speeds.bucket_speed:extend=-1,retract=1"},
+                       .constants = {"Speeds=0"}};
+  const std::string unknown = put_for(of_standard200("toml"), "id = 0x18FF0105", "id = 0x18FF0995"),
+                    damaged = put_for(dbc_with(), "arm_rate : 16|16", "arm_rate : 8|16");
+  for (const Import& import : {by_hand(all, dbc_with(), unknown), by_hand(all, damaged, of_standard200("toml"))}) {
+    const BusDescription bus = parse_machine(import.text, "m.toml").bus;
+    EXPECT_EQ(bus.commands.size(), 3U);
+    EXPECT_EQ(command_of(bus, "front_rate").fields.size(), 4U);
+    EXPECT_TRUE(import.gone_frames.empty());
+    EXPECT_EQ(import.at_rest.size(), 3U);
+    EXPECT_TRUE(has_line(import.to_do,
+                         "front_rate: moves no joint any more, but has slew_rate, which m.dbc has not: take it out "
+                         "where nothing needs it"));
+  }
+}
+
 }  // namespace
 }  // namespace knuckle::eds
