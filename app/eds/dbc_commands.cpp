@@ -43,6 +43,13 @@ bool is_named(const WantedFrames& wanted, const DbcMessage& message, const DbcSi
          find(wanted.checksums, message, signal) != nullptr;
 }
 
+/// Whether machine files can have it as a counter: in every frame, and whole.
+bool can_count(const DbcMessage& message, const DbcSignal& signal) {
+  constexpr unsigned kMostBits = 32;
+  return !message.is_of_packets() && !signal.condition && !signal.is_multiplexer &&
+         signal.field.type == BitField::Type::kUnsigned && signal.field.bits <= kMostBits;
+}
+
 /// Messages in the order in which they are named; each place must be there.
 class NamedMessages {
  public:
@@ -273,13 +280,20 @@ ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal
           signal.name};
 }
 
-std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted) {
+std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted,
+                                        std::vector<std::string>& to_do) {
   const auto is_own = [&](const WantedCounter& one) { return one.place.message == message.name; };
   if (std::any_of(wanted.counters.begin(), wanted.counters.end(), is_own)) return std::nullopt;
-  const auto counts = std::find_if(message.signals.begin(), message.signals.end(), [&](const DbcSignal& signal) {
-    return signal.is_counter && !signal.condition && !is_named(wanted, message, signal);
-  });
-  if (counts == message.signals.end()) return std::nullopt;
+  const DbcSignal* counts = nullptr;
+  for (const DbcSignal& signal : message.signals) {
+    if (!signal.is_counter || is_named(wanted, message, signal)) continue;
+    if (can_count(message, signal))
+      counts = counts == nullptr ? &signal : counts;
+    else
+      to_do.push_back(fmt::format("{}.{}: is a counter (SigType) of a kind that Knuckle does not know: left out",
+                                  message.name, signal.name));
+  }
+  if (counts == nullptr) return std::nullopt;
   return WantedCounter{{message.name, counts->name}};
 }
 
@@ -298,7 +312,7 @@ std::string CommandTable::text() const {
 }
 
 std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& as_said, const BusDescription& before,
-                                         std::uint32_t on) {
+                                         std::uint32_t on, std::vector<std::string>& to_do) {
   WantedFrames wanted = as_said;
   NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
@@ -329,7 +343,7 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   std::vector<CommandTable> tables;
   for (const DbcMessage* const message : messages.all) {
     const CommandFrame* const there = there_of(*message);
-    if (const auto own = there == nullptr ? counter_of(*message, wanted) : std::nullopt)
+    if (const auto own = there == nullptr ? counter_of(*message, wanted, to_do) : std::nullopt)
       wanted.counters.push_back(*own);
     CommandTable table = TableWriter(dbc, *message, wanted, there).table();
     if (there != nullptr) table.there = static_cast<std::size_t>(there - before.commands.data());

@@ -67,7 +67,9 @@ struct ClosingLine {
 [[nodiscard]] ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal);
 [[nodiscard]] ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal);
 /// What the DBC says to be the message's counter; nothing where another one is wanted, or that as something else.
-[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted);
+/// @param to_do gets what the DBC says to be one and machine files cannot have
+[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted,
+                                                      std::vector<std::string>& to_do);
 /// "counter alive, checksum sum"
 [[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);
 
@@ -87,10 +89,11 @@ struct CommandTable {
   [[nodiscard]] std::string text() const;
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.
-/// @param before what the machine file has already @param on 0, or kSecondBus
+/// @param before what the machine file has already @param on 0, or kSecondBus @param to_do as of counter_of()
 /// @throws InputError, one line, where the DBC has no such signal, a message no fixed place or period, or where a
 /// signal of such a message has no value.
 [[nodiscard]] std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted,
-                                                       const BusDescription& before, std::uint32_t on);
+                                                       const BusDescription& before, std::uint32_t on,
+                                                       std::vector<std::string>& to_do);
 
 }  // namespace knuckle::eds

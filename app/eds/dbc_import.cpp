@@ -430,11 +430,12 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   const DbcFile dbc = with_periods(as_read, wanted.periods);
   const std::vector<DbcFrame> frames = frames_of(dbc, signals);
   WantedFrames commands = wanted;
-  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, [&](const DbcMessage& message) {
+  const auto sends = [&](const DbcMessage& message) {
     return std::any_of(before.broadcasts.begin(), before.broadcasts.end(),
                        [&](const BroadcastFrame& there) { return is_of(there, message, bus); });
-  });
-  const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
+  };
+  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, sends, import.to_do);
+  const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus, import.to_do);
   refuse_machines_own(dbc, frames, told, before, bus);
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))

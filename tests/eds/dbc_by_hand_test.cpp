@@ -207,5 +207,28 @@ TEST(DbcByHand, AFrameWithConstantsThatTheDbcDoesNotSayStays) {
   }
 }
 
+TEST(DbcByHand, ACounterThatCannotBeOneIsLeftOutAndNamed) {
+  const std::string left_out = ": is a counter (SigType) of a kind that Knuckle does not know: left out";
+  const Import packets = by_hand({.signals = {"fuel_level=Coolant.level"}}, dbc_with({"2583650558 alive 2"}));
+  EXPECT_TRUE(has_line(packets.to_do, "Coolant.alive" + left_out));
+  const Import multiplexer = by_hand({.signals = {"fuel_level=service.fuel"}}, dbc_with({"2566869025 item 2"}));
+  EXPECT_TRUE(has_line(multiplexer.to_do, "service.item" + left_out));
+  const Import multiplexed = by_hand({.signals = {"fuel_level=service.fuel"}}, dbc_with({"2566869025 hours 2"}));
+  EXPECT_TRUE(has_line(multiplexed.to_do, "service.hours" + left_out));
+  const std::string wide = put_for(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
+                                   "alive : 16|33@1+ (1,0) [0|0] \"\" Remote");
+  EXPECT_TRUE(has_line(by_hand({.signals = {"boom_angle=Angle.boom"}}, wide).to_do, "Angle.alive" + left_out));
+  const std::string dbc = dbc_with({"2566849797 alive 2"});
+  for (const std::string& other :
+       {put_for(dbc, "alive : 48|4@1+ (1,0) [0|0] \"\" M", "alive : 48|4@1- (1,0) [0|0] \"\" M"),
+        dbc_with({"2566849797 bucket_speed 2"})}) {
+    const Import import = by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}}, other);
+    EXPECT_FALSE(closing_of(import, "Speeds").counter);
+    EXPECT_EQ(std::count_if(import.to_do.begin(), import.to_do.end(),
+                            [&](const std::string& line) { return line.ends_with(left_out); }),
+              1);
+  }
+}
+
 }  // namespace
 }  // namespace knuckle::eds
