@@ -149,6 +149,12 @@ class TableWriter {
 
   [[nodiscard]] const WantedConstant& constant_of(const DbcSignal& signal) const {
     if (const WantedConstant* const own = find(wanted_.constants, message_, signal)) return *own;
+    if (signal.is_checksum)
+      throw InputError(
+          fmt::format("{}:{}: signal {} of {} is its checksum (SigType): say which by --checksum {}.{}=KIND, or "
+                      "--constant {}.{}=VALUE where nothing checks it",
+                      dbc_.source, signal.line, signal.name, message_.name, message_.name, signal.name, message_.name,
+                      signal.name));
     if (const WantedConstant* const all = rest_of_all()) return *all;
     throw InputError(
         fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "

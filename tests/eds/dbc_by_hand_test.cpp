@@ -230,5 +230,21 @@ TEST(DbcByHand, ACounterThatCannotBeOneIsLeftOutAndNamed) {
   }
 }
 
+TEST(DbcByHand, AChecksumThatTheDbcSaysIsNoConstantUnlessAPersonSaysSo) {
+  const std::string dbc = dbc_with({"2566849797 crc 3"});
+  SaidByHand said{.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}};
+  const std::string line = test::refusal([&] { (void)by_hand(said, dbc); });
+  EXPECT_NE(line.find("signal crc of Speeds is its checksum (SigType): say which by --checksum Speeds.crc=KIND, or "
+                      "--constant Speeds.crc=VALUE where nothing checks it"),
+            std::string::npos)
+      << line;
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  said.checksums = {"Speeds.crc=crc8-j1850"};
+  EXPECT_TRUE(closing_of(by_hand(said, dbc), "Speeds").checksum);
+  EXPECT_FALSE(
+      closing_of(by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0", "Speeds.crc=0"}}, dbc), "Speeds")
+          .checksum);
+}
+
 }  // namespace
 }  // namespace knuckle::eds
