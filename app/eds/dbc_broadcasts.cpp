@@ -127,7 +127,7 @@ std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcF
     if (closing(*frame.message) != nullptr) continue;
     closings.push_back({frame.message, {}});
     if (is_there(*frame.message)) continue;
-    const auto own = counter_of(*frame.message, wanted, to_do);
+    const auto own = counter_of(dbc, *frame.message, wanted, to_do);
     if (own && taken_as(frames, *frame.message, own->place.signal) == nullptr) wanted.counters.push_back(*own);
   }
   const auto take = [&](auto& all, const char* option) {

@@ -4,10 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
 #include "app/cli/command.h"
+#include "app/eds/dbc_checks.h"
 #include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
@@ -48,6 +50,15 @@ bool can_count(const DbcMessage& message, const DbcSignal& signal) {
   constexpr unsigned kMostBits = 32;
   return !message.is_of_packets() && !signal.condition && !signal.is_multiplexer &&
          signal.field.type == BitField::Type::kUnsigned && signal.field.bits <= kMostBits;
+}
+
+/// Of a counter: nothing where it counts as far as its bits can, or its range is none of a count.
+std::optional<std::uint64_t> modulus_of(const DbcSignal& signal) {
+  if (!signal.range) return std::nullopt;
+  const auto raw = [&](double value) { return (value - signal.field.offset) / signal.field.scale; };
+  const double last = raw(signal.range->second), most = static_cast<double>(most_of(signal.field));
+  if (raw(signal.range->first) != 0 || !(last >= 1 && last < most) || last != std::floor(last)) return std::nullopt;
+  return static_cast<std::uint64_t>(last) + 1;
 }
 
 /// Messages in the order in which they are named; each place must be there.
@@ -286,21 +297,26 @@ ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal
           signal.name};
 }
 
-std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted,
+std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted,
                                         std::vector<std::string>& to_do) {
   const auto is_own = [&](const WantedCounter& one) { return one.place.message == message.name; };
   if (std::any_of(wanted.counters.begin(), wanted.counters.end(), is_own)) return std::nullopt;
   const DbcSignal* counts = nullptr;
   for (const DbcSignal& signal : message.signals) {
     if (!signal.is_counter || is_named(wanted, message, signal)) continue;
-    if (can_count(message, signal))
-      counts = counts == nullptr ? &signal : counts;
-    else
+    if (!can_count(message, signal)) {
       to_do.push_back(fmt::format("{}.{}: is a counter (SigType) of a kind that Knuckle does not know: left out",
                                   message.name, signal.name));
+      continue;
+    }
+    if (counts != nullptr)
+      throw InputError(fmt::format("{}:{}: {} has two counters (SigType), {} and {}: say which by --counter {}.{}",
+                                   dbc.source, signal.line, message.name, counts->name, signal.name, message.name,
+                                   counts->name));
+    counts = &signal;
   }
   if (counts == nullptr) return std::nullopt;
-  return WantedCounter{{message.name, counts->name}};
+  return WantedCounter{{message.name, counts->name}, modulus_of(*counts)};
 }
 
 std::string closing_text(const std::vector<ClosingLine>& closing) {
@@ -349,7 +365,7 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   std::vector<CommandTable> tables;
   for (const DbcMessage* const message : messages.all) {
     const CommandFrame* const there = there_of(*message);
-    if (const auto own = there == nullptr ? counter_of(*message, wanted, to_do) : std::nullopt)
+    if (const auto own = there == nullptr ? counter_of(dbc, *message, wanted, to_do) : std::nullopt)
       wanted.counters.push_back(*own);
     CommandTable table = TableWriter(dbc, *message, wanted, there).table();
     if (there != nullptr) table.there = static_cast<std::size_t>(there - before.commands.data());

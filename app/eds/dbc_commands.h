@@ -67,9 +67,9 @@ struct ClosingLine {
 [[nodiscard]] ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal);
 [[nodiscard]] ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal);
 /// What the DBC says to be the message's counter; nothing where another one is wanted, or that as something else.
-/// @param to_do gets what the DBC says to be one and machine files cannot have
-[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted,
-                                                      std::vector<std::string>& to_do);
+/// @param to_do gets what the DBC says to be one and machine files cannot have @throws InputError where two are left
+[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message,
+                                                      const WantedFrames& wanted, std::vector<std::string>& to_do);
 /// "counter alive, checksum sum"
 [[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);
 

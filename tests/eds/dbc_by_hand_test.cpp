@@ -246,5 +246,28 @@ TEST(DbcByHand, AChecksumThatTheDbcSaysIsNoConstantUnlessAPersonSaysSo) {
           .checksum);
 }
 
+TEST(DbcByHand, ACounterCountsAsFarAsItsRange) {
+  const auto modulus_with = [](const std::string& range) {
+    const std::string dbc = put_for(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
+                                    "alive : 48|4@1+ (1,0) " + range + " \"\" Remote");
+    return closing_of(by_hand({.signals = {"boom_angle=Angle.boom"}}, dbc), "Angle").counter.value().modulus;
+  };
+  EXPECT_EQ(modulus_with("[0|14]"), 15U);
+  for (const char* const whole : {"[0|15]", "[0|0]", "[0|200]", "[1|14]", "[0|7.5]"})
+    EXPECT_EQ(modulus_with(whole), 0U) << whole;
+}
+
+TEST(DbcByHand, OfTwoCountersThePersonSaysWhich) {
+  const std::string dbc = dbc_with({"2566870000 alive 2", "2566870000 nibble 2"});
+  const SaidByHand angle{.signals = {"boom_angle=Angle.boom"}};
+  const std::string line = test::refusal([&] { (void)by_hand(angle, dbc); });
+  EXPECT_NE(line.find("Angle has two counters (SigType), alive and nibble: say which by --counter Angle.alive"),
+            std::string::npos)
+      << line;
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  const Import said = by_hand({.signals = angle.signals, .counters = {"Angle.nibble"}}, dbc);
+  EXPECT_EQ(closing_of(said, "Angle").counter->field.start_bit, 52);
+}
+
 }  // namespace
 }  // namespace knuckle::eds
