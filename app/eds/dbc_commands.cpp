@@ -96,7 +96,9 @@ class TableWriter {
     if (!moves_.empty()) table_.summary += fmt::format(": {}", fmt::join(moves_, ", "));
     if (!rests_.empty())
       table_.summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
-    if (!table_.closing.empty()) table_.summary += "; " + closing_text(table_.closing);
+    if (!table_.closing.empty())
+      table_.summary += "; " + closing_text(table_.closing, there_ != nullptr ? there_->closing : FrameClosing{});
+    if (!table_.gone.empty()) table_.summary += fmt::format(", no constant any more: {}", fmt::join(table_.gone, ", "));
     return std::move(table_);
   }
 
@@ -289,12 +291,12 @@ bool ClosingLine::keeps(const std::string& of) const {
 
 ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal) {
   const std::string modulus = counter.modulus ? fmt::format(", modulus = {}", *counter.modulus) : "";
-  return {"counter", fmt::format("counter = {{ {}{} }}", bits_text(signal.field), modulus), signal.name};
+  return {"counter", fmt::format("counter = {{ {}{} }}", bits_text(signal.field), modulus), signal.name, signal.field};
 }
 
 ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal) {
   return {"checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", checksum.kind, bits_text(signal.field)),
-          signal.name};
+          signal.name, signal.field};
 }
 
 std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted,
@@ -319,9 +321,15 @@ std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& me
   return WantedCounter{{message.name, counts->name}, modulus_of(*counts)};
 }
 
-std::string closing_text(const std::vector<ClosingLine>& closing) {
+std::string closing_text(const std::vector<ClosingLine>& closing, const FrameClosing& there) {
   std::string text;
-  for (const ClosingLine& one : closing) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", one.key, one.signal);
+  for (const ClosingLine& one : closing) {
+    std::string was;
+    if (one.key == "counter" && there.counter) was = bits_text(there.counter->field);
+    if (one.key == "checksum" && there.checksum) was = bits_text(there.checksum->field);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", one.key, one.signal);
+    if (!was.empty() && was != bits_text(one.field)) text += " (was " + was + ")";
+  }
   return text;
 }
 

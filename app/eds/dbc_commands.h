@@ -61,6 +61,7 @@ void refuse_twice(const WantedFrames& wanted);
 struct ClosingLine {
   std::string key, line;  ///< "counter" or "checksum"
   std::string signal;     ///< As the DBC calls it.
+  BitField field{};       ///< Its bits.
   /// Of a line that is there: what the DBC and the command do not say.
   [[nodiscard]] bool keeps(const std::string& of) const;
 };
@@ -70,8 +71,8 @@ struct ClosingLine {
 /// @param to_do gets what the DBC says to be one and machine files cannot have @throws InputError where two are left
 [[nodiscard]] std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message,
                                                       const WantedFrames& wanted, std::vector<std::string>& to_do);
-/// "counter alive, checksum sum"
-[[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);
+/// "counter alive (was start = 48, bits = 8), checksum sum" @param there what the frame had before
+[[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing, const FrameClosing& there);
 
 /// A table as machine files have it.
 struct CommandTable {

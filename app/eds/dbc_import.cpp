@@ -122,11 +122,14 @@ class Importer {
   /// Of frames that are there: before others come under their identifier.
   void put_closings() {
     for (const DbcClosing& closing : closings_) {
-      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place)
-        if (is_of(before_.broadcasts[place], *closing.message, bus_))
-          for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
-      import.frames.push_back(
-          fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id), closing_text(closing.lines)));
+      FrameClosing was;
+      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
+        if (!is_of(before_.broadcasts[place], *closing.message, bus_)) continue;
+        was = before_.broadcasts[place].closing;
+        for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
+      }
+      import.frames.push_back(fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id),
+                                          closing_text(closing.lines, was)));
     }
   }
 

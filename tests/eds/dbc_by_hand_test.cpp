@@ -269,5 +269,16 @@ TEST(DbcByHand, OfTwoCountersThePersonSaysWhich) {
   EXPECT_EQ(closing_of(said, "Angle").counter->field.start_bit, 52);
 }
 
+TEST(DbcByHand, WhatACounterOrAChecksumReplacesIsNamed) {
+  const Import told = by_hand({.counters = {"machine_setting.horn"}});
+  EXPECT_EQ(told.frames, std::vector<std::string>{"machine_setting (0x18FF0205); counter horn (was start = 48, bits = "
+                                                  "8), no constant any more: horn, in the table that was there"});
+  const std::string before =
+      by_hand({.signals = {"boom_angle=Angle.boom"}, .counters = {"Angle.alive"}, .checksums = {"Angle.crc=sum"}}).text;
+  const Import sent = by_hand({.counters = {"Angle.nibble"}, .checksums = {"Angle.crc=xor"}}, dbc_with(), before);
+  EXPECT_EQ(sent.frames,
+            std::vector<std::string>{"Angle (0x18FF53F0): counter nibble (was start = 48, bits = 4), checksum crc"});
+}
+
 }  // namespace
 }  // namespace knuckle::eds
