@@ -115,7 +115,8 @@ std::string line_of(const DbcFile& dbc, const DbcFrame& frame, const DbcFrame::S
 }
 
 std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcFrame>& frames, WantedFrames& wanted,
-                                      const std::function<bool(const DbcMessage&)>& is_there) {
+                                      const std::function<bool(const DbcMessage&)>& is_there,
+                                      std::vector<std::string>& to_do) {
   std::vector<DbcClosing> closings;
   const auto closing = [&](const DbcMessage& message) -> DbcClosing* {
     for (DbcClosing& one : closings)
@@ -126,7 +127,7 @@ std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcF
     if (closing(*frame.message) != nullptr) continue;
     closings.push_back({frame.message, {}});
     if (is_there(*frame.message)) continue;
-    const auto own = counter_of(*frame.message, wanted);
+    const auto own = counter_of(dbc, *frame.message, wanted, to_do);
     if (own && taken_as(frames, *frame.message, own->place.signal) == nullptr) wanted.counters.push_back(*own);
   }
   const auto take = [&](auto& all, const char* option) {

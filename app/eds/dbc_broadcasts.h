@@ -53,9 +53,11 @@ struct DbcClosing {
 /// Takes the counters and checksums of such messages out of what is wanted. A message that is new to the machine file
 /// has the counter that the DBC says (SigType), where nobody says another.
 /// @param is_there whether the machine file has frames of a message, which the machine sends
+/// @param to_do as of counter_of()
 /// @throws InputError where the DBC has no such signal, or one that is another thing or not in every frame.
 [[nodiscard]] std::vector<DbcClosing> take_closings(const DbcFile& dbc, const std::vector<DbcFrame>& frames,
                                                     WantedFrames& wanted,
-                                                    const std::function<bool(const DbcMessage&)>& is_there);
+                                                    const std::function<bool(const DbcMessage&)>& is_there,
+                                                    std::vector<std::string>& to_do);
 
 }  // namespace knuckle::eds

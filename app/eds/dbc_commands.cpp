@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 
 #include "app/cli/command.h"
+#include "app/eds/dbc_checks.h"
 #include "app/eds/dbc_text.h"
 #include "app/eds/dbc_to_machine.h"
 #include "core/error.h"
@@ -36,9 +39,26 @@ const Wanted* find(const std::vector<Wanted>& all, const DbcMessage& message, co
   return found == all.end() ? nullptr : &*found;
 }
 
-/// As what moves a joint or as a constant.
+/// As something else than a counter.
 bool is_named(const WantedFrames& wanted, const DbcMessage& message, const DbcSignal& signal) {
-  return find(wanted.commands, message, signal) != nullptr || find(wanted.constants, message, signal) != nullptr;
+  return find(wanted.commands, message, signal) != nullptr || find(wanted.constants, message, signal) != nullptr ||
+         find(wanted.checksums, message, signal) != nullptr;
+}
+
+/// Whether machine files can have it as a counter: in every frame, and whole.
+bool can_count(const DbcMessage& message, const DbcSignal& signal) {
+  constexpr unsigned kMostBits = 32;
+  return !message.is_of_packets() && !signal.condition && !signal.is_multiplexer &&
+         signal.field.type == BitField::Type::kUnsigned && signal.field.bits <= kMostBits;
+}
+
+/// Of a counter: nothing where it counts as far as its bits can, or its range is none of a count.
+std::optional<std::uint64_t> modulus_of(const DbcSignal& signal) {
+  if (!signal.range) return std::nullopt;
+  const auto raw = [&](double value) { return (value - signal.field.offset) / signal.field.scale; };
+  const double last = raw(signal.range->second), most = static_cast<double>(most_of(signal.field));
+  if (raw(signal.range->first) != 0 || !(last >= 1 && last < most) || last != std::floor(last)) return std::nullopt;
+  return static_cast<std::uint64_t>(last) + 1;
 }
 
 /// Messages in the order in which they are named; each place must be there.
@@ -76,7 +96,9 @@ class TableWriter {
     if (!moves_.empty()) table_.summary += fmt::format(": {}", fmt::join(moves_, ", "));
     if (!rests_.empty())
       table_.summary += fmt::format("{} constant: {}", moves_.empty() ? ":" : ";", fmt::join(rests_, ", "));
-    if (!table_.closing.empty()) table_.summary += "; " + closing_text(table_.closing);
+    if (!table_.closing.empty())
+      table_.summary += "; " + closing_text(table_.closing, there_ != nullptr ? there_->closing : FrameClosing{});
+    if (!table_.gone.empty()) table_.summary += fmt::format(", no constant any more: {}", fmt::join(table_.gone, ", "));
     return std::move(table_);
   }
 
@@ -140,6 +162,12 @@ class TableWriter {
 
   [[nodiscard]] const WantedConstant& constant_of(const DbcSignal& signal) const {
     if (const WantedConstant* const own = find(wanted_.constants, message_, signal)) return *own;
+    if (signal.is_checksum)
+      throw InputError(
+          fmt::format("{}:{}: signal {} of {} is its checksum (SigType): say which by --checksum {}.{}=KIND, or "
+                      "--constant {}.{}=VALUE where nothing checks it",
+                      dbc_.source, signal.line, signal.name, message_.name, message_.name, signal.name, message_.name,
+                      signal.name));
     if (const WantedConstant* const all = rest_of_all()) return *all;
     throw InputError(
         fmt::format("{}:{}: signal {} of {} has no value to rest at: give --constant {}.{}=VALUE, or "
@@ -244,6 +272,14 @@ void refuse_twice(const WantedFrames& wanted) {
     say(one.place, "--checksum");
     say({one.place.message + " (checksum)", ""}, "--checksum");
   }
+  std::map<std::string, std::string> moved_by;  // joint, message
+  for (const WantedCommand& one : wanted.commands) {
+    const std::string& message = moved_by.emplace(one.joint, one.place.message).first->second;
+    if (message != one.place.message)
+      cli::refuse_option(
+          "--command", one.joint,
+          fmt::format("is in {} and in {}: one message alone must move a joint", message, one.place.message));
+  }
   said.clear();
   for (const WantedPeriod& one : wanted.periods) say({one.message, ""}, "--period");
 }
@@ -255,26 +291,45 @@ bool ClosingLine::keeps(const std::string& of) const {
 
 ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal) {
   const std::string modulus = counter.modulus ? fmt::format(", modulus = {}", *counter.modulus) : "";
-  return {"counter", fmt::format("counter = {{ {}{} }}", bits_text(signal.field), modulus), signal.name};
+  return {"counter", fmt::format("counter = {{ {}{} }}", bits_text(signal.field), modulus), signal.name, signal.field};
 }
 
 ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal) {
   return {"checksum", fmt::format("checksum = {{ kind = \"{}\", {} }}", checksum.kind, bits_text(signal.field)),
-          signal.name};
+          signal.name, signal.field};
 }
 
-std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted) {
+std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message, const WantedFrames& wanted,
+                                        std::vector<std::string>& to_do) {
   const auto is_own = [&](const WantedCounter& one) { return one.place.message == message.name; };
   if (std::any_of(wanted.counters.begin(), wanted.counters.end(), is_own)) return std::nullopt;
-  const auto counts = std::find_if(message.signals.begin(), message.signals.end(),
-                                   [](const DbcSignal& signal) { return signal.is_counter && !signal.condition; });
-  if (counts == message.signals.end()) return std::nullopt;
-  return WantedCounter{{message.name, counts->name}};
+  const DbcSignal* counts = nullptr;
+  for (const DbcSignal& signal : message.signals) {
+    if (!signal.is_counter || is_named(wanted, message, signal)) continue;
+    if (!can_count(message, signal)) {
+      to_do.push_back(fmt::format("{}.{}: is a counter (SigType) of a kind that Knuckle does not know: left out",
+                                  message.name, signal.name));
+      continue;
+    }
+    if (counts != nullptr)
+      throw InputError(fmt::format("{}:{}: {} has two counters (SigType), {} and {}: say which by --counter {}.{}",
+                                   dbc.source, signal.line, message.name, counts->name, signal.name, message.name,
+                                   counts->name));
+    counts = &signal;
+  }
+  if (counts == nullptr) return std::nullopt;
+  return WantedCounter{{message.name, counts->name}, modulus_of(*counts)};
 }
 
-std::string closing_text(const std::vector<ClosingLine>& closing) {
+std::string closing_text(const std::vector<ClosingLine>& closing, const FrameClosing& there) {
   std::string text;
-  for (const ClosingLine& one : closing) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", one.key, one.signal);
+  for (const ClosingLine& one : closing) {
+    std::string was;
+    if (one.key == "counter" && there.counter) was = bits_text(there.counter->field);
+    if (one.key == "checksum" && there.checksum) was = bits_text(there.checksum->field);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", one.key, one.signal);
+    if (!was.empty() && was != bits_text(one.field)) text += " (was " + was + ")";
+  }
   return text;
 }
 
@@ -287,7 +342,7 @@ std::string CommandTable::text() const {
 }
 
 std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& as_said, const BusDescription& before,
-                                         std::uint32_t on) {
+                                         std::uint32_t on, std::vector<std::string>& to_do) {
   WantedFrames wanted = as_said;
   NamedMessages messages(dbc);
   for (const WantedCommand& one : wanted.commands) messages.add(one.place);
@@ -318,8 +373,8 @@ std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames&
   std::vector<CommandTable> tables;
   for (const DbcMessage* const message : messages.all) {
     const CommandFrame* const there = there_of(*message);
-    if (const auto own = there == nullptr ? counter_of(*message, wanted) : std::nullopt)
-      if (!is_named(wanted, *message, *message->find(own->place.signal))) wanted.counters.push_back(*own);
+    if (const auto own = there == nullptr ? counter_of(dbc, *message, wanted, to_do) : std::nullopt)
+      wanted.counters.push_back(*own);
     CommandTable table = TableWriter(dbc, *message, wanted, there).table();
     if (there != nullptr) table.there = static_cast<std::size_t>(there - before.commands.data());
     tables.push_back(std::move(table));

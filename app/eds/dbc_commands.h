@@ -54,22 +54,25 @@ struct WantedFrames {
 [[nodiscard]] WantedCounter wanted_counter(const std::string& text);
 [[nodiscard]] WantedChecksum wanted_checksum(const std::string& text);
 [[nodiscard]] WantedPeriod wanted_period(const std::string& text);
-/// @throws InputError where one is said twice: of two, one would be lost.
+/// @throws InputError where one is said twice, or a joint of two messages: of two, one would be lost.
 void refuse_twice(const WantedFrames& wanted);
 
 /// What a frame is closed with, as machine files have it.
 struct ClosingLine {
   std::string key, line;  ///< "counter" or "checksum"
   std::string signal;     ///< As the DBC calls it.
+  BitField field{};       ///< Its bits.
   /// Of a line that is there: what the DBC and the command do not say.
   [[nodiscard]] bool keeps(const std::string& of) const;
 };
 [[nodiscard]] ClosingLine closing_line(const WantedCounter& counter, const DbcSignal& signal);
 [[nodiscard]] ClosingLine closing_line(const WantedChecksum& checksum, const DbcSignal& signal);
-/// What the DBC says to be the message's counter; nothing where another one is wanted.
-[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcMessage& message, const WantedFrames& wanted);
-/// "counter alive, checksum sum"
-[[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing);
+/// What the DBC says to be the message's counter; nothing where another one is wanted, or that as something else.
+/// @param to_do gets what the DBC says to be one and machine files cannot have @throws InputError where two are left
+[[nodiscard]] std::optional<WantedCounter> counter_of(const DbcFile& dbc, const DbcMessage& message,
+                                                      const WantedFrames& wanted, std::vector<std::string>& to_do);
+/// "counter alive (was start = 48, bits = 8), checksum sum" @param there what the frame had before
+[[nodiscard]] std::string closing_text(const std::vector<ClosingLine>& closing, const FrameClosing& there);
 
 /// A table as machine files have it.
 struct CommandTable {
@@ -87,10 +90,11 @@ struct CommandTable {
   [[nodiscard]] std::string text() const;
 };
 /// Of every message that is named. Values and bits are left to the machine file's own checks.
-/// @param before what the machine file has already @param on 0, or kSecondBus
+/// @param before what the machine file has already @param on 0, or kSecondBus @param to_do as of counter_of()
 /// @throws InputError, one line, where the DBC has no such signal, a message no fixed place or period, or where a
 /// signal of such a message has no value.
 [[nodiscard]] std::vector<CommandTable> command_tables(const DbcFile& dbc, const WantedFrames& wanted,
-                                                       const BusDescription& before, std::uint32_t on);
+                                                       const BusDescription& before, std::uint32_t on,
+                                                       std::vector<std::string>& to_do);
 
 }  // namespace knuckle::eds

@@ -32,7 +32,8 @@ struct DbcSignal {
   std::string comment;                                        ///< May have several lines.
   std::vector<std::pair<std::uint64_t, std::string>> values;  ///< Names of raw values, as read_raw() has them.
   bool is_multiplexer = false;
-  bool is_counter = false;  ///< SigType says so: it counts the message's frames.
+  bool is_counter = false;   ///< SigType says so: it counts the message's frames.
+  bool is_checksum = false;  ///< Likewise.
   std::optional<DbcCondition> condition;
   std::string unusable;  ///< Why nobody can read it in a message of several packets; empty where they can.
   int line = 0;

@@ -122,11 +122,14 @@ class Importer {
   /// Of frames that are there: before others come under their identifier.
   void put_closings() {
     for (const DbcClosing& closing : closings_) {
-      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place)
-        if (is_of(before_.broadcasts[place], *closing.message, bus_))
-          for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
-      import.frames.push_back(
-          fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id), closing_text(closing.lines)));
+      FrameClosing was;
+      for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
+        if (!is_of(before_.broadcasts[place], *closing.message, bus_)) continue;
+        was = before_.broadcasts[place].closing;
+        for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
+      }
+      import.frames.push_back(fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id),
+                                          closing_text(closing.lines, was)));
     }
   }
 
@@ -181,9 +184,12 @@ class Importer {
     for (const CommandTable::Field& field : table.fields) {
       const auto was = std::find_if(there.fields.begin(), there.fields.end(),
                                     [&](const CommandField& one) { return one.name == field.name; });
-      const bool is_there = was != there.fields.end(), moved = is_there && was->joint && !field.joint.empty();
+      const bool is_there = was != there.fields.end(), moves = !field.joint.empty();
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
-                  [moved](const std::string& key) { return moved && (key == "neutral" || key == "direction"); });
+                  [moves](const std::string& key) { return moves && (key == "neutral" || key == "direction"); });
+      if (moves && !(is_there && was->joint && kJointNames[static_cast<std::size_t>(*was->joint)] == field.joint))
+        import.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
+                                           there.name, is_there ? "stays" : "is 0", field.joint));
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
     for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);
@@ -256,36 +262,48 @@ class Importer {
     });
   }
 
-  /// A constant that somebody put into a frame of the DBC by hand; empty where there is none.
+  /// A constant that the DBC does not say, as one by hand; empty where there is none.
   [[nodiscard]] std::string not_of_dbc(std::size_t place) const {
+    if (tables_.key_line(Kind::kCommand, place, "iso11783_valve")) return "";
     const CommandFrame& there = before_.commands[place];
     const auto message = std::find_if(dbc_.messages.begin(), dbc_.messages.end(), [&](const DbcMessage& one) {
       return one.unusable.empty() && is_of(there, one, bus_);
     });
-    const bool in_short = tables_.key_line(Kind::kCommand, place, "iso11783_valve").has_value();
-    if (message == dbc_.messages.end() || in_short) return "";
     for (const CommandField& field : there.fields) {
       const auto is_it = [&](const DbcSignal& signal) {
         return signal.name == field.name || overlap(signal.field, field.bits);
       };
-      if (!field.joint && std::none_of(message->signals.begin(), message->signals.end(), is_it)) return field.name;
+      const bool is_said =
+          message != dbc_.messages.end() && std::any_of(message->signals.begin(), message->signals.end(), is_it);
+      if (!field.joint && !is_said) return field.name;
     }
     return "";
   }
 
   /// A constant of what it was while nobody moved it, and so its direction.
   void put_to_rest(std::size_t place, const CommandField& field) {
-    constexpr std::size_t kLongest = 28;  // 32 with what follows
     const auto stays = [](const std::string& key) {
       return key != "unit" && key != "joint" && key != "extend" && key != "retract" && key != "direction";
     };
     tables_.set(Kind::kCommand, place, field.name, field.name + " = { }", true, stays);
-    if (const auto& way = field.direction)
-      tables_.set(Kind::kCommand, place, field.name.substr(0, kLongest) + "_way",
-                  fmt::format("{}_way = {{ {}, neutral = {} }}", field.name.substr(0, kLongest), bits_text(way->bits),
-                              way->neutral),
-                  false, stays);
+    if (const auto& way = field.direction) {
+      const std::string name = free_name(place, field.name);
+      tables_.set(Kind::kCommand, place, name,
+                  fmt::format("{} = {{ {}, neutral = {} }}", name, bits_text(way->bits), way->neutral), false, stays);
+    }
     import.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
+  }
+
+  /// "boom_way", or with a number where the frame has that.
+  [[nodiscard]] std::string free_name(std::size_t place, const std::string& field) {
+    constexpr std::size_t kLongest = 32;
+    const std::vector<CommandField>& fields = before_.commands[place].fields;
+    for (int number = 1;; ++number) {
+      const std::string end = number == 1 ? "_way" : fmt::format("_way{}", number);
+      const std::string name = field.substr(0, kLongest - end.size()) + end;
+      const auto is_it = [&](const CommandField& one) { return one.name == name; };
+      if (std::none_of(fields.begin(), fields.end(), is_it) && !tables_.has(Kind::kCommand, place, name)) return name;
+    }
   }
 
   [[nodiscard]] std::optional<std::size_t> place_of(const DbcFrame& frame) const {
@@ -415,11 +433,12 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   const DbcFile dbc = with_periods(as_read, wanted.periods);
   const std::vector<DbcFrame> frames = frames_of(dbc, signals);
   WantedFrames commands = wanted;
-  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, [&](const DbcMessage& message) {
+  const auto sends = [&](const DbcMessage& message) {
     return std::any_of(before.broadcasts.begin(), before.broadcasts.end(),
                        [&](const BroadcastFrame& there) { return is_of(there, message, bus); });
-  });
-  const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus);
+  };
+  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, sends, import.to_do);
+  const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus, import.to_do);
   refuse_machines_own(dbc, frames, told, before, bus);
   import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
   if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))

@@ -28,6 +28,7 @@ constexpr const char* kPeriodAttribute = "GenMsgCycleTime";
 constexpr const char* kFormatAttribute = "VFrameFormat";
 constexpr const char* kKindAttribute = "SigType";  // of J1939
 constexpr const char* kCounterKind = "MessageCounter";
+constexpr const char* kChecksumKind = "MessageChecksum";
 
 /// What statements begin with: BO_, SIG_VALTYPE_, VERSION.
 bool is_keyword(std::string_view word) {
@@ -386,9 +387,12 @@ class DbcReader {
     if (!of_message()) return skip();
     const std::string signal = of == "SG_" ? name("a signal's name") : "";
     if (of == "SG_" && attribute == kKindAttribute && (scan_.at('"') || !kinds_.empty())) {
-      const bool counts = chosen_of(kinds_) == kCounterKind;
+      const std::string kind = chosen_of(kinds_);
       const auto at = signals_.find({message_->id, signal});
-      if (at != signals_.end()) message_->signals[at->second].is_counter = counts;
+      if (at != signals_.end()) {
+        message_->signals[at->second].is_counter = kind == kCounterKind;
+        message_->signals[at->second].is_checksum = kind == kChecksumKind;
+      }
     } else if (of == "BO_" && attribute == kPeriodAttribute)
       periods_s_[message_->id] = period();
     else if (of == "BO_" && attribute == kFormatAttribute)

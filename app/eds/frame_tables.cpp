@@ -187,6 +187,11 @@ void FrameTables::set(Kind kind, std::size_t place, const std::string& name, con
     frame.lines.insert(end_of_values(from, to), ended(line));
 }
 
+bool FrameTables::has(Kind kind, std::size_t place, const std::string& name) {
+  const auto [from, to] = values_of(kind, table(kind, place));
+  return line_of(from, to, name) != to;
+}
+
 std::string FrameTables::line(Kind kind, std::size_t place, const std::string& name) {
   const auto [from, to] = values_of(kind, table(kind, place));
   const auto found = line_of(from, to, name);

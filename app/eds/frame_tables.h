@@ -32,6 +32,8 @@ class FrameTables {
   /// What set() makes of a line that is there. @param name of both
   [[nodiscard]] std::string merged(const std::string& name, const std::string& there, const std::string& line,
                                    const Keeps& keeps) const;
+  /// Whether a signal or a field of this name is on a line of its own.
+  [[nodiscard]] bool has(Kind kind, std::size_t table, const std::string& name);
   /// As it is. @throws InputError where it is not on a line of its own.
   [[nodiscard]] std::string line(Kind kind, std::size_t table, const std::string& name);
   /// Of a key of the table itself; nothing where it is not on a line of its own.
