@@ -102,17 +102,16 @@ TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
 TEST(DbcByHand, AChecksumIsNoCounterWhateverTheDbcSays) {
   for (const std::string signal : {"crc", "alive"}) {
     const FrameClosing told = closing_of(
-        by_hand(
-            {.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}, .checksums = {"Speeds." + signal + "=crc8-j1850"}},
-            dbc_with({"2566849797 " + signal + " 2"})),
+        by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}, .checksums = {"Speeds." + signal + "=xor"}},
+                dbc_with({"2566849797 " + signal + " 2"})),
         "Speeds");
     const FrameClosing sent =
-        closing_of(by_hand({.signals = {"boom_angle=Angle.boom"}, .checksums = {"Angle." + signal + "=crc8-j1850"}},
+        closing_of(by_hand({.signals = {"boom_angle=Angle.boom"}, .checksums = {"Angle." + signal + "=xor"}},
                            dbc_with({"2566870000 " + signal + " 2"})),
                    "Angle");
     for (const FrameClosing& closing : {told, sent}) {
       ASSERT_TRUE(closing.checksum) << signal;
-      EXPECT_EQ(closing.checksum->kind, FrameChecksum::Kind::kCrc8J1850);
+      EXPECT_EQ(closing.checksum->kind, FrameChecksum::Kind::kXor);
       EXPECT_FALSE(closing.counter);
     }
   }
