@@ -176,7 +176,7 @@ TEST(SeveralChannels, APressureThatContradictsTheOthersIsNamed) {
   Reason found;
   for (int i = 0; i < 200 && !found; ++i) {
     m.pressure_Pa[2] += 1e5;  // of the arm only the rod side stands
-    found = rules.step(m, JointVector::Zero());
+    found = rules.step(m, JointVector::Zero(), {});
   }
   EXPECT_EQ(found.code, ReasonCode::kSensorImplausible) << text(found);
   EXPECT_EQ(signal_name(found), "arm_rod_pressure");
