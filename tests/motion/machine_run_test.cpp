@@ -111,7 +111,7 @@ TEST(MachineRun, OfAMachineWithoutNodesKnowsTheTruthOfEachSample) {
     for (int joint = 0; joint < kJoints; ++joint) {
       const auto at = kinematics.cylinder_at(joint, made.truth[i].joint_rad[joint]);
       ASSERT_TRUE(at) << i;
-      EXPECT_NEAR(made.recording.samples[i].cylinder_m[joint], at->length_m, 0.01) << i << ", " << kJointNames[joint];
+      EXPECT_NEAR(made.recording.samples[i].cylinder_m[joint], at->length_m, 0.01) << i << ", joint " << joint;
     }
   }
   EXPECT_GT(moved_rad, 0.1);
