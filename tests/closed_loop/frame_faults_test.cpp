@@ -47,7 +47,7 @@ TEST(FrameFaults, AreFoundByNameInTimeAndTheMachineIsLedAgain) {
         {"values_invalid", "body_slope", "sensor_stale: body_slope (0x18FF3021), slope", 0.08},
         {"frame_short", "front_angle", "frame_short: front_angle (0x18FF1021), ", 0.05},
         {"frame_frozen", "front_angle", "motion_not_following: ", 2.5},
-        {"values_frozen", "arm_angle", "motion_not_following: ", 2.5},
+        {"values_frozen", "arm_angle", "motion_not_following: ", 2.6},
         {"frame_frozen", "cylinder_pressure", "sensor_implausible: cylinder_pressure (0x18FF2021)", 2.5}}) {
     MachineDescription read;
     const double lasts_s = c.most_s > 1 ? 4 : 0.6;

@@ -84,7 +84,7 @@ TEST(ChosenLink, NamesBothVersionsWhereTheFarEndsMessagesAreOfAnother) {
     std::this_thread::sleep_for(5ms);
   }
   EXPECT_EQ(machine.problem(),
-            "the far end's messages are of version 7 of the link, this program's of version 10: both sides need the "
+            "the far end's messages are of version 7 of the link, this program's of version 11: both sides need the "
             "same version of Knuckle");
   EXPECT_EQ(desk.problem(), "");
 }
