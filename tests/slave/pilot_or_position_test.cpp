@@ -1,5 +1,4 @@
-// A joint's position against the pilot pressures of its spool: which of the two
-// is wrong.
+// A joint's position against the pilot pressures of its spool: which of the two is wrong.
 #include "slave/pilot_or_position.h"
 
 #include <gtest/gtest.h>
@@ -35,11 +34,15 @@ constexpr const char *kAngle = "front_angle (0x18FF1021), arm_angle",
                      *kExtend = "pilot_pressure (0x18FF5021), arm_extend_pilot",
                      *kRetract = "pilot_pressure (0x18FF5021), arm_retract_pilot";
 
-class PilotOrPositionOf : public testing::TestWithParam<const char*> {};
+/// Of a machine that is led by joint speeds, or by pilot pressures.
+class PilotOrPositionOf : public testing::TestWithParam<bool> {
+ protected:
+  [[nodiscard]] static const char* commands() { return GetParam() ? test::kRateCommands : test::kPilotCommands; }
+};
 
 TEST_P(PilotOrPositionOf, AnOpenSpoolThatWasAskedForNamesThePosition) {
   for (const double demand : {0.3, 1.0}) {
-    Arm arm(GetParam());
+    Arm arm(commands());
     arm.step(demand, kOpen_Pa, 0, 2);
     EXPECT_EQ(arm.of_open(1), kAngle) << "however steady the pressure is";
     arm.step(-demand, 0, kOpen_Pa, 2);
@@ -48,7 +51,7 @@ TEST_P(PilotOrPositionOf, AnOpenSpoolThatWasAskedForNamesThePosition) {
 }
 
 TEST_P(PilotOrPositionOf, AnOpenSpoolThatNobodyAskedForNamesTheReading) {
-  Arm arm(GetParam());
+  Arm arm(commands());
   arm.step(1, kOpen_Pa, 0, 2);
   arm.step(0, kOpen_Pa, 0, 0.095);
   EXPECT_EQ(arm.of_open(1), kAngle) << "a pressure that falls";
@@ -61,14 +64,14 @@ TEST_P(PilotOrPositionOf, AnOpenSpoolThatNobodyAskedForNamesTheReading) {
 }
 
 TEST_P(PilotOrPositionOf, AMotionThatNobodyAskedForNamesThePosition) {
-  Arm arm(GetParam());
+  Arm arm(commands());
   arm.step(0, kShut_Pa, kShut_Pa, 0.5);
   EXPECT_EQ(arm.of_shut(1), kAngle);
   EXPECT_EQ(arm.of_shut(-1), kAngle);
 }
 
 TEST_P(PilotOrPositionOf, AMotionThatWasAskedForNamesTheReadingThatShutsTheSpool) {
-  Arm arm(GetParam());
+  Arm arm(commands());
   arm.step(1, kShut_Pa, kShut_Pa, 0.5);
   EXPECT_EQ(arm.of_shut(1), kExtend) << "it does not open";
   arm.step(1, kOpen_Pa, kOpen_Pa, 0.5);
@@ -78,14 +81,14 @@ TEST_P(PilotOrPositionOf, AMotionThatWasAskedForNamesTheReadingThatShutsTheSpool
 }
 
 TEST_P(PilotOrPositionOf, WithoutPilotPressuresItIsThePosition) {
-  Arm arm(GetParam(), test::kStateBroadcast);
+  Arm arm(commands(), test::kStateBroadcast);
   arm.step(0, kOpen_Pa, 0, 1);
   EXPECT_EQ(arm.of_open(1), kAngle);
   EXPECT_EQ(arm.of_shut(1), kAngle);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, PilotOrPositionOf, testing::Values(test::kRateCommands, test::kPilotCommands),
-                         [](const auto& kind) { return kind.index == 0 ? "JointRate" : "PilotPressure"; });
+INSTANTIATE_TEST_SUITE_P(Kinds, PilotOrPositionOf, testing::Bool(),
+                         [](const auto& kind) { return kind.param ? "JointRate" : "PilotPressure"; });
 
 }  // namespace
 }  // namespace knuckle::slave
