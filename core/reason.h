@@ -29,7 +29,7 @@ enum class ReasonCode : std::uint16_t {
   // Faults: each latches and is neutral on the wire.
   kLinkLost,           ///< ms since the last newer packet
   kSensorStale,        ///< subject: node id or signal; age in ms
-  kSensorInvalid,      ///< subject: node id or signal; non-finite, out of range, or status bad
+  kSensorInvalid,      ///< subject: node id or signal; non-finite, out of range, status bad; limit < 0: frame_words.h
   kSensorImplausible,  ///< subject: node id or signal; sensors contradict each other; value in the unit of the rule
   kNodeSilent,         ///< subject: node id; heartbeat missing, ms
   kNodeEmergency,      ///< subject: node id; value: EMCY error code

@@ -46,9 +46,10 @@ class TappedCan final : public CanBus {
     return true;
   }
   [[nodiscard]] CanState state() const noexcept override {
-    const CanState now = bus_.state();  // every answer: it may change within a step
-    tap_.add(WireEventKind::kCanState, can_states_value(bus_.states()));
-    return now;
+    (void)bus_.state();  // every answer: it may change within a step, and what is recorded is what was told
+    const std::array<CanState, 2> states = bus_.states();
+    tap_.add(WireEventKind::kCanState, can_states_value(states));
+    return std::max(states[0], states[1]);
   }
   [[nodiscard]] std::array<CanState, 2> states() const noexcept override { return bus_.states(); }
   void acknowledge() noexcept override {

@@ -54,7 +54,7 @@ class CanBus {
   virtual bool receive(CanFrame& frame) noexcept = 0;
   /// Of two buses that of the worse one.
   [[nodiscard]] virtual CanState state() const noexcept = 0;
-  /// Of each of two buses, as state() found it the last time; kActive where there is no second.
+  /// Of each of two buses, as state() found it the last time; kActive where there is no second. A bus alone is asked.
   [[nodiscard]] virtual std::array<CanState, 2> states() const noexcept { return {state(), CanState::kActive}; }
   /// Which of them state() was of: 0 or 1.
   [[nodiscard]] std::uint8_t state_of() const noexcept {

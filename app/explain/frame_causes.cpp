@@ -49,11 +49,14 @@ std::optional<Cause> missing(const FrameSeen& seen, const Evidence& evidence) {
                  {seen.name + ": " + usual},
                  {"a cut cable and a controller that is off look the same from here"},
                  since};
-  return Cause{"frame_missing",
-               seen.name + " did not come since " + at_text(since) + ": what sends it is off, or sends it no more",
-               {usual, fmt::format("{} of the {} other frames of its bus came in time", living, others)},
-               {},
-               since};
+  Cause cause{"frame_missing",
+              seen.name + " did not come since " + at_text(since) + ": what sends it is off, or sends it no more",
+              {usual},
+              {},
+              since};
+  if (others > 0)
+    cause.supports.push_back(fmt::format("{} of the {} other frames of its bus came in time", living, others));
+  return cause;
 }
 
 }  // namespace
