@@ -1,9 +1,10 @@
 #include "machine/load_calibration.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
+#include "core/symmetric_eigen.h"
 #include "core/units.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
@@ -48,8 +49,7 @@ void check_covariance(const TomlTable& file, const CalibrationMatrix& covariance
   }
   file.require((correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= kRounding, "covariance_SI",
                "must be symmetric");
-  const double least =
-      Eigen::SelfAdjointEigenSolver<CalibrationMatrix>(correlation, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double least = symmetric_eigen(correlation).values[0];
   file.require(least >= -kRounding, "covariance_SI",
                "must be positive semidefinite; its least eigenvalue, as correlations, is " + number_text(least));
 }

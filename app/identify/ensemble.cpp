@@ -1,6 +1,6 @@
 #include "app/identify/ensemble.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -14,6 +14,7 @@
 #include "app/cli/interrupt.h"
 #include "app/identify/scores.h"
 #include "core/error.h"
+#include "core/symmetric_eigen.h"
 
 namespace knuckle::identify {
 namespace {
@@ -43,9 +44,8 @@ Member member(const MachineDescription& nominal, const CommissionPlan& plan, boo
 CalibrationMatrix positive_part(const CalibrationMatrix& matrix, const CalibrationVector& variance) {
   const CalibrationVector sigma = variance.cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
   const CalibrationMatrix scaled = sigma.cwiseInverse().asDiagonal() * matrix * sigma.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<CalibrationMatrix> modes(scaled);
-  const CalibrationMatrix clipped =
-      modes.eigenvectors() * modes.eigenvalues().cwiseMax(0).asDiagonal() * modes.eigenvectors().transpose();
+  const SymmetricEigen modes = symmetric_eigen(scaled);
+  const CalibrationMatrix clipped = modes.vectors * modes.values.cwiseMax(0).asDiagonal() * modes.vectors.transpose();
   return sigma.asDiagonal() * clipped * sigma.asDiagonal();
 }
 

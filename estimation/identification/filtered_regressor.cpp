@@ -1,12 +1,13 @@
 #include "estimation/identification/filtered_regressor.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 
+#include "core/symmetric_eigen.h"
 #include "estimation/friction.h"
 #include "estimation/identification/smoothing.h"
 #include "estimation/observer.h"
@@ -133,11 +134,11 @@ BaseParameters project(const MachineDescription& machine, const std::vector<Dyna
     }
   }
   const BaseParameters scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scale.asDiagonal() * information * scale.asDiagonal());
-  if (!(eigen.eigenvalues()[0] > 1e-10 * eigen.eigenvalues()[kBaseParameters - 1]))
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * information * scale.asDiagonal());
+  if (!(eigen.values[0] > 1e-10 * eigen.values[kBaseParameters - 1]))
     throw std::invalid_argument("projection: the samples do not determine all nine base parameters");
-  const BaseParameters along = eigen.eigenvectors().transpose() * scale.cwiseProduct(right);
-  return scale.cwiseProduct(eigen.eigenvectors() * along.cwiseQuotient(eigen.eigenvalues()));
+  const BaseParameters along = eigen.vectors.transpose() * scale.cwiseProduct(right);
+  return scale.cwiseProduct(eigen.vectors * along.cwiseQuotient(eigen.values));
 }
 
 }  // namespace knuckle::estimation

@@ -3,7 +3,7 @@
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +11,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/symmetric_eigen.h"
 #include "core/units.h"
 #include "estimation/bias_filter.h"
 #include "estimation/identification/full.h"
@@ -235,8 +236,8 @@ class DistanceCost {
  public:
   DistanceCost(const CalibrationVector& free, const CalibrationMatrix& information, const JointVector& greatest_kg)
       : free_(free), greatest_kg_(greatest_kg) {
-    const Eigen::SelfAdjointEigenSolver<CalibrationMatrix> eigen(information);
-    root_ = eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+    const SymmetricEigen eigen = symmetric_eigen(information);
+    root_ = eigen.values.cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
   }
   template <typename T>
   bool operator()(const T* x, T* residual) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/symmetric_eigen.h"
 #include "estimation/identification/survey_points.h"
 #include "machine/description.h"
 
@@ -121,14 +122,12 @@ void tell(GeometryResult& result, const GeometryPrior& prior, const std::vector<
                                   kMm * std::sqrt(covariance(i, i)), false});
   }
   summary.covariance = kMm * kMm * covariance;
-  const Eigen::SelfAdjointEigenSolver<GeometryMatrix> eigen(information / widened);
+  const SymmetricEigen eigen = symmetric_eigen(information / widened);
   summary.columns = kGeometryCount;
-  summary.rank = static_cast<int>((eigen.eigenvalues().array() > 1).count());
-  summary.condition_number =
-      std::sqrt((1 + eigen.eigenvalues()[kGeometryCount - 1]) / (1 + std::max(0.0, eigen.eigenvalues()[0])));
+  summary.rank = static_cast<int>((eigen.values.array() > 1).count());
+  summary.condition_number = std::sqrt((1 + eigen.values[kGeometryCount - 1]) / (1 + std::max(0.0, eigen.values[0])));
   for (int i = 0; i < kGeometryCount - summary.rank; ++i) {
-    summary.indistinct.push_back(
-        in_words(eigen.eigenvectors().col(i), 1 / std::sqrt(1 + std::max(0.0, eigen.eigenvalues()[i]))));
+    summary.indistinct.push_back(in_words(eigen.vectors.col(i), 1 / std::sqrt(1 + std::max(0.0, eigen.values[i]))));
   }
 }
 

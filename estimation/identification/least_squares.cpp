@@ -16,6 +16,7 @@ namespace knuckle::estimation {
 namespace {
 
 constexpr double kUnseen = std::numeric_limits<double>::infinity();
+using SquareSvd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
 
 /// Column scaling, QR and singular values of the rows as weighted now.
 struct Factored {
@@ -36,7 +37,7 @@ struct Factored {
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weighted);
     const Eigen::Index n = weighted.cols();
     const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const SquareSvd svd(r, Eigen::ComputeThinU | Eigen::ComputeThinV);
     right.applyOnTheLeft(qr.householderQ().adjoint());
     singular = svd.singularValues();
     directions = svd.matrixV();
@@ -206,7 +207,7 @@ std::string set_text(const Eigen::MatrixXd& tie, const std::vector<Eigen::Index>
   std::vector<std::string> members;
   for (const Eigen::Index j : set) members.push_back(names[static_cast<std::size_t>(j)]);
   // Of a projector the singular values are 1 for what is unseen and 0 for what the data do say of the set.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(within, Eigen::ComputeFullU);
+  const SquareSvd svd(within, Eigen::ComputeFullU);
   const Eigen::Index seen = (svd.singularValues().array() < 0.5).count();
   if (seen == 0) return listed(members) + (size == 1 ? " does not show in the data" : " do not show in the data");
   std::string text = listed(members) + " only together: ";

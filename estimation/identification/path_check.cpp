@@ -3,13 +3,14 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
+#include "core/symmetric_eigen.h"
 #include "machine/description.h"
 
 namespace knuckle::estimation {
@@ -255,8 +256,7 @@ double PathCondition::operator()(const JointPath& path, std::size_t every) const
   if (!(scale.minCoeff() > 0)) return std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal.bottomRightCorner(columns, columns) *
                                  scale.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::VectorXd eigenvalues = symmetric_eigen(scaled).values;
   if (!(eigenvalues[0] > 0)) return std::numeric_limits<double>::infinity();
   return std::sqrt(eigenvalues[columns - 1] / eigenvalues[0]);
 }
