@@ -129,6 +129,18 @@ NodeChannel BusDescription::valve_channel(int joint) const noexcept {
   return {};
 }
 
+bool moves_joint(const BusDescription& bus, std::uint8_t module, int joint) noexcept {
+  return std::any_of(bus.commands.begin(), bus.commands.end(), [&](const CommandFrame& frame) {
+    return frame.module == module && std::any_of(frame.fields.begin(), frame.fields.end(),
+                                                 [&](const CommandField& field) { return field.joint == joint; });
+  });
+}
+
+bool moves_joints(const BusDescription& bus, std::uint8_t module) noexcept {
+  return std::any_of(bus.commands.begin(), bus.commands.end(),
+                     [&](const CommandFrame& frame) { return frame.module == module && moves_joint(frame); });
+}
+
 std::string channels_text(const NodeDescription& node) {
   std::string all;
   for (const NodeChannel& channel : node.channels)

@@ -434,4 +434,10 @@ struct BusDescription {
   [[nodiscard]] std::uint32_t command_id(int joint) const noexcept;
 };
 
+inline constexpr std::uint8_t kOwnController = 0;  ///< In place of a module's id.
+/// Whether what this module's outputs, or the machine's own controller, are told moves the joint, or any: only of those
+/// can be tried, and must be proved, what ends a motion.
+[[nodiscard]] bool moves_joint(const BusDescription& bus, std::uint8_t module, int joint) noexcept;
+[[nodiscard]] bool moves_joints(const BusDescription& bus, std::uint8_t module) noexcept;
+
 }  // namespace knuckle

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/command_joints.h"
 #include "machine/description.h"
 #include "machine/kinematics.h"
 #include "machine/pilot_spool.h"

@@ -8,7 +8,6 @@
 #include "machine/description.h"
 #include "machine/reason_text.h"
 #include "slave/home_on_two.h"
-#include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 
 namespace knuckle::slave {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <string>
 
-#include "machine/command_joints.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::slave {

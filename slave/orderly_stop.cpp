@@ -4,11 +4,8 @@
 
 #include "machine/description.h"
 #include "machine/pilot_spool.h"
-#include "slave/bus_map.h"
-#include "slave/sdo_question.h"
+#include "slave/node_setup.h"
 #include "slave/sensors.h"
-#include "slave/valve_frame.h"
-#include "transport/canopen.h"
 #include "transport/j1939.h"
 
 namespace knuckle::slave {
