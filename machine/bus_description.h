@@ -212,6 +212,8 @@ struct BroadcastField {
   // Of a pilot pressure [Pa]: up to where the spool stays shut, and from where on it is at its full stroke.
   double shut_Pa = 0, full_Pa = 0;
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+  /// What these bits say; nothing where there are none, or they say that there is no value or that a wire is broken.
+  [[nodiscard]] std::optional<double> value(std::optional<std::uint64_t> raw) const noexcept;
   bool operator==(const BroadcastField&) const = default;
 };
 
