@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -118,6 +119,13 @@ struct Reason {
   std::uint8_t subject = 0;
   float value = 0;  ///< What was seen, in the unit the code's text names.
   float limit = 0;  ///< Its bound, same unit.
+  constexpr Reason() noexcept = default;
+  template <std::integral Subject = int>
+  constexpr Reason(ReasonCode why, Subject about = 0, double seen = 0, double bound = 0) noexcept
+      : code(why),
+        subject(static_cast<std::uint8_t>(about)),
+        value(static_cast<float>(seen)),
+        limit(static_cast<float>(bound)) {}
   explicit operator bool() const noexcept { return code != ReasonCode::kNone; }
 };
 

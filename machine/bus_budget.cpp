@@ -4,17 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/toml_reader.h"
-#include "transport/can_load.h"
+#include "transport/canopen.h"
 #include "transport/j1939.h"
 
 namespace knuckle {
@@ -144,18 +142,38 @@ class Budget {
 
 }  // namespace
 
-double worst_bus_load(const BusDescription& bus) {
-  const auto bits = [](std::uint8_t bytes) -> double { return worst_case_bits(bytes); };
-  double bits_per_s = bus.without_nodes() ? 0 : bus.sync_Hz * bits(0) + bits(1) / bus.controller_heartbeat_s;
-  for (const BusFrame& frame : bus_frames(bus)) bits_per_s += frame.rate_Hz(bus.sync_Hz) * bits(frame.bytes());
-  bits_per_s += static_cast<double>(bus.nodes.size()) / bus.node_heartbeat_s * bits(1);
+std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
+  std::vector<PeriodicFrame> map;
+  const bool nodes = !bus.without_nodes();
+  if (nodes) map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
+  for (const BusFrame& frame : bus_frames(bus)) map.push_back({frame.id, frame.bytes(), frame.rate_Hz(bus.sync_Hz)});
+  if (nodes) map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
+  for (const NodeDescription& node : bus.nodes)
+    map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
   for (const BroadcastFrame& frame : bus.broadcasts) {
-    constexpr std::uint8_t kMost = sizeof(CanFrame::data);
-    const bool packets = j1939::in_packets(frame.bytes);
-    const unsigned frames = packets ? 1 + j1939::packets_of(frame.bytes) : 1;  // announced first
-    bits_per_s += frames * worst_case_bits(packets ? kMost : frame.bytes, frame.id) / frame.period_s;
+    if (j1939::in_packets(frame.bytes)) {
+      const auto part = [&](std::uint32_t group, unsigned times) {
+        const std::uint32_t id = j1939::identifier(group, j1939::source_of(frame.id)) | (frame.id & kSecondBus);
+        map.push_back({id, sizeof(CanFrame::data), times / frame.period_s});
+      };
+      part(j1939::kConnection, 1);
+      part(j1939::kTransfer, j1939::packets_of(frame.bytes));
+      continue;
+    }
+    const auto known =
+        std::find_if(map.begin(), map.end(), [&](const PeriodicFrame& other) { return other.id == frame.id; });
+    if (known == map.end())
+      map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
+    else  // a multiplexer tells them apart
+      known->rate_Hz += 1 / frame.period_s;
   }
-  for (const CommandFrame& frame : bus.commands) bits_per_s += worst_case_bits(frame.bytes, frame.id) / frame.period_s;
+  for (const CommandFrame& frame : bus.commands) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
+  return map;
+}
+
+double worst_bus_load(const BusDescription& bus) {
+  double bits_per_s = 0;
+  for (const PeriodicFrame& frame : bus_map(bus)) bits_per_s += frame.rate_Hz * worst_case_bits(frame.size, frame.id);
   return bits_per_s / bus.bit_rate;
 }
 

@@ -3,8 +3,10 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "machine/description.h"
+#include "transport/can_load.h"
 
 namespace knuckle {
 
@@ -15,9 +17,11 @@ inline constexpr double kLongestBlind_ms = 200;
 inline constexpr double kSlowestJoint_s = 0.02;  ///< From one command that moves a joint to the next.
 inline constexpr double kOverRange = 1.1;        ///< A pressure is told to be too high, not the highest there is.
 
-/// Load of the machine bus in [0, 1] with the worst bit stuffing: SYNC, bus_frames() at their rates, all heartbeats,
-/// what the machine sends by itself, and what it is told by.
-/// @param bus of two one alone
+/// Every frame of operation with its rate: SYNC, bus_frames(), all heartbeats, what the machine sends by itself, and
+/// what it is told by. EMCY and SDO come and go.
+[[nodiscard]] std::vector<PeriodicFrame> bus_map(const BusDescription& bus);
+
+/// Load of the machine bus by these in [0, 1], with the worst bit stuffing. @param bus of two one alone
 [[nodiscard]] double worst_bus_load(const BusDescription& bus);
 
 /// Of each of two buses; of one the first alone.

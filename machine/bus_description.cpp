@@ -1,7 +1,6 @@
 #include "machine/bus_description.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace knuckle {
 namespace {
@@ -42,6 +41,13 @@ bool AnalogSensor::is_broken(double value) const noexcept {
   const double share = (value - low) / (high - low), below = current ? 0.4 / 16 : 0.25 / 4;
   constexpr double kAbove = 1.0 / 16;  // 1 mA of 16, 0.25 V of 4
   return !(share >= -below && share <= 1 + kAbove);
+}
+
+std::optional<double> BroadcastField::value(std::optional<std::uint64_t> raw) const noexcept {
+  if (!raw || (invalid_from && *raw >= *invalid_from)) return std::nullopt;
+  const double value = value_of(bits, *raw);
+  if (analog && analog->is_broken(value)) return std::nullopt;
+  return value;
 }
 
 bool moves_joint(const CommandFrame& frame) noexcept {
@@ -127,6 +133,18 @@ NodeChannel BusDescription::valve_channel(int joint) const noexcept {
   for (const NodeChannel& channel : valve(joint).channels)
     if (channel.info().index == joint) return channel;
   return {};
+}
+
+bool moves_joint(const BusDescription& bus, std::uint8_t module, int joint) noexcept {
+  return std::any_of(bus.commands.begin(), bus.commands.end(), [&](const CommandFrame& frame) {
+    return frame.module == module && std::any_of(frame.fields.begin(), frame.fields.end(),
+                                                 [&](const CommandField& field) { return field.joint == joint; });
+  });
+}
+
+bool moves_joints(const BusDescription& bus, std::uint8_t module) noexcept {
+  return std::any_of(bus.commands.begin(), bus.commands.end(),
+                     [&](const CommandFrame& frame) { return frame.module == module && moves_joint(frame); });
 }
 
 std::string channels_text(const NodeDescription& node) {

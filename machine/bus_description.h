@@ -212,6 +212,8 @@ struct BroadcastField {
   // Of a pilot pressure [Pa]: up to where the spool stays shut, and from where on it is at its full stroke.
   double shut_Pa = 0, full_Pa = 0;
   [[nodiscard]] constexpr const SignalInfo& info() const noexcept { return kSignals[signal]; }
+  /// What these bits say; nothing where there are none, or they say that there is no value or that a wire is broken.
+  [[nodiscard]] std::optional<double> value(std::optional<std::uint64_t> raw) const noexcept;
   bool operator==(const BroadcastField&) const = default;
 };
 
@@ -433,5 +435,11 @@ struct BusDescription {
  private:
   [[nodiscard]] std::uint32_t command_id(int joint) const noexcept;
 };
+
+inline constexpr std::uint8_t kOwnController = 0;  ///< In place of a module's id.
+/// Whether what this module's outputs, or the machine's own controller, are told moves the joint, or any: only of those
+/// can be tried, and must be proved, what ends a motion.
+[[nodiscard]] bool moves_joint(const BusDescription& bus, std::uint8_t module, int joint) noexcept;
+[[nodiscard]] bool moves_joints(const BusDescription& bus, std::uint8_t module) noexcept;
 
 }  // namespace knuckle

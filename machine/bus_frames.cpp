@@ -27,14 +27,8 @@ std::vector<FrameField> pressure_fields(const NodeChannel& channel, const WireDe
   };
   const FrameField status =
       field(Part::kStatus, channel, of_channel(canopen::kPressureStatus, channel), Type::kUnsigned, 8);
-  switch (wire.pressure) {
-    case Pressure::kInteger:
-      break;
-    case Pressure::kFloat:
-      return {value(canopen::kPressureFloat, Type::kFloat, 32), status};
-    case Pressure::kInteger16:
-      return {value(canopen::kPressureShort, Type::kSigned, 16), status};
-  }
+  if (wire.pressure == Pressure::kFloat) return {value(canopen::kPressureFloat, Type::kFloat, 32), status};
+  if (wire.pressure == Pressure::kInteger16) return {value(canopen::kPressureShort, Type::kSigned, 16), status};
   return {value(canopen::kPressureValue, Type::kSigned, 32), status};
 }
 
@@ -86,55 +80,54 @@ std::uint32_t mapping(const FrameField& field) noexcept {
   return canopen::mapping(field.object, field.bits.bits);
 }
 
-/// What one PDO maps, and what of it is known.
-struct Pdo {
-  std::uint8_t number = 0;  ///< From 0.
-  std::vector<FrameField> fields;
-  std::vector<std::uint32_t> mapped;
-  void add(std::vector<FrameField> group) {
-    for (FrameField& one : group) {
-      one.bits.start_bit = static_cast<std::uint8_t>(bits_of(fields));
-      mapped.push_back(mapping(one));
-      fields.push_back(std::move(one));
-    }
+BusFrame pdo(std::size_t number, std::vector<std::uint32_t> mapped = {}) {
+  return {.pdo = static_cast<std::uint8_t>(number), .fields = {}, .mapped = std::move(mapped)};
+}
+
+void map_next(BusFrame& frame, std::vector<FrameField> group) {
+  for (FrameField& one : group) {
+    one.bits.start_bit = static_cast<std::uint8_t>(bits_of(frame.fields));
+    frame.mapped.push_back(mapping(one));
+    frame.fields.push_back(std::move(one));
   }
-};
+}
 
 /// As the device maps it, whatever else that is. What belongs to a value in another frame is not known.
-std::vector<Pdo> packed_by_device(const NodeDescription& node, const std::vector<FrameField>& wanted) {
-  std::vector<Pdo> frames;
+std::vector<BusFrame> packed_by_device(const NodeDescription& node, const std::vector<FrameField>& wanted) {
+  std::vector<BusFrame> frames;
   for (const std::vector<std::uint32_t>& map : node.tpdo_maps) {
-    Pdo pdo{static_cast<std::uint8_t>(frames.size()), {}, map};
+    BusFrame& frame = frames.emplace_back(pdo(frames.size(), map));
     std::uint32_t at = 0;
     for (const std::uint32_t entry : map) {
       for (const FrameField& one : wanted) {
         if (mapping(one) != entry) continue;
-        pdo.fields.push_back(one);
-        pdo.fields.back().bits.start_bit = static_cast<std::uint8_t>(at);
+        frame.fields.push_back(one);
+        frame.fields.back().bits.start_bit = static_cast<std::uint8_t>(at);
       }
       at += canopen::mapped_bits(entry);
     }
-    const std::vector<FrameField> found = pdo.fields;
-    std::erase_if(pdo.fields,
+    const std::vector<FrameField> found = frame.fields;
+    std::erase_if(frame.fields,
                   [&](const FrameField& one) { return find_field(found, Part::kValue, one.channel) == nullptr; });
-    frames.push_back(std::move(pdo));
   }
   return frames;
 }
 
-/// One after another; a group that a frame has no room for begins the next. An axis of a valve has its own.
-std::vector<Pdo> packed(const NodeDescription& node, const WireDescription& wire, const SensorDescription& sensors) {
+/// What the transmit PDOs map, and what of it is known. One after another; a group that a frame has no room for begins
+/// the next. An axis of a valve has its own.
+std::vector<BusFrame> packed(const NodeDescription& node, const WireDescription& wire,
+                             const SensorDescription& sensors) {
   constexpr int kMostBits = 64;
-  std::vector<Pdo> frames;
+  std::vector<BusFrame> frames;
   std::vector<FrameField> all;
   for (const NodeChannel& channel : node.channels) {
     std::vector<FrameField> group = sent(node, channel, wire, sensors);
     all.insert(all.end(), group.begin(), group.end());
     if (node.role == NodeRole::kValve)
-      frames.push_back({channel.pdo(), {}, {}});
+      frames.push_back(pdo(channel.pdo()));
     else if (frames.empty() || bits_of(frames.back().fields) + bits_of(group) > kMostBits)
-      frames.push_back({static_cast<std::uint8_t>(frames.size()), {}, {}});
-    frames.back().add(std::move(group));
+      frames.push_back(pdo(frames.size()));
+    map_next(frames.back(), std::move(group));
   }
   return node.tpdo_maps.empty() ? frames : packed_by_device(node, all);
 }
@@ -155,7 +148,7 @@ std::uint8_t BusFrame::bytes() const noexcept {
 
 std::vector<std::uint8_t> transmit_pdos(const NodeDescription& node, const WireDescription& wire) {
   std::vector<std::uint8_t> pdos;
-  for (const Pdo& pdo : packed(node, wire, {})) pdos.push_back(pdo.number);
+  for (const BusFrame& frame : packed(node, wire, {})) pdos.push_back(frame.pdo);
   return pdos;
 }
 
@@ -175,28 +168,49 @@ const FrameField* find_field(const std::vector<FrameField>& fields, FrameField::
   return found == fields.end() ? nullptr : &*found;
 }
 
-std::vector<FrameField> sent_fields(const NodeDescription& node, const MachineDescription& machine) {
+std::vector<FrameField> sent_fields(const NodeDescription& node, const WireDescription& wire,
+                                    const SensorDescription& sensors) {
   std::vector<FrameField> all;
-  for (const Pdo& pdo : packed(node, machine.bus.wire, machine.sensors))
-    all.insert(all.end(), pdo.fields.begin(), pdo.fields.end());
+  for (const BusFrame& frame : packed(node, wire, sensors))
+    all.insert(all.end(), frame.fields.begin(), frame.fields.end());
   return all;
+}
+
+bool lacks_status(const std::vector<FrameField>& fields, const NodeChannel& channel) noexcept {
+  return channel.info().role == NodeRole::kPressure &&
+         find_field(fields, FrameField::Part::kStatus, channel) == nullptr;
+}
+
+std::string missing_status_text(const NodeDescription& node, const MachineDescription& machine) {
+  const std::vector<FrameField> fields = sent_fields(node, machine);
+  std::string names;
+  for (const NodeChannel& channel : node.channels)
+    if (lacks_status(fields, channel)) names += (names.empty() ? "" : ", ") + std::string(channel.info().name);
+  if (names.empty()) return "";
+  return "sends " + names +
+         " without status (0x6150): a broken transmitter is found only where the value leaves its range or "
+         "contradicts the others";
 }
 
 std::vector<BusFrame> bus_frames(const BusDescription& bus, const SensorDescription& sensors) {
   std::vector<BusFrame> frames;
   for (std::size_t n = 0; n < bus.nodes.size(); ++n) {
     const NodeDescription& node = bus.nodes[n];
-    for (Pdo& pdo : packed(node, bus.wire, sensors))
-      frames.push_back({n, false, pdo.number, node.tpdo_id(pdo.number), nth_sync(bus, node.role),
-                        bus.controller_heartbeat_s, std::move(pdo.fields), std::move(pdo.mapped)});
-    const bool valve = node.role == NodeRole::kValve;
+    for (BusFrame& frame : packed(node, bus.wire, sensors)) {
+      frame.node = n;
+      frame.id = node.tpdo_id(frame.pdo);
+      frame.every_nth_sync = nth_sync(bus, node.role);
+      frame.repeat_s = bus.controller_heartbeat_s;
+      frames.push_back(std::move(frame));
+    }
     for (const NodeChannel& channel : node.channels) {
       if (!node.is_told()) continue;
-      Pdo pdo{channel.pdo(), {}, {}};
-      pdo.add(told(node, channel));
-      frames.push_back({n, true, pdo.number, node.rpdo_id(pdo.number),
-                        valve ? bus.set_point_every_nth_sync : bus.kEnableEveryNthSync, 0, std::move(pdo.fields),
-                        std::move(pdo.mapped)});
+      BusFrame& frame = frames.emplace_back(pdo(channel.pdo()));
+      map_next(frame, told(node, channel));
+      frame.node = n;
+      frame.to_node = true;
+      frame.id = node.rpdo_id(frame.pdo);
+      frame.every_nth_sync = node.role == NodeRole::kValve ? bus.set_point_every_nth_sync : bus.kEnableEveryNthSync;
     }
   }
   return frames;

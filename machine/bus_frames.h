@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "machine/description.h"
@@ -52,7 +53,20 @@ struct BusFrame {
                                            const NodeChannel& channel) noexcept;
 
 /// All that is known of what a node sends.
-[[nodiscard]] std::vector<FrameField> sent_fields(const NodeDescription& node, const MachineDescription& machine);
+[[nodiscard]] std::vector<FrameField> sent_fields(const NodeDescription& node, const WireDescription& wire,
+                                                  const SensorDescription& sensors = {});
+[[nodiscard]] inline std::vector<FrameField> sent_fields(const NodeDescription& node,
+                                                         const MachineDescription& machine) {
+  return sent_fields(node, machine.bus.wire, machine.sensors);
+}
+
+// Which of a node's values come with the status by which it says itself that they are none.
+
+/// A pressure (CiA 404) whose status is not in the frame of its value. Other profiles have none that is read.
+[[nodiscard]] bool lacks_status(const std::vector<FrameField>& fields, const NodeChannel& channel) noexcept;
+
+/// Which of its values those are, and what that costs, to follow the node's name; empty where there are none.
+[[nodiscard]] std::string missing_status_text(const NodeDescription& node, const MachineDescription& machine);
 
 /// Of all nodes in their order, each one's transmit PDOs before its receive PDOs.
 [[nodiscard]] std::vector<BusFrame> bus_frames(const BusDescription& bus, const SensorDescription& sensors = {});

@@ -35,6 +35,10 @@ bool opens(std::string_view key, std::string_view name) {
   return key.starts_with(name) && key.find_first_of(" \t.]", name.size()) == name.size();
 }
 
+[[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
+  throw InputError(path + ": cannot be read: " + why);
+}
+
 }  // namespace
 
 std::string edited_toml(
@@ -83,14 +87,6 @@ std::string toml_quoted(std::string_view text) {
   }
   return quoted + '"';
 }
-
-namespace {
-
-[[noreturn]] void cannot_read(const std::string& path, const std::string& why) {
-  throw InputError(path + ": cannot be read: " + why);
-}
-
-}  // namespace
 
 std::string whole_file(const std::string& path, std::size_t most_MB) {
   std::error_code error;  // such as links in a circle: the file then says why when it is opened

@@ -43,22 +43,16 @@ std::vector<std::string> config_names(const std::string& kind) {
   std::error_code ignored;
   std::vector<std::string> names;
   for (fs::directory_iterator entry(folder_of(kind), ignored), end; entry != end; entry.increment(ignored)) {
-    if (entry->path().extension() == ".toml") {
-      names.push_back(entry->path().stem().string());
-    }
+    if (entry->path().extension() == ".toml") names.push_back(entry->path().stem().string());
   }
   std::sort(names.begin(), names.end());
   return names;
 }
 
 std::string find_config(const std::string& kind, const std::string& name_or_path) {
-  if (name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".toml")) {
-    return name_or_path;
-  }
+  if (name_or_path.find('/') != std::string::npos || name_or_path.ends_with(".toml")) return name_or_path;
   const fs::path folder = folder_of(kind);
-  if (has_config(kind, name_or_path)) {
-    return (folder / (name_or_path + ".toml")).string();
-  }
+  if (has_config(kind, name_or_path)) return (folder / (name_or_path + ".toml")).string();
   std::error_code ignored;
   if (const std::string chosen = chosen_folder(); !chosen.empty() && !fs::is_directory(folder, ignored))
     throw InputError("KNUCKLE_CONFIG_DIR = " + chosen + ": has no folder '" + kind +
@@ -68,9 +62,7 @@ std::string find_config(const std::string& kind, const std::string& name_or_path
                      shortened(name_or_path) + " where it is meant");
   }
   std::string all;
-  for (const std::string& name : config_names(kind)) {
-    all += (all.empty() ? "" : ", ") + name;
-  }
+  for (const std::string& name : config_names(kind)) all += (all.empty() ? "" : ", ") + name;
   throw InputError("unknown " + kind + " '" + shortened(name_or_path) + "': " + folder.string() + " has " +
                    (all.empty() ? "none" : all));
 }

@@ -45,9 +45,7 @@ std::optional<PlanarVector> circles_meet(const PlanarVector& a, double radius_a,
   const double distance2 = ray.squaredNorm();
   const double along = (distance2 + radius_a * radius_a - radius_b * radius_b) / (2 * distance2);
   const double across2 = radius_a * radius_a / distance2 - along * along;
-  if (!(across2 > 0)) {
-    return std::nullopt;
-  }
+  if (!(across2 > 0)) return std::nullopt;
   return PlanarVector(a + along * ray + side * std::sqrt(across2) * turned_left(ray));
 }
 
@@ -67,6 +65,21 @@ void check_stroke(const MachineDescription& machine, int joint, double lowest_m,
                       "must be at least " + number_text(highest_m) + why});
   }
   if (!errors.empty()) throw GeometryErrors(machine.source, std::move(errors));
+}
+
+Frame2 joint_frame(const Frame2& parent, const PlanarVector& origin_m, double angle_rad) {
+  return parent * Eigen::Translation2d(origin_m) * Eigen::Rotation2Dd(angle_rad);
+}
+
+/// H of the bucket linkage: |HJ| and |HK| from J and K, on the given side of the ray from J to K.
+PlanarVector linkage_joint(const BucketLinkage& linkage, const PlanarVector& j, const PlanarVector& k) {
+  const PlanarVector ray = k - j;
+  const double d = ray.norm();
+  const double along = (linkage.rocker_length_m * linkage.rocker_length_m -
+                        linkage.coupler_length_m * linkage.coupler_length_m + d * d) /
+                       (2 * d);
+  const double aside = std::sqrt(std::max(0.0, linkage.rocker_length_m * linkage.rocker_length_m - along * along));
+  return j + (along * ray + linkage.branch * aside * turned_left(ray)) / d;
 }
 
 }  // namespace
@@ -136,9 +149,7 @@ void Kinematics::scan(const MachineDescription& machine, int joint) {
   for (int i = 0; i <= steps; ++i) {
     const double angle = span.min_rad + (span.max_rad - span.min_rad) * i / steps;
     const auto state = cylinder_at(joint, angle);
-    if (!state) {
-      refuse_at(angle, "with these pins the linkage cannot close");
-    }
+    if (!state) refuse_at(angle, "with these pins the linkage cannot close");
     sign = i == 0 ? std::copysign(1.0, state->lever_m) : sign;
     if (!(sign * state->lever_m >= kLeastLever_m)) {
       refuse_at(angle, "the cylinder's lever must be at least " + number_text(1e3 * kLeastLever_m) +
@@ -148,24 +159,21 @@ void Kinematics::scan(const MachineDescription& machine, int joint) {
   }
   const auto length_at = [&](double angle) { return cylinder_at(joint, angle)->length_m; };
   std::tie(span.min_length, span.max_length) =
-      std::minmax({length_at(outermost(machine, joint, span.min_rad, -kScanStep_rad)),
-                   length_at(outermost(machine, joint, span.max_rad, kScanStep_rad))});
+      std::minmax({length_at(outermost(machine, joint, span.min_rad, -kScanStep_rad, kStrokeMargin_m)),
+                   length_at(outermost(machine, joint, span.max_rad, kScanStep_rad, kStrokeMargin_m))});
   const auto [lowest, highest] = std::minmax({length_at(link.min_rad), length_at(link.max_rad)});
   check_stroke(machine, joint, lowest, highest);
-  if (joint != kBucket) {
-    triangles_[index].side = sign;
-  }
+  if (joint != kBucket) triangles_[index].side = sign;
 }
 
-double Kinematics::outermost(const MachineDescription& machine, int joint, double from_rad,
-                             double step_rad) const noexcept {
+double Kinematics::outermost(const MachineDescription& machine, int joint, double from_rad, double step_rad,
+                             double margin_m) const noexcept {
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
   const double sign = std::copysign(1.0, cylinder_at(joint, from_rad)->lever_m);
   const auto can_be = [&](double angle) {
     const auto state = cylinder_at(joint, angle);
-    return state && sign * state->lever_m >= kLeastLever_m &&
-           state->length_m >= cylinder.min_length_m - kStrokeMargin_m &&
-           state->length_m <= cylinder.max_length_m + kStrokeMargin_m;
+    return state && sign * state->lever_m >= kLeastLever_m && state->length_m >= cylinder.min_length_m - margin_m &&
+           state->length_m <= cylinder.max_length_m + margin_m;
   };
   double reached = from_rad;
   while (can_be(reached + step_rad)) reached += step_rad;
@@ -183,9 +191,7 @@ std::optional<CylinderState> Kinematics::four_bar_at(double bucket_rad) const no
   const PlanarVector arm_of_pin = rotated(four_bar_.bucket_pin, bucket_rad);
   const PlanarVector pin = four_bar_.bucket_joint + arm_of_pin;
   const auto crank = circles_meet(four_bar_.rocker_pin, four_bar_.rocker, pin, four_bar_.coupler, four_bar_.branch);
-  if (!crank) {
-    return std::nullopt;
-  }
+  if (!crank) return std::nullopt;
   const PlanarVector coupler = *crank - pin;
   const PlanarVector crank_per_rocker = turned_left(*crank - four_bar_.rocker_pin);
   const double rocker_rate = coupler.dot(turned_left(arm_of_pin)) / coupler.dot(crank_per_rocker);
@@ -197,30 +203,22 @@ std::optional<CylinderState> Kinematics::four_bar_at(double bucket_rad) const no
 std::optional<double> Kinematics::four_bar_inverse(double length_m) const noexcept {
   const auto crank =
       circles_meet(four_bar_.cylinder_pin, length_m, four_bar_.rocker_pin, four_bar_.rocker, four_bar_.rocker_side);
-  if (!crank) {
-    return std::nullopt;
-  }
+  if (!crank) return std::nullopt;
   const auto pin = circles_meet(*crank, four_bar_.coupler, four_bar_.bucket_joint, four_bar_.bucket_pin_radius,
                                 four_bar_.coupler_side);
-  if (!pin) {
-    return std::nullopt;
-  }
+  if (!pin) return std::nullopt;
   const PlanarVector arm_of_pin = *pin - four_bar_.bucket_joint;
   return std::atan2(cross(four_bar_.bucket_pin, arm_of_pin), four_bar_.bucket_pin.dot(arm_of_pin));
 }
 
 std::optional<CylinderState> Kinematics::cylinder_at(int joint, double joint_rad) const noexcept {
-  if (joint == kBucket) {
-    return four_bar_at(joint_rad);
-  }
+  if (joint == kBucket) return four_bar_at(joint_rad);
   return triangle_at(triangles_[static_cast<std::size_t>(joint)], joint_rad);
 }
 
 std::optional<double> Kinematics::joint_at(int joint, double length_m) const noexcept {
   const Span& span = spans_[static_cast<std::size_t>(joint)];
-  if (!(length_m >= span.min_length && length_m <= span.max_length)) {
-    return std::nullopt;
-  }
+  if (!(length_m >= span.min_length && length_m <= span.max_length)) return std::nullopt;
   std::optional<double> angle;
   if (joint == kBucket) {
     angle = four_bar_inverse(length_m);
@@ -229,9 +227,7 @@ std::optional<double> Kinematics::joint_at(int joint, double length_m) const noe
     const double cosine = (triangle.sum_squares - length_m * length_m) / (2 * triangle.product);
     angle = triangle.side * std::acos(std::clamp(cosine, -1.0, 1.0)) - triangle.offset_rad;
   }
-  if (!angle) {
-    return std::nullopt;
-  }
+  if (!angle) return std::nullopt;
   // The turn that lies in the working range.
   const double middle = 0.5 * (span.min_rad + span.max_rad);
   return middle + wrapped(*angle - middle);
@@ -266,34 +262,12 @@ std::optional<JointVector> Kinematics::inverse(const PlanarVector& tip_m, double
   const PlanarVector pin =
       tip_m - lengths_m_[kBucket] * PlanarVector(std::cos(bucket_absolute_rad), std::sin(bucket_absolute_rad));
   const double cosine = (pin.squaredNorm() - boom * boom - arm * arm) / (2 * boom * arm);
-  if (!(std::abs(cosine) <= 1)) {
-    return std::nullopt;
-  }
+  if (!(std::abs(cosine) <= 1)) return std::nullopt;
   const double sine = -std::sqrt(1 - cosine * cosine);  // elbow up: the arm hangs to the right of the boom
   const double boom_rad = wrapped(std::atan2(pin.y(), pin.x()) - std::atan2(arm * sine, boom + arm * cosine));
   const double arm_rad = std::atan2(sine, cosine);
   return JointVector(boom_rad, arm_rad, wrapped(bucket_absolute_rad - boom_rad - arm_rad));
 }
-
-namespace {
-
-Frame2 joint_frame(const Frame2& parent, const PlanarVector& origin_m, double angle_rad) {
-  return parent * Eigen::Translation2d(origin_m) * Eigen::Rotation2Dd(angle_rad);
-}
-
-/// H of the bucket linkage: |HJ| and |HK| from J and K, on the given side of the ray from J to K.
-PlanarVector linkage_joint(const BucketLinkage& linkage, const PlanarVector& j, const PlanarVector& k) {
-  const PlanarVector ray = k - j;
-  const double d = ray.norm();
-  const double along = (linkage.rocker_length_m * linkage.rocker_length_m -
-                        linkage.coupler_length_m * linkage.coupler_length_m + d * d) /
-                       (2 * d);
-  const double aside = std::sqrt(std::max(0.0, linkage.rocker_length_m * linkage.rocker_length_m - along * along));
-  const PlanarVector left(-ray.y(), ray.x());
-  return j + (along * ray + linkage.branch * aside * left) / d;
-}
-
-}  // namespace
 
 MachinePose pose_of(const MachineDescription& m, const JointVector& q) {
   MachinePose pose;

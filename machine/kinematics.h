@@ -43,6 +43,10 @@ class Kinematics {
   /// @return nullopt for lengths that no angle of that range gives, or a non-finite one.
   [[nodiscard]] std::optional<double> joint_at(int joint, double length_m) const noexcept;
 
+  /// From an angle by steps of one sign as far as the cylinder's stroke and this margin go, short of a toggle.
+  [[nodiscard]] double outermost(const MachineDescription& machine, int joint, double from_rad, double step_rad,
+                                 double margin_m) const noexcept;
+
   /// Tip position in M for joint angles, hull pitch not included.
   [[nodiscard]] PlanarVector tip(const JointVector& joints_rad) const noexcept;
   /// d tip / d joints, rows x and z. Joint torque of a tip force f is J^T f.
@@ -78,9 +82,6 @@ class Kinematics {
   [[nodiscard]] std::optional<double> four_bar_inverse(double length_m) const noexcept;
   /// Refuses what cannot reach or passes a toggle; sets the span and the triangle's side.
   void scan(const MachineDescription& machine, int joint);
-  /// From an angle by steps of one sign as far as the stroke goes, short of the toggle.
-  [[nodiscard]] double outermost(const MachineDescription& machine, int joint, double from_rad,
-                                 double step_rad) const noexcept;
 
   std::array<Triangle, 2> triangles_{};
   FourBar four_bar_{};

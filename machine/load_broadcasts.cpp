@@ -4,12 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <span>
-#include <string>
 #include <utility>
 
 #include "core/units.h"
@@ -183,10 +180,7 @@ BroadcastField read_input(TomlTable file, unsigned number, const SensorDescripti
 
 /// Yes or no.
 void read_status(TomlTable& file, BroadcastField& field, bool is_group) {
-  constexpr std::uint8_t kMostBits = 32;
-  file.require(field.bits.type == BitField::Type::kUnsigned && field.bits.bits <= kMostBits, "bits",
-               "must be at most 32 of an unsigned", {"type"});
-  const std::int64_t most = (std::int64_t{1} << std::min(field.bits.bits, kMostBits)) - 1;
+  const std::int64_t most = most_raw(file, field.bits);
   if (file.has("on")) field.on = static_cast<std::uint64_t>(file.integer("on", 0, most));
   field.invalid_from = read_invalid(file, field.bits, is_group, most);
   file.require(!field.invalid_from || field.on < *field.invalid_from, "on", "is said to be none by invalid_from",
@@ -232,15 +226,7 @@ class BroadcastReader {
   BroadcastReader(const BusDescription& bus, const SensorDescription& sensors) : bus_(bus), sensors_(sensors) {}
 
   void read(TomlTable& file, std::uint32_t bus) {
-    const FrameHead head = read_frame_head(file, heads_, bus, true);
-    BroadcastFrame frame{.name = head.name,
-                         .id = head.id,
-                         .mask = head.mask,
-                         .source = head.source,
-                         .bytes = head.bytes,
-                         .period_s = head.period_s,
-                         .multiplexer = head.multiplexer,
-                         .on_request = head.on_request};
+    BroadcastFrame frame = read_frame_head(file, all_, bus, true);
     read_signals(file.table("signals"), frame);
     if (j1939::in_packets(frame.bytes)) check_packets(file, frame);
     check_period(file, frame);
@@ -251,7 +237,6 @@ class BroadcastReader {
     if (frame.multiplexer) used.push_back({frame.multiplexer->bits, "the multiplexer"});
     if (!j1939::in_packets(frame.bytes)) frame.closing = read_frame_closing(file, frame.bytes, used);
     check_closing(file, frame);
-    heads_.push_back(head);
     all_.push_back(std::move(frame));
   }
   [[nodiscard]] std::vector<BroadcastFrame> take() { return std::move(all_); }
@@ -337,7 +322,6 @@ class BroadcastReader {
 
   const BusDescription& bus_;
   const SensorDescription& sensors_;
-  std::vector<FrameHead> heads_;
   std::vector<BroadcastFrame> all_;
 };
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "core/units.h"
 #include "machine/bus_budget.h"
@@ -45,9 +44,8 @@ WireDescription read_wire(TomlTable file) {
     file.require(wire.pressure != Pressure::kFloat, "pressure_digits",
                  "only goes with pressure_value = \"integer\" or \"integer16\"", {"pressure_value"});
   }
-  if (file.has("encoder_speed_step_mmps")) {
+  if (file.has("encoder_speed_step_mmps"))
     wire.encoder_speed_step_mps = file.number("encoder_speed_step_mmps", 0.01, 10, kMilli);
-  }
   return wire;
 }
 
@@ -61,21 +59,11 @@ void read_patience(TomlTable& file, BusDescription& bus) {
   optional("activate_timeout_ms", 30000, bus.activate_timeout_s);
 }
 
-}  // namespace
-
-BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& sensors) {
-  BusDescription bus;
-  TomlTable& file = files.front();
-  const auto frames = [&files](std::size_t on, const char* key) {
-    return on < files.size() && files[on].has(key) ? files[on].tables(key) : std::vector<TomlTable>();
-  };
-  read_bus_lines(files, bus);
+/// @param nodes whether what is said of nodes alone must be there.
+void read_times(TomlTable& file, bool nodes, BusDescription& bus) {
   bus.sync_Hz = file.number("sync_Hz", 50, 250);
   const double period_ms = 1e3 / bus.sync_Hz;
   file.require(std::abs(period_ms - std::round(period_ms)) < 1e-6, "sync_Hz", "its period must be whole milliseconds");
-  // What is said of nodes alone may be left away where there are none.
-  const bool nodes = file.has("node") || file.has("nodes") ||
-                     std::none_of(files.begin(), files.end(), [](const TomlTable& one) { return one.has("command"); });
   const auto wanted = [&file, nodes](const char* key) { return nodes || file.has(key); };
   const auto every_nth = [&](const char* key) { return wanted(key) ? static_cast<int>(file.integer(key, 1, 8)) : 1; };
   bus.set_point_every_nth_sync = every_nth("set_point_every_nth_sync");
@@ -103,34 +91,27 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
   bus.sensor_age_limit_s = at_least("sensor_age_limit_ms", nodes ? period_ms * bus.tilt_every_nth_sync : 0,
                                     "tilt sensor's period", {"sync_Hz", "tilt_every_nth_sync"}, kLongestBlind_ms);
   read_patience(file, bus);
-  if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
-  if (wanted("controller_id")) bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
-  if (file.has("j1939_address"))
-    bus.j1939_address = static_cast<std::uint8_t>(file.integer("j1939_address", 0, j1939::kMostAddress));
-  bus.broadcasts = read_broadcasts(frames(0, "broadcast"), frames(1, "broadcast"), bus, sensors);
-  read_commands(file, frames(0, "command"), frames(1, "command"), bus);
-  const bool asks = std::any_of(bus.broadcasts.begin(), bus.broadcasts.end(),
-                                [](const BroadcastFrame& frame) { return frame.on_request; });
+}
+
+/// It must be used, and of two buses on one.
+void check_address(const TomlTable& file, const BusDescription& bus) {
+  bool asks = false, apart = false;
+  const auto elsewhere = [&bus](std::uint32_t id) { return (id & kSecondBus) != bus.j1939_line(); };
+  for (const BroadcastFrame& frame : bus.broadcasts) {
+    asks = asks || frame.on_request;
+    apart = apart || (frame.on_request && elsewhere(frame.id));
+  }
+  for (const CommandFrame& frame : bus.commands)
+    apart = apart || (frame.mask != CanFilter::kWhole && elsewhere(frame.id));
   file.require(!bus.j1939_address || asks || bus.commands_by_address(), "j1939_address",
                "is used by nothing: no [[bus.broadcast]] has request_every_s, and no [[bus.command]] an id of 29 bits "
                "that ends with it",
                {"broadcast", "command"});
-  const auto speaks_elsewhere = [&bus](const auto& frame, bool speaks) {
-    return speaks && (frame.id & kSecondBus) != bus.j1939_line();
-  };
-  bool apart = false;
-  for (const BroadcastFrame& frame : bus.broadcasts) apart = apart || speaks_elsewhere(frame, frame.on_request);
-  for (const CommandFrame& frame : bus.commands)
-    apart = apart || speaks_elsewhere(frame, frame.mask != CanFilter::kWhole);
   file.require(!apart, "j1939_address", "is one bus's alone: frames from it, and what it asks for, must be on one",
                {"broadcast", "command"});
-  bus.nodes = read_nodes(file, bus, sensors);
-  const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
-                      bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
-  file.require(!status || (bus.by_frames() && !bus.has_enable()), "broadcast",
-               "e_stop_closed and pilot_on do not go with an enable node, which tells both", {"command", "node"});
-  check_pilots(file, bus);
-  for (std::size_t on = 0; on < bus.lines(); ++on) check_frames_beside_nodes(files[on], bus.alone(on));
+}
+
+void check_wire(const TomlTable& file, const BusDescription& bus, const SensorDescription& sensors) {
   const bool floats = std::any_of(bus.nodes.begin(), bus.nodes.end(),
                                   [](const NodeDescription& valve) { return valve.profile == ValveProfile::kPved; });
   file.require(!floats || bus.wire.valve_full_stroke <= kPvedMostStroke, "wire",
@@ -142,6 +123,37 @@ BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& s
       "wire",
       "16 bits reach " + number_text(reach_Pa / kBar) + " bar, less than the transmitters: needs fewer pressure_digits",
       {".sensors.pressure_range_bar"});
+}
+
+}  // namespace
+
+BusDescription read_bus(std::vector<TomlTable> files, const SensorDescription& sensors) {
+  BusDescription bus;
+  TomlTable& file = files.front();
+  const auto frames = [&files](std::size_t on, const char* key) {
+    return on < files.size() && files[on].has(key) ? files[on].tables(key) : std::vector<TomlTable>();
+  };
+  read_bus_lines(files, bus);
+  // What is said of nodes alone may be left away where there are none.
+  const bool nodes = file.has("node") || file.has("nodes") ||
+                     std::none_of(files.begin(), files.end(), [](const TomlTable& one) { return one.has("command"); });
+  read_times(file, nodes, bus);
+  if (file.has("wire")) bus.wire = read_wire(file.table("wire"));
+  if (nodes || file.has("controller_id"))
+    bus.controller_id = static_cast<std::uint8_t>(file.integer("controller_id", 1, 127));
+  if (file.has("j1939_address"))
+    bus.j1939_address = static_cast<std::uint8_t>(file.integer("j1939_address", 0, j1939::kMostAddress));
+  bus.broadcasts = read_broadcasts(frames(0, "broadcast"), frames(1, "broadcast"), bus, sensors);
+  read_commands(file, frames(0, "command"), frames(1, "command"), bus);
+  check_address(file, bus);
+  bus.nodes = read_nodes(file, bus, sensors);
+  const bool status = bus.broadcast(NodeRole::kEnable, kEStopClosedIndex).field != nullptr ||
+                      bus.broadcast(NodeRole::kEnable, kPilotOnIndex).field != nullptr;
+  file.require(!status || (bus.by_frames() && !bus.has_enable()), "broadcast",
+               "e_stop_closed and pilot_on do not go with an enable node, which tells both", {"command", "node"});
+  check_pilots(file, bus);
+  for (std::size_t on = 0; on < bus.lines(); ++on) check_frames_beside_nodes(files[on], bus.alone(on));
+  check_wire(file, bus, sensors);
   if (frames_are_known(file, bus.nodes))
     for (std::size_t on = 0; on < bus.lines(); ++on) check_bus_load(files[on], bus.alone(on), sensors);
   return bus;

@@ -4,11 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <limits>
 
 #include "machine/bus_budget.h"
+#include "machine/load_frames.h"
 
 namespace knuckle {
 namespace {
@@ -18,10 +17,7 @@ constexpr std::size_t kMostBuses = 2;
 std::string read_name(TomlTable& file, const std::string& other) {
   constexpr std::size_t kLongest = 15;  // as of the interfaces that stand beside it in options
   const std::string name = file.text("name");
-  const bool plain =
-      !name.empty() && name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-      std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-  file.require(plain, "name", "must be a letter and up to 14 letters, digits and _");
+  file.require(is_plain_name(name, kLongest), "name", "must be a letter and up to 14 letters, digits and _");
   file.require(name != other, "name", "is the name of the other bus");
   return name;
 }
@@ -30,8 +26,7 @@ std::string read_name(TomlTable& file, const std::string& other) {
 BusLine read_line(TomlTable& file, bool needs_name, const std::string& other) {
   BusLine line;
   if (needs_name || file.has("name")) line.name = read_name(file, other);
-  const std::int64_t kbps =
-      file.integer("bit_rate_kbps", std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max());
+  const std::int64_t kbps = file.integer("bit_rate_kbps");
   const auto rate = std::find(kBitRates_kbps.begin(), kBitRates_kbps.end(), kbps);
   file.require(rate != kBitRates_kbps.end(), "bit_rate_kbps",
                fmt::format("must be one of CANopen's: {}", fmt::join(kBitRates_kbps, ", ")));

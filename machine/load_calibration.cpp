@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 
 #include "core/symmetric_eigen.h"
 #include "core/units.h"
@@ -88,9 +87,8 @@ DynamicsCalibration read_dynamics(TomlTable file) {
   dynamics.parameters.segment<kJoints>(2 * kJoints) =
       file.numbers<kJoints>("moment_z_kgm", -kLargestMoment_kgm, kLargestMoment_kgm);
   TomlTable friction = file.table("friction");
-  for (int joint = 0; joint < kJoints; ++joint) {
+  for (int joint = 0; joint < kJoints; ++joint)
     read_friction(friction.table(kJointNames[static_cast<std::size_t>(joint)]), joint, dynamics);
-  }
   dynamics.residual_rms_Nm = file.numbers<kJoints>("residual_rms_Nm", 0, 1e6);
   constexpr std::size_t kCount = kCalibrationCount * kCalibrationCount;
   constexpr double kLargest = 1e18;  // (1e9 in SI units)^2
@@ -102,16 +100,15 @@ DynamicsCalibration read_dynamics(TomlTable file) {
 }
 
 GeometryCalibration read_geometry(TomlTable file) {
-  const auto pin = [&](const char* key) { return file.numbers<2>(key, -kFurthestPin_m, kFurthestPin_m); };
   GeometryCalibration geometry;
   geometry.length_m = file.numbers<kJoints>("length_m", 0.05, kFurthestPin_m);
-  geometry.boom_parent_pin_m = pin("boom_parent_pin_m");
-  geometry.boom_child_pin_m = pin("boom_child_pin_m");
-  geometry.arm_parent_pin_m = pin("arm_parent_pin_m");
-  geometry.arm_child_pin_m = pin("arm_child_pin_m");
-  geometry.cylinder_pin_m = pin("bucket_cylinder_pin_m");
-  geometry.rocker_pin_m = pin("bucket_rocker_pin_m");
-  geometry.bucket_pin_m = pin("bucket_pin_m");
+  geometry.boom_parent_pin_m = read_pin(file, "boom_parent_pin_m");
+  geometry.boom_child_pin_m = read_pin(file, "boom_child_pin_m");
+  geometry.arm_parent_pin_m = read_pin(file, "arm_parent_pin_m");
+  geometry.arm_child_pin_m = read_pin(file, "arm_child_pin_m");
+  geometry.cylinder_pin_m = read_pin(file, "bucket_cylinder_pin_m");
+  geometry.rocker_pin_m = read_pin(file, "bucket_rocker_pin_m");
+  geometry.bucket_pin_m = read_pin(file, "bucket_pin_m");
   geometry.rocker_length_m = file.number("rocker_length_m", 0.01, kFurthestPin_m);
   geometry.coupler_length_m = file.number("coupler_length_m", 0.01, kFurthestPin_m);
   geometry.encoder_offset_m =

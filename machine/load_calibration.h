@@ -2,15 +2,20 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.h"
+#include "core/joints.h"
 #include "machine/description_fwd.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle {
 
 inline constexpr double kFurthestPin_m = 30;  ///< Of any point of a machine, from the origin of its link.
+[[nodiscard]] inline PlanarVector read_pin(TomlTable& file, std::string_view key) {
+  return file.numbers<2>(key, -kFurthestPin_m, kFurthestPin_m);
+}
 
 // Why the joints of a machine cannot work as its file says: all that Kinematics refuses it for.
 

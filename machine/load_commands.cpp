@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -56,7 +55,7 @@ class CommandReader {
 
   void read(TomlTable& file, std::uint32_t bus) {
     if (file.has("iso11783_valve")) return read_valve(file, bus);
-    const FrameHead head = read_frame_head(file, heads_, bus, false, bus_.j1939_address);
+    const BroadcastFrame head = read_frame_head(file, heads_, bus, false, bus_.j1939_address);
     CommandFrame frame{
         .name = head.name, .id = head.id, .mask = head.mask, .bytes = head.bytes, .period_s = head.period_s};
     frame.always = file.choice("send", {"always", "while_led"}) == 0;
@@ -78,7 +77,7 @@ class CommandReader {
     constexpr std::uint32_t kPriority = 3;
     const std::uint32_t id =
         j1939::identifier(j1939::kValveCommand + valve, bus_.j1939_address.value_or(0), j1939::kEverybody, kPriority);
-    const FrameHead head{
+    const BroadcastFrame head{
         .name = fmt::format("iso11783_valve_{}", valve), .id = id | bus, .mask = j1939::kAllButPriorityAndSource};
     check_frame_head(file, head, heads_, "iso11783_valve", "iso11783_valve");
     // The standard repeats it every 100 ms; here no joint's frame may be so old.
@@ -198,11 +197,8 @@ class CommandReader {
   }
 
   static CommandDirection read_direction(TomlTable file, std::uint8_t frame_bytes) {
-    constexpr std::uint8_t kMostBits = 8;
     CommandDirection direction{.bits = read_bits(file, frame_bytes)};
-    file.require(direction.bits.type == BitField::Type::kUnsigned && direction.bits.bits <= kMostBits, "bits",
-                 "must be at most 8 of an unsigned", {"type"});
-    const std::int64_t most = (std::int64_t{1} << std::min(direction.bits.bits, kMostBits)) - 1;
+    const std::int64_t most = most_raw(file, direction.bits, 8);
     for (auto [key, raw] :
          {std::pair("neutral", &direction.neutral), {"extend", &direction.extend}, {"retract", &direction.retract}})
       *raw = static_cast<std::uint64_t>(file.integer(key, 0, most));
@@ -241,10 +237,7 @@ class CommandReader {
 
   static void check_name(const TomlTable& fields, const std::string& name) {
     constexpr std::size_t kLongest = 32;  // of a signal in a DBC
-    const bool plain =
-        !name.empty() && name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-    fields.require(plain, name, "its name must be a letter and up to 31 letters, digits and _");
+    fields.require(is_plain_name(name, kLongest), name, "its name must be a letter and up to 31 letters, digits and _");
   }
 
   /// What moves a joint is one thing each way, and one kind everywhere.
@@ -345,7 +338,7 @@ class CommandReader {
 
   const TomlTable& file_;
   BusDescription& bus_;
-  std::vector<FrameHead> heads_;
+  std::vector<BroadcastFrame> heads_;  // as far as another frame may not have the same
 };
 
 }  // namespace

@@ -11,8 +11,6 @@
 namespace knuckle {
 namespace {
 
-constexpr PerJoint<const char*> kDeviceJoints{"forearm", "wrist", "finger"};
-
 void read_joint(TomlTable file, std::size_t joint, DeviceDescription& device) {
   constexpr double kPi = std::numbers::pi;
   device.link_m[static_cast<Eigen::Index>(joint)] = file.number("link_m", 0.01, 2);
@@ -68,9 +66,8 @@ DeviceDescription read_device(TomlTable file, bool leads) {
   device.source = file.source();
   device.text = file.document();
   TomlTable joints = file.table("joints");
-  for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    read_joint(joints.table(kDeviceJoints[joint]), joint, device);
-  }
+  for (std::size_t joint = 0; joint < kJoints; ++joint)
+    read_joint(joints.table(kDeviceJointNames[joint]), joint, device);
   device.watchdog_s = file.number("watchdog_ms", 2, 200, kMilli);
   device.feel = read_feel(file.table("feel"), leads);
   file.finish();

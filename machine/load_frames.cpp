@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstddef>
 
 #include "core/units.h"
 #include "machine/reason_text.h"
@@ -29,12 +28,9 @@ BitField read_meaning_of_bits(TomlTable& file) {
 }
 
 FrameCounter read_counter(TomlTable file, std::uint8_t frame_bytes) {
-  constexpr int kMostBits = 32;
   FrameCounter counter{.field = read_bits(file, frame_bytes), .modulus = 0};
-  file.require(counter.field.type == BitField::Type::kUnsigned && counter.field.bits <= kMostBits, "bits",
-               "must be at most 32 of an unsigned", {"type"});
-  const std::int64_t most = std::int64_t{1} << std::min<int>(counter.field.bits, kMostBits);
-  if (file.has("modulus")) counter.modulus = static_cast<std::uint64_t>(file.integer("modulus", 2, most));
+  const std::int64_t most = most_raw(file, counter.field);
+  if (file.has("modulus")) counter.modulus = static_cast<std::uint64_t>(file.integer("modulus", 2, most + 1));
   return counter;
 }
 
@@ -85,7 +81,7 @@ std::uint32_t read_id(TomlTable& file) {
 }
 
 /// A J1939 parameter group, whichever priority it is sent with.
-void read_group(TomlTable& file, FrameHead& head) {
+void read_group(TomlTable& file, BroadcastFrame& head) {
   const auto group = static_cast<std::uint32_t>(file.integer("pgn", 0, j1939::kMostGroup));
   file.require(!j1939::has_destination(group) || (group & 0xFFU) == 0, "pgn",
                "must end with 00: the last byte is the receiver's address in groups below 0xF000");
@@ -96,26 +92,24 @@ void read_group(TomlTable& file, FrameHead& head) {
 }
 
 /// Whether a frame could be either of the two.
-bool may_be_both(const FrameHead& a, const FrameHead& b) {
-  const auto mask = [](const FrameHead& head) { return head.mask | (head.source ? 0xFFU : 0U); };
+bool may_be_both(const BroadcastFrame& a, const BroadcastFrame& b) {
+  const auto mask = [](const BroadcastFrame& head) { return head.mask | (head.source ? 0xFFU : 0U); };
   return CanFilter(a.id, mask(a) & mask(b)).lets(b.id);
 }
 
-void check_name(const TomlTable& file, const std::string& name, const std::vector<FrameHead>& others, const char* key) {
+void check_name(const TomlTable& file, const std::string& name, const std::vector<BroadcastFrame>& others,
+                const char* key) {
   constexpr std::size_t kLongest = 32;  // of a message in a DBC
   if (name.empty()) return;             // noted
-  const bool plain =
-      name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-      std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-  file.require(plain, key, "must be a letter and up to 31 letters, digits and _");
-  const auto same = [&](const FrameHead& other) { return other.name == name; };
+  file.require(is_plain_name(name, kLongest), key, "must be a letter and up to 31 letters, digits and _");
+  const auto same = [&](const BroadcastFrame& other) { return other.name == name; };
   file.require(std::none_of(others.begin(), others.end(), same), key, "is the name of another frame");
 }
 
 /// Frames under one identifier are told apart by what the same bits say.
-void check_alone(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+void check_alone(const TomlTable& file, const BroadcastFrame& head, const std::vector<BroadcastFrame>& others,
                  const char* id_key) {
-  for (const FrameHead& other : others) {
+  for (const BroadcastFrame& other : others) {
     if (!may_be_both(other, head)) continue;
     if (!head.multiplexer || !other.multiplexer) {
       const bool one = head.multiplexer || other.multiplexer;
@@ -135,27 +129,35 @@ void check_alone(const TomlTable& file, const FrameHead& head, const std::vector
 }
 
 Multiplexer read_multiplexer(TomlTable file, std::uint8_t frame_bytes) {
-  constexpr int kMostBits = 32;
   Multiplexer multiplexer{.bits = read_bits(file, frame_bytes)};
-  const BitField& bits = multiplexer.bits;
-  file.require(bits.type == BitField::Type::kUnsigned && bits.bits <= kMostBits, "bits",
-               "must be at most 32 of an unsigned", {"type"});
-  const std::int64_t most = (std::int64_t{1} << std::min<int>(bits.bits, kMostBits)) - 1;
+  const std::int64_t most = most_raw(file, multiplexer.bits);
   multiplexer.value = static_cast<std::uint64_t>(file.integer("value", 0, most));
   return multiplexer;
 }
 
 }  // namespace
 
-void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+bool is_plain_name(const std::string& name, std::size_t longest) {
+  return !name.empty() && name.size() <= longest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+}
+
+std::optional<int> channel_number(const std::string& key) {
+  const bool digits = !key.empty() && key.size() <= 2 &&
+                      std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  if (!digits || key != std::to_string(std::stoi(key))) return std::nullopt;
+  return std::stoi(key);
+}
+
+void check_frame_head(const TomlTable& file, const BroadcastFrame& head, const std::vector<BroadcastFrame>& others,
                       const char* name_key, const char* id_key) {
   check_alone(file, head, others, id_key);
   check_name(file, head.name, others, name_key);
 }
 
-FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus, bool is_broadcast,
-                          std::optional<std::uint8_t> own_address) {
-  FrameHead head;
+BroadcastFrame read_frame_head(TomlTable& file, const std::vector<BroadcastFrame>& others, std::uint32_t bus,
+                               bool is_broadcast, std::optional<std::uint8_t> own_address) {
+  BroadcastFrame head;
   head.name = file.text("name");
   const bool group = is_broadcast && file.has("pgn");
   if (group)
@@ -187,11 +189,8 @@ FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others,
 std::vector<int> analog_numbers(TomlTable& file) {
   std::vector<int> numbers;
   for (const std::string& key : file.keys()) {
-    const bool digits = !key.empty() && key.size() <= 2 &&
-                        std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-    const int number = digits ? std::stoi(key) : 0;
-    if (number >= 1 && number <= kMostAnalogs && key == std::to_string(number)) {
-      numbers.push_back(number);
+    if (const auto number = channel_number(key); number && *number >= 1 && *number <= kMostAnalogs) {
+      numbers.push_back(*number);
       continue;
     }
     file.require(false, key, fmt::format("must be a channel from 1 to {}", kMostAnalogs));
@@ -224,6 +223,12 @@ BitField read_bits(TomlTable& file, std::uint8_t frame_bytes) {
                fmt::format("with {} bits it ends outside the frame's {} bytes", bits.bits, frame_bytes),
                {"bits", "order"});
   return bits;
+}
+
+std::int64_t most_raw(const TomlTable& file, const BitField& bits, std::uint8_t most_bits) {
+  file.require(bits.type == BitField::Type::kUnsigned && bits.bits <= most_bits, "bits",
+               fmt::format("must be at most {} of an unsigned", most_bits), {"type"});
+  return (std::int64_t{1} << std::min(bits.bits, most_bits)) - 1;
 }
 
 FrameClosing read_frame_closing(TomlTable& file, std::uint8_t frame_bytes, const std::vector<UsedBits>& used) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,27 +14,24 @@
 
 namespace knuckle {
 
-/// As in BroadcastFrame.
-struct FrameHead {
-  std::string name;
-  std::uint32_t id = 0;
-  std::uint32_t mask = CanFilter::kWhole;
-  std::optional<std::uint8_t> source{};
-  std::uint8_t bytes = 8;
-  double period_s = 0;
-  std::optional<Multiplexer> multiplexer{};
-  bool on_request = false;
-};
+/// Whether it can be a name in options, scenarios and a DBC: a letter, then letters, digits and _.
+[[nodiscard]] bool is_plain_name(const std::string& name, std::size_t longest);
+
+/// The channel that a key names, "0" to "99"; nothing where it names none.
+[[nodiscard]] std::optional<int> channel_number(const std::string& key);
+
+/// What a frame has but its fields and closing: a command's, too, as far as CommandFrame has it.
 /// Notes a name that one of the others has, or an identifier that no multiplexer tells apart from another's.
 /// @param bus kSecondBus where it is on that
 /// @param is_broadcast "pgn" may stand in place of "id", and there may be a multiplexer.
 /// @param own_address J1939 address of whoever sends it: a frame from there is known by its group and receiver.
-[[nodiscard]] FrameHead read_frame_head(TomlTable& file, const std::vector<FrameHead>& others, std::uint32_t bus,
-                                        bool is_broadcast, std::optional<std::uint8_t> own_address = {});
+[[nodiscard]] BroadcastFrame read_frame_head(TomlTable& file, const std::vector<BroadcastFrame>& others,
+                                             std::uint32_t bus, bool is_broadcast,
+                                             std::optional<std::uint8_t> own_address = {});
 
 /// Notes a name that another one has, or that a DBC could not have, and an identifier that may be another's.
 /// @param name_key, id_key what the file says them by
-void check_frame_head(const TomlTable& file, const FrameHead& head, const std::vector<FrameHead>& others,
+void check_frame_head(const TomlTable& file, const BroadcastFrame& head, const std::vector<BroadcastFrame>& others,
                       const char* name_key, const char* id_key);
 
 /// Channels of a module that the table's keys name, in order; notes keys that name none.
@@ -41,6 +39,9 @@ void check_frame_head(const TomlTable& file, const FrameHead& head, const std::v
 
 /// start, bits, type and order.
 [[nodiscard]] BitField read_bits(TomlTable& file, std::uint8_t frame_bytes);
+
+/// The highest raw value. Notes bits that are not an unsigned of at most so many.
+[[nodiscard]] std::int64_t most_raw(const TomlTable& file, const BitField& bits, std::uint8_t most_bits = 32);
 
 /// Likewise in a message of several packets, from its first byte on: within 8 bytes.
 struct MessageBits {

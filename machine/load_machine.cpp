@@ -30,7 +30,7 @@ LinkDescription read_link(TomlTable& file) {
   LinkDescription link;
   link.length_m = file.number("length_m", 0.05, kFurthestPin_m);
   link.mass_kg = file.number("mass_kg", 0.1, kHeaviest_kg);
-  link.com_m = file.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  link.com_m = read_pin(file, "com_m");
   link.inertia_kgm2 = file.number("inertia_kgm2", 1e-4, 1e7);
   const double largest_kgm2 = link.mass_kg * link.length_m * link.length_m;
   file.require(link.inertia_kgm2 >= kLeastGyration * kLeastGyration * largest_kgm2 && link.inertia_kgm2 <= largest_kgm2,
@@ -48,15 +48,14 @@ LinkDescription read_link(TomlTable& file) {
 }
 
 TriangleMount read_mount(TomlTable file) {
-  return {.parent_pin_m = file.numbers<2>("parent_pin_m", -kFurthestPin_m, kFurthestPin_m),
-          .child_pin_m = file.numbers<2>("child_pin_m", -kFurthestPin_m, kFurthestPin_m)};
+  return {.parent_pin_m = read_pin(file, "parent_pin_m"), .child_pin_m = read_pin(file, "child_pin_m")};
 }
 
 BucketLinkage read_linkage(TomlTable file) {
   BucketLinkage linkage;
-  linkage.cylinder_pin_m = file.numbers<2>("cylinder_pin_m", -kFurthestPin_m, kFurthestPin_m);
-  linkage.rocker_pin_m = file.numbers<2>("rocker_pin_m", -kFurthestPin_m, kFurthestPin_m);
-  linkage.bucket_pin_m = file.numbers<2>("bucket_pin_m", -kFurthestPin_m, kFurthestPin_m);
+  linkage.cylinder_pin_m = read_pin(file, "cylinder_pin_m");
+  linkage.rocker_pin_m = read_pin(file, "rocker_pin_m");
+  linkage.bucket_pin_m = read_pin(file, "bucket_pin_m");
   linkage.rocker_length_m = file.number("rocker_length_m", 0.01, kFurthestPin_m);
   linkage.coupler_length_m = file.number("coupler_length_m", 0.01, kFurthestPin_m);
   linkage.branch = file.choice("crank_side", {"left", "right"}) == 0 ? 1 : -1;
@@ -66,10 +65,10 @@ BucketLinkage read_linkage(TomlTable file) {
 }
 
 BucketProfile read_profile(TomlTable file) {
-  return {.edge_m = file.numbers<2>("edge_m", -kFurthestPin_m, kFurthestPin_m),
-          .heel_m = file.numbers<2>("heel_m", -kFurthestPin_m, kFurthestPin_m),
-          .back_m = file.numbers<2>("back_m", -kFurthestPin_m, kFurthestPin_m),
-          .cheek_m = file.numbers<2>("cheek_m", -kFurthestPin_m, kFurthestPin_m)};
+  return {.edge_m = read_pin(file, "edge_m"),
+          .heel_m = read_pin(file, "heel_m"),
+          .back_m = read_pin(file, "back_m"),
+          .cheek_m = read_pin(file, "cheek_m")};
 }
 
 void check_outline(const TomlTable& file, const MachineDescription& machine) {
@@ -370,7 +369,7 @@ MachineDescription read_machine(TomlTable file) {
   if (file.has("force")) machine.force = read_force(file.table("force"), machine.sensors);
   TomlTable payload = file.table("payload");
   machine.payload_full_scale_kg = payload.number("full_scale_kg", 1, kHeaviest_kg);
-  machine.payload_com_m = payload.numbers<2>("com_m", -kFurthestPin_m, kFurthestPin_m);
+  machine.payload_com_m = read_pin(payload, "com_m");
   machine.cameras = read_cameras(file);
   load_calibration(file, machine);
   if (file.has("commissioning")) read_guard_proofs(file.table("commissioning"), machine.bus);

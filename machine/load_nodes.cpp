@@ -6,28 +6,21 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <utility>
 
-#include "core/units.h"
 #include "machine/bus_frames.h"
 #include "machine/device_profile.h"
 #include "machine/load_broadcasts.h"
 #include "machine/load_commands.h"
+#include "machine/load_frames.h"
 
 namespace knuckle {
 namespace {
 
 constexpr std::int64_t kMostSteps = std::int64_t{1} << 31;  // of an encoder: what counts more is broken
-
-/// Where what is right is no range: whoever reads it says what is.
-std::int64_t any_integer(TomlTable& file, std::string_view key) {
-  return file.integer(key, std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max());
-}
 
 /// A word of the DBC format: as a node's name it would end the list of nodes.
 bool is_word_of_dbc(const std::string& name) {
@@ -144,10 +137,7 @@ class NodeReader {
     constexpr std::size_t kLongest = 22;
     const std::string& name = node.name;
     if (name.empty()) return;  // noted
-    const bool plain =
-        name.size() <= kLongest && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-        std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
-    file.require(plain && name != "controller", "name",
+    file.require(is_plain_name(name, kLongest) && name != "controller", "name",
                  "must be a letter and up to 21 letters, digits and _, and not 'controller'");
     file.require(!is_word_of_dbc(name), "name", "is a word of DBC files, which list the nodes: must be another name");
     const auto is_named = [&](const SignalInfo& signal) { return signal.name == name || signal.node == name; };
@@ -172,22 +162,13 @@ class NodeReader {
     const char* bound;
   };
   static ChannelRange channels_of(const NodeDescription& node) {
-    switch (node.role) {
-      case NodeRole::kValve:
-        if (node.profile == ValveProfile::kPved) return {1, "must be channel 1: a PVED-CC has one axis"};
-        return {static_cast<int>(NodeDescription::kMostPdos),
-                "must be an axis from 1 to 4: each has PDOs of its own, and a node has 4"};
-      case NodeRole::kPressure:
-        return {8, "must be a channel from 1 to 8"};
-      case NodeRole::kTilt:
-        return {2, "must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"};
-      case NodeRole::kEncoder:
-      case NodeRole::kEnable:
-      case NodeRole::kReading:
-      case NodeRole::kPilot:
-      case NodeRole::kModule:
-        break;
-    }
+    if (node.role == NodeRole::kValve && node.profile == ValveProfile::kPved)
+      return {1, "must be channel 1: a PVED-CC has one axis"};
+    if (node.role == NodeRole::kValve)
+      return {static_cast<int>(NodeDescription::kMostPdos),
+              "must be an axis from 1 to 4: each has PDOs of its own, and a node has 4"};
+    if (node.role == NodeRole::kPressure) return {8, "must be a channel from 1 to 8"};
+    if (node.role == NodeRole::kTilt) return {2, "must be 1 (longitudinal, 0x6010) or 2 (lateral, 0x6020)"};
     return {1, "must be channel 1"};
   }
 
@@ -209,10 +190,8 @@ class NodeReader {
     TomlTable channels = file.table("channels");
     std::vector<int> numbers;
     for (const std::string& key : channels.keys()) {
-      const bool digits = !key.empty() && key.size() <= 2 &&
-                          std::all_of(key.begin(), key.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-      if (digits && key == std::to_string(std::stoi(key))) {
-        numbers.push_back(std::stoi(key));
+      if (const auto number = channel_number(key)) {
+        numbers.push_back(*number);
       } else {
         channels.require(false, key, std::string("unknown key: ") + range.bound);
         channels.leave(key);
@@ -259,7 +238,7 @@ class NodeReader {
       }
     }
     if (!file.has("outputs")) return;
-    const std::int64_t shift = any_integer(file, "error_value_shift");
+    const std::int64_t shift = file.integer("error_value_shift");
     const bool known = shift == 0 || shift == kAnalogBits;
     file.require(known, "error_value_shift",
                  "must be 16 where object 0x6444 has an output's 16 bits in its upper half, 0 where in its lower one");
@@ -322,7 +301,7 @@ class NodeReader {
   void read_maps(TomlTable& file, NodeDescription& node) const {
     constexpr double kMax32 = 0xFFFFFFFF;
     constexpr std::size_t kMostMapped = 8;  // bytes of a frame
-    const std::vector<FrameField> wanted = known_fields(node);
+    const std::vector<FrameField> wanted = sent_fields(node, bus_.wire);
     for (const char* key : {"tpdo_map", "tpdo2_map", "tpdo3_map", "tpdo4_map"}) {
       if (!file.has(key)) break;
       std::vector<std::uint32_t>& map = node.tpdo_maps.emplace_back();
@@ -341,7 +320,7 @@ class NodeReader {
       require_once(file, key, node.tpdo_maps, wanted);
     }
     if (node.tpdo_maps.empty() || node.is_told()) return;
-    const std::vector<FrameField> found = known_fields(node);
+    const std::vector<FrameField> found = sent_fields(node, bus_.wire);
     for (const FrameField& field : wanted) {
       file.require(field.part != FrameField::Part::kValue || find_field(found, field.part, field.channel) != nullptr,
                    "tpdo_map",
@@ -361,17 +340,6 @@ class NodeReader {
       file.require(here == 0 || !before, key, fmt::format("has 0x{:08X}, which an earlier map has, too", entry));
     }
   }
-  [[nodiscard]] std::vector<FrameField> known_fields(const NodeDescription& node) const {
-    BusDescription alone;
-    alone.wire = bus_.wire;
-    alone.nodes = {node};
-    std::vector<FrameField> all;
-    for (const BusFrame& frame : bus_frames(alone)) {
-      if (!frame.to_node) all.insert(all.end(), frame.fields.begin(), frame.fields.end());
-    }
-    return all;
-  }
-
   static RotaryDescription read_rotary(TomlTable& file) {
     RotaryDescription rotary;
     rotary.steps_per_turn = static_cast<std::uint32_t>(file.integer("steps_per_turn", 1 << 9, 1 << 24));
@@ -382,7 +350,7 @@ class NodeReader {
                    {"steps_per_turn"});
     }
     if (file.has("sign")) {
-      const std::int64_t sign = any_integer(file, "sign");
+      const std::int64_t sign = file.integer("sign");
       file.require(sign == 1 || sign == -1, "sign", "must be 1 or -1");
       rotary.sign = sign < 0 ? -1 : 1;
     }
@@ -393,7 +361,7 @@ class NodeReader {
   /// Optional. CiA 301 keeps what lies outside for other services.
   static std::uint16_t frame_id(TomlTable& file, const char* pdo) {
     if (!file.has(pdo)) return 0;
-    const std::int64_t id = any_integer(file, pdo);
+    const std::int64_t id = file.integer(pdo);
     const bool free = id >= 0x181 && id <= 0x57F;
     file.require(free, pdo, "must be within [0x181, 0x57F]");
     return static_cast<std::uint16_t>(free ? id : 0);

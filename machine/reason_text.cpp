@@ -17,6 +17,38 @@ const SignalInfo* signal_info(const Reason& reason) noexcept {
   return place && *place < kSignals.size() ? &kSignals[*place] : nullptr;
 }
 
+/// Of a value that only a broken wire or a short circuit of an analogue sensor can say.
+std::string wire_text(const Reason& reason, const BusDescription& bus) {
+  const SignalInfo* const signal = signal_info(reason);
+  if (signal == nullptr || reason.code != ReasonCode::kSensorInvalid) return "";
+  const BroadcastField* const field = bus.broadcast(signal->role, signal->index).field;
+  if (field == nullptr || !field->analog || !field->analog->is_broken(double(reason.value))) return "";
+  return fmt::format("; outside {}: its wire is broken or has a short circuit",
+                     kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
+}
+
+/// The frame of the machine's own controller that has the signal that the reason names; null where none has it.
+const BroadcastFrame* own_frame(const Reason& reason, const BusDescription& bus) {
+  const SignalInfo* const signal = signal_info(reason);
+  const BroadcastFrame* const frame = signal != nullptr ? bus.broadcast(signal->role, signal->index).frame : nullptr;
+  return frame != nullptr && frame->module == 0 ? frame : nullptr;
+}
+
+/// What else may be wrong where pilot pressures say where a spool is.
+std::string pilots_text(const Reason& reason, const BusDescription& bus) {
+  if (reason.code == ReasonCode::kValveNotFollowing)
+    return bus.by_frames() ? "; by its pilot pressures: check their sensors, too" : "";
+  if (reason.code != ReasonCode::kSensorImplausible) return "";
+  const SignalInfo* const signal = signal_info(reason);
+  if (signal != nullptr && signal->role == NodeRole::kPilot)
+    return "; or the joint's position sensor is wrong, or its spool sticks";
+  for (int joint = 0; joint < kJoints; ++joint) {
+    if (tells_pilots(bus, joint) && reason.subject == subject_of(NodeRole::kEncoder, joint, bus))
+      return "; or a reading of the joint's pilot pressures is wrong, or its spool sticks";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::uint8_t subject_of(NodeRole role, int index, const BusDescription& bus) noexcept {
@@ -99,42 +131,6 @@ std::string subject_text(const Reason& reason, const BusDescription& bus) {
   if (node == nullptr) return subject_text(reason);
   return node_text(*node) + bus_text(node->id, bus) + (signal == nullptr ? "" : std::string(", ") + signal->name);
 }
-
-namespace {
-
-/// Of a value that only a broken wire or a short circuit of an analogue sensor can say.
-std::string wire_text(const Reason& reason, const BusDescription& bus) {
-  const SignalInfo* const signal = signal_info(reason);
-  if (signal == nullptr || reason.code != ReasonCode::kSensorInvalid) return "";
-  const BroadcastField* const field = bus.broadcast(signal->role, signal->index).field;
-  if (field == nullptr || !field->analog || !field->analog->is_broken(double(reason.value))) return "";
-  return fmt::format("; outside {}: its wire is broken or has a short circuit",
-                     kAnalogRangeNames[static_cast<std::size_t>(field->analog->range)]);
-}
-
-/// The frame of the machine's own controller that has the signal that the reason names; null where none has it.
-const BroadcastFrame* own_frame(const Reason& reason, const BusDescription& bus) {
-  const SignalInfo* const signal = signal_info(reason);
-  const BroadcastFrame* const frame = signal != nullptr ? bus.broadcast(signal->role, signal->index).frame : nullptr;
-  return frame != nullptr && frame->module == 0 ? frame : nullptr;
-}
-
-/// What else may be wrong where pilot pressures say where a spool is.
-std::string pilots_text(const Reason& reason, const BusDescription& bus) {
-  if (reason.code == ReasonCode::kValveNotFollowing)
-    return bus.by_frames() ? "; by its pilot pressures: check their sensors, too" : "";
-  if (reason.code != ReasonCode::kSensorImplausible) return "";
-  const SignalInfo* const signal = signal_info(reason);
-  if (signal != nullptr && signal->role == NodeRole::kPilot)
-    return "; or the joint's position sensor is wrong, or its spool sticks";
-  for (int joint = 0; joint < kJoints; ++joint) {
-    if (tells_pilots(bus, joint) && reason.subject == subject_of(NodeRole::kEncoder, joint, bus))
-      return "; or a reading of the joint's pilot pressures is wrong, or its spool sticks";
-  }
-  return "";
-}
-
-}  // namespace
 
 std::string text(const Reason& reason, const BusDescription& bus) {
   if (reason.code == ReasonCode::kFrameShort && own_frame(reason, bus) != nullptr)

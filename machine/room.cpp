@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/command_joints.h"
 #include "machine/description.h"
-#include "machine/kinematics.h"
 #include "machine/pilot_spool.h"
 #include "machine/signal_units.h"
 #include "machine/toml_reader.h"
@@ -19,71 +17,6 @@ namespace {
 double angle_at(const LinkDescription& link, int step, int steps) {
   return link.min_rad + (link.max_rad - link.min_rad) * step / steps;
 }
-
-}  // namespace
-
-std::vector<PlanarVector> tips_over_range(const MachineDescription& machine) {
-  constexpr int kSteps = 12;
-  const auto angle = [&](std::size_t joint, int step) { return angle_at(machine.links[joint], step, kSteps); };
-  std::vector<PlanarVector> tips_m;
-  for (int boom = 0; boom <= kSteps; ++boom) {
-    for (int arm = 0; arm <= kSteps; ++arm) {
-      for (int bucket = 0; bucket <= kSteps; ++bucket)
-        tips_m.push_back(pose_of(machine, {angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)}).tip_m);
-    }
-  }
-  return tips_m;
-}
-
-LeverRange lever_range(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
-  constexpr int kSteps = 200;
-  LeverRange range{1e9, 0};
-  for (int step = 0; step <= kSteps; ++step) {
-    const double angle = angle_at(machine.links[static_cast<std::size_t>(joint)], step, kSteps);
-    const double lever_m = std::abs(kinematics.cylinder_at(joint, angle)->lever_m);
-    range = {std::min(range.shortest_m, lever_m), std::max(range.longest_m, lever_m)};
-  }
-  return range;
-}
-
-JointSpan cylinder_span(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
-  constexpr double kStep_rad = 1e-3;
-  const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
-  const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(joint)];
-  const double sign = std::copysign(1.0, kinematics.cylinder_at(joint, link.min_rad)->lever_m);
-  const auto outermost = [&](double angle, double step_rad) {
-    for (;; angle += step_rad) {
-      const auto next = kinematics.cylinder_at(joint, angle + step_rad);
-      if (!next || sign * next->lever_m < kLeastLever_m || next->length_m < cylinder.min_length_m ||
-          next->length_m > cylinder.max_length_m)
-        return angle;
-    }
-  };
-  return {outermost(link.min_rad, -kStep_rad), outermost(link.max_rad, kStep_rad)};
-}
-
-double fastest_rate_radps(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
-  return machine.hydraulics.pump_flow_m3ps / (machine.cylinders[static_cast<std::size_t>(joint)].head_area_m2() *
-                                              lever_range(machine, kinematics, joint).longest_m);
-}
-
-std::vector<WallRoom> wall_rooms(const MachineDescription& machine) {
-  const std::vector<PlanarVector> tips_m = tips_over_range(machine);
-  /// @param side -1 where the tip must stay above the limit.
-  const auto room = [&](const char* key, int axis, double side, double limit_m) {
-    double furthest_m = -1e9;
-    std::size_t beyond = 0;
-    for (const PlanarVector& tip_m : tips_m) {
-      furthest_m = std::max(furthest_m, side * tip_m[axis]);
-      beyond += side * (tip_m[axis] - limit_m) > 0 ? 1U : 0U;
-    }
-    return WallRoom{key, limit_m, side * furthest_m, static_cast<double>(beyond) / static_cast<double>(tips_m.size())};
-  };
-  return {room("floor_m", 1, -1, machine.limits.floor_m), room("ceiling_m", 1, 1, machine.limits.ceiling_m),
-          room("reach_m", 0, 1, machine.limits.reach_m)};
-}
-
-namespace {
 
 /// What a machine that is told by frames of its own bus does not say, and what must be there instead.
 void add_unknowns(const BusDescription& bus, std::vector<std::string>& notes) {
@@ -139,6 +72,58 @@ void add_untold_wires(const BusDescription& bus, std::vector<std::string>& notes
 }
 
 }  // namespace
+
+std::vector<PlanarVector> tips_over_range(const MachineDescription& machine) {
+  constexpr int kSteps = 12;
+  const auto angle = [&](std::size_t joint, int step) { return angle_at(machine.links[joint], step, kSteps); };
+  std::vector<PlanarVector> tips_m;
+  for (int boom = 0; boom <= kSteps; ++boom) {
+    for (int arm = 0; arm <= kSteps; ++arm) {
+      for (int bucket = 0; bucket <= kSteps; ++bucket)
+        tips_m.push_back(pose_of(machine, {angle(kBoom, boom), angle(kArm, arm), angle(kBucket, bucket)}).tip_m);
+    }
+  }
+  return tips_m;
+}
+
+LeverRange lever_range(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
+  constexpr int kSteps = 200;
+  LeverRange range{1e9, 0};
+  for (int step = 0; step <= kSteps; ++step) {
+    const double angle = angle_at(machine.links[static_cast<std::size_t>(joint)], step, kSteps);
+    const double lever_m = std::abs(kinematics.cylinder_at(joint, angle)->lever_m);
+    range = {std::min(range.shortest_m, lever_m), std::max(range.longest_m, lever_m)};
+  }
+  return range;
+}
+
+JointSpan cylinder_span(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
+  constexpr double kStep_rad = 1e-3;
+  const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
+  return {kinematics.outermost(machine, joint, link.min_rad, -kStep_rad, 0),
+          kinematics.outermost(machine, joint, link.max_rad, kStep_rad, 0)};
+}
+
+double fastest_rate_radps(const MachineDescription& machine, const Kinematics& kinematics, int joint) {
+  return machine.hydraulics.pump_flow_m3ps / (machine.cylinders[static_cast<std::size_t>(joint)].head_area_m2() *
+                                              lever_range(machine, kinematics, joint).longest_m);
+}
+
+std::vector<WallRoom> wall_rooms(const MachineDescription& machine) {
+  const std::vector<PlanarVector> tips_m = tips_over_range(machine);
+  /// @param side -1 where the tip must stay above the limit.
+  const auto room = [&](const char* key, int axis, double side, double limit_m) {
+    double furthest_m = -1e9;
+    std::size_t beyond = 0;
+    for (const PlanarVector& tip_m : tips_m) {
+      furthest_m = std::max(furthest_m, side * tip_m[axis]);
+      beyond += side * (tip_m[axis] - limit_m) > 0 ? 1U : 0U;
+    }
+    return WallRoom{key, limit_m, side * furthest_m, static_cast<double>(beyond) / static_cast<double>(tips_m.size())};
+  };
+  return {room("floor_m", 1, -1, machine.limits.floor_m), room("ceiling_m", 1, 1, machine.limits.ceiling_m),
+          room("reach_m", 0, 1, machine.limits.reach_m)};
+}
 
 std::vector<std::string> machine_notes(const MachineDescription& machine) {
   constexpr double kWorthTelling = 0.01;

@@ -9,13 +9,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
 
-#include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/text.h"
 #include "machine/file_text.h"
@@ -102,9 +100,7 @@ class NestingCheck {
 
 /// As a person would write it. 17.0 is not 17: where a whole number is required, that is what is wrong.
 std::string whole_value_text(const toml::node& node) {
-  if (const auto* number = node.as_floating_point()) {
-    return with_point(number_text(number->get()));
-  }
+  if (const auto* number = node.as_floating_point()) return with_point(number_text(number->get()));
   if (node.is_table()) return "a table";
   if (node.is_array_of_tables()) {
     const std::size_t count = node.as_array()->size();
@@ -134,12 +130,8 @@ std::string within(double min, double max) {
 }
 
 std::optional<double> as_number(const toml::node& node) {
-  if (const auto* number = node.as_floating_point()) {
-    return number->get();
-  }
-  if (const auto* number = node.as_integer()) {
-    return static_cast<double>(number->get());
-  }
+  if (const auto* number = node.as_floating_point()) return number->get();
+  if (const auto* number = node.as_integer()) return static_cast<double>(number->get());
   return std::nullopt;
 }
 
@@ -156,6 +148,12 @@ std::string syntax_error(std::string_view text, const std::string& source, const
   if (why.starts_with("Error while parsing floating-point") && why.ends_with("could not be interpreted as a value"))
     why += ": must be within [-1.8e308, 1.8e308]";
   return source + ":" + std::to_string(line) + ":" + std::to_string(column) + ": " + quoted + why;
+}
+
+/// Whether one of two paths is the other, or a table or array around it.
+bool related(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  return b.starts_with(a) && (a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
 }
 
 }  // namespace
@@ -175,16 +173,6 @@ FileErrors::FileErrors(const std::string& first, std::vector<std::string> lines)
                      ? first
                      : first + " (first of " + std::to_string(lines.size()) + " errors; knuckle check shows all)"),
       lines_(std::move(lines)) {}
-
-namespace {
-
-/// Whether one of two paths is the other, or a table or array around it.
-bool related(std::string_view a, std::string_view b) {
-  if (a.size() > b.size()) std::swap(a, b);
-  return b.starts_with(a) && (a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
-}
-
-}  // namespace
 
 /// One file: what is in it, and what was found wrong.
 struct TomlTable::Document {
@@ -237,9 +225,7 @@ struct TomlTable::Node {
     if (const toml::node* value = table->get(key)) return value;
     std::vector<std::string> others;
     for (const auto& [other, value] : *table) {
-      if (!asked.contains(other.str())) {
-        others.emplace_back(other.str());
-      }
+      if (!asked.contains(other.str())) others.emplace_back(other.str());
     }
     const auto typo = nearest_name(key, others, 1);
     const toml::node* found = typo ? table->get(*typo) : nullptr;
@@ -272,9 +258,7 @@ struct TomlTable::Node {
              meant ? "unknown key; did you mean '" + *meant + "'?"
                    : "unknown key, or one that does not go with the other keys here");
     }
-    for (const auto& below : children) {
-      below->finish();
-    }
+    for (const auto& below : children) below->finish();
   }
 };
 
@@ -347,9 +331,7 @@ int TomlTable::choice(std::string_view key, std::span<const char* const> choices
   std::string all;
   int index = 0;
   for (const char* one : choices) {
-    if (node != nullptr && node->is_string() && node->as_string()->get() == one) {
-      return index;
-    }
+    if (node != nullptr && node->is_string() && node->as_string()->get() == one) return index;
     ++index;
     all += std::string(all.empty() ? "\"" : ", \"") + one + "\"";
   }
@@ -393,9 +375,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
   std::vector<TomlTable> result;
   node_->asked.emplace(key);
   const toml::node* node = node_->table != nullptr ? node_->table->get(key) : nullptr;
-  if (node == nullptr) {
-    return result;
-  }
+  if (node == nullptr) return result;
   const auto* array = node->as_array();
   if (array == nullptr || !std::all_of(array->begin(), array->end(), [](const auto& one) { return one.is_table(); })) {
     node_->refuse(key, *node, "must be an array of tables, [[" + node_->path + std::string(key) + "]]");

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <initializer_list>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -45,7 +46,9 @@ class TomlTable {
   [[nodiscard]] static TomlTable parse(std::string_view text, const std::string& source);
 
   [[nodiscard]] double number(std::string_view key, double min, double max, double factor = 1);
-  [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t min, std::int64_t max);
+  /// Without bounds where what is right is no range: whoever reads it says what is.
+  [[nodiscard]] std::int64_t integer(std::string_view key, std::int64_t min = std::numeric_limits<std::int64_t>::min(),
+                                     std::int64_t max = std::numeric_limits<std::int64_t>::max());
   [[nodiscard]] bool boolean(std::string_view key);
   /// A string of 1 to 1000 characters, none of them a control character: it may be printed and written anywhere. Empty
   /// where that was noted.

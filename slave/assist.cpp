@@ -51,10 +51,9 @@ LimitedApproach limit_approach(const JointVector& rate_radps, const PlanarJacobi
   LimitedApproach result{rate_radps, {}};
   if (limit_N <= 0) return result;
   // Nobody knows what the tip presses: no motion is certain not to press it harder.
-  if (!std::isfinite(contact.now_N.squaredNorm()) || !std::isfinite(contact.ahead_N.squaredNorm())) {
-    return {JointVector::Zero(), {ReasonCode::kAssistForceUnknown, 0, 0, 0}};
-  }
-  const Reason slowed{limits.reason, 0, static_cast<float>(contact.now_N.norm()), static_cast<float>(limit_N)};
+  if (!std::isfinite(contact.now_N.squaredNorm()) || !std::isfinite(contact.ahead_N.squaredNorm()))
+    return {JointVector::Zero(), {ReasonCode::kAssistForceUnknown}};
+  const Reason slowed{limits.reason, 0, contact.now_N.norm(), limit_N};
   const double free_mps = limit_N / limits.free_Ns_per_m;
   const double least_N = limits.contact_share * limit_N;
   // Only a force that is there, not one that is foreseen, says which way is away.
@@ -89,7 +88,7 @@ LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian
   const double surest_N = kTwoSided95 * std::sqrt(std::max(0.0, spread.eigenvalues()[0]));
   if (surest_N > kSlowedFrom * kUnseenForce_N) {
     result.rate_radps *= std::clamp((1 - surest_N / kUnseenForce_N) / (1 - kSlowedFrom), 0.0, 1.0);
-    result.limiting = {ReasonCode::kForceUnknown, 0, static_cast<float>(surest_N), static_cast<float>(kUnseenForce_N)};
+    result.limiting = {ReasonCode::kForceUnknown, 0, surest_N, kUnseenForce_N};
   }
   for (int axis = 0; axis < 2; ++axis) {
     const double interval_N = kTwoSided95 * std::sqrt(std::max(0.0, spread.eigenvalues()[axis]));
@@ -100,8 +99,7 @@ LimitedApproach limit_unseen(const JointVector& rate_radps, const PlanarJacobian
       const double speed_mps = way.dot(jacobian * result.rate_radps);
       if (speed_mps <= kStanding_mps) continue;
       result.rate_radps = pressing_at_most(result.rate_radps, jacobian, way, share * speed_mps);
-      result.limiting = {ReasonCode::kForceUnknown, 0, static_cast<float>(interval_N),
-                         static_cast<float>(kUnseenForce_N)};
+      result.limiting = {ReasonCode::kForceUnknown, 0, interval_N, kUnseenForce_N};
     }
   }
   return result;

@@ -4,43 +4,9 @@
 
 #include "machine/bus_frames.h"
 #include "transport/canopen.h"
-#include "transport/j1939_packets.h"
+#include "transport/j1939.h"
 
 namespace knuckle::slave {
-namespace {
-
-constexpr std::uint8_t kMostBytes = sizeof(CanFrame::data);
-
-}  // namespace
-
-std::vector<PeriodicFrame> bus_map(const BusDescription& bus) {
-  std::vector<PeriodicFrame> map;
-  const bool nodes = !bus.without_nodes();
-  if (nodes) map.push_back({canopen::kSyncId, 0, bus.sync_Hz});
-  for (const BusFrame& frame : bus_frames(bus)) map.push_back({frame.id, frame.bytes(), frame.rate_Hz(bus.sync_Hz)});
-  if (nodes) map.push_back({canopen::heartbeat_id(bus.controller_id), 1, 1 / bus.controller_heartbeat_s});
-  for (const NodeDescription& node : bus.nodes)
-    map.push_back({canopen::heartbeat_id(node.id), 1, 1 / bus.node_heartbeat_s});
-  for (const BroadcastFrame& frame : bus.broadcasts) {
-    if (j1939::in_packets(frame.bytes)) {
-      const auto part = [&](std::uint32_t group, unsigned times) {
-        const std::uint32_t id = j1939::identifier(group, j1939::source_of(frame.id)) | (frame.id & kSecondBus);
-        map.push_back({id, kMostBytes, times / frame.period_s});
-      };
-      part(j1939::kConnection, 1);
-      part(j1939::kTransfer, j1939::packets_of(frame.bytes));
-      continue;
-    }
-    const auto known =
-        std::find_if(map.begin(), map.end(), [&](const PeriodicFrame& other) { return other.id == frame.id; });
-    if (known == map.end())
-      map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
-    else  // a multiplexer tells them apart
-      known->rate_Hz += 1 / frame.period_s;
-  }
-  for (const CommandFrame& frame : bus.commands) map.push_back({frame.id, frame.bytes, 1 / frame.period_s});
-  return map;
-}
 
 std::vector<std::uint32_t> controllers_own(const BusDescription& bus) {
   const bool unknown = bus.broadcasts.empty() && bus.commands.empty();  // as for who gives a device its node id

@@ -1,16 +1,15 @@
-// What travels on a healthy machine bus, from the machine file alone: for filters, bus load and documentation.
+// What travels on a healthy machine bus, from the machine file alone: who sends it, and what the controller listens to.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "machine/bus_budget.h"
 #include "machine/bus_description.h"
-#include "transport/can_load.h"
 
 namespace knuckle::slave {
 
-/// Every frame of operation with its rate: SYNC, PDOs, heartbeats. EMCY and SDO come and go.
-[[nodiscard]] std::vector<PeriodicFrame> bus_map(const BusDescription& bus);
+using knuckle::bus_map;
 
 /// NMT, SYNC and its own heartbeat: what no node sends, and another controller as well. None on a bus without nodes.
 [[nodiscard]] std::vector<std::uint32_t> controllers_own(const BusDescription& bus);

@@ -146,7 +146,7 @@ Reason BusWatch::twice() const noexcept {
     }
     if (signs_[node] + of_data + of_heartbeat < 2) continue;
     if (worst == nullptr) return {ReasonCode::kNodeIdTwice, node, 2, 1};
-    return {ReasonCode::kNodeIdTwice, node, static_cast<float>(worst->frames), static_cast<float>(worst->due)};
+    return {ReasonCode::kNodeIdTwice, node, worst->frames, worst->due};
   }
   return {};
 }

@@ -8,7 +8,6 @@
 #include "machine/description.h"
 #include "machine/reason_text.h"
 #include "slave/home_on_two.h"
-#include "slave/sdo_question.h"
 #include "slave/valve_frame.h"
 
 namespace knuckle::slave {
@@ -22,15 +21,11 @@ SdoScript error_script() {
   return {{SetupPart::Kind::kRequire, {{canopen::kErrorRegister, 0, 1}}, {}}};
 }
 
-Reason reason(ReasonCode code, std::uint8_t subject, double value, double limit) noexcept {
-  return {code, subject, static_cast<float>(value), static_cast<float>(limit)};
-}
-
 /// Process data that has not come for too long, or only in frames too short to have a value.
 Reason missing(std::uint8_t subject, std::optional<std::uint8_t> short_bytes, const canopen::PdoMap& map, double age_s,
                double limit_s) noexcept {
-  if (short_bytes) return reason(ReasonCode::kFrameShort, subject, *short_bytes, canopen::bytes_of(map));
-  return reason(ReasonCode::kSensorStale, subject, age_s * 1e3, limit_s * 1e3);
+  if (short_bytes) return Reason(ReasonCode::kFrameShort, subject, *short_bytes, canopen::bytes_of(map));
+  return Reason(ReasonCode::kSensorStale, subject, age_s * 1e3, limit_s * 1e3);
 }
 
 /// SDO requests a step. All nodes at once would fill the bus for longer than the nodes wait for the controller's
@@ -60,13 +55,13 @@ Reason bus_fault(const CanBus& bus) noexcept {
     case CanState::kActive:
       return {};
     case CanState::kPassive:
-      return {ReasonCode::kBusPassive, bus.state_of(), 0, 0};
+      return {ReasonCode::kBusPassive, bus.state_of()};
     case CanState::kBusOff:
-      return {ReasonCode::kBusOff, bus.state_of(), 0, 0};
+      return {ReasonCode::kBusOff, bus.state_of()};
     case CanState::kDown:
       break;
   }
-  return {ReasonCode::kBusDown, bus.state_of(), 0, 0};
+  return {ReasonCode::kBusDown, bus.state_of()};
 }
 
 }  // namespace
@@ -79,9 +74,8 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
       most_asked_(most_requests(machine.bus)) {
   for (NodeScript& entry : node_scripts(machine)) {
     const NodeDescription& node = entry.node;
-    if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id) {
+    if (node.id < 1 || node.id > 127 || index_[node.id] != 0 || node.id == description_.controller_id)
       throw InputError(machine.source + ": bus: node id " + std::to_string(node.id) + " is not free or not in 1...127");
-    }
     const Duration timeout = from_seconds(description_.sdo_timeout_s);
     PerJoint<bool> moves{};
     for (const NodeChannel& channel : node.channels)
@@ -94,15 +88,6 @@ CanopenClient::CanopenClient(const MachineDescription& machine, CanBus& bus)
          SdoDialogue(node.id, std::move(entry.before_rest), timeout),
          SdoDialogue(node.id, std::move(entry.script), timeout), SdoDialogue(node.id, error_script(), timeout)});
     index_[node.id] = static_cast<std::uint8_t>(nodes_.size());
-  }
-  for (const SignalInfo& signal : kSignals) {
-    const bool pressure = signal.role == NodeRole::kPressure;
-    if (pressure && signal.index / 2 == machine.sensors.without_pressures) continue;
-    if (description_.broadcast(signal.role, signal.index).field != nullptr || is_optional(signal)) continue;
-    const bool told = signal.role == NodeRole::kValve || signal.role == NodeRole::kEnable;
-    if (told && description_.by_frames()) continue;
-    if (description_.node_of(signal.role, signal.index).id == 0)
-      throw InputError(machine.source + ": bus: no node has " + signal.name);
   }
   restart();
 }
@@ -238,7 +223,7 @@ void CanopenClient::on_nmt(const canopen::NmtRequest& request) noexcept {
   const auto left = state_after(request.command);
   Node* told = find(request.node);
   if (told == nullptr || !left || told->lost) return;
-  told->lost = reason(ReasonCode::kNodeFault, told->id, static_cast<double>(*left),
+  told->lost = Reason(ReasonCode::kNodeFault, told->id, static_cast<double>(*left),
                       static_cast<double>(canopen::NmtState::kOperational));
 }
 
@@ -330,7 +315,7 @@ void CanopenClient::on_heartbeat(Node& node, const CanFrame& frame, Time now) no
   const bool missed = phase_ == Phase::kFailed && fault_.code == ReasonCode::kSensorStale &&
                       node_of(fault_, description_) == description_.find(node.id);
   if (node.lost || !(rebooted || ((started || (missed && in_time)) && !node.operational))) return;
-  node.lost = reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
+  node.lost = Reason(ReasonCode::kNodeFault, node.id, static_cast<double>(*state),
                      static_cast<double>(canopen::NmtState::kOperational));
   if (missed) fault_ = node.lost;
 }
@@ -390,9 +375,8 @@ Reason CanopenClient::valve_fault(std::size_t joint, Time now) const noexcept {
   const Valve& valve = valves_[joint];
   const std::uint8_t spool = subject_of(NodeRole::kValve, static_cast<int>(joint), description_);
   const std::uint8_t id = description_.valve(joint).id;
-  if (std::abs(valve.spool) > kSpoolPossible) {
-    return reason(ReasonCode::kSensorInvalid, spool, valve.spool, kSpoolPossible);
-  }
+  if (std::abs(valve.spool) > kSpoolPossible)
+    return Reason(ReasonCode::kSensorInvalid, spool, valve.spool, kSpoolPossible);
   const double age_s = to_seconds(now - valve.seen_at);
   const double age_limit_s =
       description_.sensor_age_limit_s + description_.valve_status_every_nth_sync / description_.sync_Hz;
@@ -402,19 +386,18 @@ Reason CanopenClient::valve_fault(std::size_t joint, Time now) const noexcept {
   if (age_s > age_limit_s)
     return missing(node_heard ? spool : id, valve.short_bytes, canopen::kValveTpdo, age_s, age_limit_s);
   if (is_active(valve.status_word)) return {};
-  return reason(ReasonCode::kNodeFault, id, valve.status_word, canopen::kControlActive | canopen::kStatusReady);
+  return Reason(ReasonCode::kNodeFault, id, valve.status_word, canopen::kControlActive | canopen::kStatusReady);
 }
 
 Reason CanopenClient::supervise(Time now) const noexcept {
   const double limit_s = description_.node_heartbeat_timeout_s;
   for (const Node& node : nodes_) {
     if (!node.needed || excused(node)) continue;
-    if (node.emergency != canopen::kEmcyReset) {
-      return reason(ReasonCode::kNodeEmergency, node.id, node.emergency, canopen::kEmcyReset);
-    }
+    if (node.emergency != canopen::kEmcyReset)
+      return Reason(ReasonCode::kNodeEmergency, node.id, node.emergency, canopen::kEmcyReset);
     if (node.lost) return node.lost;
     const double silent_s = to_seconds(now - node.heard_at);
-    if (silent_s > limit_s) return reason(ReasonCode::kNodeSilent, node.id, silent_s * 1e3, limit_s * 1e3);
+    if (silent_s > limit_s) return Reason(ReasonCode::kNodeSilent, node.id, silent_s * 1e3, limit_s * 1e3);
     for (std::size_t j = 0; j < kJoints; ++j) {
       if (!node.moves[j]) continue;
       if (const Reason why = valve_fault(j, now)) return why;
@@ -423,9 +406,8 @@ Reason CanopenClient::supervise(Time now) const noexcept {
   if (!description_.has_enable()) return {};
   const double age_s = to_seconds(now - inputs_seen_at_);
   const double age_limit_s = kInputPeriods * description_.controller_heartbeat_s;
-  if (age_s > age_limit_s && tried_ != description_.enable().id) {
+  if (age_s > age_limit_s && tried_ != description_.enable().id)
     return missing(description_.enable().id, short_inputs_, canopen::kEnableTpdo, age_s, age_limit_s);
-  }
   return {};
 }
 

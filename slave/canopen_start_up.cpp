@@ -104,8 +104,7 @@ void CanopenClient::start_nodes(Time now) noexcept {
   if (to_seconds(now - phase_since_) <= description_.start_timeout_s) return;
   const auto late =
       std::find_if(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.needed && (!n.told || !n.operational); });
-  fail({ReasonCode::kNodeSilent, late->id, to_ms(now - phase_since_),
-        static_cast<float>(description_.start_timeout_s * 1e3)});
+  fail({ReasonCode::kNodeSilent, late->id, to_ms(now - phase_since_), description_.start_timeout_s * 1e3});
 }
 
 /// What the node last called its error.
@@ -132,8 +131,7 @@ void CanopenClient::check_errors(Time now) noexcept {
       return fail(node.errors.failure());
     }
     if (node.was_reset || !may_be_reset(description_, node.id))
-      return fail(
-          {ReasonCode::kNodeEmergency, node.id, static_cast<float>(newest_error(node.id)), canopen::kEmcyReset});
+      return fail(Reason(ReasonCode::kNodeEmergency, node.id, newest_error(node.id), canopen::kEmcyReset));
     if (!reset(node, now)) return;
     forget_process_data();
     for (Node& other : nodes_) {

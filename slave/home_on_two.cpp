@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "machine/description.h"
-#include "machine/reason_text.h"
 #include "slave/modes.h"
 
 namespace knuckle::slave {
@@ -14,19 +13,10 @@ constexpr Duration kDoubted = 10s;  // what is seen to be pressed, after a trans
 
 /// A sensor or its node has failed, as opposed to being another one than the file says, or there twice.
 bool is_failure(ReasonCode code) noexcept {
-  switch (code) {
-    case ReasonCode::kSensorStale:
-    case ReasonCode::kSensorInvalid:
-    case ReasonCode::kSensorImplausible:
-    case ReasonCode::kFrameShort:
-    case ReasonCode::kNodeSilent:
-    case ReasonCode::kNodeEmergency:
-    case ReasonCode::kNodeFault:
-    case ReasonCode::kNodeSetup:
-      return true;
-    default:
-      return false;
-  }
+  constexpr std::array kFailures{ReasonCode::kSensorStale, ReasonCode::kSensorInvalid, ReasonCode::kSensorImplausible,
+                                 ReasonCode::kFrameShort,  ReasonCode::kNodeSilent,    ReasonCode::kNodeEmergency,
+                                 ReasonCode::kNodeFault,   ReasonCode::kNodeSetup};
+  return std::find(kFailures.begin(), kFailures.end(), code) != kFailures.end();
 }
 
 }  // namespace
@@ -96,15 +86,11 @@ void HomeOnTwo::look(const Machine& machine, Time now) noexcept {
 /// What was pressed when the transmitters failed counts as pressed still: the machine has stood since, and two torques
 /// may be blind to it.
 Reason HomeOnTwo::refusal() const noexcept {
-  if (machine_.enable) return {ReasonCode::kEnableHeld, 0, 0, 0};
-  for (int i = 0; i < kJoints; ++i) {
-    const double rate_radps = std::abs(machine_.rate_radps[i]), limit_radps = kModeLimits.machine_radps;
-    if (rate_radps <= limit_radps) continue;
-    return {ReasonCode::kMachineMoving, static_cast<std::uint8_t>(i), static_cast<float>(rate_radps),
-            static_cast<float>(limit_radps)};
-  }
+  if (machine_.enable) return {ReasonCode::kEnableHeld};
+  if (const Reason moving = beyond(ReasonCode::kMachineMoving, machine_.rate_radps, kModeLimits.machine_radps))
+    return moving;
   if (!machine_.pressed && !pressed_) return {};
-  return {ReasonCode::kHomePressed, static_cast<std::uint8_t>(joint_), 0, 0};
+  return {ReasonCode::kHomePressed, joint_};
 }
 
 void HomeOnTwo::choose(unsigned cylinder, Time now) noexcept {
@@ -117,7 +103,7 @@ void HomeOnTwo::choose(unsigned cylinder, Time now) noexcept {
 Reason HomeOnTwo::blocking(Time now) const noexcept {
   if (stage_ != Stage::kOffered) return {};
   if (refused_ && now - refused_at_ < kRefusalShown) return refused_;
-  return {ReasonCode::kHomeOffered, static_cast<std::uint8_t>(joint_), 0, 0};
+  return {ReasonCode::kHomeOffered, joint_};
 }
 
 }  // namespace knuckle::slave

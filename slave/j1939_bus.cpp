@@ -244,11 +244,10 @@ void J1939Bus::say_claim(CanBus& bus, Time now) noexcept {
 }
 
 Reason J1939Bus::fault(Time now) const noexcept {
-  if (commands_ && claim_ == Claim::kLost) return {ReasonCode::kAddressLost, 0, static_cast<float>(address_), 0};
+  if (commands_ && claim_ == Claim::kLost) return Reason(ReasonCode::kAddressLost, 0, address_);
   for (const Group& group : groups_) {
     if (group.is_fault() && now - group.other_at <= kStands)
-      return {ReasonCode::kGroupTwice, *group.subject, static_cast<float>(group.other),
-              static_cast<float>(group.sender)};
+      return Reason(ReasonCode::kGroupTwice, *group.subject, group.other, group.sender);
   }
   return {};
 }

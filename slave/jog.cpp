@@ -46,26 +46,16 @@ std::optional<std::size_t> RawSensors::invalid() const noexcept {
 }
 
 bool possible(const FrameField& field, double value, const MachineDescription& machine) noexcept {
-  switch (field.channel.info().role) {
-    case NodeRole::kPressure:
-      return value >= kValidity.pressure_floor_Pa &&
-             value <= machine.sensors.pressure_range_Pa * kValidity.pressure_over_range;
-    case NodeRole::kEncoder:  // "broken" is the largest or the smallest integer; before a preset all others may be
-                              // right
-      return field.bits.type != BitField::Type::kSigned ||
-             std::abs((value - field.bits.offset) / field.bits.scale) < std::ldexp(1.0, field.bits.bits - 1) - 1.5;
-    case NodeRole::kTilt:
-      return std::abs(value) <= (machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom
-                                     ? std::numbers::pi
-                                     : kValidity.hull_tilt_rad);
-    case NodeRole::kValve:
-    case NodeRole::kEnable:
-    case NodeRole::kReading:
-    case NodeRole::kPilot:
-    case NodeRole::kModule:
-      break;
-  }
-  return true;
+  const NodeRole role = field.channel.info().role;
+  if (role == NodeRole::kPressure)
+    return value >= kValidity.pressure_floor_Pa &&
+           value <= machine.sensors.pressure_range_Pa * kValidity.pressure_over_range;
+  // "Broken" is the largest or the smallest integer; before a preset all others may be right.
+  if (role == NodeRole::kEncoder)
+    return field.bits.type != BitField::Type::kSigned ||
+           std::abs((value - field.bits.offset) / field.bits.scale) < std::ldexp(1.0, field.bits.bits - 1) - 1.5;
+  const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
+  return role != NodeRole::kTilt || std::abs(value) <= (on_boom ? std::numbers::pi : kValidity.hull_tilt_rad);
 }
 
 Jog::Jog(const MachineDescription& machine, CanBus& bus)
@@ -147,17 +137,15 @@ void Jog::take(const BroadcastFrame& known, const CanFrame& frame, Time now) noe
 }
 
 void Jog::take(const BroadcastField& field, std::optional<std::uint64_t> raw, Time now) noexcept {
-  const FrameField value{FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits};
-  const std::size_t place = sensor_place(value.channel);
-  const bool none = !raw || (field.invalid_from && *raw >= *field.invalid_from);
+  const auto value = field.value(raw);
   if (is_status(field.info())) {
     Status& status = status_[static_cast<std::size_t>(field.info().index - kEStopClosedIndex)];
-    if (!none) status = {status.told, status.subject, status.age_limit, *raw == field.on, now};
+    if (value) status = {status.told, status.subject, status.age_limit, *raw == field.on, now};
     return;
   }
+  const std::size_t place = sensor_place({.signal = field.signal});
   if (place >= sensors_.at.size()) return;  // no motion is judged by it
-  const double said = none ? 0 : value_of(field.bits, *raw);
-  if (!none && !(field.analog && field.analog->is_broken(said))) return take(value, said, now);
+  if (value) return take({FrameField::Part::kValue, {.signal = field.signal}, {}, field.bits}, *value, now);
   sensors_.impossible[place] = true;
   sensors_.at[place] = now;
 }
@@ -210,7 +198,7 @@ void Jog::take_length(const FrameField& field, double reading) noexcept {
 
 void Jog::refuse_short(std::uint8_t subject, std::size_t seen_bytes, std::size_t bytes) noexcept {
   if (phase_ == Phase::kRest) return;
-  end_early({ReasonCode::kFrameShort, subject, static_cast<float>(seen_bytes), static_cast<float>(bytes)});
+  end_early({ReasonCode::kFrameShort, subject, double(seen_bytes), double(bytes)});
 }
 
 /// The opening grows with time, up to the plan's peak.
@@ -280,8 +268,8 @@ void Jog::go_on(Time now) noexcept {
 
 void Jog::await_pilot(bool on, Phase then, Time now) noexcept {
   if (pilot_on() == on) return enter(then, now);
-  if (e_stop_open().value_or(false)) return end_early({ReasonCode::kEmergencyStop, 0, 0, 0});
-  if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn, 0, 0, 0});
+  if (e_stop_open().value_or(false)) return end_early({ReasonCode::kEmergencyStop});
+  if (now - since_ >= kPilotPatience) end_early({on ? ReasonCode::kPilotOff : ReasonCode::kPilotStaysOn});
 }
 
 /// While a guard is tried the spool is another matter: see open_for_guard() and note_guard().
@@ -296,10 +284,9 @@ void Jog::watch_pilot() noexcept {
   // An open E-stop is the gate's to say.
   if (!expects_pilot(phase_) || pilot_on() || e_stop_open().value_or(false)) return;
   const int joint = valves_.suspect();
-  if (joint < 0) return end_early({ReasonCode::kPilotOff, 0, 0, 0});
-  const auto apart = static_cast<float>(std::abs(client_.demand()[joint] - client_.spool()[joint]));
-  end_early({ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(joint), apart,
-             static_cast<float>(ValveMonitor::kTolerance)});
+  if (joint < 0) return end_early({ReasonCode::kPilotOff});
+  const double apart = std::abs(client_.demand()[joint] - client_.spool()[joint]);
+  end_early({ReasonCode::kValveNotFollowing, joint, apart, ValveMonitor::kTolerance});
 }
 
 void Jog::note_sample(Time now) noexcept {
@@ -384,7 +371,7 @@ void Jog::move(const JogPlan& plan) noexcept {
 }
 
 void Jog::stop() noexcept {
-  if (phase_ != Phase::kRest) end_early({ReasonCode::kOperatorStop, 0, 0, 0});
+  if (phase_ != Phase::kRest) end_early({ReasonCode::kOperatorStop});
 }
 
 void Jog::write_objects(std::uint8_t node, SdoScript script) {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "slave/jog.h"
-#include "slave/sdo_question.h"
 #include "slave/sensors.h"
 #include "transport/canopen.h"
 

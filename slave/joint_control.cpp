@@ -34,10 +34,6 @@ constexpr double kBack_m = 0.1;          // from where it touched: further off t
 constexpr double kMoves_mps = 5e-3, kCame_s = 0.3;  // of the tip, until its way counts; memory of that way
 constexpr double kSoftLimitGain_1ps = 2.5;          // speed allowed towards a joint limit per radian before it
 
-double clamp_abs(double value, double bound) noexcept {
-  return std::clamp(value, -bound, bound);
-}
-
 }  // namespace
 
 JointControl::Learning::Learning(double step_s) noexcept
@@ -145,8 +141,7 @@ JointVector JointControl::wanted_rates(const estimation::JointState& state, cons
   const double held = std::clamp(cut_m * control.tip_stiffness_N_per_m / control.feed_forward_fade_N, 0.0, 1.0);
   if (cut_m > 0 && touch.normal.dot(command.rendered_N) + control.feed_forward_fade_N > most_N) {
     output.limits |= assisted ? kLimitAssistForce : kLimitForceCeiling;
-    output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0,
-                     static_cast<float>(touch.force_N.norm()), static_cast<float>(most_N)};
+    output.assist = {assisted ? ReasonCode::kAssistForce : ReasonCode::kForceCeiling, 0, touch.force_N.norm(), most_N};
   }
   const JointVector fed = fed_forward(touch, pressed_N, fade, held, towards);
   JointVector rate = towards + fed + lead * acceleration_.value();
@@ -269,7 +264,7 @@ double JointControl::spool_command(int joint, double wanted_mps, const estimatio
   const double opening = std::copysign(valve.opening_for(std::abs(wanted_mps) / full, extend), wanted_mps);
   const double dither =
       (steps_ / static_cast<std::uint32_t>(dither_steps_)) % 2 == 0 ? control.dither : -control.dither;
-  return clamp_abs(fill * fade_in + (1 - dead_band) * opening + dither, 1.0);
+  return std::clamp(fill * fade_in + (1 - dead_band) * opening + dither, -1.0, 1.0);
 }
 
 double JointControl::rate_command(int joint, double rate_radps, bool extend) const noexcept {

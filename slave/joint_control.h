@@ -64,9 +64,9 @@ class JointControl {
   /// Rod speed at full opening under the low-passed pressures load_.
   double full_opening_mps(int joint, bool extend) const noexcept;
   void update_supply(const JointVector& cylinder_mps) noexcept;
-  /// Share of the full speed that the machine's own controller is told.
   /// By which the joints are off what the machine's own controller has let in, because their oil gives way: swinging.
   [[nodiscard]] JointVector swing_rad(const estimation::JointState& state) noexcept;
+  /// Share of the full speed that the machine's own controller is told.
   [[nodiscard]] double rate_command(int joint, double rate_radps, bool extend) const noexcept;
   double spool_command(int joint, double wanted_mps, const estimation::JointState& state, bool learning) noexcept;
   void learn(int joint, double wanted_mps, double full_mps, const estimation::JointState& state,

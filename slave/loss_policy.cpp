@@ -13,18 +13,9 @@ LossStage stage_at(Duration age, const LossLimits& limits) noexcept {
   return LossStage::kZero;
 }
 
-double authority_at(LossStage stage, Duration age, const LossLimits& limits) noexcept {
-  switch (stage) {
-    case LossStage::kExtrapolate:
-    case LossStage::kHold:
-      return 1;
-    case LossStage::kRamp:
-      return to_seconds(limits.ramp - age) / to_seconds(limits.ramp - limits.hold);
-    case LossStage::kZero:
-    case LossStage::kLost:
-      return 0;
-  }
-  return 0;
+/// Of a link that is not lost.
+double authority_at(Duration age, const LossLimits& limits) noexcept {
+  return std::clamp(to_seconds(limits.ramp - age) / to_seconds(limits.ramp - limits.hold), 0.0, 1.0);
 }
 
 }  // namespace
@@ -33,17 +24,15 @@ LossDecision loss_policy(const JointVector& position_rad, const JointVector& vel
                          Duration round_trip, bool holding, const LossLimits& limits) noexcept {
   LossDecision decision;
   decision.stage = gap >= limits.neutral ? LossStage::kLost : stage_at(age, limits);
-  decision.authority = authority_at(decision.stage, age, limits);
+  if (decision.stage != LossStage::kLost) decision.authority = authority_at(age, limits);
   const Duration ahead = std::clamp(age, Duration::zero(), limits.extrapolate);
   decision.position_rad = position_rad + velocity_radps * to_seconds(ahead);
   if (decision.stage == LossStage::kExtrapolate) decision.velocity_radps = velocity_radps;
-  if (decision.stage == LossStage::kLost) {
+  if (decision.stage == LossStage::kLost)
     decision.link = {ReasonCode::kLinkLost, 0, to_ms(std::max(age, gap)), to_ms(limits.neutral)};
-  }
   const double release = holding ? limits.round_trip_release : 1.0;
-  if (round_trip < Duration::zero() || to_seconds(round_trip) > release * to_seconds(limits.max_round_trip)) {
+  if (round_trip < Duration::zero() || to_seconds(round_trip) > release * to_seconds(limits.max_round_trip))
     decision.hold = {ReasonCode::kRoundTripTooLong, 0, to_ms(round_trip), to_ms(limits.max_round_trip)};
-  }
   return decision;
 }
 

@@ -12,17 +12,6 @@ Reason first_of(const Reason& a, const Reason& b) noexcept {
   return a ? a : b;
 }
 
-/// First joint where |value| is not within its limit (a NaN is not).
-Reason beyond(ReasonCode code, const JointVector& value, double limit, double unit) noexcept {
-  for (int i = 0; i < kJoints; ++i) {
-    if (!(std::abs(value[i]) <= limit)) {
-      return {code, static_cast<std::uint8_t>(i), static_cast<float>(std::abs(value[i]) * unit),
-              static_cast<float>(limit * unit)};
-    }
-  }
-  return {};
-}
-
 Reason not_aligned(const ModeInputs& in, const ModeLimits& limits) noexcept {
   return beyond(ReasonCode::kHandNotAligned, in.hand_rad - in.machine_rad, limits.alignment_rad,
                 180 / std::numbers::pi);
@@ -31,8 +20,8 @@ Reason not_aligned(const ModeInputs& in, const ModeLimits& limits) noexcept {
 /// Faults of the machine side once its self test has passed.
 Reason machine_side(const ModeInputs& in) noexcept {
   if (in.machine_fault) return in.machine_fault;
-  if (!in.nodes_operational) return {ReasonCode::kNodeSetup, 0, 0, 0};
-  if (in.stop) return {ReasonCode::kOperatorStop, 0, 0, 0};
+  if (!in.nodes_operational) return {ReasonCode::kNodeSetup};
+  if (in.stop) return {ReasonCode::kOperatorStop};
   return in.sensor_fault;
 }
 
@@ -41,19 +30,19 @@ Reason operator_side(const ModeInputs& in) noexcept {
   if (in.link_lost) return in.link_lost;
   if (in.late) return in.late;
   if (in.device) return in.device;
-  if (!in.presence) return {ReasonCode::kNoPresence, 0, 0, 0};
+  if (!in.presence) return {ReasonCode::kNoPresence};
   return {};
 }
 
 /// What keeps a machine under an enabled operator from being engaged.
 Reason alignment(const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (in.hold) return in.hold;
-  if (!in.pilot_on) return {ReasonCode::kPilotAwaited, 0, 0, 0};
-  if (in.clutch) return {ReasonCode::kClutchHeld, 0, 0, 0};
+  if (!in.pilot_on) return {ReasonCode::kPilotAwaited};
+  if (in.clutch) return {ReasonCode::kClutchHeld};
   const Reason where = not_aligned(in, limits);
   if (where) return where;
-  return first_of(beyond(ReasonCode::kHandMoving, in.hand_radps, limits.hand_radps, 1),
-                  beyond(ReasonCode::kMachineMoving, in.machine_radps, limits.machine_radps, 1));
+  return first_of(beyond(ReasonCode::kHandMoving, in.hand_radps, limits.hand_radps),
+                  beyond(ReasonCode::kMachineMoving, in.machine_radps, limits.machine_radps));
 }
 
 /// Enable as last heard over a dead link, or let go of by nobody who is there, tells nothing of the next press.
@@ -67,29 +56,29 @@ ModeDecision to_ready(const ModeInputs& in, const Reason& why) noexcept {
 
 ModeDecision self_test(const ModeInputs& in) noexcept {
   if (in.machine_fault) return fault(in.machine_fault);
-  if (!in.nodes_operational) return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+  if (!in.nodes_operational) return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp}};
   if (in.sensor_fault) return {{Mode::kSelfTest, {}, false}, in.sensor_fault};
-  return to_ready(in, {in.enable ? ReasonCode::kEnableHeld : ReasonCode::kEnableNotPressed, 0, 0, 0});
+  return to_ready(in, {in.enable ? ReasonCode::kEnableHeld : ReasonCode::kEnableNotPressed});
 }
 
 /// The pilot is asked for from now on, and is what is missing if nothing else is.
 ModeDecision to_aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
-  return {{Mode::kAligning, {}, false}, first_of(alignment(in, limits), {ReasonCode::kPilotAwaited, 0, 0, 0})};
+  return {{Mode::kAligning, {}, false}, first_of(alignment(in, limits), {ReasonCode::kPilotAwaited})};
 }
 
 ModeDecision ready(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (const Reason reason = machine_side(in)) return fault(reason);
   // A press counts only if it was made when nothing else was missing; otherwise it has to be made again.
   if (const Reason missing = operator_side(in)) return to_ready(in, missing);
-  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
-  if (!state.enable_released) return {{Mode::kReady, {}, false}, {ReasonCode::kEnableHeld, 0, 0, 0}};
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed});
+  if (!state.enable_released) return {{Mode::kReady, {}, false}, {ReasonCode::kEnableHeld}};
   return to_aligning(in, limits);
 }
 
 ModeDecision aligning(const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (const Reason reason = machine_side(in)) return fault(reason);
   if (const Reason missing = operator_side(in)) return to_ready(in, missing);
-  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed});
   if (const Reason reason = alignment(in, limits)) return {{Mode::kAligning, {}, false}, reason};
   return {{Mode::kEngaged, {}, false}, {}};
 }
@@ -99,11 +88,11 @@ ModeDecision led(const ModeState& state, const ModeInputs& in, const ModeLimits&
   if (const Reason reason = machine_side(in)) return fault(reason);
   if (in.link_lost) return fault(in.link_lost);
   if (in.device) return fault(in.device);
-  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed, 0, 0, 0});
-  if (!in.pilot_on) return fault({ReasonCode::kPilotOff, 0, 0, 0});
-  if (!in.presence) return fault({ReasonCode::kPresenceLost, 0, 0, 0});
+  if (!in.enable) return to_ready(in, {ReasonCode::kEnableNotPressed});
+  if (!in.pilot_on) return fault({ReasonCode::kPilotOff});
+  if (!in.presence) return fault({ReasonCode::kPresenceLost});
   if (const Reason wait = first_of(in.hold, in.late)) return {{Mode::kHold, {}, false}, wait};
-  if (in.clutch) return {{Mode::kHold, {}, false, true}, {ReasonCode::kClutchHeld, 0, 0, 0}};
+  if (in.clutch) return {{Mode::kHold, {}, false, true}, {ReasonCode::kClutchHeld}};
   // Out of a hold the set-point may be anywhere: only one near the machine may take over again. Where the operator did
   // nothing to end it, the hand must rest as well: a hand that passes by is no wish to go on.
   if (state.mode == Mode::kHold) {
@@ -119,11 +108,11 @@ ModeDecision latched(const ModeState& state, const ModeInputs& in, const ModeLim
   const Reason cause = in.explains_fault ? in.machine_fault : state.fault;
   // Nodes that are being started anew are no cause of their own, but nothing goes on before they are ready.
   const bool restarting = !in.machine_fault && !in.nodes_operational;
-  if (restarting) return {{state.mode, cause, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+  if (restarting) return {{state.mode, cause, false}, {ReasonCode::kStartingUp}};
   if (const Reason reason = machine_side(in)) return {{state.mode, cause, false}, reason};
   if (const Reason missing = first_of(operator_side(in), in.hold)) return {{state.mode, cause, false}, missing};
-  if (!in.enable) return {{state.mode, cause, true}, {ReasonCode::kEnableNotPressed, 0, 0, 0}};
-  if (!state.enable_released) return {{state.mode, cause, false}, {ReasonCode::kReleaseToRecover, 0, 0, 0}};
+  if (!in.enable) return {{state.mode, cause, true}, {ReasonCode::kEnableNotPressed}};
+  if (!state.enable_released) return {{state.mode, cause, false}, {ReasonCode::kReleaseToRecover}};
   return to_aligning(in, limits);
 }
 
@@ -135,18 +124,25 @@ bool explains(const Reason& newer, const Reason& seen, const BusDescription& bus
   return node != nullptr && node->id == newer.subject;
 }
 
+Reason beyond(ReasonCode code, const JointVector& value, double limit, double unit) noexcept {
+  for (int i = 0; i < kJoints; ++i) {
+    if (!(std::abs(value[i]) <= limit)) return {code, i, std::abs(value[i]) * unit, limit * unit};
+  }
+  return {};
+}
+
 ModeDecision fault(const Reason& reason) noexcept {
   return {{Mode::kFault, reason, false}, reason};
 }
 
 ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeLimits& limits) noexcept {
   if (in.e_stop_open) {
-    const Reason reason{ReasonCode::kEmergencyStop, 0, 0, 0};
+    const Reason reason{ReasonCode::kEmergencyStop};
     return {{Mode::kEStop, reason, false}, reason};
   }
   switch (state.mode) {
     case Mode::kOff:
-      return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp, 0, 0, 0}};
+      return {{Mode::kSelfTest, {}, false}, {ReasonCode::kStartingUp}};
     case Mode::kSelfTest:
       return self_test(in);
     case Mode::kReady:
@@ -161,7 +157,7 @@ ModeDecision next_mode(const ModeState& state, const ModeInputs& in, const ModeL
       return latched(state, in, limits);
   }
   // Not a mode at all (damaged memory): the only safe answer.
-  return fault({ReasonCode::kCommandInvalid, 0, 0, 0});
+  return fault({ReasonCode::kCommandInvalid});
 }
 
 }  // namespace knuckle::slave

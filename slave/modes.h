@@ -2,8 +2,6 @@
 // the state passed through it, every mode written out.
 #pragma once
 
-#include <numbers>
-
 #include "core/joints.h"
 #include "core/reason.h"
 #include "core/units.h"
@@ -51,6 +49,9 @@ struct ModeDecision {
 /// Whether the newer reason tells the cause of what was seen before: a node that says that it left its working state,
 /// of process data that had not come.
 [[nodiscard]] bool explains(const Reason& newer, const Reason& seen, const BusDescription& bus) noexcept;
+
+/// First joint where |value| is not within its limit (a NaN is not), told in this unit; else kNone.
+[[nodiscard]] Reason beyond(ReasonCode code, const JointVector& value, double limit, double unit = 1) noexcept;
 
 /// Into kFault, whatever the mode was.
 [[nodiscard]] ModeDecision fault(const Reason& reason) noexcept;

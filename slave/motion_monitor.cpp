@@ -17,8 +17,7 @@ constexpr double kRemembered = 1.1;  // of a limit
 
 Reason not_following(int joint, double seen_rad, double limit_rad) noexcept {
   constexpr double kDeg = 180 / std::numbers::pi;
-  return {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(joint), static_cast<float>(kDeg * seen_rad),
-          static_cast<float>(kDeg * limit_rad)};
+  return {ReasonCode::kMotionNotFollowing, joint, kDeg * seen_rad, kDeg * limit_rad};
 }
 
 }  // namespace

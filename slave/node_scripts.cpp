@@ -26,12 +26,6 @@ std::uint32_t milliseconds(double seconds) {
   return static_cast<std::uint32_t>(std::lround(seconds * 1e3));
 }
 
-SdoScript identity(const NodeDescription& node) {
-  return {{Kind::kIdentity, {{canopen::kDeviceType, node.device_type}}, {}},
-          {Kind::kIdentity, {{canopen::kVendorId, node.vendor}}, {}},
-          {Kind::kIdentity, {{canopen::kProductCode, node.product}}, {}}};
-}
-
 SetupPart required(Object object, std::uint32_t value, std::uint8_t size) {
   return {Kind::kRequire, {{object, value, size}}, {}};
 }
@@ -154,10 +148,6 @@ void add_pdos(SdoScript& script, const MachineDescription& machine, const NodeDe
     if (!has(true, i)) script.push_back(pdo_off(canopen::kRpdo1CobId, i, node.rpdo_id(i)));
 }
 
-SetupPart produce_heartbeat(const BusDescription& bus) {
-  return setting(canopen::kProducerHeartbeat, milliseconds(bus.node_heartbeat_s), 2);
-}
-
 /// Nodes that can move something must notice by themselves when the controller is gone.
 void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
   const Kind kind = node.unguarded.empty() ? Kind::kGuard : Kind::kOptional;
@@ -175,44 +165,6 @@ void add_guards(SdoScript& script, const BusDescription& bus, const NodeDescript
     script.push_back({Kind::kProof, {{canopen::kSerialNumber, node.guard.serial}}, {}});
 }
 
-SdoScript valve_script(const MachineDescription& machine, const NodeDescription& node) {
-  const BusDescription& bus = machine.bus;
-  SdoScript script = identity(node);
-  for (const NodeChannel& axis : node.channels)
-    script.push_back(required(of_axis(canopen::kValveControlMode, axis.number), 1, 1));
-  add_pdos(script, machine, node);
-  // What it was told before must not become true again when it is started.
-  for (const NodeChannel& axis : node.channels) {
-    script.push_back(setting(of_axis(canopen::kValveControlWord, axis.number), valve_words(node.profile).init, 2));
-    script.push_back(setting(of_axis(canopen::kValveSetPoint, axis.number), 0, 2));
-  }
-  for (unsigned axis = 1; has_several_axes(node) && axis <= NodeDescription::kMostPdos; ++axis) {
-    const auto is_ours = [axis](const NodeChannel& channel) { return channel.number == axis; };
-    if (std::any_of(node.channels.begin(), node.channels.end(), is_ours)) continue;
-    script.push_back(
-        setting(of_axis(canopen::kValveControlWord, axis), valve_words(node.profile).init, 2, Kind::kOptional));
-    script.push_back(setting(of_axis(canopen::kValveSetPoint, axis), 0, 2, Kind::kOptional));
-  }
-  add_guards(script, bus, node);
-  script.push_back(produce_heartbeat(bus));
-  return script;
-}
-
-SdoScript pressure_script(const MachineDescription& machine, const NodeDescription& node) {
-  SdoScript script = identity(node);
-  const WireDescription& wire = machine.bus.wire;
-  for (const NodeChannel& channel : node.channels) {
-    const auto of_channel = [&](Object object) { return Object{object.index, channel.number}; };
-    script.push_back(required(of_channel(canopen::kPressureUnit), canopen::kUnitBar, 4));
-    if (wire.pressure != WireDescription::Pressure::kFloat)
-      script.push_back(
-          required(of_channel(canopen::kPressureDigits), static_cast<std::uint32_t>(wire.pressure_digits), 1));
-  }
-  add_pdos(script, machine, node);
-  script.push_back(produce_heartbeat(machine.bus));
-  return script;
-}
-
 /// What is counted in steps must not be read in slightly other ones, nor run out of numbers.
 void check_step(const MachineDescription& machine, const char* key, double step, double object, double most) {
   constexpr double kSame = 1e-6;
@@ -226,48 +178,58 @@ void check_step(const MachineDescription& machine, const char* key, double step,
     refuse("too fine: its 16 bits would not reach far enough");
 }
 
-SdoScript rotary_script(const MachineDescription& machine, const NodeDescription& node) {
-  SdoScript script = identity(node);
-  script.push_back(required(canopen::kEncoderStepsPerTurn, node.rotary.steps_per_turn, 4));
-  if (node.rotary.turns > 1)  // devices of a single turn may not have it
-    script.push_back(required(canopen::kEncoderRange, node.rotary.range(), 4));
-  add_pdos(script, machine, node);
-  script.push_back(produce_heartbeat(machine.bus));
-  return script;
-}
-
-SdoScript encoder_script(const MachineDescription& machine, const NodeDescription& node) {
-  if (node.measures_angle()) return rotary_script(machine, node);
-  SdoScript script = identity(node);
-  check_step(machine, "encoder_step_mm", machine.sensors.encoder_step_m, 1e-9, 0);
-  const std::uint32_t step = canopen::encoder_step_object(machine.sensors.encoder_step_m);
-  const auto speed_step =
-      static_cast<std::uint32_t>(std::lround(machine.bus.wire.encoder_speed_step_mps / 1e-5));  // 0.01 mm/s
-  script.push_back(required(canopen::kEncoderStep, step, 4));
+void require_encoder(SdoScript& script, const MachineDescription& machine, const NodeDescription& node) {
+  if (node.measures_angle()) {
+    script.push_back(required(canopen::kEncoderStepsPerTurn, node.rotary.steps_per_turn, 4));
+    if (node.rotary.turns > 1)  // devices of a single turn may not have it
+      script.push_back(required(canopen::kEncoderRange, node.rotary.range(), 4));
+    return;
+  }
+  const double step_m = machine.sensors.encoder_step_m, speed_step_mps = machine.bus.wire.encoder_speed_step_mps;
+  check_step(machine, "encoder_step_mm", step_m, 1e-9, 0);
+  script.push_back(required(canopen::kEncoderStep, canopen::encoder_step_object(step_m), 4));
+  const auto speed_step = static_cast<std::uint32_t>(std::lround(speed_step_mps / 1e-5));  // 0.01 mm/s
   script.push_back(required(canopen::kEncoderSpeedStep, speed_step, 4));
-  add_pdos(script, machine, node);
-  script.push_back(produce_heartbeat(machine.bus));
+}
+
+/// What no set-up may change: the device, and how it was set to work when it was built in.
+SdoScript required_of(const MachineDescription& machine, const NodeDescription& node) {
+  SdoScript script{{Kind::kIdentity, {{canopen::kDeviceType, node.device_type}}, {}},
+                   {Kind::kIdentity, {{canopen::kVendorId, node.vendor}}, {}},
+                   {Kind::kIdentity, {{canopen::kProductCode, node.product}}, {}}};
+  const WireDescription& wire = machine.bus.wire;
+  for (const NodeChannel& channel : node.channels) {
+    const auto of_channel = [&](Object object) { return Object{object.index, channel.number}; };
+    if (node.role == NodeRole::kValve)
+      script.push_back(required(of_axis(canopen::kValveControlMode, channel.number), 1, 1));
+    if (node.role != NodeRole::kPressure) continue;
+    script.push_back(required(of_channel(canopen::kPressureUnit), canopen::kUnitBar, 4));
+    if (wire.pressure != WireDescription::Pressure::kFloat)
+      script.push_back(
+          required(of_channel(canopen::kPressureDigits), static_cast<std::uint32_t>(wire.pressure_digits), 1));
+  }
+  if (node.role == NodeRole::kEncoder) require_encoder(script, machine, node);
+  if (node.role == NodeRole::kTilt) {
+    const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
+    const double most_rad = on_boom ? std::numbers::pi : std::numbers::pi / 3;
+    check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
+    script.push_back(required(canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2));
+  }
+  if (node.outputs > 0) script.push_back(required({canopen::kAnalogOutput.index, 0}, node.outputs, 1));
   return script;
 }
 
-SdoScript tilt_script(const MachineDescription& machine, const NodeDescription& node) {
-  SdoScript script = identity(node);
-  const bool on_boom = machine.sensors.tilt_mount == SensorDescription::TiltMount::kOnBoom;
-  const double most_rad = on_boom ? std::numbers::pi : std::numbers::pi / 3;
-  check_step(machine, "tilt_step_deg", machine.sensors.tilt_step_rad, 1e-3 * std::numbers::pi / 180, most_rad);
-  script.push_back(required(canopen::kTiltResolution, canopen::tilt_step_object(machine.sensors.tilt_step_rad), 2));
-  add_pdos(script, machine, node);
-  script.push_back(produce_heartbeat(machine.bus));
-  return script;
-}
-
-SdoScript enable_script(const MachineDescription& machine, const NodeDescription& node) {
-  SdoScript script = identity(node);
-  add_pdos(script, machine, node);
-  script.push_back(setting(canopen::kEnableOutputs, 0, 1));
-  add_guards(script, machine.bus, node);
-  script.push_back(produce_heartbeat(machine.bus));
-  return script;
+/// Of all axes that the device has.
+void add_closed_axes(SdoScript& script, const NodeDescription& node) {
+  const auto close = [&](unsigned axis, Kind kind) {
+    script.push_back(setting(of_axis(canopen::kValveControlWord, axis), valve_words(node.profile).init, 2, kind));
+    script.push_back(setting(of_axis(canopen::kValveSetPoint, axis), 0, 2, kind));
+  };
+  for (const NodeChannel& axis : node.channels) close(axis.number, Kind::kSetting);
+  for (unsigned axis = 1; has_several_axes(node) && axis <= NodeDescription::kMostPdos; ++axis) {
+    const auto is_ours = [axis](const NodeChannel& channel) { return channel.number == axis; };
+    if (std::none_of(node.channels.begin(), node.channels.end(), is_ours)) close(axis, Kind::kOptional);
+  }
 }
 
 template <typename Add>
@@ -291,57 +253,26 @@ void add_error_values(SdoScript& script, const BusDescription& bus, const NodeDe
 }
 
 /// Raw 0 of an output may be full speed: what it does when it is started, or is left alone, is neutral.
-void add_outputs(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
+void add_neutral_outputs(SdoScript& script, const BusDescription& bus, const NodeDescription& node) {
   for_outputs(bus, node, [&](std::uint8_t number, std::uint32_t neutral) {
     script.push_back(setting({canopen::kAnalogOutput.index, number}, neutral, 2));
   });
   add_error_values(script, bus, node);
   script.push_back(setting(canopen::kErrorBehaviour, 0, 1, Kind::kOptional));
-  add_guards(script, bus, node);
-}
-
-/// The device, and all outputs that it has.
-SdoScript module_identity(const NodeDescription& node) {
-  SdoScript script = identity(node);
-  if (node.outputs > 0) script.push_back(required({canopen::kAnalogOutput.index, 0}, node.outputs, 1));
-  return script;
-}
-
-/// A module that runs takes its error values as soon as it is told to rest.
-SdoScript before_rest(const MachineDescription& machine, const NodeDescription& node) {
-  if (node.outputs == 0) return {};
-  SdoScript script = module_identity(node);
-  add_error_values(script, machine.bus, node);
-  return script;
-}
-
-SdoScript module_script(const MachineDescription& machine, const NodeDescription& node) {
-  SdoScript script = module_identity(node);
-  add_pdos(script, machine, node);
-  script.push_back(setting(canopen::kAnalogInputSends, 1, 1, Kind::kOptional));
-  if (node.outputs > 0) add_outputs(script, machine.bus, node);
-  script.push_back(produce_heartbeat(machine.bus));
-  return script;
 }
 
 SdoScript node_script(const MachineDescription& machine, const NodeDescription& node) {
-  switch (node.role) {
-    case NodeRole::kValve:
-      return valve_script(machine, node);
-    case NodeRole::kPressure:
-      return pressure_script(machine, node);
-    case NodeRole::kEncoder:
-      return encoder_script(machine, node);
-    case NodeRole::kTilt:
-      return tilt_script(machine, node);
-    case NodeRole::kModule:
-      return module_script(machine, node);
-    case NodeRole::kEnable:
-    case NodeRole::kReading:
-    case NodeRole::kPilot:
-      break;
-  }
-  return enable_script(machine, node);
+  const BusDescription& bus = machine.bus;
+  SdoScript script = required_of(machine, node);
+  add_pdos(script, machine, node);
+  // What it was told before must not become true again when it is started.
+  if (node.role == NodeRole::kValve) add_closed_axes(script, node);
+  if (node.role == NodeRole::kEnable) script.push_back(setting(canopen::kEnableOutputs, 0, 1));
+  if (node.role == NodeRole::kModule) script.push_back(setting(canopen::kAnalogInputSends, 1, 1, Kind::kOptional));
+  if (node.outputs > 0) add_neutral_outputs(script, bus, node);
+  if (node.is_told()) add_guards(script, bus, node);
+  script.push_back(setting(canopen::kProducerHeartbeat, milliseconds(bus.node_heartbeat_s), 2));
+  return script;
 }
 
 }  // namespace
@@ -350,7 +281,10 @@ std::vector<NodeScript> node_scripts(const MachineDescription& machine) {
   std::vector<NodeScript> all;
   for (const NodeDescription& node : machine.bus.nodes) {
     NodeScript& entry = all.emplace_back(NodeScript{node, node_script(machine, node), {}});
-    if (node.role == NodeRole::kModule) entry.before_rest = before_rest(machine, node);
+    if (node.outputs == 0) continue;
+    // A module that runs takes its error values as soon as it is told to rest.
+    entry.before_rest = required_of(machine, node);
+    add_error_values(entry.before_rest, machine.bus, node);
   }
   return all;
 }

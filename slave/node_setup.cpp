@@ -4,9 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <string>
 
-#include "machine/command_joints.h"
 #include "machine/reason_text.h"
 
 namespace knuckle::slave {
@@ -188,9 +186,9 @@ void SdoDialogue::fail(SetupFailure::What what) noexcept {
   details_.step = step;
   details_.writing = doing_ == Doing::kWriting;
   if (what == SetupFailure::What::kOtherValue && script_[part_].kind == Kind::kIdentity) {
-    failure_ = {ReasonCode::kNodeIdentity, node_, static_cast<float>(details_.seen), static_cast<float>(step.value)};
+    failure_ = {ReasonCode::kNodeIdentity, node_, double(details_.seen), double(step.value)};
   } else {
-    failure_ = {ReasonCode::kNodeSetup, node_, static_cast<float>(part_), static_cast<float>(script_.size())};
+    failure_ = {ReasonCode::kNodeSetup, node_, double(part_), double(script_.size())};
   }
 }
 

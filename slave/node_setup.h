@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -101,6 +102,21 @@ struct SetupFailure {
 };
 /// "boom_valve (node 0x10): writing 0x1400:05 was refused: object does not exist (SDO abort 0x06020000)". Allocates.
 [[nodiscard]] std::string text(const SetupFailure& failure, const BusDescription& bus);
+
+// What a node says in its process data, asked by SDO: one that is not operational sends none, but answers.
+
+/// Of the axis that this joint's valve is. @param object of a driver with one axis.
+[[nodiscard]] inline canopen::Object valve_object(const BusDescription& bus, int joint,
+                                                  canopen::Object object) noexcept {
+  return of_axis(object, bus.valve_channel(joint).number);
+}
+
+/// What this object holds, where this is the answer to that question.
+[[nodiscard]] inline std::optional<std::uint32_t> answered(const canopen::SdoResponse& answer,
+                                                           canopen::Object object) noexcept {
+  if (answer.kind != canopen::SdoResponse::Kind::kUploaded || answer.object != object) return std::nullopt;
+  return answer.value;
+}
 
 /// Works through one node's script: one request outstanding at a time.
 class SdoDialogue {

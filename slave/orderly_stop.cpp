@@ -4,11 +4,8 @@
 
 #include "machine/description.h"
 #include "machine/pilot_spool.h"
-#include "slave/bus_map.h"
-#include "slave/sdo_question.h"
+#include "slave/node_setup.h"
 #include "slave/sensors.h"
-#include "slave/valve_frame.h"
-#include "transport/canopen.h"
 #include "transport/j1939.h"
 
 namespace knuckle::slave {
@@ -24,11 +21,9 @@ bool carries(const CanFrame& frame, const BroadcastFrame* sent) noexcept {
 }
 
 /// nullopt where the frame says that there is no value.
-std::optional<std::uint64_t> raw_in(const CanFrame& frame, const BusDescription::Broadcast& value) noexcept {
-  const auto raw = read_raw(value.field->bits, frame);
-  const bool none = !raw || (value.field->invalid_from && *raw >= *value.field->invalid_from) ||
-                    check_frame(value.frame->closing, std::nullopt, frame).fault != FrameFault::kNone;
-  return none ? std::nullopt : raw;
+std::optional<double> value_in(const CanFrame& frame, const BusDescription::Broadcast& told) noexcept {
+  if (check_frame(told.frame->closing, std::nullopt, frame).fault != FrameFault::kNone) return std::nullopt;
+  return told.field->value(read_raw(told.field->bits, frame));
 }
 
 }  // namespace
@@ -100,8 +95,8 @@ void OrderlyStop::hear() noexcept {
   for (int i = 0; i < kMostFramesPerStep && bus_.receive(frame); ++i) {
     alone_ = alone_ && frame.id != canopen::kSyncId;
     if (const auto told = machine_.bus.broadcast(NodeRole::kEnable, kPilotOnIndex); carries(frame, told.frame)) {
-      const auto raw = raw_in(frame, told);
-      pilot_off_ = raw && *raw != told.field->on;
+      const auto value = value_in(frame, told);
+      pilot_off_ = value && *value != static_cast<double>(told.field->on);
     }
     hear_pilots(frame);
     if (machine_.bus.without_nodes()) continue;
@@ -125,13 +120,9 @@ void OrderlyStop::hear_pilots(const CanFrame& frame) noexcept {
     const auto told = machine_.bus.broadcast(NodeRole::kPilot, line);
     if (!carries(frame, told.frame)) continue;
     Pilot& pilot = pilots_[static_cast<std::size_t>(line / 2)];
-    const auto raw = raw_in(frame, told);
-    const double value_Pa = value_of(told.field->bits, raw.value_or(0));
-    const bool broken = told.field->analog && told.field->analog->is_broken(value_Pa);
-    const bool possible =
-        value_Pa >= kValidity.pressure_floor_Pa && value_Pa <= kValidity.pilot_over_full * told.field->full_Pa;
-    const bool known = raw && possible && !broken;
-    (line % 2 == 0 ? pilot.extend_Pa : pilot.retract_Pa) = known ? std::optional(value_Pa) : std::nullopt;
+    const auto value_Pa = value_in(frame, told);
+    const bool known = value_Pa && possible_pilot(*told.field, *value_Pa);
+    (line % 2 == 0 ? pilot.extend_Pa : pilot.retract_Pa) = known ? value_Pa : std::nullopt;
   }
 }
 

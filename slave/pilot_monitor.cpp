@@ -3,19 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/description.h"
 #include "machine/pilot_spool.h"
 
 namespace knuckle::slave {
-namespace {
-
-Reason apart_by(int joint, double apart, double limit) noexcept {
-  return {ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(joint), static_cast<float>(apart),
-          static_cast<float>(limit)};
-}
-
-}  // namespace
-
 PilotMonitor::PilotMonitor(const MachineDescription& machine, double step_s)
     : valves_{machine.cylinders[kBoom].valve, machine.cylinders[kArm].valve, machine.cylinders[kBucket].valve},
       step_s_(step_s),
@@ -38,9 +28,9 @@ Reason PilotMonitor::look(Way& way, int joint, double demand, double opening) co
   lasts(way.fast_s, demand >= kPilotLimits.fast);
   lasts(way.shut_s, opening <= 0);
   if (way.unasked_s > kPilotLimits.lag_s && way.open_s > kPilotLimits.unasked_s)
-    return apart_by(joint, opening, kPilotLimits.tolerance);
+    return {ReasonCode::kValveNotFollowing, joint, opening, kPilotLimits.tolerance};
   if (way.fast_s > kPilotLimits.lag_s && way.shut_s > kPilotLimits.shut_s)
-    return apart_by(joint, demand, kPilotLimits.fast);
+    return {ReasonCode::kValveNotFollowing, joint, demand, kPilotLimits.fast};
   return {};
 }
 

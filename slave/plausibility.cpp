@@ -13,10 +13,6 @@ namespace {
 
 constexpr PlausibilityLimits kLimits = kPlausibility;
 
-Reason implausible(std::uint8_t subject, double value, double limit) noexcept {
-  return {ReasonCode::kSensorImplausible, subject, static_cast<float>(value), static_cast<float>(limit)};
-}
-
 }  // namespace
 
 Plausibility::Plausibility(const MachineDescription& machine, double step_s)
@@ -114,9 +110,8 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
   const bool stalls = !measured || driven > kLimits.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
-  if (axis.stalled_s > kLimits.unmoved_s) {
-    return implausible(wrong_.of_open(joint, direction), axis.stalled_s, kLimits.unmoved_s);
-  }
+  if (axis.stalled_s > kLimits.unmoved_s)
+    return {ReasonCode::kSensorImplausible, wrong_.of_open(joint, direction), axis.stalled_s, kLimits.unmoved_s};
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
   share.pass(opening, nominal_m);
@@ -125,7 +120,7 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
   const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
   if (unseen <= most) return {};
-  return implausible(wrong_.of_open(joint, direction), unseen, most);
+  return {ReasonCode::kSensorImplausible, wrong_.of_open(joint, direction), unseen, most};
 }
 
 Reason Plausibility::moving_while_closed(int joint, const estimation::Measurement& m, double spool) noexcept {
@@ -149,7 +144,8 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
                                  std::abs(expanded_m(joint, 1, length, axis.closed_Pa[1] - m.pressure_Pa[head + 1])));
   const double most_m = kLimits.closed_travel_m + kLimits.closed_oil * gave_m;
   if (std::abs(axis.travel_m) <= most_m) return {};
-  return implausible(wrong_.of_shut(joint, axis.travel_m > 0 ? 1 : -1), std::abs(axis.travel_m), most_m);
+  return {ReasonCode::kSensorImplausible, wrong_.of_shut(joint, axis.travel_m > 0 ? 1 : -1), std::abs(axis.travel_m),
+          most_m};
 }
 
 Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m) noexcept {
@@ -169,7 +165,8 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
                            (!coarse && std::abs(length - seen.length_m) > kLimits.repeat_travel_m);
   const int most = repeats_[chamber];
   if (seen.repeats < most || !others_live) return {};
-  return implausible(subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_), seen.repeats, most);
+  return {ReasonCode::kSensorImplausible, subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_),
+          double(seen.repeats), double(most)};
 }
 
 /// A frame with all pressures that comes again and again, where nothing in it counts.
@@ -183,7 +180,8 @@ Reason Plausibility::all_still(const estimation::Measurement& m) noexcept {
   if (still_.time_s < kLimits.still_s || travel_m <= kLimits.still_travel_m) return {};
   const auto known = std::find(m.pressures_known.begin(), m.pressures_known.end(), true);
   const auto joint = static_cast<int>(known - m.pressures_known.begin());
-  return implausible(subject_of(NodeRole::kPressure, 2 * joint, bus_), travel_m, kLimits.still_travel_m);
+  return {ReasonCode::kSensorImplausible, subject_of(NodeRole::kPressure, 2 * joint, bus_), travel_m,
+          kLimits.still_travel_m};
 }
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool,
@@ -198,7 +196,7 @@ Reason Plausibility::step(const estimation::Measurement& measurement, const Join
     // A commanded speed says nothing of the valve's opening: MotionMonitor looks at the motion.
     if (!told && bus_.command_kind == CommandKind::kJointRate) continue;
     for (Reason why : {frozen(i, measurement, spool[i]), moving_while_closed(i, measurement, spool[i])}) {
-      if (why && !told) why = {ReasonCode::kMotionNotFollowing, static_cast<std::uint8_t>(i), why.value, why.limit};
+      if (why && !told) why = {ReasonCode::kMotionNotFollowing, i, why.value, why.limit};
       note(why);
     }
   }

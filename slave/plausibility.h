@@ -4,7 +4,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "core/joints.h"
 #include "core/reason.h"
@@ -52,10 +51,10 @@ struct PlausibilityLimits {
   // Within a step that is coarser than this a chamber may stand for a second while all else moves, near tank always.
   double coarse_Pa = 1e5;
   int repeats_coarse = 1000;  ///< Same pressure this often, whatever the cylinder does ...
+  double coarse_steps = 10;   ///< ... while the other chamber changes by so many steps, half of them above vacuum.
   // All pressures at once: noise alone changes one of six within 0.3 s.
   double still_s = 0.5;          ///< None has changed for so long ...
   double still_travel_m = 0.15;  ///< ... while a cylinder moved so far.
-  double coarse_steps = 10;      ///< ... while the other chamber changes by so many steps, half of them above vacuum.
 };
 inline constexpr PlausibilityLimits kPlausibility{};
 

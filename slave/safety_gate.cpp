@@ -11,13 +11,8 @@ bool is_neutral(const JointVector& commands) noexcept {
   return (commands.array() == 0).all();
 }
 
-Reason joint_reason(ReasonCode code, int joint, double value, double limit) noexcept {
-  return {code, static_cast<std::uint8_t>(joint), static_cast<float>(value), static_cast<float>(limit)};
-}
-
 Reason pressure_reason(std::size_t chamber, double pressure_Pa, const GateLimits& limits) noexcept {
-  return {ReasonCode::kPressureLimit, static_cast<std::uint8_t>(chamber), static_cast<float>(pressure_Pa / 1e5),
-          static_cast<float>(limits.file.chamber_pressure_Pa / 1e5)};
+  return {ReasonCode::kPressureLimit, chamber, pressure_Pa / 1e5, limits.file.chamber_pressure_Pa / 1e5};
 }
 
 /// Of the oldest sensor value.
@@ -30,22 +25,17 @@ Reason stale(Time oldest_at, std::uint8_t subject, const GateLimits& limits, Tim
 Reason refusal(const JointVector& wanted, Mode mode, Time setpoint_at, const GateState& state, const GateLimits& limits,
                Time now) noexcept {
   for (int i = 0; i < kJoints; ++i) {
-    if (!std::isfinite(wanted[i])) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], limits.table.command);
-    if (mode != Mode::kEngaged && wanted[i] != 0) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], 0);
+    if (!std::isfinite(wanted[i])) return {ReasonCode::kCommandInvalid, i, wanted[i], limits.table.command};
+    if (mode != Mode::kEngaged && wanted[i] != 0) return {ReasonCode::kCommandInvalid, i, wanted[i], 0};
   }
   if (mode != Mode::kEngaged) return {};  // neutral was asked and neutral is sent
-  if (setpoint_at > now) {
-    return {ReasonCode::kSetpointInvalid, 0, -to_ms(setpoint_at - now), 0};
-  }
-  if (now - setpoint_at >= limits.table.setpoint_age) {
+  if (setpoint_at > now) return {ReasonCode::kSetpointInvalid, 0, -to_ms(setpoint_at - now), 0};
+  if (now - setpoint_at >= limits.table.setpoint_age)
     return {ReasonCode::kLinkLost, 0, to_ms(now - setpoint_at), to_ms(limits.table.setpoint_age)};
-  }
   const bool finite =
       state.angle_rad.allFinite() && state.lever_m.allFinite() &&
       std::all_of(state.pressure_Pa.begin(), state.pressure_Pa.end(), [](double p) { return std::isfinite(p); });
-  if (!state.valid || !finite || state.oldest_at > now) {
-    return {ReasonCode::kSensorInvalid, state.oldest_subject, 0, 0};
-  }
+  if (!state.valid || !finite || state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_subject};
   return stale(state.oldest_at, state.oldest_subject, limits, now);
 }
 
@@ -55,24 +45,21 @@ Reason jog_refusal(const JointVector& wanted, const JogState& state, const GateM
                    Time now) noexcept {
   for (int i = 0; i < kJoints; ++i) {
     const double most = i == state.joint ? limits.jog.command : 0;
-    if (!(std::abs(wanted[i]) <= most)) return joint_reason(ReasonCode::kCommandInvalid, i, wanted[i], most);
+    if (!(std::abs(wanted[i]) <= most)) return {ReasonCode::kCommandInvalid, i, wanted[i], most};
   }
   if (is_neutral(wanted) && !state.pilot) return {};
-  if (state.e_stop_open) return {ReasonCode::kEmergencyStop, 0, 0, 0};
-  if (!is_neutral(memory.sent) && now - memory.at > limits.longest_gap) {
+  if (state.e_stop_open) return {ReasonCode::kEmergencyStop};
+  if (!is_neutral(memory.sent) && now - memory.at > limits.longest_gap)
     return {ReasonCode::kLoopOverrun, 0, to_ms(now - memory.at), to_ms(limits.longest_gap)};
-  }
-  if (!is_neutral(wanted) && (now < state.since || now - state.since > limits.jog.longest)) {
-    return {ReasonCode::kJogTooLong, 0, static_cast<float>(to_seconds(now - state.since)),
-            static_cast<float>(to_seconds(limits.jog.longest))};
-  }
+  if (!is_neutral(wanted) && (now < state.since || now - state.since > limits.jog.longest))
+    return {ReasonCode::kJogTooLong, 0, to_seconds(now - state.since), to_seconds(limits.jog.longest)};
   if (state.invalid_subject != 0) return {ReasonCode::kSensorInvalid, state.invalid_subject, 1, 0};
-  if (state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_subject, 0, 0};
+  if (state.oldest_at > now) return {ReasonCode::kSensorInvalid, state.oldest_subject};
   if (const Reason old = stale(state.oldest_at, state.oldest_subject, limits, now)) return old;
   for (int i = 0; i < kJoints; ++i) {
     const double travelled_m = std::abs(state.travelled_m[i]), most_m = limits.jog.other_travel_m;
     if (i == state.joint || travelled_m <= most_m) continue;  // a NaN is not
-    return joint_reason(ReasonCode::kJogOtherMoves, i, 1e3 * travelled_m, 1e3 * most_m);
+    return {ReasonCode::kJogOtherMoves, i, 1e3 * travelled_m, 1e3 * most_m};
   }
   for (std::size_t i = 0; i < state.pressure_Pa.size(); ++i) {
     if (state.pressure_Pa[i] <= limits.file.chamber_pressure_Pa) continue;  // a NaN is not
@@ -124,7 +111,7 @@ class GateLimiter {
       const double left_rad = direction * (bound - state_.angle_rad[i]);
       if (cap_speed(i, left_rad / (limits_.table.range_stop_s + limits_.frames_stop_s), kLimitJointRange)) {
         const double deg = 180 / std::numbers::pi;
-        tell(joint_reason(ReasonCode::kJointLimit, i, state_.angle_rad[i] * deg, bound * deg));
+        tell({ReasonCode::kJointLimit, i, state_.angle_rad[i] * deg, bound * deg});
       }
     }
   }
@@ -144,9 +131,8 @@ class GateLimiter {
       if (commands_[i] == 0 || !known(i)) continue;
       const std::size_t chamber = driven_chamber(i);
       const double left_Pa = limits_.file.chamber_pressure_Pa - state_.pressure_Pa[chamber];
-      if (cap_flow(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure)) {
+      if (cap_flow(i, left_Pa / limits_.table.pressure_band_Pa, kLimitPressure))
         tell(pressure_reason(chamber, state_.pressure_Pa[chamber], limits_));
-      }
     }
   }
 
@@ -156,7 +142,7 @@ class GateLimiter {
     for (int i = 0; i < kJoints; ++i) flow += flow_share(i) * full_flow(i);
     const double watts = std::min(flow, limits_.pump_flow_m3ps) * supply_Pa_;
     if (watts <= limits_.file.power_W) return;
-    tell({ReasonCode::kPowerLimit, 0, static_cast<float>(watts / 1e3), static_cast<float>(limits_.file.power_W / 1e3)});
+    tell({ReasonCode::kPowerLimit, 0, watts / 1e3, limits_.file.power_W / 1e3});
     const double share = limits_.file.power_W / (flow * supply_Pa_);
     for (int i = 0; i < kJoints; ++i) {
       if (flow_share(i) > 0) cap_flow(i, flow_share(i) * share, kLimitPower);
@@ -272,7 +258,7 @@ class GateLimiter {
       hit |= cap_speed(i, left_m / (kJoints * (limits_.table.wall_stop_s + limits_.frames_stop_s) * lever_m),
                        kLimitVirtualWall);
     }
-    if (hit) tell({ReasonCode::kVirtualWall, which, static_cast<float>(seen_m), static_cast<float>(bound_m)});
+    if (hit) tell({ReasonCode::kVirtualWall, which, seen_m, bound_m});
   }
 
   void tell(const Reason& reason) noexcept {

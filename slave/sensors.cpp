@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "core/frame_words.h"
 #include "machine/description.h"
@@ -14,11 +15,6 @@
 namespace knuckle::slave {
 
 namespace {
-
-/// Of a frame that is long enough.
-double value_in(const BitField& field, const CanFrame& frame) noexcept {
-  return read_value(field, frame).value_or(0);
-}
 
 /// As many of its bytes as a field can need.
 CanFrame part_of(std::uint32_t id, std::span<const std::uint8_t> data, std::size_t from) noexcept {
@@ -33,25 +29,13 @@ CanFrame part_of(std::uint32_t id, std::span<const std::uint8_t> data, std::size
 
 std::size_t sensor_place(const NodeChannel& channel) noexcept {
   const auto index = static_cast<std::size_t>(channel.info().index);
-  switch (channel.info().role) {
-    case NodeRole::kPressure:
-      return index;
-    case NodeRole::kEncoder:
-      return kSensorPressures + index;
-    case NodeRole::kTilt:
-      return kSensorPressures + kJoints;
-    case NodeRole::kEnable:
-      if (is_status(channel.info())) return kStatusPlace + index - kEStopClosedIndex;
-      break;
-    case NodeRole::kReading:
-      return kReadingsPlace + index;
-    case NodeRole::kPilot:
-      return kPilotsPlace + index;
-    case NodeRole::kValve:
-    case NodeRole::kModule:
-      break;
-  }
-  return kSensorPlaces;
+  const NodeRole role = channel.info().role;
+  if (role == NodeRole::kPressure) return index;
+  if (role == NodeRole::kEncoder) return kSensorPressures + index;
+  if (role == NodeRole::kTilt) return kSensorPressures + kJoints;
+  if (is_status(channel.info())) return kStatusPlace + index - kEStopClosedIndex;
+  if (role == NodeRole::kReading) return kReadingsPlace + index;
+  return role == NodeRole::kPilot ? kPilotsPlace + index : kSensorPlaces;
 }
 
 Duration tilt_extra_age(const MachineDescription& machine) noexcept {
@@ -83,11 +67,12 @@ SensorSet::SensorSet(const MachineDescription& machine)
       channel.subject = subject_of(field.channel.info().role, field.channel.info().index, machine.bus);
       channel.frame_id = frame.id;
       channel.mapped = frame.bytes();
-      if (field.part == FrameField::Part::kValue) channel.field = field.bits;
+      if (field.part == FrameField::Part::kValue) channel.field = {.signal = field.channel.signal, .bits = field.bits};
       if (field.part == FrameField::Part::kStatus) channel.status = field.bits;
     }
   }
   add_broadcasts(machine.bus);
+  unheard_ = channels_;
 }
 
 void SensorSet::add_broadcasts(const BusDescription& bus) {
@@ -100,39 +85,18 @@ void SensorSet::add_broadcasts(const BusDescription& bus) {
           .frame_id = frame.id,
           .multiplexer = frame.multiplexer,
           .mapped = frame.bytes,
-          .first_byte = field.first_byte,
-          .field = field.bits,
-          .invalid_from = field.invalid_from,
-          .yes_or_no = is_yes_or_no(field.info()),
-          .analog = field.analog,
-          .on = field.on,
-          .most = pilot ? kValidity.pilot_over_full * field.full_Pa : std::numeric_limits<double>::infinity(),
+          .field = field,
           .age_limit = pilot ? age_limit_ : from_seconds(kStatusPeriods * frame.period_s)};
     }
   }
 }
 
 void SensorSet::restart() noexcept {
-  for (std::size_t i = 0; i < kChannels; ++i) {
-    const Channel before = channels_[i];
-    channels_[i] = Channel{.node = before.node,
-                           .subject = before.subject,
-                           .frame_id = before.frame_id,
-                           .multiplexer = before.multiplexer,
-                           .mapped = before.mapped,
-                           .first_byte = before.first_byte,
-                           .field = before.field,
-                           .status = before.status,
-                           .invalid_from = before.invalid_from,
-                           .yes_or_no = before.yes_or_no,
-                           .analog = before.analog,
-                           .on = before.on,
-                           .most = before.most,
-                           .age_limit = before.age_limit};
-    if (i < kPressures || i >= kTilt) continue;
+  const std::array<Channel, kChannels> before = std::exchange(channels_, unheard_);
+  for (std::size_t i = kPressures; i < kTilt; ++i) {
     // As old as it is, so it is stale until a new one has been held against it.
-    channels_[i].value = before.value;
-    channels_[i].at = before.at;
+    channels_[i].value = before[i].value;
+    channels_[i].at = before[i].at;
   }
   shaken_ = 0;
 }
@@ -149,30 +113,26 @@ void SensorSet::receive(std::uint32_t id, std::span<const std::uint8_t> data, Ti
     else if (data.size() < channel.mapped)
       refuse_short(channel, data.size());
     else
-      take(which, channel.first_byte == 0 ? frame : part_of(id, data, channel.first_byte), now);
+      take(which, channel.field.first_byte == 0 ? frame : part_of(id, data, channel.field.first_byte), now);
   }
 }
 
 void SensorSet::take(std::size_t which, const CanFrame& frame, Time now) noexcept {
   Channel& channel = channels_[which];
-  if (const auto raw = channel.invalid_from ? read_raw(channel.field, frame) : std::nullopt;
-      raw && *raw >= *channel.invalid_from)
-    return accept(channel, 0, false, static_cast<double>(*raw), now);
-  if (const double value = channel.analog ? value_in(channel.field, frame) : 0;
-      channel.analog && channel.analog->is_broken(value))
-    return accept(channel, 0, false, value, now);
-  if (which < kPressures) return on_pressure(channel, frame, now);
-  if (which < kTilt) return on_length(which - kPressures, frame, now);
-  if (channel.yes_or_no) return accept(channel, read_raw(channel.field, frame) == channel.on ? 1 : 0, true, 0, now);
-  if (which >= kReadingsPlace) {
-    const double value = value_in(channel.field, frame);
-    const bool possible = is_reading(which) || (value >= kValidity.pressure_floor_Pa && value <= channel.most);
-    return accept(channel, value, std::isfinite(value) && possible, value, now);
+  const BroadcastField& field = channel.field;
+  const std::uint64_t raw = read_raw(field.bits, frame).value_or(0);  // a frame is long enough
+  const double value = value_of(field.bits, raw);
+  if (!field.value(raw)) return accept(channel, 0, false, field.analog ? value : static_cast<double>(raw), now);
+  if (which < kPressures) {
+    const auto status = channel.status ? read_raw(*channel.status, frame) : std::nullopt;
+    return on_pressure(channel, value, static_cast<unsigned>(status.value_or(0)), now);
   }
-  if (tilt_on_boom_)
-    on_boom_tilt(channel, frame, now);
-  else
-    on_hull_tilt(channel, frame, now);
+  if (which < kTilt) return on_length(which - kPressures, value, now);
+  if (is_yes_or_no(field.info())) return accept(channel, raw == field.on ? 1 : 0, true, 0, now);
+  if (is_reading(which)) return accept(channel, value, std::isfinite(value), value, now);
+  if (which >= kPilotsPlace) return accept(channel, value, possible_pilot(field, value), value, now);
+  if (tilt_on_boom_) return on_boom_tilt(channel, value, now);
+  accept(channel, value, std::abs(value) <= kValidity.hull_tilt_rad, value, now);
 }
 
 void SensorSet::accept(Channel& channel, double value, bool possible, double shown, Time now) noexcept {
@@ -198,19 +158,16 @@ void SensorSet::refuse_short(Channel& channel, std::size_t bytes) noexcept {
   channel.short_bytes = static_cast<std::uint8_t>(bytes);
 }
 
-void SensorSet::on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const double pressure_Pa = value_in(channel.field, frame);
-  const auto status = channel.status ? static_cast<unsigned>(value_in(*channel.status, frame)) : 0U;
+void SensorSet::on_pressure(Channel& channel, double pressure_Pa, unsigned status, Time now) noexcept {
   const bool status_bad = (status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0;
   const bool in_range = pressure_Pa >= kValidity.pressure_floor_Pa && pressure_Pa <= pressure_ceiling_Pa_;
   accept(channel, pressure_Pa, !status_bad && in_range, status_bad ? status : pressure_Pa, now);
 }
 
-void SensorSet::on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept {
+void SensorSet::on_length(std::size_t joint, double reading, Time now) noexcept {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   Channel& channel = channels_[kPressures + joint];
   const auto axis = static_cast<int>(joint);
-  const double reading = value_in(channel.field, frame);
   const double length = lengths_.length_m(axis, reading).value_or(kNone) - encoder_offset_m_[axis];
   const bool in_range = length >= shortest_m_[joint] && length <= longest_m_[joint];
   // No longer than a value may be used: with all of its age, waiting would make every jump of a slipped drum possible.
@@ -242,26 +199,20 @@ void SensorSet::believe_settled_length(const Reason& asked, Time now) noexcept {
   }
 }
 
-void SensorSet::on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const double slope = value_in(channel.field, frame);
-  accept(channel, slope, std::abs(slope) <= kValidity.hull_tilt_rad, slope, now);
-}
-
 /// The boom's slope less its angle is the hull's, but for the acceleration that the sensor feels as well: a boom that
 /// stops hard can turn the felt vertical by a right angle for a moment. So the hull is let turn slowly only.
-void SensorSet::on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept {
-  const double slope = value_in(channel.field, frame);
-  if (!(std::abs(slope) <= std::numbers::pi)) return accept(channel, 0, false, slope, now);
+void SensorSet::on_boom_tilt(Channel& channel, double slope_rad, Time now) noexcept {
+  if (!(std::abs(slope_rad) <= std::numbers::pi)) return accept(channel, 0, false, slope_rad, now);
   const Channel& length = channels_[kPressures + kBoom];
   const auto boom_rad = kinematics_.joint_at(kBoom, length.value);
   if (length.at == kNever || !boom_rad) return;  // ages
-  const double pitch = slope - *boom_rad;
+  const double pitch = slope_rad - *boom_rad;
   const bool possible = std::abs(pitch) <= kValidity.hull_tilt_rad;
   shaken_ = possible ? 0 : std::min(shaken_ + 1, kValidity.shaken_in_a_row);
   const double bound = std::clamp(pitch, -kValidity.hull_tilt_rad, kValidity.hull_tilt_rad);
   const double turn = kValidity.hull_turn_radps * to_seconds(now - channel.at);
   const double held = channel.at == kNever ? bound : std::clamp(bound, channel.value - turn, channel.value + turn);
-  accept(channel, held, shaken_ < kValidity.shaken_in_a_row, slope, now);
+  accept(channel, held, shaken_ < kValidity.shaken_in_a_row, slope_rad, now);
 }
 
 Reason SensorSet::fault(Time now) const noexcept {
@@ -273,8 +224,7 @@ Reason SensorSet::fault(Time now) const noexcept {
     if (age <= limit) return {};
     // Frames slower than a third of the limit are too old before so many of them are bad.
     if (channel.void_by != 0) return impossible(static_cast<std::size_t>(&channel - channels_.data()));
-    return {ReasonCode::kSensorStale, silent_subject(channel), static_cast<float>(to_seconds(age) * 1e3),
-            static_cast<float>(to_seconds(limit) * 1e3)};
+    return {ReasonCode::kSensorStale, silent_subject(channel), to_ms(age), to_ms(limit)};
   };
   const Reason old = stale(oldest(), age_limit_);
   if (old) return old;
@@ -298,19 +248,15 @@ MachineReadings SensorSet::readings(Time now) const noexcept {
 Reason SensorSet::impossible(std::size_t which) const noexcept {
   const Channel& channel = channels_[which];
   if (channel.settled >= kValidity.settled_in_a_row && !channel.short_bytes) {
-    return {ReasonCode::kLengthElsewhere, channel.subject,
-            static_cast<float>(1e3 * (channel.elsewhere - channel.value)),
-            static_cast<float>(1e3 * jump_m_[static_cast<Eigen::Index>(which - kPressures)])};
+    return {ReasonCode::kLengthElsewhere, channel.subject, 1e3 * (channel.elsewhere - channel.value),
+            1e3 * jump_m_[static_cast<Eigen::Index>(which - kPressures)]};
   }
   const bool all = channel.node != 0 && std::none_of(channels_.begin(), channels_.end(), [&](const Channel& other) {
                      return other.node == channel.node && other.bad < kValidity.bad_in_a_row;
                    });
   const std::uint8_t subject = all ? channel.node : channel.subject;
-  if (channel.short_bytes) {
-    return {ReasonCode::kFrameShort, subject, static_cast<float>(*channel.short_bytes),
-            static_cast<float>(channel.mapped)};
-  }
-  return {ReasonCode::kSensorInvalid, subject, static_cast<float>(channel.worst), channel.void_by};
+  if (channel.short_bytes) return Reason(ReasonCode::kFrameShort, subject, *channel.short_bytes, channel.mapped);
+  return {ReasonCode::kSensorInvalid, subject, channel.worst, channel.void_by};
 }
 
 /// Of what has stopped coming: the node where nothing has come from it since.
@@ -325,7 +271,7 @@ Reason SensorSet::unreachable() const noexcept {
   for (int joint = 0; joint < kJoints; ++joint) {
     const Channel& length = channels_[kPressures + static_cast<std::size_t>(joint)];
     if (length.at == kNever || kinematics_.joint_at(joint, length.value)) continue;
-    return {ReasonCode::kSensorInvalid, length.subject, static_cast<float>(length.value), 0};
+    return {ReasonCode::kSensorInvalid, length.subject, length.value};
   }
   return {};
 }

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "core/joints.h"
 #include "core/reason.h"
@@ -20,7 +19,6 @@
 #include "machine/kinematics.h"
 #include "slave/closed_frames.h"
 #include "transport/can_bus.h"
-#include "transport/canopen.h"
 #include "transport/machine_readings.h"
 
 namespace knuckle::slave {
@@ -42,6 +40,10 @@ struct ValidityLimits {
 };
 inline constexpr ValidityLimits kValidity{};
 inline constexpr double kStatusPeriods = 3.5;  ///< Age limit of a status by its frame's period: three may be lost.
+/// Whether a sensor that works can say so of the pressure that moves a spool.
+[[nodiscard]] constexpr bool possible_pilot(const BroadcastField& field, double value_Pa) noexcept {
+  return value_Pa >= kValidity.pressure_floor_Pa && value_Pa <= kValidity.pilot_over_full * field.full_Pa;
+}
 
 inline constexpr std::size_t kSensorPressures = 6, kStatusPlace = kSensorPressures + kJoints + 1,
                              kReadingsPlace = kStatusPlace + 2, kPilotsPlace = kReadingsPlace + MachineReadings::kCount,
@@ -107,16 +109,10 @@ class SensorSet {
     std::uint8_t node = 0;     ///< 0: the machine sends it by itself.
     std::uint8_t subject = 0;  ///< Of a reason about it alone: subject_of().
     std::uint32_t frame_id = 0;
-    std::optional<Multiplexer> multiplexer{};     ///< BroadcastFrame::multiplexer
-    std::uint8_t mapped = 0;                      ///< Bytes of its frame.
-    std::uint8_t first_byte = 0;                  ///< BroadcastField::first_byte
-    BitField field{};                             ///< In its frame, from there on.
-    std::optional<BitField> status{};             ///< Of a pressure, where it is sent.
-    std::optional<std::uint64_t> invalid_from{};  ///< BroadcastField::invalid_from
-    bool yes_or_no = false;                       ///< is_yes_or_no()
-    std::optional<AnalogSensor> analog{};         ///< BroadcastField::analog
-    std::uint64_t on = 1;                         ///< BroadcastField::on
-    double most = 0;                              ///< Of a pilot pressure.
+    std::optional<Multiplexer> multiplexer{};  ///< BroadcastFrame::multiplexer
+    std::uint8_t mapped = 0;                   ///< Bytes of its frame.
+    BroadcastField field{};                    ///< Of a node's frame signal and bits alone.
+    std::optional<BitField> status{};          ///< Of a pressure, where it is sent.
     Duration age_limit{};
     double value = 0;                           ///< Last good one, SI.
     Time at = kNever;                           ///< Its arrival.
@@ -147,13 +143,12 @@ class SensorSet {
   void refuse_void(Channel& channel, float why) noexcept;
   void refuse_short(Channel& channel, std::size_t bytes) noexcept;
   void take(std::size_t which, const CanFrame& frame, Time now) noexcept;
-  void on_pressure(Channel& channel, const CanFrame& frame, Time now) noexcept;
-  void on_length(std::size_t joint, const CanFrame& frame, Time now) noexcept;
+  void on_pressure(Channel& channel, double pressure_Pa, unsigned status, Time now) noexcept;
+  void on_length(std::size_t joint, double reading, Time now) noexcept;
   void settle(std::size_t joint, double length_m, bool in_range) noexcept;
-  void on_hull_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
-  void on_boom_tilt(Channel& channel, const CanFrame& frame, Time now) noexcept;
+  void on_boom_tilt(Channel& channel, double slope_rad, Time now) noexcept;
 
-  std::array<Channel, kChannels> channels_{};
+  std::array<Channel, kChannels> channels_{}, unheard_{};  // as they are, and before anything came
   ClosedFrames closed_;
   PerJoint<bool> pressures_count_{true, true, true};
   PerJoint<double> shortest_m_{}, longest_m_{};

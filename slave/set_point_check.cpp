@@ -11,10 +11,6 @@ constexpr double kFilter_s = 1 / (2 * std::numbers::pi * kSetPointRateCutoff_Hz)
 constexpr double kDeg = 180 / std::numbers::pi;
 constexpr double kAtEnd_rad = 1e-3;
 
-Reason reason(ReasonCode code, int joint, double value, double limit) noexcept {
-  return {code, static_cast<std::uint8_t>(joint), static_cast<float>(value), static_cast<float>(limit)};
-}
-
 /// What one message says by itself.
 Reason check_alone(const MasterMessage& message, const SetPointLimits& limits,
                    const JointVector& machine_rad) noexcept {
@@ -22,11 +18,9 @@ Reason check_alone(const MasterMessage& message, const SetPointLimits& limits,
   const JointVector lowest = limits.lowest(machine_rad), highest = limits.highest(machine_rad);
   for (int i = 0; i < kJoints; ++i) {
     const double low = lowest[i], high = highest[i], at = message.position_rad[i];
-    if (!(at >= low && at <= high)) {
-      return reason(ReasonCode::kSetpointRange, i, at * kDeg, (at < low ? low : high) * kDeg);
-    }
+    if (!(at >= low && at <= high)) return {ReasonCode::kSetpointRange, i, at * kDeg, (at < low ? low : high) * kDeg};
     const double rate = std::abs(message.velocity_radps[i]);
-    if (!(rate <= table.rate_radps)) return reason(ReasonCode::kSetpointSpeed, i, rate, table.rate_radps);
+    if (!(rate <= table.rate_radps)) return {ReasonCode::kSetpointSpeed, i, rate, table.rate_radps};
   }
   return {};
 }
@@ -47,7 +41,7 @@ Reason check_way(int joint, const SetPointMemory& before, const SetPointMemory& 
   const double way_rad = std::abs(now.position_rad[joint] - before.position_rad[joint]);
   const double most_rad = limits.table.disagreement_rad + limits.table.rate_radps * dt_s;
   if (way_rad <= most_rad) return {};
-  return reason(ReasonCode::kSetpointJump, joint, way_rad * kDeg, most_rad * kDeg);
+  return {ReasonCode::kSetpointJump, joint, way_rad * kDeg, most_rad * kDeg};
 }
 
 /// The speeds that were sent do not explain it, over the last messages together. What one gap may hide is no evidence.
@@ -68,9 +62,8 @@ Reason check_agreement(int joint, const SetPointMemory& before, SetPointMemory& 
       std::min(2 * shown_radps, table.rate_radps) * hand_radps * hand_radps * dt_s * dt_s * dt_s / 12;
   const double evidence_rad = std::copysign(std::max(0.0, std::abs(unexplained_rad) - hidden_rad), unexplained_rad);
   const double ahead_rad = std::exp(-dt_s / table.forget_s) * before.ahead_rad[joint] + evidence_rad;
-  if (!(std::abs(ahead_rad) <= table.disagreement_rad)) {
-    return reason(ReasonCode::kSetpointJump, joint, std::abs(ahead_rad) * kDeg, table.disagreement_rad * kDeg);
-  }
+  if (!(std::abs(ahead_rad) <= table.disagreement_rad))
+    return {ReasonCode::kSetpointJump, joint, std::abs(ahead_rad) * kDeg, table.disagreement_rad * kDeg};
   now.ahead_rad[joint] = ahead_rad;
   return {};
 }

@@ -106,8 +106,8 @@ void SlaveLoop::watch_digging() noexcept {
   const bool before = object_cue_.on();
   const bool met = object_cue_.step(*state_, force_.estimate()) && !before;
   if (!met || !operator_.message().assist.stop_on_object || decision_.state.mode != Mode::kEngaged) return;
-  object_ = {ReasonCode::kBuriedObject, 0, static_cast<float>(1e-3 * object_cue_.stiffness_N_per_m()),
-             static_cast<float>(1e-3 * estimation::BuriedObjectCue::kStiffness_N_per_m)};
+  object_ = {ReasonCode::kBuriedObject, 0, 1e-3 * object_cue_.stiffness_N_per_m(),
+             1e-3 * estimation::BuriedObjectCue::kStiffness_N_per_m};
 }
 
 /// Sensors and valves against each other, once everything runs.
@@ -133,9 +133,7 @@ void SlaveLoop::watch_sensors(Time now) noexcept {
     unasked_since_ = kNever;
   else if (unasked_since_ == kNever)
     unasked_since_ = now;
-  if (unasked_since_ != kNever && now - unasked_since_ > kPilotFalls) {
-    valve_reason_ = {ReasonCode::kPilotStaysOn, 0, 0, 0};
-  }
+  if (unasked_since_ != kNever && now - unasked_since_ > kPilotFalls) valve_reason_ = {ReasonCode::kPilotStaysOn};
 }
 
 void SlaveLoop::read_pilots() noexcept {
@@ -159,10 +157,7 @@ Reason SlaveLoop::watch_valves() noexcept {
 }
 
 Reason SlaveLoop::machine_fault() const noexcept {
-  if (gap_ > longest_gap_) {
-    return {ReasonCode::kLoopOverrun, 0, static_cast<float>(to_seconds(gap_) * 1e3),
-            static_cast<float>(to_seconds(longest_gap_) * 1e3)};
-  }
+  if (gap_ > longest_gap_) return {ReasonCode::kLoopOverrun, 0, to_ms(gap_), to_ms(longest_gap_)};
   if (client_.fault()) return client_.fault();
   const Reason of_j1939 = j1939_.fault(stepped_at_);
   return of_j1939 ? of_j1939 : valve_reason_;
@@ -187,8 +182,7 @@ ModeInputs SlaveLoop::observe(Time now) const noexcept {
   in.enable = operator_.enable();
   in.clutch = message.clutch;
   in.stop = operator_.stop();
-  if (!message.device_ok)
-    in.device = message.device_reason ? message.device_reason : Reason{ReasonCode::kDeviceLost, 0, 0, 0};
+  if (!message.device_ok) in.device = message.device_reason ? message.device_reason : Reason{ReasonCode::kDeviceLost};
   in.hand_rad = message.position_rad;
   in.hand_radps = message.velocity_radps;
   if (state_) in.machine_rad = state_->angle_rad;

@@ -19,6 +19,7 @@ namespace knuckle::slave {
 class UnseenSpool {
  public:
   UnseenSpool(const MachineDescription& machine, double step_s) noexcept {
+    demands_.fill(JointVector::Zero());
     for (std::size_t i = 0; i < kJoints; ++i) {
       const ValveDescription& valve = machine.cylinders[i].valve;
       by_pressure_[i] = tells_pilots(machine.bus, static_cast<int>(i));
@@ -53,11 +54,7 @@ class UnseenSpool {
   PerJoint<bool> by_pressure_{};
   PerJoint<std::size_t> delay_{};
   JointVector share_ = JointVector::Zero(), spool_ = JointVector::Zero();
-  std::array<JointVector, kSlots> demands_ = [] {
-    std::array<JointVector, kSlots> zeros;
-    zeros.fill(JointVector::Zero());
-    return zeros;
-  }();
+  std::array<JointVector, kSlots> demands_;
   std::size_t next_ = 0;
 };
 

@@ -1,7 +1,6 @@
 // The one place where a valve command becomes a frame: it takes only what a gate has let pass, or neutral.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "machine/description.h"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "core/joints.h"
@@ -23,9 +22,11 @@ class ValveMonitor {
       : step_s_(step_s),
         tolerance_(tolerance),
         patience_s_(patience_s),
-        used_(std::clamp<std::size_t>(static_cast<std::size_t>(kWindow_s / step_s), 1, kSlots)) {}
+        used_(std::clamp<std::size_t>(static_cast<std::size_t>(kWindow_s / step_s), 1, kSlots)) {
+    reset();
+  }
   void reset() noexcept {
-    demands_ = filled();
+    demands_.fill(JointVector::Zero());
     apart_s_ = {};
   }
 
@@ -44,8 +45,7 @@ class ValveMonitor {
       double& apart_s = apart_s_[static_cast<std::size_t>(i)];
       apart_s = apart > tolerance_ ? apart_s + step_s_ : 0;
       if (apart_s < patience_s_ || first) continue;
-      first = {ReasonCode::kValveNotFollowing, static_cast<std::uint8_t>(i), static_cast<float>(apart),
-               static_cast<float>(tolerance_)};
+      first = {ReasonCode::kValveNotFollowing, i, apart, tolerance_};
     }
     return first;
   }
@@ -61,13 +61,8 @@ class ValveMonitor {
   static constexpr std::size_t kSlots = 64;  // 100 ms at up to 640 Hz
   double step_s_, tolerance_, patience_s_;
   std::size_t used_, next_ = 0;
-  std::array<JointVector, kSlots> demands_ = filled();
+  std::array<JointVector, kSlots> demands_;
   PerJoint<double> apart_s_{};
-  static std::array<JointVector, kSlots> filled() noexcept {
-    std::array<JointVector, kSlots> zeros;
-    zeros.fill(JointVector::Zero());
-    return zeros;
-  }
 };
 
 }  // namespace knuckle::slave

@@ -52,6 +52,7 @@ inline constexpr std::uint32_t kAllButPriorityAndSource = kExtendedId | kSecondB
 }
 
 // Messages of more than 8 bytes (transport/j1939_packets.h).
+inline constexpr std::uint32_t kConnection = 0xEC00, kTransfer = 0xEB00;  ///< TP.CM, TP.DT
 inline constexpr unsigned kPacketBytes = 7;
 inline constexpr unsigned kMostMessage = 255;    ///< Bytes that are kept; of a longer one the first.
 inline constexpr Duration kPacketsApart = 50ms;  ///< No packet comes sooner; at most 200 ms.

@@ -14,7 +14,6 @@
 
 namespace knuckle::j1939 {
 
-inline constexpr std::uint32_t kConnection = 0xEC00, kTransfer = 0xEB00;  ///< TP.CM, TP.DT
 inline constexpr unsigned kLeastMessage = 9, kMostPackets = 255;
 inline constexpr Duration kPacketWaits = 750ms;  ///< T1: no packet comes later than that.
 

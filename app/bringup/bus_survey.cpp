@@ -8,7 +8,6 @@
 
 #include "core/units.h"
 #include "machine/bus_frames.h"
-#include "machine/channel_status.h"
 #include "machine/description.h"
 #include "machine/encoder_length.h"
 #include "machine/signal_units.h"

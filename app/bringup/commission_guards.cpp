@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "machine/command_joints.h"
+#include "machine/bus_description.h"
 #include "machine/reason_text.h"
 #include "slave/emergency_log.h"
 #include "slave/safety_gate.h"

@@ -10,7 +10,6 @@
 #include "app/bringup/doctor_frames.h"
 #include "machine/bus_budget.h"
 #include "machine/bus_frames.h"
-#include "machine/channel_status.h"
 #include "machine/device_profile.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"

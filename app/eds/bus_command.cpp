@@ -17,7 +17,7 @@
 #include "app/eds/migrate.h"
 #include "core/error.h"
 #include "machine/bus_description.h"
-#include "machine/channel_status.h"
+#include "machine/bus_frames.h"
 #include "machine/file_text.h"
 #include "machine/load.h"
 

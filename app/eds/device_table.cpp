@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/bus_frames.h"
-#include "machine/channel_status.h"
 #include "machine/device_profile.h"
 #include "machine/file_text.h"
 #include "machine/load.h"

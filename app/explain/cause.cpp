@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/explain/window.h"
-#include "machine/command_joints.h"
+#include "machine/bus_description.h"
 #include "machine/pilot_spool.h"
 #include "machine/reason_text.h"
 

@@ -12,7 +12,7 @@
 #include "core/loop_table.h"
 #include "core/mailbox.h"
 #include "core/ring.h"
-#include "machine/channel_status.h"
+#include "machine/bus_frames.h"
 #include "machine/reason_text.h"
 #include "recording/sides.h"
 #include "slave/loss_policy.h"

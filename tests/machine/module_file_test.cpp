@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "core/units.h"
 #include "machine/bus_frames.h"
+#include "machine/load_frames.h"
 #include "machine/room.h"
 #include "tests/support/module_machine.h"
 #include "tests/support/refusal.h"
@@ -173,6 +175,33 @@ TEST(ModuleFile, EachJointNeedsBothWays) {
                          "scale = 0.05, neutral = 0");
   });
   EXPECT_NE(line.find("no field retracts the bucket"), std::string::npos) << line;
+}
+
+TEST(ModuleFile, AFieldSaysNothingByTheBitsForThatNorWithABrokenWire) {
+  const BroadcastField plain{.bits = {.bits = 8, .scale = 0.5, .offset = -10}, .invalid_from = 0xFB};
+  EXPECT_EQ(plain.value(0xFA), 0.5 * 0xFA - 10);
+  EXPECT_EQ(plain.value(0xFB), std::nullopt);
+  EXPECT_EQ(plain.value(0xFF), std::nullopt);
+  EXPECT_EQ(plain.value(std::nullopt), std::nullopt);
+  const BroadcastField counts{.bits = {.type = BitField::Type::kSigned, .bits = 16, .scale = 0.00625, .offset = -75},
+                              .analog = AnalogSensor{AnalogSensor::Range::k4To20mA, -50, 50}};
+  EXPECT_EQ(counts.value(12000), 0);
+  EXPECT_TRUE(counts.value(3601).has_value());
+  EXPECT_EQ(counts.value(3599), std::nullopt);
+  EXPECT_TRUE(counts.value(20999).has_value());
+  EXPECT_EQ(counts.value(21001), std::nullopt);
+}
+
+TEST(ModuleFile, ANameIsALetterAndLettersDigitsAndUnderscoresUpToItsLength) {
+  for (const char* name : {"a", "Z9", "a_b_2"}) EXPECT_TRUE(is_plain_name(name, 5)) << name;
+  for (const char* name : {"", "abcdef", "_a", "1a", "a-b", "a b", "\xC3\xA4"})
+    EXPECT_FALSE(is_plain_name(name, 5)) << name;
+}
+
+TEST(ModuleFile, AKeyThatIsNoWholeNumberAsWrittenNamesNoChannel) {
+  EXPECT_EQ(channel_number("0"), 0);
+  EXPECT_EQ(channel_number("12"), 12);
+  for (const char* key : {"", "01", "00", "+1", "1 ", "1a", "100"}) EXPECT_EQ(channel_number(key), std::nullopt) << key;
 }
 
 }  // namespace

@@ -447,5 +447,19 @@ TEST_F(HomeGate, LimitsNothingWhereTheFileSaysThatNobodyMeasuresThem) {
   EXPECT_NE(gate(JointVector(0.35, 0, 0)).limits & kLimitHome, 0);
 }
 
+TEST(HomeOnTwo, IsNotTakenWhileAJointMovesFasterThanOneThatMayBeEngaged) {
+  const BenchMachine m;
+  HomeOnTwo home(m.description);
+  home.offer(kBoom);
+  for (const double rate_radps : {0.051, -0.051, std::nan("")}) {
+    home.look({true, false, JointVector(0, rate_radps, 0), false}, m.now);
+    home.choose(1, m.now);
+    const Reason why = home.blocking(m.now);
+    EXPECT_EQ(why.code, ReasonCode::kMachineMoving) << text(why);
+    EXPECT_EQ(why.subject, kArm);
+    EXPECT_FLOAT_EQ(why.limit, 0.05F);
+  }
+}
+
 }  // namespace
 }  // namespace knuckle::slave

@@ -9,6 +9,7 @@
 #include "slave/orderly_stop.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/command_machine.h"
+#include "transport/virtual_can.h"
 
 namespace knuckle::slave {
 namespace {
@@ -160,6 +161,41 @@ TEST(OwnBus, WithoutAStateIsLedAsWell) {
   ASSERT_TRUE(m.engage()) << m.fault();
   m.move(JointVector(0.1, 0, 0), 500ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
+}
+
+TEST(OwnBus, AnOrderlyStopBelievesNoFrameThatIsDamagedOrHasNoValueThatPilotPressureIsOff) {
+  const std::string state = R"([[bus.broadcast]]
+name = "machine_state"
+id = 0x18FF4021
+bytes = 2
+period_ms = 25
+checksum = { kind = "sum", start = 8, bits = 8 }
+[bus.broadcast.signals]
+pilot_on = { start = 0, bits = 2, invalid_from = 2 }
+)";
+  const MachineDescription machine = parse_machine(test::command_text(test::kRateCommands, state), "m.toml");
+  const auto told = machine.bus.broadcast(NodeRole::kEnable, kPilotOnIndex);
+  struct {
+    const char* what;
+    std::uint64_t raw;
+    bool damaged, off;
+  } const cases[] = {
+      {"off", 0, false, true}, {"on", 1, false, false}, {"no value", 2, false, false}, {"damaged", 0, true, false}};
+  for (const auto& c : cases) {
+    VirtualCanBus bus(2, machine.bus.bit_rate);
+    OrderlyStop stop(machine, bus.port(0));
+    CanFrame frame{.id = told.frame->id, .size = told.frame->bytes, .data = {}};
+    write_raw(told.field->bits, c.raw, frame);
+    close_frame(told.frame->closing, 0, frame);
+    if (c.damaged) ++frame.data[1];
+    for (Time now{}; now < Time(2s) && !stop.done(); now += 5ms) {
+      bus.port(1).send(frame);
+      bus.advance(now);
+      stop.step(now);
+    }
+    EXPECT_TRUE(stop.done()) << c.what;
+    EXPECT_NE(stop.unconfirmed_pilot(), c.off) << c.what;
+  }
 }
 
 }  // namespace
