@@ -96,6 +96,7 @@ class Surveyor {
 
   /// What waited since the interface was opened tells of the nodes, but is no measure of the time that begins now.
   void listen(std::uint32_t bit_rate) {
+    access_.wait_until(access_.now());  // the machine's other bus may have been looked at meanwhile
     hear_what_waits();
     errors_ = access_.bus().errors();
     const Time start = access_.now(), end = start + from_seconds(options_.listen_s);
