@@ -95,6 +95,7 @@ class Surveyor {
 
   /// What waited since the interface was opened tells of the nodes, but is no measure of the time that begins now.
   void listen(std::uint32_t bit_rate) {
+    access_.wait_until(access_.now());  // the machine's other bus may have been looked at meanwhile
     hear_what_waits();
     errors_ = access_.bus().errors();
     const Time start = access_.now(), end = start + from_seconds(options_.listen_s);
@@ -276,19 +277,16 @@ NodeReading of_axis(const SurveyedNode& node, unsigned axis, const MachineDescri
                      : *state == canopen::ValveState::kDisabled ? "DISABLED"
                      : *state == canopen::ValveState::kHold     ? "HOLD"
                                                                 : "ACTIVE";
-  NodeReading reading{fmt::format("{}, spool {:.1f} %", name, 100 * spool), "", false};
-  if ((word & canopen::kStatusLocal) != 0) {
-    reading.fault = true;
-    reading.complaint = "is in local mode: switch it to set-points from the bus";
-  } else if (std::abs(spool) > 0.05) {
-    reading.fault = true;
-    reading.complaint = fmt::format(
-        "its spool is at {:.1f} % of stroke, at most 5 % expected: check spring, hand lever and position sensor",
-        100 * spool);
-  } else if (canopen::valve_fault(word)) {
-    reading.complaint = "is in its fault state; start-up resets the fault";
-  }
-  return reading;
+  const std::string text = fmt::format("{}, spool {:.1f} %", name, 100 * spool);
+  if ((word & canopen::kStatusLocal) != 0)
+    return {text, "is in local mode: switch it to set-points from the bus", true};
+  if (std::abs(spool) > 0.05)
+    return {text,
+            fmt::format("its spool is at {:.1f} % of stroke, at most 5 % expected: check spring, hand lever and "
+                        "position sensor",
+                        100 * spool),
+            true};
+  return {text, canopen::valve_fault(word) ? "is in its fault state; start-up resets the fault" : "", false};
 }
 
 /// Also where it is not mapped: most devices have it all the same.
@@ -301,45 +299,40 @@ NodeReading of_pressure(const SurveyedNode& node, const FrameField& value, doubl
   const auto raw = node.value(value.object);
   if (!raw) return {};
   const double bar = value_of(value.bits, *raw) / kBar;
-  NodeReading reading{fmt::format("{:.2f} bar", bar), "", false};
+  const std::string text = fmt::format("{:.2f} bar", bar);
   const std::uint32_t status = node.value(pressure_status(value.channel)).value_or(0);
-  if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0) {
-    reading = {reading.text,
-               fmt::format("status 0x{:02X}, value invalid or overloaded: check transmitter and wiring", status), true};
-  } else if (!(bar >= -3 && bar <= 1.05 * range_bar)) {
-    reading = {
-        reading.text,
+  if ((status & (canopen::kPressureInvalid | canopen::kPressureOverload)) != 0)
+    return {text, fmt::format("status 0x{:02X}, value invalid or overloaded: check transmitter and wiring", status),
+            true};
+  if (!(bar >= -3 && bar <= 1.05 * range_bar))
+    return {
+        text,
         fmt::format("{:.1f} bar is outside the range of 0 to {:.0f} bar: check transmitter and unit", bar, range_bar),
         true};
-  }
-  return reading;
+  return {text, "", false};
 }
 
 /// Of several channels all values, and the first complaint.
-void add_channel(NodeReading& all, const NodeReading& one, const NodeChannel& channel,
-                 const NodeDescription& expected) {
-  all.text += (all.text.empty() || one.text.empty() ? "" : ", ") + one.text;
-  if (!all.complaint.empty() || one.complaint.empty()) return;
-  const bool several = expected.channels.size() > 1;
-  all.complaint = (several ? std::string(channel.info().name) + ": " : "") + one.complaint;
-  all.fault = one.fault;
-}
-
-NodeReading of_valve(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
+template <typename OfChannel>
+NodeReading of_channels(const NodeDescription& expected, const OfChannel& of_channel) {
   NodeReading all;
-  for (const NodeChannel& axis : expected.channels)
-    add_channel(all, of_axis(node, axis.number, machine), axis, expected);
+  for (const NodeChannel& channel : expected.channels) {
+    const NodeReading one = of_channel(channel);
+    all.text += (all.text.empty() || one.text.empty() ? "" : ", ") + one.text;
+    if (!all.complaint.empty() || one.complaint.empty()) continue;
+    const bool several = expected.channels.size() > 1;
+    all.complaint = (several ? std::string(channel.info().name) + ": " : "") + one.complaint;
+    all.fault = one.fault;
+  }
   return all;
 }
 
 NodeReading of_pressures(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
-  NodeReading all;
   const std::vector<FrameField> fields = sent_fields(expected, machine);
-  for (const NodeChannel& channel : expected.channels) {
+  return of_channels(expected, [&](const NodeChannel& channel) {
     const FrameField* const value = find_field(fields, FrameField::Part::kValue, channel);
-    add_channel(all, of_pressure(node, *value, machine.sensors.pressure_range_Pa / kBar), channel, expected);
-  }
-  return all;
+    return of_pressure(node, *value, machine.sensors.pressure_range_Pa / kBar);
+  });
 }
 
 NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
@@ -350,23 +343,20 @@ NodeReading of_encoder(const SurveyedNode& node, const NodeDescription& expected
   const double value = value_of(field->bits, *raw);
   const auto length_m = EncoderLengths(machine).length_m(expected.joint(), value);
   const CylinderDescription& cylinder = machine.cylinders[static_cast<std::size_t>(expected.joint())];
-  NodeReading reading{length_m ? fmt::format("{:.4f} m", *length_m) : "no length", "", false};
-  if (!slave::possible(*field, value, machine)) {
-    reading.complaint = "reports an impossible value: check the encoder and its wiring";
-    reading.fault = true;
-    return reading;
-  }
+  std::string text = length_m ? fmt::format("{:.4f} m", *length_m) : "no length";
+  if (!slave::possible(*field, value, machine))
+    return {text, "reports an impossible value: check the encoder and its wiring", true};
   if (expected.measures_angle())
-    reading.text += fmt::format(", {:.2f} deg", std::remainder(value, 2 * std::numbers::pi) / kDegree);
+    text += fmt::format(", {:.2f} deg", std::remainder(value, 2 * std::numbers::pi) / kDegree);
   constexpr double kTolerance_m = 0.01;
-  if (!length_m || *length_m < cylinder.min_length_m - kTolerance_m ||
-      *length_m > cylinder.max_length_m + kTolerance_m) {
-    reading.complaint = fmt::format(
-        "reads no length that its cylinder can have ({:.3f} to {:.3f} m): uncalibrated; knuckle commission "
-        "presets it",
-        cylinder.min_length_m, cylinder.max_length_m);
-  }
-  return reading;
+  const bool fits = length_m && *length_m >= cylinder.min_length_m - kTolerance_m &&
+                    *length_m <= cylinder.max_length_m + kTolerance_m;
+  if (fits) return {text, "", false};
+  return {text,
+          fmt::format("reads no length that its cylinder can have ({:.3f} to {:.3f} m): uncalibrated; knuckle "
+                      "commission presets it",
+                      cylinder.min_length_m, cylinder.max_length_m),
+          false};
 }
 
 NodeReading of_tilt(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
@@ -406,15 +396,12 @@ NodeReading of_enable(const SurveyedNode& node) {
   const auto inputs = node.value(canopen::kEnableInputs);
   if (!inputs) return {};
   const bool closed = (*inputs & canopen::kInputEStopClosed) != 0, pilot = (*inputs & canopen::kInputPilotOn) != 0;
-  NodeReading reading{fmt::format("E-stop chain {}, pilot {}", closed ? "closed" : "OPEN", pilot ? "ON" : "off"), "",
-                      false};
-  if (pilot) {
-    reading.fault = true;
-    reading.complaint = "pilot pressure is on: another controller is active, or the enable valve sticks open";
-  } else if (!closed) {
-    reading.complaint = "the E-stop chain is open, no motion is possible: release it on the machine when you are ready";
-  }
-  return reading;
+  const std::string text = fmt::format("E-stop chain {}, pilot {}", closed ? "closed" : "OPEN", pilot ? "ON" : "off");
+  if (pilot) return {text, "pilot pressure is on: another controller is active, or the enable valve sticks open", true};
+  if (!closed)
+    return {text, "the E-stop chain is open, no motion is possible: release it on the machine when you are ready",
+            false};
+  return {text, "", false};
 }
 
 }  // namespace
@@ -438,7 +425,7 @@ std::vector<canopen::Object> reading_objects(const NodeDescription& node, const 
 NodeReading reading_of(const SurveyedNode& node, const NodeDescription& expected, const MachineDescription& machine) {
   switch (expected.role) {
     case NodeRole::kValve:
-      return of_valve(node, expected, machine);
+      return of_channels(expected, [&](const NodeChannel& axis) { return of_axis(node, axis.number, machine); });
     case NodeRole::kPressure:
       return of_pressures(node, expected, machine);
     case NodeRole::kEncoder:

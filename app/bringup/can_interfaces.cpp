@@ -38,16 +38,33 @@ std::string can_text(const std::vector<std::string>& given) {
   return fmt::format("{}", fmt::join(given, " and "));
 }
 
+std::string can_arguments(const std::vector<std::string>& given) {
+  std::string text;
+  for (const std::string& interface : given) text += " --can " + interface;
+  return text;
+}
+
 std::string can_text(const std::vector<std::string>& given, const BusDescription& bus) {
   std::vector<std::string> ordered = can_interfaces(given, bus);
   for (std::size_t on = 0; bus.second && on < ordered.size(); ++on) ordered[on] = bus.line(on).name + "=" + ordered[on];
   return can_text(ordered);
 }
 
-BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus) {
+std::vector<std::string> OpenInterfaces::diagnoses() const {
+  std::vector<std::string> lines;
+  for (const auto& bus : each_)
+    if (std::string wrong = bus->diagnosis(); !wrong.empty()) lines.push_back(std::move(wrong));
+  return lines;
+}
+
+std::shared_ptr<OpenInterfaces> open_interfaces(const std::vector<std::string>& given, const BusDescription& bus) {
   std::vector<std::unique_ptr<SocketCanBus>> opened;
   for (const std::string& name : can_interfaces(given, bus)) opened.push_back(std::make_unique<SocketCanBus>(name));
-  const auto interfaces = std::make_shared<OpenInterfaces>(std::move(opened));
+  return std::make_shared<OpenInterfaces>(std::move(opened));
+}
+
+BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus) {
+  const auto interfaces = open_interfaces(given, bus);
   const RealtimeClock clock;
   return {can_text(given, bus), {interfaces, &interfaces->bus()}, [clock](Time due) {
             clock.sleep_until(due);

@@ -18,6 +18,8 @@ namespace knuckle::bringup {
 
 /// What was given, for people: "valves=can0 and machine=can1".
 [[nodiscard]] std::string can_text(const std::vector<std::string>& given);
+/// As on a command line: " --can valves=can0 --can machine=can1".
+[[nodiscard]] std::string can_arguments(const std::vector<std::string>& given);
 
 /// Likewise in the order of the machine file, whatever order they were given in. @throws InputError as can_interfaces()
 [[nodiscard]] std::string can_text(const std::vector<std::string>& given, const BusDescription& bus);
@@ -30,14 +32,18 @@ class OpenInterfaces {
       : each_(std::move(each)), both_(*each_.front(), each_.size() > 1 ? each_[1].get() : nullptr) {}
   [[nodiscard]] CanBus& bus() noexcept { return each_.size() > 1 ? static_cast<CanBus&>(both_) : *each_.front(); }
   [[nodiscard]] const std::vector<std::unique_ptr<SocketCanBus>>& each() const noexcept { return each_; }
+  /// What is wrong with them, a line each.
+  [[nodiscard]] std::vector<std::string> diagnoses() const;
 
  private:
   std::vector<std::unique_ptr<SocketCanBus>> each_;
   CanBuses both_;
 };
 
-/// All of the machine's buses as one, in real time. @throws InputError as can_interfaces(), or where one cannot be
-/// opened.
+/// @throws InputError as can_interfaces(), or where one cannot be opened.
+[[nodiscard]] std::shared_ptr<OpenInterfaces> open_interfaces(const std::vector<std::string>& given,
+                                                              const BusDescription& bus);
+/// All of the machine's buses as one, in real time. @throws InputError as open_interfaces()
 [[nodiscard]] BusAccess machine_access(const std::vector<std::string>& given, const BusDescription& bus);
 
 }  // namespace knuckle::bringup

@@ -10,35 +10,12 @@
 namespace knuckle::bringup {
 namespace {
 
-BusDiagnosis diagnosis_of(const MachineDescription& machine, BusAccess& access, const std::function<void()>& check) {
-  return diagnose(survey_bus(access, machine.bus.bit_rate, doctor_objects(machine),
-                             {.multiplexed = multiplexed_frames(machine.bus)}, check),
-                  &machine);
-}
-
-/// One of the machine's two buses, as if there were no other.
+/// One of the machine's buses, as if there were no other.
 BusAccess access_to_one(BusAccess& access, std::size_t which) {
   return {access.name(), std::make_shared<OneOfBuses>(access.bus(), which), [&access](Time due) {
             access.wait_until(due);
             return access.now();
           }};
-}
-
-BusDiagnosis diagnosis_of_all(const MachineDescription& machine, BusAccess& access,
-                              const std::function<void()>& check) {
-  if (!machine.bus.second) return diagnosis_of(machine, access, check);
-  BusDiagnosis all;
-  for (std::size_t which = 0; which < machine.bus.lines(); ++which) {
-    MachineDescription one = machine;
-    one.bus = machine.bus.alone(which);
-    BusAccess alone = access_to_one(access, which);
-    const BusDiagnosis found = diagnosis_of(one, alone, check);
-    if (which == 0)
-      all = found;
-    else
-      add_bus(all, found, one.bus.name);
-  }
-  return all;
 }
 
 }  // namespace
@@ -52,7 +29,9 @@ void alone_on_bus(const MachineDescription& machine, BusAccess& access) {
 BusDiagnosis sound_bus(const MachineDescription& machine, BusAccess& access, Dialogue& dialogue,
                        const std::function<void()>& check) {
   alone_on_bus(machine, access);
-  BusDiagnosis diagnosis = diagnosis_of_all(machine, access, check);
+  std::vector<BusAccess> each;
+  for (std::size_t on = 0; on < machine.bus.lines(); ++on) each.push_back(access_to_one(access, on));
+  BusDiagnosis diagnosis = together(diagnose_each(each, machine, {}, check), machine.bus);
   for (const std::string& line : diagnosis_lines(diagnosis)) dialogue.say(line);
   if (!healthy(diagnosis.findings))
     throw CommissionEnded("the bus has faults (see FAULT); nothing was configured or moved");

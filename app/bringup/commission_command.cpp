@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -39,23 +38,26 @@ constexpr const char* kSchema = "knuckle-commission-progress/3";
 constexpr std::size_t kLargest_MB = 1;
 constexpr int kDeepest = 8;  // of what is nested in it; written are 5
 
+OrderedJson json_of(bool value) {
+  return value;
+}
 OrderedJson json_of(const std::optional<double>& value) {
   return value ? OrderedJson(*value) : OrderedJson(nullptr);
 }
-std::optional<double> optional_of(const OrderedJson& value) {
-  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+void take(const OrderedJson& json, bool& value) {
+  value = json.get<bool>();
+}
+void take(const OrderedJson& json, std::optional<double>& value) {
+  if (!json.is_null()) value = json.get<double>();
 }
 
 OrderedJson json_of(const WizardProgress& progress) {
   OrderedJson axes = OrderedJson::array(), findings = OrderedJson::array(), serials = OrderedJson::array();
   for (const auto& [id, serial] : progress.serials) serials.push_back({{"node", id}, {"serial", serial}});
-  for (const AxisResult& axis : progress.axes)
-    axes.push_back({{"stroke_m", json_of(axis.stroke_m)},
-                    {"offset_m", json_of(axis.offset_m)},
-                    {"preset", axis.preset},
-                    {"zero_shift", json_of(axis.zero_shift)},
-                    {"dead_band_extend", json_of(axis.dead_band_extend)},
-                    {"dead_band_retract", json_of(axis.dead_band_retract)}});
+  for (const AxisResult& axis : progress.axes) {
+    OrderedJson& one = axes.emplace_back();
+    AxisResult::fields(axis, [&one](const char* key, const auto& value) { one[key] = json_of(value); });
+  }
   for (const Finding& one : progress.findings)
     findings.push_back({{"level", static_cast<int>(one.level)}, {"about", one.about}, {"text", one.text}});
   return {{"completed", progress.completed}, {"serials", serials}, {"axes", axes}, {"findings", findings}};
@@ -65,11 +67,10 @@ struct Unusable {};
 
 /// @throws Unusable where it is no whole number within these.
 template <typename Number>
-Number whole_number(const OrderedJson& value, std::int64_t least, std::int64_t most) {
-  const bool fits = value.is_number_unsigned() ? value.get<std::uint64_t>() <= static_cast<std::uint64_t>(most)
-                                               : value.is_number_integer();
-  if (!fits || value.get<std::int64_t>() < least || value.get<std::int64_t>() > most) throw Unusable{};
-  return static_cast<Number>(value.get<std::int64_t>());
+Number whole_number(const OrderedJson& value, std::uint64_t least, std::uint64_t most) {
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() < least || value.get<std::uint64_t>() > most)
+    throw Unusable{};
+  return static_cast<Number>(value.get<std::uint64_t>());
 }
 /// @throws Unusable where a terminal would not show it as it is.
 std::string printable_text(const OrderedJson& value) {
@@ -87,12 +88,7 @@ WizardProgress progress_of(const OrderedJson& json) {
         whole_number<std::uint32_t>(one.at("serial"), 0, std::numeric_limits<std::uint32_t>::max());
   for (std::size_t j = 0; j < progress.axes.size(); ++j) {
     const OrderedJson& axis = json.at("axes").at(j);
-    progress.axes[j] = {optional_of(axis.at("stroke_m")),
-                        optional_of(axis.at("offset_m")),
-                        axis.at("preset").get<bool>(),
-                        optional_of(axis.at("dead_band_extend")),
-                        optional_of(axis.at("dead_band_retract")),
-                        optional_of(axis.at("zero_shift"))};
+    AxisResult::fields(progress.axes[j], [&axis](const char* key, auto& value) { take(axis.at(key), value); });
   }
   for (const OrderedJson& one : json.at("findings"))
     progress.findings.push_back(
@@ -234,8 +230,7 @@ BusAccess access_of(const CommissionCommandOptions& o, const MachineDescription&
 }
 
 std::string command_of(const CommissionCommandOptions& o, const std::string& file) {
-  std::string text = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : "");
-  for (const std::string& interface : o.can) text += " --can " + interface;
+  std::string text = "knuckle commission --machine " + file + (o.simulate ? " --simulate" : "") + can_arguments(o.can);
   for (const std::string& fault : o.faults) text += " --fault " + fault;
   return text;
 }

@@ -1,5 +1,7 @@
 #include "app/bringup/commission_dialogue.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -42,11 +44,11 @@ std::optional<std::string> LineInput::poll() {
 }
 
 std::string text(const Question& question) {
-  std::string answers;
-  if (question.bounds) answers = number_text(question.bounds->first) + " to " + number_text(question.bounds->second);
-  for (const std::string& word : question.choices) answers += (answers.empty() ? "" : " | ") + word;
+  std::vector<std::string> answers = question.choices;
+  if (const auto& bounds = question.bounds)
+    answers.insert(answers.begin(), number_text(bounds->first) + " to " + number_text(bounds->second));
   const std::string unit = question.unit.empty() ? "" : ", in " + question.unit + ":";
-  return question.text + unit + " [" + answers + "]";
+  return fmt::format("{}{} [{}]", question.text, unit, fmt::join(answers, " | "));
 }
 
 void check_told(const cli::BackgroundWriter& said, Duration patience) {
@@ -84,13 +86,11 @@ std::string Dialogue::answer(const Question& question) {
 
 int Dialogue::ask(const std::string& question, std::initializer_list<const char*> choices) {
   const Question asked{question, {choices.begin(), choices.end()}, {}, ""};
-  std::string all;
-  for (const std::string& word : asked.choices) all += (all.empty() ? "" : " | ") + word;
   for (;;) {
     const std::string typed = answer(asked);
     const auto found = std::find(asked.choices.begin(), asked.choices.end(), typed);
     if (found != asked.choices.end()) return static_cast<int>(found - asked.choices.begin());
-    refuse("the answer '" + printable(typed) + "' is not one of " + all);
+    refuse(fmt::format("the answer '{}' is not one of {}", printable(typed), fmt::join(asked.choices, " | ")));
   }
 }
 

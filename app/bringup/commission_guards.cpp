@@ -124,8 +124,7 @@ GuardJudged judge_guard(const NodeDescription& node, const slave::GuardSeen& see
 }
 
 GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
-  const std::string what =
-      fmt::format("{}, when command frames end", kJointNames[static_cast<std::size_t>(run.plan.joint)]);
+  const std::string what = fmt::format("{}, when command frames end", axis_name(run.plan.joint));
   const Standing seen = standing(run);
   if (!seen.was_fast) return {false, {Level::kNote, what, std::string("not proved: ") + kTooSlow}};
   if (seen.goes_on)
@@ -141,7 +140,7 @@ GuardJudged judge_silence(const JogRun& run, const BusDescription& bus) {
 
 GuardJudged judge_outputs(const NodeDescription& module, const OutputsTried& tried) {
   const slave::GuardSeen& seen = tried.seen;
-  const std::string about = module.name + ", " + kJointNames[static_cast<std::size_t>(tried.run.plan.joint)];
+  const std::string about = module.name + ", " + axis_name(tried.run.plan.joint);
   const std::string without = seen.by_heartbeat ? "without a heartbeat " : "without set-points ";
   const auto because = [&](const std::string& text, bool dead = false) {
     return not_proved(module, about, text, dead);

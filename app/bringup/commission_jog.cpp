@@ -40,7 +40,7 @@ slave::GuardSeen others_first() {
 }  // namespace
 
 std::string jog_text(const Reason& reason, const BusDescription& bus) {
-  const auto joint = [](int of) { return std::string(kJointNames[static_cast<std::size_t>(of % kJoints)]); };
+  const auto joint = [](int of) { return std::string(axis_name(of % kJoints)); };
   const std::string value = number_text(std::round(double(reason.value))), limit = number_text(double(reason.limit));
   switch (reason.code) {
     case ReasonCode::kOperatorStop:
@@ -154,7 +154,7 @@ void JogBench::prove_closed() {
     throw CommissionEnded(fmt::format(
         "the {} cylinder moved by {:.1f} mm with closed valves, limit {:.0f} mm: check its spool's centring and "
         "its load holding valve",
-        kJointNames[static_cast<std::size_t>(j)], 1e3 * crept[j], 1e3 * kCreep_m));
+        axis_name(j), 1e3 * crept[j], 1e3 * kCreep_m));
   }
 }
 
@@ -267,10 +267,6 @@ constexpr double kStrokeTolerance_m = 8e-3, kStrokeTolerance = 0.015;
 constexpr double kLastOfRun_s = 0.2, kBeforeRun_s = 0.1;
 constexpr double kFirstWay_m = 4e-4, kLastWay_m = 4e-3;  // part of the ramp's motion that the line is fitted to
 
-const char* axis(int joint) noexcept {
-  return kJointNames[static_cast<std::size_t>(joint)];
-}
-
 std::array<double, 6> mean_pressure(const JogRun& run, double from_s, double to_s) {
   std::array<double, 6> mean{};
   double count = 0;
@@ -304,7 +300,7 @@ std::string sign_text(int joint, const BusDescription& bus) {
 Finding judge_direction(const JogRun& run, Seen seen, const BusDescription& bus) {
   const int joint = run.plan.joint;
   const bool extends = run.plan.peak > 0;
-  const std::string about = axis(joint);
+  const std::string about = axis_name(joint);
   const double way_mm = 1e3 * run.travelled_m()[joint];
   const auto fault = [&](const std::string& text) { return Finding{Level::kFault, about, text}; };
   if (seen == Seen::kAnother) return fault("its valve moves another cylinder: exchange the valves' plugs or node ids");
@@ -362,7 +358,7 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
   const auto highest = std::max_element(end.rise_Pa.begin(), end.rise_Pa.end());
   const auto which = static_cast<std::size_t>(highest - end.rise_Pa.begin());
   const char* side = extended ? "head" : "rod";
-  const std::string about = axis(joint);
+  const std::string about = axis_name(joint);
   if (*highest < kDecisive_Pa) {
     return {Level::kNote, about,
             fmt::format(
@@ -378,7 +374,8 @@ Finding judge_sides(const StrokeEnd& end, int joint, bool extended) {
               "at the stop the pressure of {} {} rises by {:.0f} bar instead of that of {} {}: exchange the plugs or "
               "node ids "
               "of the two transmitters",
-              axis(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis(joint), side)};
+              axis_name(static_cast<int>(which / 2)), which % 2 == 0 ? "head" : "rod", *highest / 1e5, axis_name(joint),
+              side)};
 }
 
 const char* step_key(const MachineDescription& machine, int joint) noexcept {
@@ -399,8 +396,8 @@ Finding judge_stroke(double stroke_m, int joint, const MachineDescription& machi
   const std::string range =
       fmt::format("{:.1f} mm measured between its stops, expected {:.1f} mm (joint range) to {:.1f} mm (cylinder)",
                   1e3 * stroke_m, 1e3 * least_m, 1e3 * most_m);
-  if (good) return {Level::kOk, axis(joint), range};
-  return {Level::kFault, axis(joint),
+  if (good) return {Level::kOk, axis_name(joint), range};
+  return {Level::kFault, axis_name(joint),
           range + fmt::format(": check {}, min_length_m, max_length_m, and that it reached both stops",
                               step_key(machine, joint))};
 }
@@ -437,10 +434,10 @@ bool dead_band_differs(double found, double file) noexcept {
 Finding judge_dead_band(const std::optional<double>& found, double file, int joint, int direction) {
   const char* const way = direction > 0 ? "extend" : "retract";
   if (!found)
-    return {Level::kNote, axis(joint),
+    return {Level::kNote, axis_name(joint),
             fmt::format("dead band to {} not found: the cylinder did not move evenly during the ramp", way)};
   const bool off = dead_band_differs(*found, file);
-  return {off ? Level::kNote : Level::kOk, axis(joint),
+  return {off ? Level::kNote : Level::kOk, axis_name(joint),
           fmt::format("dead band to {}: measured {:.1f} % of stroke, machine file {:.1f} %", way, 100 * *found,
                       100 * file) +
               (off ? fmt::format("; the measured value is written as dead_band_{}", way) : std::string())};

@@ -104,6 +104,11 @@ class JogBench {
 
 // Judges sensors, sides, stroke ends and valve of one axis from its motions. Pure functions of recorded samples.
 
+/// Of a joint, as findings and questions name it.
+[[nodiscard]] inline const char* axis_name(int joint) {
+  return kJointNames[static_cast<std::size_t>(joint)];
+}
+
 /// What a person saw the cylinder do.
 enum class Seen : std::uint8_t { kLonger, kShorter, kStill, kAnother };
 

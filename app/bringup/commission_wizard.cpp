@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "app/bringup/commission_result.h"
 #include "core/units.h"
@@ -18,7 +17,7 @@ using Level = Finding::Level;
 
 constexpr double kSmallWay_m = 0.015, kRampWay_m = 0.005;
 constexpr double kRampRise_1ps = 0.03;
-constexpr double kEndOpening = 0.14;  // behind the dead band: some centimetres a second
+constexpr double kEndOpening = 0.14;  // behind the dead band
 constexpr double kSmallest_s = 10, kStroke_s = 80;
 constexpr double kPresetError_m = 1e-3;
 constexpr double kTape_mm = 10, kTape_m = 1e-3 * kTape_mm;  // a drawing that is off
@@ -71,8 +70,7 @@ class Wizard {
     check_presets();
     // Before its zero is known, an angle says no length, and steps 3 to 6 are judged by lengths.
     for (int j = 0; j < kJoints; ++j)
-      if (machine_.bus.measures_angle(j) && !result_.axes[static_cast<std::size_t>(j)].preset)
-        zero(j, std::nullopt, std::nullopt);
+      if (machine_.bus.measures_angle(j) && !axis_of(j).preset) zero(j, std::nullopt, std::nullopt);
   }
 
   void enable_motion() {
@@ -129,12 +127,12 @@ class Wizard {
     for (int j = 0; j < kJoints; ++j) {
       const auto extended = drive_to_end(j, 1), retracted = drive_to_end(j, -1);
       if (extended && retracted) {
-        AxisResult& axis = result_.axes[static_cast<std::size_t>(j)];
+        AxisResult& axis = axis_of(j);
         axis.stroke_m = extended->reading_m - retracted->reading_m;
         keep(judge_stroke(*axis.stroke_m, j, machine_));
       }
       if (offered(j, "moves back to the middle of its stroke", retracted || extended))
-        to_middle(j, retracted.has_value());
+        (void)lead(j, retracted ? 1 : -1, stroke_m(j) / 2, false);
       if (!machine_.bus.measures_angle(j)) zero(j, extended, retracted);
     }
   }
@@ -145,7 +143,7 @@ class Wizard {
       return keep({Level::kNote, "dead bands", "not measured: the machine's own controller keeps the speed"});
     for (int j = 0; j < kJoints; ++j) {
       if (!offered(j, "slow ramps in both directions", true)) continue;
-      AxisResult& axis = result_.axes[static_cast<std::size_t>(j)];
+      AxisResult& axis = axis_of(j);
       axis.dead_band_extend = ramp(j, 1);
       axis.dead_band_retract = ramp(j, -1);
     }
@@ -222,7 +220,7 @@ class Wizard {
   /// @return false where it was skipped.
   bool offered(int joint, const std::string& what, bool possible) {
     if (!possible) return false;
-    return dialogue_.ask(std::string(kJointNames[static_cast<std::size_t>(joint)]) + ": " + what, {"go", "skip"}) == 0;
+    return dialogue_.ask(std::string(axis_name(joint)) + ": " + what, {"go", "skip"}) == 0;
   }
 
   void show_readings() {
@@ -269,24 +267,34 @@ class Wizard {
     }
     const double level_rad =
         kDegree * dialogue_.ask_number("The hull's slope by a spirit level, front up positive", -30, 30, "degrees");
-    const double reading_rad = bench_->sensors().tilt_rad, error_rad = reading_rad - level_rad;
-    result_.tilt_error_rad = error_rad;
+    const double reading_rad = bench_->sensors().tilt_rad;
+    result_.tilt_error_rad = reading_rad - level_rad;
     keep(judge_tilt(reading_rad, level_rad));
   }
 
-  [[nodiscard]] double file_dead_band(int joint, int direction) const {
-    if (by_rate()) return 0;
-    const ValveDescription& valve = machine_.cylinders[static_cast<std::size_t>(joint)].valve;
-    return direction > 0 ? valve.dead_band_extend : valve.dead_band_retract;
-  }
+  [[nodiscard]] AxisResult& axis_of(int joint) { return result_.axes[static_cast<std::size_t>(joint)]; }
   [[nodiscard]] const CylinderDescription& cylinder(int joint) const {
     return machine_.cylinders[static_cast<std::size_t>(joint)];
+  }
+  [[nodiscard]] double stroke_m(int joint) const { return cylinder(joint).max_length_m - cylinder(joint).min_length_m; }
+  [[nodiscard]] double file_dead_band(int joint, int direction) const {
+    return by_rate() ? 0 : cylinder(joint).valve.dead_band(direction > 0);
+  }
+  /// Some centimetres a second.
+  [[nodiscard]] JogRun lead(int joint, int direction, double travel_m, bool until_stall) {
+    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, slave::kJogTable.command);
+    return bench_->run({.joint = joint,
+                        .peak = direction * peak,
+                        .rise_1ps = 0.1,
+                        .travel_m = travel_m,
+                        .longest_s = kStroke_s,
+                        .until_stall = until_stall});
   }
 
   void small_motion(int joint, int direction) {
     const char* verb = direction > 0 ? "extends" : "retracts";
     dialogue_.ask(fmt::format("Some seconds after your answer the {} cylinder {} slowly by about {:.0f} mm: watch it.",
-                              kJointNames[static_cast<std::size_t>(joint)], verb, 1e3 * kSmallWay_m),
+                              axis_name(joint), verb, 1e3 * kSmallWay_m),
                   {"go"});
     const JogRun run = bench_->run({.joint = joint,
                                     .peak = direction * slave::kJogTable.command,
@@ -299,21 +307,14 @@ class Wizard {
 
   std::optional<StrokeEnd> drive_to_end(int joint, int direction) {
     if (!offered(joint, direction > 0 ? "extends to its stop" : "retracts to its stop", true)) return std::nullopt;
-    const double stroke_m = cylinder(joint).max_length_m - cylinder(joint).min_length_m;
-    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, slave::kJogTable.command);
-    const JogRun run = bench_->run({.joint = joint,
-                                    .peak = direction * peak,
-                                    .rise_1ps = 0.1,
-                                    .travel_m = 1.1 * stroke_m + 0.02,
-                                    .longest_s = kStroke_s,
-                                    .until_stall = true});
+    const JogRun run = lead(joint, direction, 1.1 * stroke_m(joint) + 0.02, true);
     const auto end = stroke_end(run);
-    const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+    const std::string about = axis_name(joint);
     if (run.end == slave::JogEnd::kTravelled) {
       keep({Level::kFault, about,
             fmt::format("moved by {:.1f} mm, the machine file has a stroke of {:.1f} mm: check {}, min_length_m and "
                         "max_length_m",
-                        1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m, step_key(machine_, joint))});
+                        1e3 * std::abs(run.travelled_m()[joint]), 1e3 * stroke_m(joint), step_key(machine_, joint))});
     }
     if (!end)
       keep({Level::kFault, about, "did not reach its stop within 80 s: check pump, engine speed and dead band"});
@@ -336,9 +337,9 @@ class Wizard {
 
   /// @param extended, retracted readings at the stops, which lie within the cylinder's range whatever the zero is.
   void zero(int joint, const std::optional<StrokeEnd>& extended, const std::optional<StrokeEnd>& retracted) {
-    AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
+    AxisResult& axis = axis_of(joint);
     bench_->idle(500ms);
-    const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+    const std::string about = axis_name(joint);
     const auto tape_m = access_.tape_m(joint);
     const double before_m = length_m(joint);
     const double way_in_m = retracted ? before_m - retracted->reading_m : 0;
@@ -358,8 +359,7 @@ class Wizard {
         keep({Level::kFault, about, "its encoder reads no length that its cylinder can have: it must be preset"});
       return;
     }
-    bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, tape_length_m));
-    bench_->idle(200ms);
+    preset(joint, tape_length_m);
     const double now_m = length_m(joint);
     axis.preset = std::abs(now_m - tape_length_m) <= kPresetError_m;
     if (!axis.preset) {
@@ -371,11 +371,16 @@ class Wizard {
           fmt::format("encoder preset: {} before, {:.1f} mm now", reading_text(before_m), 1e3 * tape_length_m)});
   }
 
+  void preset(int joint, double length_m) {
+    bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, length_m));
+    bench_->idle(200ms);
+  }
+
   /// Of an angle or a length that the machine sends by itself: nobody can preset it, but the file says what it means.
   void set_zero(int joint, double tape_m) {
-    AxisResult& axis = result_.axes[static_cast<std::size_t>(joint)];
+    AxisResult& axis = axis_of(joint);
     const bool angle = machine_.bus.measures_angle(joint);
-    const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+    const std::string about = axis_name(joint);
     const bool input = machine_.bus.broadcast(NodeRole::kEncoder, joint).field->analog.has_value();
     const char* const key = input ? "low and high" : angle ? "zero_rad" : "offset";
     const char* const source = input ? "module's input" : "machine's frame";
@@ -392,24 +397,14 @@ class Wizard {
         axis.zero_shift.value_or(0) + zero_shift(machine_, joint, bench_->sensors().encoder[joint], tape_m);
     machine_ = with_zeros(file_, result_.axes);
     start_bench();
-    axis.preset = std::abs(length_m(joint) - tape_m) <= kPresetError_m + slack_m(joint);
+    // A step of the value may make more of the length.
+    axis.preset = std::abs(length_m(joint) - tape_m) <= kPresetError_m + length_steps_m(machine_)[joint];
     if (!axis.preset)
       keep({Level::kFault, about,
             fmt::format("says {} after its zero was corrected to {:.1f} mm: look whether its sensor stands still",
                         reading_text(length_m(joint)), 1e3 * tape_m)});
     keep({Level::kOk, about, fmt::format("{} corrected: {:.1f} mm now", key, 1e3 * length_m(joint))});
   }
-  /// What a step of the value makes of the length.
-  [[nodiscard]] double slack_m(int joint) const { return length_steps_m(machine_)[joint]; }
-
-  void to_middle(int joint, bool from_retracted) {
-    const int direction = from_retracted ? 1 : -1;
-    const double stroke_m = cylinder(joint).max_length_m - cylinder(joint).min_length_m;
-    const double peak = std::min(file_dead_band(joint, direction) + kEndOpening, slave::kJogTable.command);
-    (void)bench_->run(
-        {.joint = joint, .peak = direction * peak, .rise_1ps = 0.1, .travel_m = stroke_m / 2, .longest_s = kStroke_s});
-  }
-
   /// What the run before has found is of its nodes alone.
   void check_serials() const {
     for (const auto& [id, before] : resume_.from.serials) {
@@ -425,14 +420,11 @@ class Wizard {
   /// The run before has made encoders show their cylinder's length, and closed loop relies on it.
   void check_presets() {
     for (int joint = 0; joint < kJoints; ++joint) {
-      if (!result_.axes[static_cast<std::size_t>(joint)].preset) continue;
-      const std::string about = kJointNames[static_cast<std::size_t>(joint)];
+      if (!axis_of(joint).preset) continue;
+      const std::string about = axis_name(joint);
       // A simulated machine is a new one in each run.
       const bool node = machine_.bus.broadcast(NodeRole::kEncoder, joint).field == nullptr;
-      if (const auto tape_m = access_.tape_m(joint); tape_m && node) {
-        bench_->write_objects(machine_.bus.encoder(joint).id, slave::preset_script(machine_, joint, *tape_m));
-        bench_->idle(200ms);
-      }
+      if (const auto tape_m = access_.tape_m(joint); tape_m && node) preset(joint, *tape_m);
       const double now_m = length_m(joint);
       const bool sound =
           now_m > cylinder(joint).min_length_m - kTape_m && now_m < cylinder(joint).max_length_m + kTape_m;

@@ -26,6 +26,17 @@ struct AxisResult {
   std::optional<double> dead_band_extend, dead_band_retract;
   /// Of a joint whose frame the machine sends by itself: added to what the file makes of it, m or rad.
   std::optional<double> zero_shift{};
+
+  /// As they are called where they are kept.
+  template <typename Self, typename Visit>
+  static void fields(Self& s, Visit&& visit) {
+    visit("stroke_m", s.stroke_m);
+    visit("offset_m", s.offset_m);
+    visit("preset", s.preset);
+    visit("zero_shift", s.zero_shift);
+    visit("dead_band_extend", s.dead_band_extend);
+    visit("dead_band_retract", s.dead_band_retract);
+  }
 };
 struct WizardResult {
   std::vector<NodeLine> nodes;

@@ -474,14 +474,6 @@ std::map<std::uint8_t, std::vector<Object>> doctor_objects(const MachineDescript
   return wanted;
 }
 
-void add_bus(BusDiagnosis& all, const BusDiagnosis& found, const std::string& bus) {
-  for (Finding finding : found.findings) {
-    finding.about = "bus " + bus + ", " + finding.about;
-    all.findings.push_back(std::move(finding));
-  }
-  all.nodes.insert(all.nodes.end(), found.nodes.begin(), found.nodes.end());
-}
-
 BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine) {
   return Doctor(survey, machine).run();
 }

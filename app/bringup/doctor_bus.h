@@ -36,14 +36,18 @@ struct BusDiagnosis {
   Findings findings;
 };
 
-/// Adds what was found of another of the machine's buses: its findings name it.
-void add_bus(BusDiagnosis& all, const BusDiagnosis& found, const std::string& bus);
-
 /// What survey_bus() is to read of the nodes in the machine file.
 [[nodiscard]] std::map<std::uint8_t, std::vector<canopen::Object>> doctor_objects(const MachineDescription& machine);
 
 /// @param machine nullptr: no node is expected, every node found is listed.
 [[nodiscard]] BusDiagnosis diagnose(const BusSurvey& survey, const MachineDescription* machine);
+
+/// Each of the machine's buses, surveyed alone, one after the other. @param access to each, in the file's order.
+[[nodiscard]] std::vector<BusDiagnosis> diagnose_each(std::vector<BusAccess>& access, const MachineDescription& machine,
+                                                      const SurveyOptions& options,
+                                                      const std::function<void()>& check = {});
+/// What was found of all of them: findings of the second name it.
+[[nodiscard]] BusDiagnosis together(std::vector<BusDiagnosis> each, const BusDescription& bus);
 
 // Whether two devices have one node id, or two controllers lead the machine, by the frames heard and the answers given.
 

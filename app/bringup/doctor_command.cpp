@@ -1,6 +1,7 @@
 #include "app/bringup/doctor_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -37,12 +38,37 @@ std::string row(const std::array<std::string, 8>& cells) {
                      cells[5], cells[6], cells[7]);
 }
 
-template <typename T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
+/// Null where there is none.
+Json or_null(const std::string& text, const char* none = "") {
+  return text == none ? Json() : Json(text);
 }
 
 }  // namespace
+
+std::vector<BusDiagnosis> diagnose_each(std::vector<BusAccess>& access, const MachineDescription& machine,
+                                        const SurveyOptions& options, const std::function<void()>& check) {
+  std::vector<BusDiagnosis> each;
+  MachineDescription one = machine;
+  for (std::size_t on = 0; on < access.size(); ++on) {
+    one.bus = machine.bus.alone(on);
+    SurveyOptions own = options;
+    own.multiplexed = multiplexed_frames(one.bus);
+    each.push_back(diagnose(survey_bus(access[on], one.bus.bit_rate, doctor_objects(one), own, check), &one));
+  }
+  return each;
+}
+
+BusDiagnosis together(std::vector<BusDiagnosis> each, const BusDescription& bus) {
+  BusDiagnosis all = std::move(each.front());
+  for (std::size_t on = 1; on < each.size(); ++on) {
+    for (Finding& finding : each[on].findings) {
+      finding.about = "bus " + bus.line(on).name + ", " + finding.about;
+      all.findings.push_back(std::move(finding));
+    }
+    all.nodes.insert(all.nodes.end(), each[on].nodes.begin(), each[on].nodes.end());
+  }
+  return all;
+}
 
 std::vector<std::string> finding_lines(const Findings& findings) {
   std::vector<std::string> lines;
@@ -59,15 +85,13 @@ std::vector<std::string> finding_lines(const Findings& findings) {
 std::vector<std::string> diagnosis_lines(const BusDiagnosis& diagnosis) {
   std::vector<std::string> lines{row({"node", "name", "state", "CiA", "vendor", "product", "error", "reading"})};
   for (const NodeLine& node : diagnosis.nodes) {
-    std::string now = node.reading;
-    if (!node.guard.empty()) now += (now.empty() ? "" : "; ") + node.guard;
-    if (node.serial) now += (now.empty() ? "" : "; ") + fmt::format("serial {}", *node.serial);
-    if (node.settings) {
-      now += (now.empty() ? "" : "; ") + std::to_string(*node.settings_as_file) + " of " +
-             std::to_string(*node.settings) + " settings as in the machine file";
-    }
+    std::vector<std::string> now{node.reading, node.guard};
+    if (node.serial) now.push_back(fmt::format("serial {}", *node.serial));
+    if (node.settings)
+      now.push_back(fmt::format("{} of {} settings as in the machine file", *node.settings_as_file, *node.settings));
+    std::erase(now, "");
     lines.push_back(row({hex(2, node.id), node.name, node.state, profile_of(node.device_type), hex(8, node.vendor),
-                         hex(8, node.product), hex(2, node.error_register), now}));
+                         hex(8, node.product), hex(2, node.error_register), fmt::format("{}", fmt::join(now, "; "))}));
   }
   lines.emplace_back();
   for (std::string& line : finding_lines(diagnosis.findings)) lines.push_back(std::move(line));
@@ -87,24 +111,24 @@ cli::Json diagnosis_json(const BusDiagnosis& diagnosis) {
   Json nodes = Json::array();
   for (const NodeLine& node : diagnosis.nodes) {
     nodes.push_back({{"id", node.id},
-                     {"name", node.name == "-" ? Json() : Json(node.name)},
+                     {"name", or_null(node.name, "-")},
                      {"state", node.state},
-                     {"device_type", or_null(node.device_type)},
-                     {"vendor", or_null(node.vendor)},
-                     {"product", or_null(node.product)},
-                     {"serial", or_null(node.serial)},
-                     {"heartbeat_ms", or_null(node.heartbeat_ms)},
-                     {"guard", node.guard.empty() ? Json() : Json(node.guard)},
-                     {"error_register", or_null(node.error_register)},
-                     {"emergency", or_null(node.emergency)},
-                     {"reading", node.reading.empty() ? Json() : Json(node.reading)},
-                     {"settings_as_file", or_null(node.settings_as_file)},
-                     {"settings", or_null(node.settings)}});
+                     {"device_type", node.device_type},
+                     {"vendor", node.vendor},
+                     {"product", node.product},
+                     {"serial", node.serial},
+                     {"heartbeat_ms", node.heartbeat_ms},
+                     {"guard", or_null(node.guard)},
+                     {"error_register", node.error_register},
+                     {"emergency", node.emergency},
+                     {"reading", or_null(node.reading)},
+                     {"settings_as_file", node.settings_as_file},
+                     {"settings", node.settings}});
   }
   return {{"bus", diagnosis.bus},
           {"load", diagnosis.load},
           {"listened_s", diagnosis.listened_s},
-          {"expected_load", or_null(diagnosis.expected_load)},
+          {"expected_load", diagnosis.expected_load},
           {"nodes", nodes}};
 }
 
@@ -188,30 +212,18 @@ std::vector<BusAccess> access_of(const DoctorOptions& o, const std::optional<Mac
   return all;
 }
 
-/// One after the other. What is wrong with the second is added to the first's.
 BusDiagnosis diagnose_buses(const DoctorOptions& o, const std::optional<MachineDescription>& read,
                             const std::optional<MachineDescription>& machine, const cli::InterruptGuard& interrupt,
                             Json& result) {
   SurveyOptions survey;
-  if (o.listen_s) survey.listen_s = *o.listen_s;
+  survey.listen_s = o.listen_s.value_or(survey.listen_s);
+  const auto check = [&interrupt] { interrupt.check(); };
   std::vector<BusAccess> access = access_of(o, read);
-  BusDiagnosis all;
-  for (std::size_t on = 0; on < access.size(); ++on) {
-    std::optional<MachineDescription> one = machine;
-    if (one) one->bus = one->bus.alone(on);
-    survey.multiplexed = one ? multiplexed_frames(one->bus) : std::vector<BroadcastFrame>();
-    const std::uint32_t bit_rate = one ? one->bus.bit_rate : 1000 * o.bit_rate_kbps.value_or(500);
-    const auto wanted = one ? doctor_objects(*one) : std::map<std::uint8_t, std::vector<canopen::Object>>();
-    BusDiagnosis found =
-        diagnose(survey_bus(access[on], bit_rate, wanted, survey, [&] { interrupt.check(); }), one ? &*one : nullptr);
-    if (on == 0) {
-      all = std::move(found);
-      continue;
-    }
-    result["second"] = diagnosis_json(found);
-    add_bus(all, found, one->bus.name);
-  }
-  return all;
+  if (!machine)
+    return diagnose(survey_bus(access.front(), 1000 * o.bit_rate_kbps.value_or(500), {}, survey, check), nullptr);
+  std::vector<BusDiagnosis> each = diagnose_each(access, *machine, survey, check);
+  if (each.size() > 1) result["second"] = diagnosis_json(each[1]);
+  return together(std::move(each), machine->bus);
 }
 
 int run_doctor(DoctorOptions options) {
@@ -220,6 +232,9 @@ int run_doctor(DoctorOptions options) {
   const cli::InterruptGuard interrupt;
   cli::OptionalOutput json("--json", options.json);
   std::ostream& out = cli::is_standard_output(options.json) ? std::cerr : std::cout;
+  const auto tell = [&out](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) out << line << '\n';
+  };
   cli::Json result{{"schema", "knuckle-doctor/2"}, {"version", cli::program_version()}};
   Findings findings;
   if (options.can.empty() && !options.simulate) {
@@ -227,7 +242,7 @@ int run_doctor(DoctorOptions options) {
     findings = !options.link.address.empty() ? doctor_link(options.link, [&interrupt] { return !interrupt.pending(); })
                : device                      ? doctor_device(options.device)
                                              : judge_computer(computer_facts());
-    for (const std::string& line : finding_lines(findings)) out << line << '\n';
+    tell(finding_lines(findings));
   } else {
     std::optional<MachineDescription> read, machine;
     if (!options.machine.empty()) {
@@ -235,15 +250,15 @@ int run_doctor(DoctorOptions options) {
       machine = calibrated(*read);
     }
     BusDiagnosis diagnosis = diagnose_buses(options, read, machine, interrupt, result);
-    for (const std::string& note : machine ? machine_notes(*machine) : std::vector<std::string>())
-      diagnosis.findings.push_back({Finding::Level::kNote, "machine file", note});
-    for (const std::string& line : machine ? guard_notes(machine->bus, diagnosis.nodes) : std::vector<std::string>())
-      diagnosis.findings.push_back({Finding::Level::kNote, "guards", line});
+    const auto note = [&diagnosis](const char* about, const std::vector<std::string>& lines) {
+      for (const std::string& line : lines) diagnosis.findings.push_back({Finding::Level::kNote, about, line});
+    };
+    if (machine) note("machine file", machine_notes(*machine));
+    if (machine) note("guards", guard_notes(machine->bus, diagnosis.nodes));
     if (options.simulate)
-      diagnosis.findings.push_back({Finding::Level::kNote, "simulated",
-                                    "identities and set-ups are those of the machine file, not of your devices"});
+      note("simulated", {"identities and set-ups are those of the machine file, not of your devices"});
     findings = diagnosis.findings;
-    for (const std::string& line : diagnosis_lines(diagnosis)) out << line << '\n';
+    tell(diagnosis_lines(diagnosis));
     result.update(diagnosis_json(diagnosis));
   }
   const bool passed = healthy(findings);

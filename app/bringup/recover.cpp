@@ -127,8 +127,8 @@ int run_recover(const RecoverOptions& options) {
   const auto* axis = std::find(kJointNames.begin(), kJointNames.end(), options.axis);
   BusAccess bus = machine_access(options.can, machine.bus);
   slave::refuse_other_controller(machine.bus, bus);
-  std::string command = "knuckle recover --machine " + file + " --axis " + options.axis;
-  for (const std::string& interface : options.can) command += " --can " + interface;
+  const std::string command =
+      "knuckle recover --machine " + file + " --axis " + options.axis + can_arguments(options.can);
   DialogueLog log(options.log, dialogue_head(command, text, false, bus.now()), machine, "recover");
   BusAccess access = log.tapped(bus);
   LineInput input(STDIN_FILENO);

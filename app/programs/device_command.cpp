@@ -12,7 +12,7 @@
 #include "app/cli/json.h"
 #include "app/cli/output_file.h"
 #include "app/programs/device_program.h"
-#include "app/programs/program_options.h"
+#include "app/programs/program_frame.h"
 #include "app/programs/programs.h"
 #include "app/session/options.h"
 #include "app/session/scenario.h"
@@ -33,8 +33,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::uint32_t serial = 0;
   std::vector<std::string> faults;
-  std::optional<double> duration_s;
-  std::string csv, json;
+  RunOptions run;
 };
 
 void add_options(const cli::OptionList& c, Options& o) {
@@ -50,9 +49,8 @@ void add_options(const cli::OptionList& c, Options& o) {
                "simulated operator sees");
   c.add_option("--seed", o.seed, "Random seed of the arm, friction and cogging").show_default().check(cli::seed_error);
   c.add_option("--fault", o.faults, "Inject a fault: KIND@S[+D], from S seconds on for D seconds").one_value_each();
-  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
-  c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
-  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/haptic-device.md)");
+  o.run.add(c, "Write the simulation's true state as CSV, a row every 5 ms",
+            "Write counters and events as JSON (described in docs/haptic-device.md)");
   c.add_option("--descriptor", o.descriptor, "Only write the HID report descriptor, for setting up a gadget");
 }
 
@@ -62,13 +60,12 @@ void check_places(const Options& o) {
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
   places.input("--gadget", o.gadget);
-  places.output("--csv", o.csv);
-  places.output("--json", o.json);
+  o.run.take(places);
   places.output("--descriptor", o.descriptor);
 }
 
 void check(const Options& o) {
-  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  o.run.check();
   if (o.gadget.empty()) throw InputError("--gadget: is required, such as --gadget /dev/hidg0");
   if (!o.scenario.empty() && o.screen.empty()) {
     cli::refuse_option("--scenario", o.scenario, "needs --screen: the simulated operator must see the machine");
@@ -109,12 +106,11 @@ DeviceProgramSetup set_up(const Options& o) {
   return setup;
 }
 
-Json result_json(const Options& o, double started_unix_s, const DeviceProgramOutcome& outcome,
-                 std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},      {"version", cli::program_version()},
-            {"device", o.device},     {"scenario", o.scenario.empty() ? Json() : Json(o.scenario)},
-            {"seed", o.seed},         {"started_unix_s", started_unix_s},
-            {"ran_s", outcome.ran_s}, {"finished", outcome.finished}};
+Json result_json(const Options& o, const DeviceProgramOutcome& outcome) {
+  Json json{{"device", o.device},
+            {"scenario", o.scenario.empty() ? Json() : Json(o.scenario)},
+            {"seed", o.seed},
+            {"finished", outcome.finished}};
   json["phases"] = Json::array();
   for (const auto& phase : outcome.phases)
     json["phases"].push_back({{"name", phase.name}, {"began_s", phase.began_s}, {"timed_out", phase.timed_out}});
@@ -125,14 +121,13 @@ Json result_json(const Options& o, double started_unix_s, const DeviceProgramOut
     json["faults"].push_back({{"fault", fault.text}, {"at_s", fault.at_s}, {"broken", fault.broken}});
   json["felt_peak_N"] = outcome.felt_peak_N;
   json["energy_to_hand_J"] = outcome.energy_to_hand_J;
-  json["records_lost"] = outcome.records_lost;
-  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"device", loop_json(outcome.loop)}};
   return json;
 }
 
 int write_descriptor(const Options& o) {
-  const std::array in_vain{std::pair{"--gadget", &o.gadget}, std::pair{"--csv", &o.csv}, std::pair{"--json", &o.json}};
+  const std::array in_vain{std::pair{"--gadget", &o.gadget}, std::pair{"--csv", &o.run.csv},
+                           std::pair{"--json", &o.run.json}};
   for (const auto& [option, value] : in_vain)
     if (!value->empty()) cli::refuse_option(option, *value, "does not go with --descriptor, which only writes that");
   cli::OutputFile file("--descriptor", o.descriptor);
@@ -159,23 +154,16 @@ int run(const Options& o) {
   check(o);
   const cli::InterruptGuard interrupt;
   const DeviceProgramSetup setup = set_up(o);
-  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
+  ProgramFrame program("knuckle device", o.run, interrupt);
   std::optional<UdpLink> screen;
   if (!o.screen.empty()) screen.emplace(UdpLink::listen(o.screen));
   check_gadget(o.gadget);
   HidFilePort cable("--gadget", o.gadget);
 
-  ProgramConsole console("knuckle device");
-  console.note("simulates " + setup.device.name + " on " + o.gadget);
-  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
-  if (o.duration_s) program.duration_s = *o.duration_s;
-  program.outputs = {&csv};
-  const double started_unix_s = unix_time_s();
-  DeviceProgramOutcome outcome = run_device(setup, cable, screen ? &*screen : nullptr, program, csv.stream());
-  outcome.records_lost += finish_records(console, {&csv});
-
-  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
-  commit_all({&csv, &json});
+  program.console.note("simulates " + setup.device.name + " on " + o.gadget);
+  const DeviceProgramOutcome outcome =
+      run_device(setup, cable, screen ? &*screen : nullptr, program.start(), program.csv.stream());
+  program.finish(kSchema, result_json(o, outcome), outcome.ran_s, outcome.records_lost);
   const bool gave_up = std::any_of(outcome.phases.begin(), outcome.phases.end(),
                                    [](const DeviceProgramOutcome::Phase& phase) { return phase.timed_out; });
   return o.scenario.empty() || (outcome.finished && !gave_up) ? 0 : 1;

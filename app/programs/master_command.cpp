@@ -10,7 +10,7 @@
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
 #include "app/programs/master_program.h"
-#include "app/programs/program_options.h"
+#include "app/programs/program_frame.h"
 #include "app/programs/programs.h"
 #include "app/recordings/program_log.h"
 #include "app/session/scenario.h"
@@ -23,7 +23,7 @@ namespace knuckle::programs {
 namespace {
 
 using cli::Json;
-constexpr const char* kSchema = "knuckle-master/2";
+constexpr const char *kSchema = "knuckle-master/2", *kProgram = "knuckle master";
 
 struct Options {
   std::string machine, device, device_file, mirror, control;
@@ -31,8 +31,7 @@ struct Options {
   pairing::LinkOptions link;
   double assist_force_limit_N = 0;
   bool assist_stop_on_object = false;
-  std::optional<double> duration_s;
-  std::string csv, json;
+  RunOptions run;
   recordings::LogOptions log;
 };
 
@@ -53,10 +52,8 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--assist-force-limit", o.assist_force_limit_N, "Force-limited approach: tip force in N, 0 = off");
   c.add_flag("--assist-stop-on-object", o.assist_stop_on_object,
              "Stop when the bucket meets something stiff while digging");
-  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
-  c.add_option("--csv", o.csv,
-               "Write device state, set-point, force and the machine's reports as CSV, a row every 5 ms");
-  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
+  o.run.add(c, "Write device state, set-point, force and the machine's reports as CSV, a row every 5 ms",
+            "Write counters and events as JSON (described in docs/programs.md)");
   recordings::add_log_options(c, o.log);
 }
 
@@ -69,7 +66,7 @@ void check_observer(const Options& o) {
                                                              {"--control", !o.control.empty()},
                                                              {"--assist-force-limit", o.assist_force_limit_N != 0},
                                                              {"--assist-stop-on-object", o.assist_stop_on_object},
-                                                             {"--csv", !o.csv.empty()},
+                                                             {"--csv", !o.run.csv.empty()},
                                                              {"--log", !o.log.folder.empty()},
                                                              {"--no-log", o.log.off}}};
   for (const auto& [option, given] : in_vain)
@@ -78,7 +75,7 @@ void check_observer(const Options& o) {
 
 void check(const Options& o) {
   recordings::check_log(o.log);
-  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  o.run.check();
   if (o.assist_force_limit_N != 0)
     cli::check_range("--assist-force-limit", o.assist_force_limit_N, session::kLeastAssist_N, session::kMostAssist_N,
                      " N, or 0: off");
@@ -93,8 +90,7 @@ void check(const Options& o) {
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--device-file", o.device_file);
-  places.output("--csv", o.csv);
-  places.output("--json", o.json);
+  o.run.take(places);
 }
 
 /// No device at all: the link and the machine's reports can be looked at without one.
@@ -160,12 +156,13 @@ Json machine_json(const MasterEvent& event, const BusDescription& bus) {
           {"fault", reason_json(event.fault, bus)}};
 }
 
-Json result_json(const Options& o, const recording::OperatorSetup& setup, double started_unix_s,
-                 const MasterOutcome& outcome, std::uint64_t lines_lost) {
+Json result_json(const Options& o, const recording::OperatorSetup& setup, const MasterOutcome& outcome) {
   const BusDescription& bus = setup.machine.bus;
-  Json json{{"schema", kSchema},          {"version", cli::program_version()}, {"machine", setup.machine.name},
-            {"device", o.device},         {"device_file", setup.device.name},  {"connect", connect_json(o)},
-            {"control", name(setup.law)}, {"started_unix_s", started_unix_s},  {"ran_s", outcome.ran_s}};
+  Json json{{"machine", setup.machine.name},
+            {"device", o.device},
+            {"device_file", setup.device.name},
+            {"connect", connect_json(o)},
+            {"control", name(setup.law)}};
   json["machine_side"] = Json::array();
   json["device_states"] = Json::array();
   json["other_machine"] = Json::array();
@@ -189,45 +186,29 @@ Json result_json(const Options& o, const recording::OperatorSetup& setup, double
   json["round_trip_ms"] = milliseconds_json(outcome.round_trip);
   json["machine_status"] = status_json(outcome.machine_status, bus);
   json["readings"] = readings_json(outcome.readings);
-  json["records_lost"] = outcome.records_lost;
-  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"master", loop_json(outcome.loop)}};
   return json;
 }
 
-Json observer_json(const Options& o, double started_unix_s, const ObserverOutcome& outcome, std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},
-            {"version", cli::program_version()},
-            {"connect", connect_json(o)},
-            {"observed", true},
-            {"started_unix_s", started_unix_s},
-            {"ran_s", outcome.ran_s},
-            {"messages", outcome.messages}};
+Json observer_json(const Options& o, const ObserverOutcome& outcome) {
+  Json json{{"connect", connect_json(o)}, {"observed", true}, {"messages", outcome.messages}};
   json["machine_side"] = Json::array();
   for (const MasterEvent& event : outcome.events) json["machine_side"].push_back(machine_json(event, {}));
-  json["records_lost"] = outcome.records_lost;
-  json["lines_lost"] = lines_lost;
   return json;
 }
 
 int observe(const Options& o, const cli::InterruptGuard& interrupt) {
-  AskedOutput json("--json", o.json, AskedOutput::Content::kResult);
+  ProgramFrame program(kProgram, o.run, interrupt);
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
-  ProgramConsole console("knuckle master");
-  for (const std::string& note : link.notes()) console.note(note);
-  console.note("observing " + link.where() + ": nothing is controlled from here");
-  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
-  if (o.duration_s) program.duration_s = *o.duration_s;
-  program.news = [&link] { return link.news(); };
-  const double started_unix_s = unix_time_s();
-  const auto started = std::chrono::steady_clock::now();
-  const ObserverOutcome outcome = run_observer(link.link(), program);
+  program.console.notes(link.notes());
+  program.console.note("observing " + link.where() + ": nothing is controlled from here");
+  program.run.news = [&link] { return link.news(); };
+  const ObserverOutcome outcome = run_observer(link.link(), program.start());
   link.close();
-  if (outcome.messages == 0) console.note(kNeverHeard);
-  Json result = observer_json(o, started_unix_s, outcome, console.lines_lost());
-  result["path"] = path_json(link, started);
-  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
-  commit_all({&json});
+  if (outcome.messages == 0) program.console.note(kNeverHeard);
+  Json result = observer_json(o, outcome);
+  result["path"] = path_json(link, program.started());
+  program.finish(kSchema, result, outcome.ran_s, outcome.records_lost);
   return outcome.messages == 0 ? 1 : 0;
 }
 
@@ -236,7 +217,7 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   if (o.link.observe) return observe(o, interrupt);
   const recording::OperatorSetup setup = set_up(o);
-  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
+  ProgramFrame program(kProgram, o.run, interrupt);
   pairing::ChosenLink link = pairing::ChosenLink::connect(o.link);
   std::optional<UdpLink> screen;
   std::optional<MirroredLink> mirrored;
@@ -246,14 +227,10 @@ int run(const Options& o) {
 
   recordings::ProgramLog log(o.log, o.device != "none", head_of(o, setup), setup.machine);
   log.begin();
-  ProgramConsole console("knuckle master");
-  for (const std::string& note : link.notes()) console.note(note);
-  for (const std::string& note : log.notes()) console.note(note);
-  console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
-               link.where());
-  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
-  if (o.duration_s) program.duration_s = *o.duration_s;
-  program.outputs = {&csv};
+  program.console.notes(link.notes());
+  program.console.notes(log.notes());
+  program.console.note("device " + setup.device.name + " (" + o.device + "), machine " + setup.machine.name + " at " +
+                       link.where());
   ControlInput input(STDIN_FILENO);
   HomeRequest home;
   const auto ask_home = [&home]() -> std::string {
@@ -261,32 +238,28 @@ int run(const Options& o) {
     home.asked = true;
     return "home on two: asked for while enable is released";
   };
-  program.news = [&] {
+  program.run.news = [&] {
     std::vector<cli::News> news = link.news();
     for (cli::News& done : obey_control_lines(input, link, ask_home)) news.push_back(std::move(done));
     for (cli::News& recorded : log.news()) news.push_back(std::move(recorded));
     return news;
   };
-  const double started_unix_s = unix_time_s();
-  const auto started = std::chrono::steady_clock::now();
   HidPort& port = device ? static_cast<HidPort&>(*device) : nothing;
   Link& wire = mirrored ? static_cast<Link&>(*mirrored) : link.link();
-  MasterOutcome outcome = run_master(
-      setup, port, wire, program, [&] { return device ? device->status().problem : ""; }, csv.stream(), log.recorder(),
-      &home);
+  const MasterOutcome outcome = run_master(
+      setup, port, wire, program.start(), [&] { return device ? device->status().problem : ""; }, program.csv.stream(),
+      log.recorder(), &home);
   link.close();
   log.close();
-  for (const cli::News& news : program.news()) console.note(news.what);
-  outcome.records_lost += finish_records(console, {&csv});
+  for (const cli::News& news : program.run.news()) program.console.note(news.what);
 
   const bool without_device = device && !outcome.device_was_ready;
-  if (without_device) console.note(no_device_text(o, *device));
-  if (!outcome.machine_was_heard) console.note(kNeverHeard);
-  Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
-  result["path"] = path_json(link, started);
+  if (without_device) program.console.note(no_device_text(o, *device));
+  if (!outcome.machine_was_heard) program.console.note(kNeverHeard);
+  Json result = result_json(o, setup, outcome);
+  result["path"] = path_json(link, program.started());
   result["recording"] = log.json();
-  if (auto* out = json.stream()) *out << result.dump(2) << '\n';
-  commit_all({&csv, &json});
+  program.finish(kSchema, result, outcome.ran_s, outcome.records_lost);
   return without_device || !outcome.machine_was_heard ? 1 : 0;
 }
 

@@ -11,7 +11,7 @@
 #include "app/cli/json.h"
 #include "app/eds/device_file.h"
 #include "app/programs/node_program.h"
-#include "app/programs/program_options.h"
+#include "app/programs/program_frame.h"
 #include "app/programs/programs.h"
 #include "app/session/scenario.h"
 #include "app/session/truth_file.h"
@@ -29,8 +29,8 @@ struct Options {
   std::string machine = "solar015", scenario = "free_motion", nodes = "all", truth, family;
   std::uint64_t seed = 1;
   std::vector<std::string> can, faults, devices, serials, first_ids;
-  std::optional<double> duration_s, boot_time_s;
-  std::string csv, json;
+  std::optional<double> boot_time_s;
+  RunOptions run;
 };
 
 std::atomic<std::uint32_t> user_signals{0};  // a handler can reach nothing else
@@ -70,21 +70,19 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option("--fault", o.faults,
                "Inject a fault: KIND[:NODE or :BUS]@S[+D], from S seconds on (usr1: at SIGUSR1) for D seconds")
       .one_value_each();
-  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
-  c.add_option("--csv", o.csv, "Write the simulation's true state as CSV, a row every 5 ms");
-  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
+  o.run.add(c, "Write the simulation's true state as CSV, a row every 5 ms",
+            "Write counters and events as JSON (described in docs/programs.md)");
 }
 
 void check(const Options& o) {
-  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  o.run.check();
   cli::check_range("--boot-time", o.boot_time_s, 0.0, 60.0, " s");
   if (!o.truth.empty()) cli::check_readable("--truth", o.truth);
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
   places.input("--truth", o.truth);
-  places.output("--csv", o.csv);
-  places.output("--json", o.json);
+  o.run.take(places);
 }
 
 /// Ids of the nodes that are not played.
@@ -149,15 +147,8 @@ NodeSetup set_up(const Options& o) {
   return setup;
 }
 
-Json result_json(const Options& o, double started_unix_s, const NodeOutcome& outcome, std::uint64_t lines_lost) {
-  Json json{{"schema", kSchema},
-            {"version", cli::program_version()},
-            {"machine", o.machine},
-            {"can", bringup::can_text(o.can)},
-            {"scenario", o.scenario},
-            {"seed", o.seed},
-            {"started_unix_s", started_unix_s},
-            {"ran_s", outcome.ran_s}};
+Json result_json(const Options& o, const NodeOutcome& outcome) {
+  Json json{{"machine", o.machine}, {"can", bringup::can_text(o.can)}, {"scenario", o.scenario}, {"seed", o.seed}};
   json["faults"] = Json::array();
   for (const auto& fault : outcome.faults)
     json["faults"].push_back({{"fault", fault.text},
@@ -167,8 +158,6 @@ Json result_json(const Options& o, double started_unix_s, const NodeOutcome& out
   for (const auto& event : outcome.events)
     json["events"].push_back({{"what", event.what}, {"at_s", event.at_s}, {"value", event.value}});
   json["peak_tip_force_N"] = outcome.peak_tip_N;
-  json["records_lost"] = outcome.records_lost;
-  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"node", loop_json(outcome.loop)}};
   return json;
 }
@@ -178,26 +167,14 @@ int run(const Options& o) {
   const cli::InterruptGuard interrupt;
   const UserSignal user_signal;
   const NodeSetup setup = set_up(o);
-  AskedOutput csv("--csv", o.csv), json("--json", o.json, AskedOutput::Content::kResult);
-  std::vector<std::unique_ptr<SocketCanBus>> opened;
-  for (const std::string& name : bringup::can_interfaces(o.can, setup.truth.machine.bus))
-    opened.push_back(std::make_unique<SocketCanBus>(name));
-  bringup::OpenInterfaces interfaces(std::move(opened));
+  ProgramFrame program("knuckle node", o.run, interrupt);
+  const auto interfaces = bringup::open_interfaces(o.can, setup.truth.machine.bus);
 
-  ProgramConsole console("knuckle node");
-  console.note("simulates " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " +
-               bringup::can_text(o.can));
-  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
-  if (o.duration_s) program.duration_s = *o.duration_s;
-  program.outputs = {&csv};
-  const double started_unix_s = unix_time_s();
-  NodeOutcome outcome = run_node(setup, interfaces.bus(), program, user_signals, csv.stream());
-  outcome.records_lost += finish_records(console, {&csv});
-
-  for (const auto& bus : interfaces.each())
-    if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
-  if (auto* out = json.stream()) *out << result_json(o, started_unix_s, outcome, console.lines_lost()).dump(2) << '\n';
-  commit_all({&csv, &json});
+  program.console.note("simulates " + (o.nodes == "all" ? "all nodes" : o.nodes) + " of " + o.machine + " on " +
+                       bringup::can_text(o.can));
+  const NodeOutcome outcome = run_node(setup, interfaces->bus(), program.start(), user_signals, program.csv.stream());
+  program.console.notes(interfaces->diagnoses());
+  program.finish(kSchema, result_json(o, outcome), outcome.ran_s, outcome.records_lost);
   return 0;
 }
 

@@ -94,6 +94,9 @@ class ProgramConsole {
 
   /// Before or after the run.
   void note(const std::string& what);
+  void notes(const std::vector<std::string>& all) {
+    for (const std::string& what : all) note(what);
+  }
   /// Told in the order of their times, at the next tend() or note() but one. @param kind what makes it another event
   /// than those before: its text without what differs each time; empty: the whole text.
   void event(Time at, const std::string& what, const std::string& kind = "");

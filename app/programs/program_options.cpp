@@ -57,7 +57,7 @@ void AskedOutput::commit(cli::BackgroundWriter::Deadline deadline) {
   open_->file.commit();
 }
 
-std::uint64_t finish_records(ProgramConsole& console, std::initializer_list<AskedOutput*> outputs) {
+std::uint64_t finish_records(ProgramConsole& console, const std::vector<AskedOutput*>& outputs) {
   const auto deadline = std::chrono::steady_clock::now() + cli::kReaderPatience;
   std::uint64_t lost = 0;
   for (AskedOutput* output : outputs) {
@@ -69,7 +69,7 @@ std::uint64_t finish_records(ProgramConsole& console, std::initializer_list<Aske
   return lost;
 }
 
-void commit_all(std::initializer_list<AskedOutput*> outputs) {
+void commit_all(const std::vector<AskedOutput*>& outputs) {
   const auto deadline = std::chrono::steady_clock::now() + cli::kReaderPatience;
   std::exception_ptr refused;
   for (AskedOutput* output : outputs) {

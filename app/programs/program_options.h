@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -69,10 +68,10 @@ class AskedOutput {
 
 /// Waits until all is written, for readers as long as kReaderPatience, and says what is missing then.
 /// @return records lost.
-[[nodiscard]] std::uint64_t finish_records(ProgramConsole& console, std::initializer_list<AskedOutput*> outputs);
+[[nodiscard]] std::uint64_t finish_records(ProgramConsole& console, const std::vector<AskedOutput*>& outputs);
 /// Puts every finished file in place, also where the disk refused another. @throws InputError as the first that was
 /// refused.
-void commit_all(std::initializer_list<AskedOutput*> outputs);
+void commit_all(const std::vector<AskedOutput*>& outputs);
 
 /// How a loop ran, as `knuckle simulate --json` says it.
 [[nodiscard]] cli::Json loop_json(const RealtimeReport& report);

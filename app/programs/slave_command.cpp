@@ -8,7 +8,7 @@
 #include "app/cli/interrupt.h"
 #include "app/cli/json.h"
 #include "app/pairing/chosen_link.h"
-#include "app/programs/program_options.h"
+#include "app/programs/program_frame.h"
 #include "app/programs/programs.h"
 #include "app/programs/service_watch.h"
 #include "app/programs/slave_audit.h"
@@ -43,8 +43,8 @@ struct Options {
   std::string scenario;
   std::optional<std::uint64_t> seed;
   std::optional<int> observers;
-  std::optional<double> duration_s;
-  std::string candump, csv, json, audit;
+  RunOptions run;
+  std::string candump, audit;
   recordings::LogOptions log;
   CameraOptions cameras;
 };
@@ -72,10 +72,9 @@ void add_options(const cli::OptionList& c, Options& o) {
   c.add_option(
       "--audit", o.audit,
       "Folder of the audit trail (knuckle audit; default: audit beside the keys; without one with --insecure)");
-  c.add_option("--duration", o.duration_s, "Stop after so many seconds (default: when interrupted)");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
-  c.add_option("--csv", o.csv, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it");
-  c.add_option("--json", o.json, "Write counters and events as JSON (described in docs/programs.md)");
+  o.run.add(c, "Write sensors, commands and estimates, a row each step; `knuckle identify` reads it",
+            "Write counters and events as JSON (described in docs/programs.md)");
   recordings::add_log_options(c, o.log);
   add_camera_options(c, o.cameras);
 }
@@ -97,15 +96,14 @@ void check(const Options& o) {
   if (!o.contact_model.empty() && !contact_model_named(o.contact_model))
     cli::refuse_option("--contact-model", o.contact_model, kContactModelChoice);
   recordings::check_log(o.log);
-  cli::check_range("--duration", o.duration_s, 0.1, kLongestRun_s, " s");
+  o.run.check();
   if (o.observers && o.link.insecure > 0)
     cli::refuse_option("--observers", std::to_string(*o.observers), "goes with a paired link, not with --insecure");
   cli::Places places;
   places.configuration("--machine", o.machine);
   places.configuration("--scenario", o.scenario);
   places.output("--candump", o.candump);
-  places.output("--csv", o.csv);
-  places.output("--json", o.json);
+  o.run.take(places);
 }
 
 /// What is simulated of the machine, if it is.
@@ -219,17 +217,12 @@ Json simulation_json(const std::optional<Simulation>& simulation) {
   return {{"scenario", simulation->scenario.name}, {"seed", simulation->seed}};
 }
 
-Json result_json(const Options& o, const Setup& setup, double started_unix_s, const SlaveOutcome& outcome,
-                 std::uint64_t lines_lost) {
+Json result_json(const Options& o, const Setup& setup, const SlaveOutcome& outcome) {
   const BusDescription& bus = setup.machine.bus;
-  Json json{{"schema", kSchema},
-            {"version", cli::program_version()},
-            {"machine", o.machine.empty() ? setup.machine.name : o.machine},
+  Json json{{"machine", o.machine.empty() ? setup.machine.name : o.machine},
             {"can", o.can.empty() ? Json() : Json(bringup::can_text(o.can))},
             {"simulated", simulation_json(setup.simulation)},
-            {"listen", o.link.address.empty() ? Json() : Json(o.link.address)},
-            {"started_unix_s", started_unix_s},
-            {"ran_s", outcome.ran_s}};
+            {"listen", o.link.address.empty() ? Json() : Json(o.link.address)}};
   json["modes"] = Json::array();
   json["faults"] = Json::array();
   for (const ModeEvent& event : outcome.events) {
@@ -246,8 +239,6 @@ Json result_json(const Options& o, const Setup& setup, double started_unix_s, co
       {"commanded", outcome.commanded}, {"confirmed", outcome.stop_confirmed()}, {"unconfirmed", outcome.unconfirmed}};
   json["readings"] = readings_json(outcome.readings);
   json["malformed_datagrams"] = outcome.malformed_datagrams;
-  json["records_lost"] = outcome.records_lost;
-  json["lines_lost"] = lines_lost;
   json["realtime"] = {{"slave", loop_json(outcome.loop)}};
   return json;
 }
@@ -262,8 +253,8 @@ std::string machine_note(const Options& o, const Setup& setup, const std::string
 
 recording::Head head_of(const Options& o, const Setup& setup, const LinkStart& start) {
   recording::Head head;
-  head.program = "knuckle slave --machine " + setup.file + (o.can.empty() ? " --simulate" : "");
-  for (const std::string& can : o.can) head.program += " --can " + can;
+  head.program =
+      "knuckle slave --machine " + setup.file + (o.can.empty() ? " --simulate" : "") + bringup::can_arguments(o.can);
   head.version = cli::program_version();
   head.started_unix_ns = static_cast<std::int64_t>(1e9 * unix_time_s());
   head.simulated = setup.simulation.has_value();
@@ -319,22 +310,18 @@ int run(const Options& o, const DrawCamera& draw) {
   const Setup setup = set_up(o);
   const std::vector<video::SenderSetup> camera_setups =
       check_cameras(o.cameras, o.link.insecure, o.link.address, setup.simulation ? &setup.machine : nullptr);
-  ProgramConsole console("knuckle slave");
-  AskedOutput candump("--candump", o.candump), csv("--csv", o.csv),
-      json("--json", o.json, AskedOutput::Content::kResult);
-  const auto put = [&](const Json& result) {
-    if (auto* out = json.stream()) *out << result.dump(2) << '\n';
-    commit_all({&candump, &csv, &json});
-    return 0;
-  };
+  AskedOutput candump("--candump", o.candump);
+  ProgramFrame program("knuckle slave", o.run, interrupt);
+  ProgramConsole& console = program.console;
+  program.run.outputs.push_back(&candump);
   std::unique_ptr<bringup::OpenInterfaces> interfaces;
   if (!setup.simulation) {
-    const double waiting_unix_s = unix_time_s();
     interfaces = open_interfaces(o, setup.machine, interrupt, console);
     if (!interfaces) {
-      Json waited = result_json(o, setup, waiting_unix_s, {}, console.lines_lost());
+      Json waited = result_json(o, setup, {});
       waited["path"] = waited["recording"] = nullptr;
-      return put(waited);
+      program.finish(kSchema, waited, 0, 0);
+      return 0;
     }
   }
   SlaveCameras cameras(camera_setups, setup.machine,
@@ -352,17 +339,14 @@ int run(const Options& o, const DrawCamera& draw) {
   const LinkStart start = random_start();
   recordings::ProgramLog log(o.log, !setup.simulation, head_of(o, setup, start), setup.machine);
   log.begin();
-  for (const std::string& note : link.notes()) console.note(note);
-  for (const std::string& note : machine_notes(setup.machine)) console.note(note);
-  for (const std::string& note : log.notes()) console.note(note);
+  console.notes(link.notes());
+  console.notes(machine_notes(setup.machine));
+  console.notes(log.notes());
   if (audit && !audit->damage().empty()) console.note(audit->damage());
   console.note(machine_note(o, setup, link.where()));
   const std::array<std::string, 2> names = interface_names(o, setup);
-  SlaveRecords records{candump.stream(), names[0],       names[1],
-                       csv.stream(),     log.recorder(), setup.simulation.has_value()};
-  ProgramRun program{[&interrupt] { return !interrupt.pending(); }, console};
-  if (o.duration_s) program.duration_s = *o.duration_s;
-  program.outputs = {&candump, &csv};
+  SlaveRecords records{candump.stream(),     names[0],       names[1],
+                       program.csv.stream(), log.recorder(), setup.simulation.has_value()};
   records.on_link = [&cameras](Time now, Time heard_at, Duration round_trip, bool silent) {
     cameras.follow_link(now, heard_at, round_trip, silent);
   };
@@ -376,7 +360,7 @@ int run(const Options& o, const DrawCamera& draw) {
     watch.on_changed_pairings = [&audit](const std::string& what) { audit->pairings_changed(what); };
     watch.on_lost = [&audit](std::uint64_t count) { audit->link_events_lost(count); };
   }
-  program.news = [&] {
+  program.run.news = [&] {
     if (std::optional<secure::VideoSecret> secret; link.take(secret)) cameras.seal_with(secret);
     std::vector<cli::News> news = link.news(audit ? &watch : nullptr);
     if (std::string refused = audit ? audit->news() : ""; !refused.empty()) news.push_back({refused, "audit trail"});
@@ -387,28 +371,25 @@ int run(const Options& o, const DrawCamera& draw) {
         news.push_back({"CAN interface " + names[on] + " is there again, and used again", "interface"});
     return news;
   };
-  const double started_unix_s = unix_time_s();
-  const auto started = std::chrono::steady_clock::now();
-  SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), start, program, records);
+  const SlaveOutcome outcome = run_slave(setup.machine, machine.bus(), link.link(), start, program.start(), records);
   link.close();
   log.close();
-  for (const cli::News& news : program.news()) console.note(news.what);
+  for (const cli::News& news : program.run.news()) console.note(news.what);
   if (audit) audit->ended(outcome.stop_confirmed());
-  outcome.records_lost += finish_records(console, {&candump, &csv});
 
-  Json result = result_json(o, setup, started_unix_s, outcome, console.lines_lost());
-  result["path"] = path_json(link, started);
+  Json result = result_json(o, setup, outcome);
+  result["path"] = path_json(link, program.started());
   result["recording"] = log.json();
   if (const bringup::OpenInterfaces* interfaces_used = machine.interfaces()) {
-    for (const auto& bus : interfaces_used->each())
-      if (const std::string wrong = bus->diagnosis(); !wrong.empty()) console.note(wrong);
+    console.notes(interfaces_used->diagnoses());
     result["can_counters"] = counters_json(*interfaces_used, setup.machine.bus);
   } else {
     machine.machine_thread()->stop();
     result["simulated"]["happened"] = machine.happened();
     result["realtime"]["machine"] = loop_json(machine.machine_thread()->report());
   }
-  return put(result);
+  program.finish(kSchema, result, outcome.ran_s, outcome.records_lost);
+  return 0;
 }
 
 }  // namespace

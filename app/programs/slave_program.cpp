@@ -6,6 +6,7 @@
 #include <atomic>
 #include <bitset>
 #include <memory>
+#include <variant>
 
 #include "app/programs/service_watch.h"
 #include "app/recordings/state_table.h"
@@ -64,6 +65,9 @@ struct NodesUp {
 std::string kind_of(const slave::EmergencyRecord& record) {
   return "emergency " + std::to_string(record.node) + " " + std::to_string(record.emergency.code);
 }
+/// What the loop's thread tells.
+using SlaveNews =
+    std::variant<ModeEvent, SetupFailureEvent, slave::EmergencyRecord, ForeignRead, slave::J1939News, NodesUp>;
 
 /// All that the loop's thread works on, and what crosses to the thread that tends it.
 class SlaveRunner {
@@ -84,12 +88,7 @@ class SlaveRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_.load(std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
-  bool next(ModeEvent& event) noexcept { return events_.pop(event); }
-  bool next(SetupFailureEvent& event) noexcept { return failures_.pop(event); }
-  bool next(slave::EmergencyRecord& record) noexcept { return emergencies_.pop(record); }
-  bool next(ForeignRead& read) noexcept { return reads_.pop(read); }
-  bool next(slave::J1939News& news) noexcept { return news_.pop(news); }
-  bool next(NodesUp& up) noexcept { return up_.pop(up); }
+  bool next(SlaveNews& news) noexcept { return news_.pop(news); }
   [[nodiscard]] const MachineDescription& machine() const noexcept { return machine_; }
   [[nodiscard]] const BusDescription& bus() const noexcept { return machine_.bus; }
   [[nodiscard]] const SlaveStatus& status() noexcept {
@@ -113,18 +112,12 @@ class SlaveRunner {
   SlaveMessage farewell_;
   bool said_off_ = false;
   ModeEvent last_;
-  bool setup_failed_ = false;
+  bool setup_failed_ = false, were_up_ = false;
   std::uint64_t emergencies_seen_ = 0, emergencies_lost_ = 0;
   std::uint64_t reads_seen_ = 0;
   Time read_at_ = kNever;
-  std::uint64_t news_seen_ = 0;
-  Ring<ModeEvent, 256> events_;
-  Ring<SetupFailureEvent, 16> failures_;
-  Ring<slave::EmergencyRecord, 1024> emergencies_;
-  Ring<ForeignRead, 16> reads_;
-  Ring<slave::J1939News, 16> news_;
-  bool were_up_ = false;
-  Ring<NodesUp, 2> up_;
+  std::uint64_t j1939_seen_ = 0;
+  Ring<SlaveNews, 2048> news_;  // more than a full bus brings between two looks
   RowTable<slave::SlaveState> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
@@ -139,14 +132,15 @@ void SlaveRunner::step(Time now) noexcept {
   observe(now);
   observe_nodes(now);
   observe_reads(now);
-  for (; news_seen_ < side_.slave.j1939().news_count(); ++news_seen_) news_.push(side_.slave.j1939().news(news_seen_));
+  for (; j1939_seen_ < side_.slave.j1939().news_count(); ++j1939_seen_)
+    news_.push(side_.slave.j1939().news(j1939_seen_));
 }
 
 void SlaveRunner::observe(Time now) noexcept {
   const ModeEvent event{now, side_.slave.mode(), side_.slave.blocking(), side_.slave.fault(),
                         side_.slave.home().chosen()};
   const bool chosen = event.home_on_two != last_.home_on_two;
-  if (event.mode != last_.mode || !same_cause(event.fault, last_.fault) || chosen) events_.push(event);
+  if (event.mode != last_.mode || !same_cause(event.fault, last_.fault) || chosen) news_.push(event);
   last_ = event;
   status_.put({event.mode, event.blocking, event.fault, side_.slave.operator_input().message_at(),
                side_.slave.operator_input().round_trip(),
@@ -158,19 +152,19 @@ void SlaveRunner::observe(Time now) noexcept {
 void SlaveRunner::observe_nodes(Time now) noexcept {
   const slave::SetupFailure& failure = side_.slave.client().setup_failure();
   const bool failed = failure.what != slave::SetupFailure::What::kNone;
-  if (failed && !setup_failed_) failures_.push({now, failure});
+  if (failed && !setup_failed_) news_.push(SetupFailureEvent{now, failure});
   setup_failed_ = failed;
   if (!were_up_ && side_.slave.client().operational()) {
     NodesUp up{now, {}};
     for (const NodeDescription& node : machine_.bus.nodes)
       up.other_device[node.id] = !side_.slave.client().same_device(node.id);
-    were_up_ = up_.push(up);
+    were_up_ = news_.push(up);
   }
   const slave::EmergencyLog& log = side_.slave.client().emergencies();
   const std::uint64_t fresh = log.count() - emergencies_seen_;
   emergencies_seen_ = log.count();
   for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(fresh, log.kept())); age > 0; --age) {
-    emergencies_.push(log.newest(age - 1));
+    news_.push(log.newest(age - 1));
   }
   if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
 }
@@ -179,7 +173,7 @@ void SlaveRunner::observe_reads(Time now) noexcept {
   const slave::BusWatch& watch = side_.slave.client().watch();
   if (watch.foreign_reads() == reads_seen_) return;
   reads_seen_ = watch.foreign_reads();
-  if (now - read_at_ > kReadsApart) reads_.push({now, watch.last_read_node()});
+  if (now - read_at_ > kReadsApart) news_.push(ForeignRead{now, watch.last_read_node()});
   read_at_ = now;
 }
 
@@ -194,7 +188,7 @@ void SlaveRunner::step_stop(Time now) noexcept {
     farewell_ = side_.slave.message(now);
     farewell_.mode = Mode::kOff;
     farewell_.blocking = farewell_.fault = {};
-    events_.push({now, Mode::kOff, {}, {}});
+    news_.push(ModeEvent{now, Mode::kOff, {}, {}});
     status_.put({});
   }
   if (commanded) stop_.step(now, side_.slave.j1939().may_command());
@@ -211,8 +205,7 @@ void SlaveRunner::write(const SlaveRecords& records) {
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = side_.slave.operator_input().malformed();
-  outcome.records_lost += side_.can.lost() + rows_.lost() + events_.dropped() + failures_.dropped() +
-                          emergencies_.dropped() + emergencies_lost_ + reads_.dropped() + news_.dropped();
+  outcome.records_lost += side_.can.lost() + rows_.lost() + news_.dropped() + emergencies_lost_;
   outcome.readings = side_.slave.sensors().readings(last_.at);
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;
@@ -250,18 +243,8 @@ class Teller {
       : console_(console), outcome_(outcome), records_(records) {}
 
   void tell(Time now, SlaveRunner& runner) {
-    ModeEvent event;
-    while (runner.next(event)) {
-      const std::string kind = kind_of(event);
-      events_.add(event, kind);
-      if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
-      standing_fault_ = event.fault;
-      mode_text_ = event_text(event, runner.bus());
-      say(event.at, mode_text_, kind, event.fault ? Severity::kError : Severity::kInfo);
-      if (records_.on_mode) records_.on_mode(event);
-      standing_.told(event.fault ? event.fault : event.blocking);
-    }
-    tell_nodes(runner);
+    SlaveNews news;
+    while (runner.next(news)) std::visit([&](const auto& one) { tell(one, runner.machine()); }, news);
     const SlaveStatus& status = runner.status();
     tell_assist(status);
     if (status.heard_at != kNever && records_.on_link)
@@ -296,38 +279,41 @@ class Teller {
     assist_ = status.assist;
     if (records_.on_assist) records_.on_assist(assist_);
   }
-  void tell_nodes(SlaveRunner& runner) {
-    NodesUp up;
-    while (runner.next(up)) {
-      for (const std::string& line :
-           slave::guard_lines(runner.bus(), [&up](std::uint8_t id) { return !up.other_device[id]; }))
-        say(up.at, "guards: " + line, "guards " + line, Severity::kWarning);
-      for (const NodeDescription& node : runner.bus().nodes)
-        if (const std::string lacks = missing_status_text(node, runner.machine()); !lacks.empty())
-          say(up.at, "sensors: " + node.name + " " + lacks, "status " + node.name, Severity::kInfo);
-    }
-    SetupFailureEvent failed;
-    while (runner.next(failed)) {
-      failures_.add(failed, kind_of(failed));
-      say(failed.at, "set-up: " + slave::text(failed.failure, runner.bus()), kind_of(failed), Severity::kWarning);
-    }
-    slave::EmergencyRecord record;
-    while (runner.next(record)) {
-      if (outcome_.add(record))
-        say(record.at, "emergency: " + slave::text(record, runner.bus()), kind_of(record), Severity::kWarning);
-    }
-    slave::J1939News news;
-    while (runner.next(news)) {
-      say(news.at, "J1939: " + slave::text(news, runner.bus()), kind_of(news), Severity::kWarning);
-    }
-    ForeignRead read;
-    while (runner.next(read)) {
-      say(read.at,
-          fmt::format(
-              "another program reads objects of the nodes over SDO, just now of {}: knuckle doctor, or a service tool",
-              node_text(read.node, runner.bus())),
-          kind_of(read), Severity::kInfo);
-    }
+  void tell(const ModeEvent& event, const MachineDescription& machine) {
+    const std::string kind = kind_of(event);
+    events_.add(event, kind);
+    if (event.fault && !same_cause(event.fault, standing_fault_)) faults_.add(event, kind);
+    standing_fault_ = event.fault;
+    mode_text_ = event_text(event, machine.bus);
+    say(event.at, mode_text_, kind, event.fault ? Severity::kError : Severity::kInfo);
+    if (records_.on_mode) records_.on_mode(event);
+    standing_.told(event.fault ? event.fault : event.blocking);
+  }
+  void tell(const NodesUp& up, const MachineDescription& machine) {
+    for (const std::string& line :
+         slave::guard_lines(machine.bus, [&up](std::uint8_t id) { return !up.other_device[id]; }))
+      say(up.at, "guards: " + line, "guards " + line, Severity::kWarning);
+    for (const NodeDescription& node : machine.bus.nodes)
+      if (const std::string lacks = missing_status_text(node, machine); !lacks.empty())
+        say(up.at, "sensors: " + node.name + " " + lacks, "status " + node.name, Severity::kInfo);
+  }
+  void tell(const SetupFailureEvent& failed, const MachineDescription& machine) {
+    failures_.add(failed, kind_of(failed));
+    say(failed.at, "set-up: " + slave::text(failed.failure, machine.bus), kind_of(failed), Severity::kWarning);
+  }
+  void tell(const slave::EmergencyRecord& record, const MachineDescription& machine) {
+    if (outcome_.add(record))
+      say(record.at, "emergency: " + slave::text(record, machine.bus), kind_of(record), Severity::kWarning);
+  }
+  void tell(const slave::J1939News& news, const MachineDescription& machine) {
+    say(news.at, "J1939: " + slave::text(news, machine.bus), kind_of(news), Severity::kWarning);
+  }
+  void tell(const ForeignRead& read, const MachineDescription& machine) {
+    say(read.at,
+        fmt::format(
+            "another program reads objects of the nodes over SDO, just now of {}: knuckle doctor, or a service tool",
+            node_text(read.node, machine.bus)),
+        kind_of(read), Severity::kInfo);
   }
   static std::vector<std::string> status_parts(const SlaveStatus& status, const BusDescription& bus) {
     std::vector<std::string> parts{name(status.mode)};

@@ -3,11 +3,11 @@
 
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 
 #include "app/bringup/commission_command.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::bringup {
@@ -19,7 +19,7 @@ WizardProgress some() {
   WizardProgress progress;
   progress.completed = kStrokes;
   progress.serials = {{0x20, 77}, {0x30, 4000000000}};
-  progress.axes[1] = {0.4171234567890123, -0.0031, true, std::nullopt, 0.1};
+  progress.axes[1] = {0.4171234567890123, -0.0031, true, std::nullopt, 0.1, 0.0625};
   progress.findings = {{Finding::Level::kOk, "arm", "encoder preset: 512.0 mm before, 510.2 mm now"},
                        {Finding::Level::kNote, "bucket", "skipped"}};
   return progress;
@@ -45,6 +45,8 @@ TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
   EXPECT_EQ(read.axes[1].stroke_m, some().axes[1].stroke_m);
   EXPECT_EQ(read.axes[1].offset_m, some().axes[1].offset_m);
   EXPECT_TRUE(read.axes[1].preset);
+  EXPECT_EQ(read.axes[1].zero_shift, some().axes[1].zero_shift);
+  EXPECT_EQ(read.axes[1].dead_band_retract, some().axes[1].dead_band_retract);
   EXPECT_FALSE(read.axes[1].dead_band_extend);
   EXPECT_FALSE(read.axes[0].stroke_m);
   ASSERT_EQ(read.findings.size(), 2u);
@@ -55,9 +57,9 @@ TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
 TEST_F(ProgressFile, IsRefusedInOneLineWhereItIsOfAnotherMachineOrBus) {
   write_progress(file_, some(), kOf);
   const std::string other_machine = refusal({"can0", "another"}), other_bus = refusal({"can1", "abc123"});
-  EXPECT_NE(other_machine.find("is of another machine file"), std::string::npos);
-  EXPECT_NE(other_bus.find("is of the bus can0, not can1"), std::string::npos);
-  for (const std::string& why : {other_machine, other_bus}) EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+  EXPECT_TRUE(says(other_machine, "is of another machine file"));
+  EXPECT_TRUE(says(other_bus, "is of the bus can0, not can1"));
+  for (const std::string& why : {other_machine, other_bus}) EXPECT_FALSE(says(why, "\n"));
   EXPECT_EQ(refusal(), "accepted") << "of this one";
 }
 
@@ -72,14 +74,14 @@ TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {
     put(changed);
     const std::string why = refusal();
     EXPECT_NE(why, "accepted") << "byte " << i << ": " << changed.substr(i > 20 ? i - 20 : 0, 40);
-    EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    EXPECT_FALSE(says(why, "\n"));
     ++refused;
   }
   EXPECT_GT(refused, 300);
   for (const std::string& bad :
        {std::string(), std::string("{}"), std::string("[1, 2"), whole.substr(0, whole.size() / 2)}) {
     put(bad);
-    EXPECT_NE(refusal().find("begin anew, without --resume"), std::string::npos) << bad;
+    EXPECT_TRUE(says(refusal(), "begin anew, without --resume")) << bad;
   }
   std::remove(file_.c_str());
   EXPECT_EQ(refusal(),

@@ -2,12 +2,8 @@
 #include "app/bringup/commission_result.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -18,6 +14,7 @@
 #include "machine/toml_reader.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 
@@ -94,7 +91,7 @@ TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
   result.axes[kBucket].dead_band_extend = 0.2;
   const std::string text = commissioned_text(file, machine, result, {});
   EXPECT_EQ(calibrated(parse_machine(text, "found.toml")).cylinders[kBucket].valve.dead_band_extend, 0.2);
-  EXPECT_NE(text.find("# was 0.11"), std::string::npos);
+  EXPECT_TRUE(says(text, "# was 0.11"));
 }
 
 TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {

@@ -9,7 +9,8 @@
 #include "machine/load.h"
 #include "sim/haptic_device.h"
 #include "tests/support/places.h"
-#include "tests/support/run_program.h"
+#include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/hid_pair.h"
 
@@ -93,8 +94,8 @@ TEST(DeviceDoctor, NamesWhatDiffersFromTheFile) {
   built.counts_per_turn[2] = 4096;
   Bench bench(built);
   const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
-  EXPECT_NE(lines.find("wrist: gear ratio 12, file 15"), std::string::npos) << lines;
-  EXPECT_NE(lines.find("finger: counts per turn 4096, file 8192"), std::string::npos) << lines;
+  EXPECT_TRUE(says(lines, "wrist: gear ratio 12, file 15"));
+  EXPECT_TRUE(says(lines, "finger: counts per turn 4096, file 8192"));
 }
 
 struct Ailment {
@@ -106,7 +107,7 @@ TEST_P(DeviceDoctorAilments, AreNamed) {
   Bench bench(load_device(kFile));
   bench.faults.emplace(std::vector{programs::parse_device_fault(GetParam().fault)});
   const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
-  EXPECT_NE(lines.find(GetParam().expected), std::string::npos) << lines;
+  EXPECT_TRUE(says(lines, GetParam().expected));
 }
 INSTANTIATE_TEST_SUITE_P(
     Faults, DeviceDoctorAilments,
@@ -147,9 +148,9 @@ TEST(DeviceCalibration, KeepsTheFileAsItWasButForWhatItFoundOut) {
   EXPECT_EQ(back.zero_counts, device.zero_counts);
   EXPECT_EQ(back.gear_ratio, device.gear_ratio);
   EXPECT_EQ(back.feel.spring_N_per_m, device.feel.spring_N_per_m);
-  EXPECT_NE(text.find("# counts at 0 rad"), std::string::npos);
-  EXPECT_EQ(text.find("# the drive cable is crossed"), std::string::npos);  // explained a sign that is another now
-  EXPECT_EQ(calibrated_device_text(text, device), text);                    // once more changes nothing
+  EXPECT_TRUE(says(text, "# counts at 0 rad"));
+  EXPECT_FALSE(says(text, "# the drive cable is crossed"));  // explained a sign that is another now
+  EXPECT_EQ(calibrated_device_text(text, device), text);     // once more changes nothing
 }
 
 TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
@@ -195,7 +196,7 @@ TEST(DeviceCalibration, AsksAgainWhereTheJointWasNotHeldStill) {
                     }});
   EXPECT_EQ(asked, 3);
   ASSERT_EQ(said.size(), 2u);
-  EXPECT_NE(said[0].find("while it was sampled, limit 1.1 deg"), std::string::npos);
+  EXPECT_TRUE(says(said[0], "while it was sampled, limit 1.1 deg"));
 }
 
 TEST(DeviceCalibration, ComesToNothingWhenThePersonGivesUp) {
@@ -205,6 +206,11 @@ TEST(DeviceCalibration, ComesToNothingWhenThePersonGivesUp) {
   const auto identity = bench.probe.identity(1s);
   ASSERT_TRUE(identity);
   EXPECT_FALSE(find_stops(bench.probe, *identity, person.dialogue()));
+}
+
+TEST(DeviceDoctor, KnowsTwoBackEnds) {
+  EXPECT_EQ(knuckle::test::refusal([] { return open_device_port("--device", "serial", {}); }),
+            "--device serial: must be one of hid, usb");
 }
 
 TEST(DeviceFaults, ThatCannotBeReadAreRefusedWithTheKindsThereAre) {

@@ -16,6 +16,7 @@
 #include "recording/wire_events.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/support/file_size_limit.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/canopen.h"
 
@@ -68,35 +69,45 @@ Recorded read(const std::string& file) {
   return all;
 }
 
+/// A dialogue that is recorded, and a person who always says the same.
+struct Logged {
+  Logged(const char* kind, const char* answer, const std::shared_ptr<sim::MachineOnBus>& bus = simulated_bus())
+      : log({folder.path().string(), false}, head(true), solar(), kind),
+        access(log.tapped(sim::access_to(bus))),
+        person(log.noted(terminal(
+            told, [answer] { return std::optional<std::string>(answer); }, false))) {}
+  [[nodiscard]] std::string file() const { return recording_in(folder.path().string()); }
+
+  knuckle::test::TemporaryFolder folder;
+  std::ostringstream told, said;
+  DialogueLog log;
+  BusAccess access;
+  Partner person;
+};
+
 TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
-  const knuckle::test::TemporaryFolder folder;
   const auto bus = simulated_bus();
   std::size_t syncs = 0;
   bus->bus().set_tap({[](void* count, Time, const CanFrame& frame) {
                         if (frame.id == canopen::kSyncId) ++*static_cast<std::size_t*>(count);
                       },
                       &syncs});
-  std::ostringstream told;
-  DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
-  BusAccess access = log.tapped(sim::access_to(bus));
-  const Partner person = log.noted(terminal(
-      told, [] { return std::optional<std::string>("go"); }, false));
+  Logged logged("commission", "go", bus);
   const auto work = [&] {
-    JogBench bench(solar(), access, [] { return false; });
+    JogBench bench(solar(), logged.access, [] { return false; });
     bench.start();
     bench.idle(20s);  // far longer than the ring of the steps has room for
-    person.begin(3, "dead bands");
-    person.say("boom: 4 %");
-    person.ask({"next", {"go", "stop"}, {}, ""});
-    EXPECT_EQ(person.poll(), "go");
-    access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
-    bus->advance(bus->now() + 10ms);               // what was sent comes onto the bus
+    logged.person.begin(3, "dead bands");
+    logged.person.say("boom: 4 %");
+    logged.person.ask({"next", {"go", "stop"}, {}, ""});
+    EXPECT_EQ(logged.person.poll(), "go");
+    logged.access.bus().send({canopen::kSyncId, 0, {}});  // behind the last wait
+    bus->advance(bus->now() + 10ms);                      // what was sent comes onto the bus
     throw CommissionEnded("a reason");
   };
-  std::ostringstream said;
-  EXPECT_THROW(log.run(said, work), CommissionEnded);
-  const std::string file = recording_in(folder.path().string());
-  EXPECT_EQ(said.str(), "recorded in " + file + "\n");
+  EXPECT_THROW(logged.log.run(logged.said, work), CommissionEnded);
+  const std::string file = logged.file();
+  EXPECT_EQ(logged.said.str(), "recorded in " + file + "\n");
   const Recorded recorded = read(file);
   EXPECT_GT(syncs, 4000u);
   EXPECT_EQ(recorded.syncs, syncs);
@@ -104,43 +115,34 @@ TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   EXPECT_EQ(recorded.events,
             (std::vector<std::string>{"step 3: dead bands", "boom: 4 %", "next [go | stop]", "go", "a reason"}));
   EXPECT_EQ(recorded.errors, 1u) << "why it ended";
-  EXPECT_NE(told.str().find("boom: 4 %\n"), std::string::npos) << "the person hears it all the same";
+  EXPECT_TRUE(says(logged.told.str(), "boom: 4 %\n")) << "the person hears it all the same";
   recording::Recording again({file});
   EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";
 }
 
 TEST(DialogueLog, TellsWhatLedTheMachine) {
-  const knuckle::test::TemporaryFolder folder;
-  DialogueLog log({folder.path().string(), false}, head(true), solar(), "recover");
-  BusAccess access = log.tapped(sim::access_to(simulated_bus()));
-  std::ostringstream told, said;
-  const Partner person = log.noted(terminal(
-      told, [] { return std::optional<std::string>("no"); }, false));
-  EXPECT_THROW(log.run(said, [&] { recover(solar(), kBoom, access, person, [] {}); }), CommissionEnded);
-  const Recorded recorded = read(recording_in(folder.path().string()));
+  Logged logged("recover", "no");
+  const auto work = [&] { recover(solar(), kBoom, logged.access, logged.person, [] {}); };
+  EXPECT_THROW(logged.log.run(logged.said, work), CommissionEnded);
+  const Recorded recorded = read(logged.file());
   EXPECT_GT(recorded.received, 0u) << "the bus was listened to";
-  EXPECT_EQ(recorded.kinds, (std::set<std::string>{"recover", "question", "answer"})) << told.str();
+  EXPECT_EQ(recorded.kinds, (std::set<std::string>{"recover", "question", "answer"})) << logged.told.str();
   EXPECT_EQ(recorded.errors, 1u) << "why it ended";
 }
 
 TEST(DialogueLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
-  const knuckle::test::TemporaryFolder folder;
-  std::ostringstream told;
-  DialogueLog log({folder.path().string(), false}, head(true), solar(), "commission");
-  BusAccess access = log.tapped(sim::access_to(simulated_bus()));
-  const Partner person = log.noted(terminal(
-      told, [] { return std::optional<std::string>("go"); }, false));
-  const auto times_told = [&told] {
-    const std::string all = told.str();
+  Logged logged("commission", "go");
+  const Partner& person = logged.person;
+  const auto times_told = [&logged] {
+    const std::string all = logged.told.str();
     std::size_t count = 0;
     for (std::size_t at = all.find("the recording has ended: "); at != std::string::npos;
          at = all.find("the recording has ended: ", at + 1))
       ++count;
     return count;
   };
-  std::ostringstream said;
-  log.run(said, [&] {
-    JogBench bench(solar(), access, [] { return false; });
+  logged.log.run(logged.said, [&] {
+    JogBench bench(solar(), logged.access, [] { return false; });
     bench.start();
     {
       const knuckle::test::FileSizeLimit limit(100'000);
@@ -148,13 +150,13 @@ TEST(DialogueLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
     }
     EXPECT_EQ(times_told(), 0u) << "not while something may move";
     person.ask({"next", {"go", "stop"}, {}, ""});
-    EXPECT_EQ(times_told(), 1u) << told.str();
+    EXPECT_EQ(times_told(), 1u) << logged.told.str();
     bench.idle(1s);
     person.ask({"next", {"go", "stop"}, {}, ""});
     EXPECT_EQ(times_told(), 1u) << "once";
     EXPECT_EQ(person.poll(), "go") << "the commissioning goes on";
   });
-  EXPECT_EQ(said.str().find("the recording has ended"), std::string::npos) << said.str();
+  EXPECT_FALSE(says(logged.said.str(), "the recording has ended"));
 }
 
 TEST(DialogueLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {

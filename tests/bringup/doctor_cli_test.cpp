@@ -9,25 +9,31 @@
 
 #include "app/bringup/commission_command.h"
 #include "app/bringup/doctor_command.h"
+#include "tests/bringup/commission_script.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 namespace {
 namespace fs = std::filesystem;
+using bringup::test::all;
+using bringup::test::Script;
 
 class HardwareCli : public testing::Test {
  protected:
   [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
-  /// With these lines on standard input.
-  ProgramRun commission(const std::string& lines, const std::string& machine = "solar015",
+  /// With these words on standard input, a line each.
+  ProgramRun commission(const Script& words, const std::string& machine = "solar015",
                         const std::string& more = "") const {
-    std::ofstream(path("answers.txt")) << lines;
+    std::ofstream answers(path("answers.txt"));
+    for (const std::string& word : words) answers << word << '\n';
+    answers.close();
     return run_program("/bin/sh", {"-c", knuckle::test::program("knuckle") + " commission --simulate --machine " +
                                              machine + " --out " + path("result.toml") + more + " --record " +
-                                             folder_.path().string() + " < " + path("answers.txt")});
+                                             path("recorded") + " < " + path("answers.txt")});
   }
   TemporaryFolder folder_;
 };
@@ -37,7 +43,7 @@ TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
       run_program(knuckle::test::program("knuckle"),
                   {"doctor", "--simulate", "--machine", "solar015", "--listen", "0.2", "--json", path("d.json")});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_NE(run.out.find("nothing wrong"), std::string::npos);
+  EXPECT_TRUE(says(run.out, "nothing wrong"));
   std::ifstream file(path("d.json"));
   const auto json = nlohmann::json::parse(file);
   EXPECT_EQ(json["schema"], "knuckle-doctor/2");
@@ -85,15 +91,20 @@ TEST_F(HardwareCli, TheSimulatedMachineIsTheSameOneOnceItsFileIsCalibrated) {
                                 {"doctor", "--simulate", "--machine", machine, "--listen", "0.2"})
                         .out);
   };
-  ASSERT_EQ(doctor(drawing).size(), 10U);
-  EXPECT_EQ(doctor(drawing), doctor(file));
-  const auto identity = [this](const std::string& machine) { return readings(commission("ready\n", machine).out); };
-  ASSERT_EQ(identity(drawing).size(), 10U);
-  EXPECT_EQ(identity(drawing), identity(file));
+  const auto doctored = doctor(drawing);
+  ASSERT_EQ(doctored.size(), 10U);
+  EXPECT_EQ(doctored, doctor(file));
+  const auto identity = [this](const std::string& machine) { return readings(commission({"ready"}, machine).out); };
+  const auto commissioned = identity(drawing);
+  ASSERT_EQ(commissioned.size(), 10U);
+  EXPECT_EQ(commissioned, identity(file));
 }
 
 TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
   std::ofstream(path("d.json")) << "mine\n";
+  fs::create_directory(path("old"));
+  std::ofstream(path("old/fast.csv")) << "mine\n";
+  const std::string recorded = "commission --simulate --machine solar015 --out " + path("r.toml") + " --record ";
   const std::string simulated = "doctor --simulate --machine solar015 ";
   const std::vector<std::pair<std::string, std::string>> cases{
       {"doctor --can nosuch0", "nosuch0"},
@@ -119,91 +130,68 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
        "--fault guard_dead:tilt@0: "},
       {"commission --simulate --machine solar015 --out " + path("r.toml") + " --fault guard_dead:enable@usr1",
        "--fault guard_dead:enable@usr1: usr1 is for knuckle node: needs seconds here"},
+      {recorded + path("d.json"), "--record " + path("d.json")},
+      {recorded + path("d.json/rec"), "--record " + path("d.json/rec")},
+      {recorded + "-", "--record -"},
+      {recorded + path("old"), "already contains fast.csv"},
   };
-  for (const auto& [line, says] : cases) {
+  for (const auto& [line, part] : cases) {
     std::istringstream in(line);
     const std::vector<std::string> arguments{std::istream_iterator<std::string>(in), {}};
     const std::string said = refusal([&, &given = arguments] {
       (void)cli::parse_command_line({"knuckle", "", "", {bringup::doctor_entry(), bringup::commission_entry()}}, given)
           .run();
     });
-    EXPECT_NE(said.find(says), std::string::npos) << line << ": " << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    EXPECT_TRUE(says(said, part)) << line;
+    EXPECT_FALSE(says(said, "\n"));
   }
   EXPECT_FALSE(fs::exists(path("r.toml")));
   EXPECT_EQ(fs::file_size(path("d.json")), 5U);
 }
 
 TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
-  const ProgramRun run = commission("ready\nconfigure\nno\n");
+  const ProgramRun run = commission({"ready", "configure", "no"});
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_NE(run.err.find("machine neutral, nothing written"), std::string::npos) << run.err;
+  EXPECT_TRUE(says(run.err, "machine neutral, nothing written"));
   EXPECT_FALSE(fs::exists(path("result.toml")));
-  EXPECT_EQ(folder_.count(), 1);  // the answers alone
+  EXPECT_EQ(folder_.count(), 1) << "the answers alone: the folder of recordings is made for them";
 }
 
 TEST_F(HardwareCli, ADeadGuardCanBePractisedOnTheSimulatedMachine) {
-  const std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nno\n";
-  EXPECT_EQ(commission(lines).out.find("not proved"), std::string::npos);
-  const ProgramRun run = commission(lines, "solar015", " --fault guard_dead:arm_valve@0");
+  const ProgramRun run = commission(all(), "solar015", " --fault guard_dead:arm_valve@0");
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_NE((run.out + run.err).find("arm_valve: guard not proved: "), std::string::npos) << run.out << run.err;
+  EXPECT_TRUE(says(run.err, "arm_valve: guard not proved: "));
 }
 
-TEST_F(HardwareCli, CommissioningMakesTheFolderOfItsRecordingsWhereItCan) {
-  const auto record = [this](const std::string& folder) {
-    return run_program("/bin/sh", {"-c", "echo no | " + knuckle::test::program("knuckle") +
-                                             " commission --simulate --machine solar015 --out " + path("r.toml") +
-                                             " --record " + folder});
-  };
-  EXPECT_EQ(record(path("new/one")).exit_code, 1) << "the answer ended it, not the folder";
-  EXPECT_FALSE(fs::exists(path("new"))) << "nothing was recorded";
-  std::ofstream(path("file")) << "mine\n";
-  for (const std::string& folder : {path("file"), path("file/rec"), std::string("-")}) {
-    const ProgramRun run = record(folder);
-    EXPECT_EQ(run.exit_code, 2) << run.out;
-    EXPECT_NE(run.err.find("--record " + folder), std::string::npos) << run.err;
+TEST_F(HardwareCli, AnOutputThatNobodyCanReadEndsItBeforeAnythingIsConfigured) {
+  for (const char* where : {" > /dev/full", " >&-"}) {
+    const ProgramRun run = commission(all(), "solar015", where);
+    EXPECT_EQ(run.exit_code, 2) << where << run.err;
+    EXPECT_TRUE(says(run.err, "standard output: cannot be written")) << where;
+    EXPECT_FALSE(fs::exists(path("result.toml"))) << where;
   }
 }
 
-TEST_F(HardwareCli, CommissioningWritesOverNoRecording) {
-  std::ofstream(path("fast.csv")) << "mine\n";
-  const ProgramRun run = commission("ready\n");
-  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
-  EXPECT_NE(run.err.find("already contains fast.csv"), std::string::npos) << run.err;
-  EXPECT_EQ(std::filesystem::file_size(path("fast.csv")), 5U);
-}
-
-TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndLeavesNoProgressBehindItsResult) {
-  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nmove\n";
-  for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
-  std::string strokes;
-  for (int j = 0; j < 3; ++j) strokes += "go\ngo\ngo\ntape\npreset\n";
-  const std::string log = " --log " + path("log");
-  const ProgramRun ended = commission(lines + strokes + "no\n", "solar015", log);
-  EXPECT_EQ(ended.exit_code, 1) << ended.err;
-  EXPECT_NE(ended.err.find("with --resume goes on"), std::string::npos) << ended.err;
-  EXPECT_NE(ended.out.find("recorded in " + path("log")), std::string::npos) << ended.out;
-  EXPECT_TRUE(fs::exists(path("result.toml.progress")));
-  EXPECT_FALSE(fs::exists(path("result.toml")));
-  const ProgramRun resumed = commission(lines + "go\ngo\ngo\nfinish\n", "solar015", " --resume");
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
-  EXPECT_TRUE(fs::exists(path("result.toml")));
-  EXPECT_FALSE(fs::exists(path("result.toml.progress")));
-  EXPECT_EQ(commission(lines, "solar015", " --resume").exit_code, 2) << "nothing is left to go on with";
-}
-
-TEST_F(HardwareCli, CommissioningByAScriptWritesAMachineFileThatTheOthersTake) {
-  std::string lines = "ready\nconfigure\npressed\nreleased\n0\npilot\nguards\nmove\n";
-  for (int j = 0; j < 3; ++j) lines += "go\nlonger\ngo\nshorter\n";
-  for (int j = 0; j < 3; ++j) lines += "go\ngo\ngo\ntape\npreset\n";
+TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndWritesAMachineFileThatTheOthersTake) {
+  Script ended_in_step_6 = bringup::test::first_words(bringup::test::kStroked);
+  ended_in_step_6.emplace_back("no");
   std::ofstream(path("result.toml")) << "mine\n";
-  const ProgramRun run = commission(lines + "go\ngo\ngo\nfinish\n");
-  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_EQ(std::filesystem::file_size(path("result.1.toml")), 5U) << "the older file is kept";
+  const ProgramRun ended = commission(ended_in_step_6, "solar015", " --log " + path("log"));
+  EXPECT_EQ(ended.exit_code, 1) << ended.err;
+  EXPECT_TRUE(says(ended.err, "with --resume goes on"));
+  EXPECT_TRUE(says(ended.out, "recorded in " + path("log")));
+  EXPECT_TRUE(fs::exists(path("result.toml.progress")));
+  EXPECT_EQ(fs::file_size(path("result.toml")), 5U) << "not written yet";
+  Script rest = bringup::test::first_words(bringup::test::kSigned);
+  rest.insert(rest.end(), {"go", "go", "go", "finish"});
+  const ProgramRun resumed = commission(rest, "solar015", " --resume");
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.out << resumed.err;
+  EXPECT_EQ(fs::file_size(path("result.1.toml")), 5U) << "the older file is kept";
+  EXPECT_FALSE(fs::exists(path("result.toml.progress")));
   const ProgramRun doctor = run_program(knuckle::test::program("knuckle"),
                                         {"doctor", "--simulate", "--machine", path("result.toml"), "--listen", "0.2"});
   EXPECT_EQ(doctor.exit_code, 0) << doctor.out << doctor.err;
+  EXPECT_EQ(commission(rest, "solar015", " --resume").exit_code, 2) << "nothing is left to go on with";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "app/bringup/doctor_bus.h"
 #include "tests/bringup/surveyed.h"
 #include "tests/support/module_machine.h"
+#include "tests/support/says.h"
 
 namespace knuckle::bringup {
 namespace {
@@ -12,11 +13,9 @@ constexpr std::uint8_t kModule = 0x41;
 
 BusDiagnosis module_looked_at(sim::NodeFault fault = sim::NodeFault::kNone) {
   const MachineDescription file = knuckle::test::module_machine();
-  const auto bus = std::make_shared<sim::MachineOnBus>(sim::nominal_truth(file), sim::WorldDescription{},
-                                                       JointVector(0.3, -1.5, -0.8), 1);
+  const auto bus = test::nominal_bus(file);
   EXPECT_TRUE(bus->machine().inject(kModule, fault));
-  BusAccess access = sim::access_to(bus);
-  return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), test::brief()), &file);
+  return test::look(bus, file);
 }
 
 TEST(DoctorModule, ReadsItsInputs) {
@@ -24,14 +23,12 @@ TEST(DoctorModule, ReadsItsInputs) {
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
   const std::string reading = test::line(diagnosis, kModule).reading;
   EXPECT_EQ(reading.rfind("boom_head_pressure ", 0), 0U) << reading;
-  EXPECT_NE(reading.find(", boom_angle 0.300 rad, arm_angle -1.5"), std::string::npos) << reading;
+  EXPECT_TRUE(says(reading, ", boom_angle 0.300 rad, arm_angle -1.5"));
 }
 
 TEST(DoctorModule, ABrokenWireIsAFault) {
   const std::string faults = test::faults(module_looked_at(sim::NodeFault::kInvalid));
-  EXPECT_NE(faults.find("boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"),
-            std::string::npos)
-      << faults;
+  EXPECT_TRUE(says(faults, "boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"));
 }
 
 }  // namespace

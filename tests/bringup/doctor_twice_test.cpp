@@ -11,6 +11,7 @@
 #include "app/bringup/doctor_command.h"
 #include "tests/bringup/hardware_bench.h"
 #include "tests/bringup/surveyed.h"
+#include "tests/support/says.h"
 #include "transport/canopen.h"
 
 namespace knuckle::bringup {
@@ -40,8 +41,8 @@ TEST(DoctorBus, ANodeIdThatTwoDevicesAnswerToIsAFaultThatNamesIt) {
     const std::string told = faults(diagnosis);
     EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
     EXPECT_EQ(told.find("node 0x" + fmt::format("{:02X}", id)), 0U) << told;
-    EXPECT_NE(told.find("two devices have this node id ("), std::string::npos) << told;
-    EXPECT_NE(told.find(" of its answers came once more"), std::string::npos) << told;
+    EXPECT_TRUE(says(told, "two devices have this node id ("));
+    EXPECT_TRUE(says(told, " of its answers came once more"));
   }
 }
 
@@ -247,7 +248,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
   BusSurvey booted = running();
   booted.heard[0x722] = beats(3, 500ms);
   booted.nodes[0x22].booted = true;
-  EXPECT_EQ(said(diagnose(booted, &solar()), Finding::Level::kNote).find("heartbeat"), std::string::npos);
+  EXPECT_FALSE(says(said(diagnose(booted, &solar()), Finding::Level::kNote), "heartbeat"));
 }
 
 TEST(DoctorBus, TheHeartbeatsPeriodIsThatOfTheFramesHeard) {

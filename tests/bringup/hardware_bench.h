@@ -27,4 +27,10 @@ inline std::shared_ptr<sim::MachineOnBus> simulated_bus(const MachineDescription
   return made;
 }
 
+/// Just switched on, as its file says, in a pose that tests know.
+inline std::shared_ptr<sim::MachineOnBus> nominal_bus(const MachineDescription& machine) {
+  return std::make_shared<sim::MachineOnBus>(sim::nominal_truth(machine), sim::WorldDescription{},
+                                             JointVector(0.3, -1.5, -0.8), 1);
+}
+
 }  // namespace knuckle::bringup::test

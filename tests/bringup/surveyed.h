@@ -24,8 +24,8 @@ inline SurveyOptions brief() {
 }
 
 inline BusDiagnosis look(const std::shared_ptr<sim::MachineOnBus>& bus, const MachineDescription& file = solar()) {
-  BusAccess access = sim::access_to(bus);
-  return diagnose(survey_bus(access, file.bus.bit_rate, doctor_objects(file), brief()), &file);
+  std::vector<BusAccess> access{sim::access_to(bus)};
+  return diagnose_each(access, file, brief()).front();
 }
 
 /// All findings of this level, one line each.

@@ -1,6 +1,5 @@
 // The virtual lab on a computer that cannot have it.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <string>

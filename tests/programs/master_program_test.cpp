@@ -9,6 +9,7 @@
 #include "sim/haptic_device.h"
 #include "sim/person.h"
 #include "tests/programs/program_rig.h"
+#include "tests/support/says.h"
 #include "transport/hid_reports.h"
 
 namespace knuckle::test {
@@ -172,7 +173,7 @@ TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds)
   for (const char* column :
        {"time_s,device_ok,presence,enable,clutch,stop", "forearm_rad,wrist_rad,finger_rad", "setpoint_boom_rad",
         "sent_force_x_N", "round_trip_s", "mode", "tip_force_z_N", "confidence"}) {
-    EXPECT_NE(header.find(column), std::string::npos) << column;
+    EXPECT_TRUE(says(header, column));
   }
   const auto columns = std::count(header.begin(), header.end(), ',');
   double before_s = -1;

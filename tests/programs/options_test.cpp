@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 
 namespace knuckle::programs {
 namespace {
@@ -63,8 +64,8 @@ TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
 }
 
 TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
-  EXPECT_NE(printed({"--help"}).find("simulate"), std::string::npos);
-  EXPECT_NE(printed({"simulate", "--help"}).find("--delay-ms"), std::string::npos);
+  EXPECT_TRUE(says(printed({"--help"}), "simulate"));
+  EXPECT_TRUE(says(printed({"simulate", "--help"}), "--delay-ms"));
   EXPECT_EQ(printed({"--version"}).rfind("knuckle ", 0), 0u);
 }
 
@@ -111,9 +112,8 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
   for (const BadInput& bad : table) {
     const std::string message = refusal(bad.arguments);
     EXPECT_NE(message, "accepted") << bad.arguments[0];
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    for (const std::string& word : bad.named)
-      EXPECT_NE(message.find(word), std::string::npos) << message << " lacks " << word;
+    EXPECT_FALSE(says(message, "\n"));
+    for (const std::string& word : bad.named) EXPECT_TRUE(says(message, word)) << " lacks ";
   }
 }
 
@@ -167,7 +167,7 @@ TEST(CommandLine, TheDeviceIsRefusedWhatItCannotDo) {
   EXPECT_EQ(program_refusal(with(null, {"--operator", "strong"})),
             "--operator strong: must be one of relaxed, normal, co_contracted, light_grip");
   EXPECT_EQ(program_refusal(null), "--gadget /dev/null: is a device of the class mem, not of a HID gadget (hidg)");
-  EXPECT_NE(program_refusal({"device", "--descriptor", "r.toml"}).find("configuration file"), std::string::npos);
+  EXPECT_TRUE(says(program_refusal({"device", "--descriptor", "r.toml"}), "configuration file"));
   for (const std::string option : {"--gadget", "--csv", "--json"})
     EXPECT_EQ(program_refusal({"device", "--descriptor", "r.bin", option, "x"}),
               option + " x: does not go with --descriptor, which only writes that");
@@ -182,6 +182,8 @@ TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
       {{"--can", "vcan0", "--machine", "solar015", "--scenario", "dismantle"},
        {"--scenario dismantle: only goes with"}},
       {{"--simulate", "--scenario", "link_faults"}, {"link_faults.toml: schedules faults, which need virtual time"}},
+      {{"--can", "nosuch7", "--machine", "solar015"}, {"\"nosuch7\": no such interface"}},
+      {{"--can", "lo", "--machine", "solar015", "--wait-for-can"}, {"\"lo\": is not a CAN interface"}},
       {{"--can", "vcan0", "--machine", "solar015", "--seed", "3"}, {"--seed 3: only goes with --simulate"}},
       {{"--simulate", "--seed", "-1"}, {"seed"}},
       {{"--simulate", "--scenario", "no_such_scenario"}, {"no_such_scenario"}},
@@ -189,8 +191,8 @@ TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
   for (const BadInput& bad : table) {
     const std::string message =
         program_refusal(with({"slave", "--listen", "127.0.0.1:0", "--insecure", "--duration", "1"}, bad.arguments));
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    EXPECT_NE(message.find(bad.named[0]), std::string::npos) << message;
+    EXPECT_FALSE(says(message, "\n"));
+    EXPECT_TRUE(says(message, bad.named[0]));
   }
 }
 

@@ -12,6 +12,7 @@
 #include "tests/support/paired_computers.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/video/lossy_wire.h"
 #include "video/camera.h"
@@ -94,37 +95,35 @@ struct PairedProgramsThreads : ::testing::Test {
   [[nodiscard]] bool notes(const std::string& event) const {
     return eventually([&] { return !noted(event).empty(); });
   }
-};
-
-TEST_F(PairedProgramsThreads, TwoComputersArePairedByTheSameCode) {
-  const std::string program = test::program("knuckle");
-  const auto side = [&](const std::string& computer, const std::string& rest) {
-    return std::vector<std::string>{"-c", "echo yes | " + program + " pair --keys " + keys(computer) + " " + rest};
-  };
-  RunningProgram listening("/bin/sh", side("machine", "--name 'site arm' --listen " + address));
-  const ProgramRun asking = run_program("/bin/sh", side("desk", "--name 'desk 1' --as 'my arm' --connect " + address));
-  const ProgramRun machine = listening.wait();
-  EXPECT_EQ(machine.exit_code, 0) << machine.err;
-  EXPECT_EQ(asking.exit_code, 0) << asking.err;
-  EXPECT_EQ(line_with(machine.out, "code: ").size(), 6 + 29U) << machine.out;
-  EXPECT_EQ(line_with(machine.out, "code: "), line_with(asking.out, "code: "));
-  EXPECT_NE(machine.out.find("paired with desk 1"), std::string::npos) << machine.out;
-  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).name, "my arm");
-  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).fingerprint,
-            pairing::KeyFolder(keys("machine")).identity().fingerprint());
-  const ProgramRun list = run_program(program, {"pair", "--keys", keys("machine")});
-  EXPECT_NE(list.out.find("paired with: desk 1 ("), std::string::npos) << list.out;
-}
-
-/// What two people type, one at each computer that is about to be paired.
-struct PairingDialogueThreads : PairedProgramsThreads {
-  ProgramRun machine, desk;
+  /// `knuckle pair`, for a shell.
   [[nodiscard]] std::vector<std::string> side(const std::string& typed, const std::string& computer,
                                               const std::string& options) const {
     // No pipe: a program behind one would go on where the test ends it.
     return {"-c", "typed=$(mktemp -p " + temporary.path().string() + "); printf '" + typed + "' > $typed; exec " +
                       test::program("knuckle") + " pair --keys " + keys(computer) + " " + options + " < $typed"};
   }
+};
+
+TEST_F(PairedProgramsThreads, TwoComputersArePairedByTheSameCode) {
+  RunningProgram listening("/bin/sh", side("yes\n", "machine", "--name 'site arm' --listen " + address));
+  const ProgramRun asking =
+      run_program("/bin/sh", side("yes\n", "desk", "--name 'desk 1' --as 'my arm' --connect " + address));
+  const ProgramRun machine = listening.wait();
+  EXPECT_EQ(machine.exit_code, 0) << machine.err;
+  EXPECT_EQ(asking.exit_code, 0) << asking.err;
+  EXPECT_EQ(line_with(machine.out, "code: ").size(), 6 + 29U) << machine.out;
+  EXPECT_EQ(line_with(machine.out, "code: "), line_with(asking.out, "code: "));
+  EXPECT_TRUE(says(machine.out, "paired with desk 1"));
+  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).name, "my arm");
+  EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).fingerprint,
+            pairing::KeyFolder(keys("machine")).identity().fingerprint());
+  const ProgramRun list = run_program(test::program("knuckle"), {"pair", "--keys", keys("machine")});
+  EXPECT_TRUE(says(list.out, "paired with: desk 1 ("));
+}
+
+/// What two people type, one at each computer that is about to be paired.
+struct PairingDialogueThreads : PairedProgramsThreads {
+  ProgramRun machine, desk;
   void type(const std::string& at_machine, const std::string& at_desk, const std::string& options = "",
             const std::string& keys_of_desk = "desk 1") {
     RunningProgram listening("/bin/sh", side(at_machine, "machine", "--listen " + address));
@@ -135,32 +134,29 @@ struct PairingDialogueThreads : PairedProgramsThreads {
     for (const char* computer : {"machine", "desk 1"})
       EXPECT_TRUE(pairing::KeyFolder(keys(computer)).peers().empty()) << computer;
   }
-  static void expect_says(const std::string& text, const std::string& what) {
-    EXPECT_NE(text.find(what), std::string::npos) << text;
-  }
 };
 
 TEST_F(PairingDialogueThreads, NobodyIsPairedWhereOneOfTheTwoSaysNo) {
   type("yes\n", "no\n");
   EXPECT_EQ(machine.exit_code, 1);
-  expect_says(machine.err, "not paired: the other computer has not confirmed the code");
+  EXPECT_TRUE(says(machine.err, "not paired: the other computer has not confirmed the code"));
   EXPECT_EQ(desk.exit_code, 1);
-  expect_says(desk.err, "not paired: you answered no");
+  EXPECT_TRUE(says(desk.err, "not paired: you answered no"));
   expect_nobody_paired();
   type("", "yes\n");
   EXPECT_EQ(desk.exit_code, 1);
-  expect_says(machine.err, "not paired: standard input ended without an answer");
+  EXPECT_TRUE(says(machine.err, "not paired: standard input ended without an answer"));
   expect_nobody_paired();
   type("no\n", "", "--code AAAA-AAAA-AAAA-AAAA-AAAA-AAAA");
   EXPECT_EQ(desk.exit_code, 1);
-  expect_says(desk.err, "not paired");
+  EXPECT_TRUE(says(desk.err, "not paired"));
   expect_nobody_paired();
 }
 
 TEST_F(PairingDialogueThreads, WhatIsNeitherYesNorNoIsAskedAgain) {
   type("maybe\nYES\r\n", "Y");
   EXPECT_EQ(machine.exit_code, 0) << machine.err;
-  expect_says(machine.out, "Type yes or no: ");
+  EXPECT_TRUE(says(machine.out, "Type yes or no: "));
   EXPECT_EQ(desk.exit_code, 0) << desk.err;
 }
 
@@ -171,8 +167,8 @@ TEST_F(PairingDialogueThreads, ANameThatIsTakenIsToldBeforeAnybodyIsAsked) {
   });
   type("yes\n", "yes\n");
   EXPECT_EQ(machine.exit_code, 2);
-  expect_says(machine.err, "--as desk 1: another far end has this name in ");
-  EXPECT_EQ(machine.out.find("[yes/no]"), std::string::npos) << machine.out;
+  EXPECT_TRUE(says(machine.err, "--as desk 1: another far end has this name in "));
+  EXPECT_FALSE(says(machine.out, "[yes/no]"));
   EXPECT_EQ(desk.exit_code, 1);
 }
 
@@ -181,7 +177,7 @@ TEST_F(PairingDialogueThreads, NoComputerIsPairedWithItself) {
   type("yes\n", "yes\n", "", "machine");
   for (const ProgramRun& run : {machine, desk}) {
     EXPECT_EQ(run.exit_code, 2);
-    expect_says(run.err, "the other computer shows this computer's own key");
+    EXPECT_TRUE(says(run.err, "the other computer shows this computer's own key"));
   }
 }
 
@@ -198,7 +194,7 @@ TEST_F(PairingDialogueThreads, ACodeThatAFirstRunShowedPairsWithoutAQuestionInTh
 TEST_F(PairingDialogueThreads, NobodyIsAskedForACodeThatCannotBeShown) {
   const ProgramRun blind = run_program("/bin/sh", side("yes\n", "machine", "--listen " + address + " >&-"));
   EXPECT_EQ(blind.exit_code, 2);
-  expect_says(blind.err, "nobody would see the code");
+  EXPECT_TRUE(says(blind.err, "nobody would see the code"));
 }
 
 TEST_F(PairingDialogueThreads, OnlyKnucklePairAnswersKnucklePair) {
@@ -209,19 +205,15 @@ TEST_F(PairingDialogueThreads, OnlyKnucklePairAnswersKnucklePair) {
   EXPECT_TRUE(eventually([&] { return content(said).find("knuckle slave runs there") != std::string::npos; }))
       << content(said);
   ASSERT_TRUE(notes("refused"));
-  expect_says(noted("refused")[0].dump(), "the far end runs knuckle pair");
+  EXPECT_TRUE(says(noted("refused")[0].dump(), "the far end runs knuckle pair"));
 }
 
 TEST_F(PairedProgramsThreads, EitherComputerMayListenAndTheMachinesSaysWhoObservesOnly) {
-  const std::string program = test::program("knuckle");
-  const auto side = [&](const std::string& computer, const std::string& rest) {
-    return std::vector<std::string>{"-c", "echo yes | " + program + " pair --keys " + keys(computer) + " " + rest};
-  };
-  RunningProgram listening("/bin/sh", side("wall", "--name wall --listen " + address));
-  const ProgramRun machine = run_program("/bin/sh", side("machine", "--observer --connect " + address));
+  RunningProgram listening("/bin/sh", side("yes\n", "wall", "--name wall --listen " + address));
+  const ProgramRun machine = run_program("/bin/sh", side("yes\n", "machine", "--observer --connect " + address));
   EXPECT_EQ(listening.wait().exit_code, 0);
   EXPECT_EQ(machine.exit_code, 0) << machine.err;
-  EXPECT_NE(machine.out.find("which may observe a machine here, not control it"), std::string::npos) << machine.out;
+  EXPECT_TRUE(says(machine.out, "which may observe a machine here, not control it"));
   EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().at(0).observer);
 }
 
@@ -238,7 +230,7 @@ TEST_F(PairedProgramsThreads, CtrlCEndsTheQuestionForTheCode) {
   ASSERT_TRUE(listening.ends_within(kPatience));
   const ProgramRun ended = listening.wait();
   EXPECT_EQ(ended.exit_code, 130);
-  EXPECT_NE(ended.err.find("interrupted; not paired"), std::string::npos) << ended.err;
+  EXPECT_TRUE(says(ended.err, "interrupted; not paired"));
 }
 
 TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
@@ -261,16 +253,16 @@ TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
             secure::hex(pairing::KeyFolder(keys("desk 1")).identity().fingerprint()));
   const ProgramRun checked = run_program(test::program("knuckle"), {"audit", trail});
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
-  EXPECT_NE(checked.out.find(" control_taken: name=desk 1, fingerprint="), std::string::npos) << checked.out;
+  EXPECT_TRUE(says(checked.out, " control_taken: name=desk 1, fingerprint="));
   EXPECT_EQ(run_program("/bin/sh", {"-c", test::program("knuckle") + " audit " + trail + " > /dev/full"}).exit_code, 2);
   std::string text = content(trail + "/audit-000001.jsonl");
   std::ofstream(trail + "/audit-000001.jsonl") << text.replace(text.find("desk 1"), 6, "desk 9");
   const ProgramRun broken = run_program(test::program("knuckle"), {"audit", "--quiet", trail});
   EXPECT_EQ(broken.exit_code, 1);
-  EXPECT_NE(broken.err.find("BROKEN: " + trail + "/audit-000001.jsonl:"), std::string::npos) << broken.err;
+  EXPECT_TRUE(says(broken.err, "BROKEN: " + trail + "/audit-000001.jsonl:"));
   const ProgramRun warned = run_program(test::program("knuckle"), slave({"--duration", "0.2"}));
   EXPECT_EQ(warned.exit_code, 0) << warned.err;
-  EXPECT_NE(warned.err.find("is BROKEN: " + trail + "/audit-000001.jsonl:"), std::string::npos) << warned.err;
+  EXPECT_TRUE(says(warned.err, "is BROKEN: " + trail + "/audit-000001.jsonl:"));
 }
 
 TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
@@ -284,7 +276,7 @@ TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
   EXPECT_TRUE(notes("pairings_changed"));
   ASSERT_TRUE(notes("refused"));
   desk.signal(SIGTERM);
-  EXPECT_NE(desk.wait().err.find("has revoked this computer's pairing"), std::string::npos);
+  EXPECT_TRUE(says(desk.wait().err, "has revoked this computer's pairing"));
 }
 
 TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
@@ -312,7 +304,7 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   EXPECT_TRUE(eventually([&] {
     return content(heard).find("this computer has no control: desk 1 has it\n") != std::string::npos;
   })) << content(heard);
-  EXPECT_EQ(content(heard).find("link connected"), std::string::npos) << "it has a session for the answer only";
+  EXPECT_FALSE(says(content(heard), "link connected")) << "it has a session for the answer only";
   ASSERT_TRUE(eventually([&] {
     typed << "grant" << std::endl;
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -323,10 +315,10 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   EXPECT_EQ(noted("control_taken")[1]["name"], "desk 2");
   first.signal(SIGTERM);
   const std::string told = first.wait().err;
-  EXPECT_NE(told.find("desk 2 ("), std::string::npos) << told;
-  EXPECT_NE(told.find("asks for control"), std::string::npos) << told;
-  EXPECT_NE(told.find("control granted to desk 2"), std::string::npos) << told;
-  EXPECT_NE(told.find("home on two: the machine does not offer it"), std::string::npos) << told;
+  EXPECT_TRUE(says(told, "desk 2 ("));
+  EXPECT_TRUE(says(told, "asks for control"));
+  EXPECT_TRUE(says(told, "control granted to desk 2"));
+  EXPECT_TRUE(says(told, "home on two: the machine does not offer it"));
 }
 
 TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
@@ -347,7 +339,7 @@ TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
   EXPECT_TRUE(notes("observer_gone"));
   EXPECT_EQ(noted("control_taken").size(), 1U);
   const ProgramRun leads = run_program(test::program("knuckle"), master("wall", {"--duration", "2"}));
-  EXPECT_NE(leads.err.find("lets this computer observe only"), std::string::npos) << leads.err;
+  EXPECT_TRUE(says(leads.err, "lets this computer observe only"));
 }
 
 TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
@@ -357,8 +349,8 @@ TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
       test::program("knuckle"),
       observer("wall", {"--dial", "127.0.0.1:9", "--peer", "site arm", "--duration", "0.2", "--json", result}));
   EXPECT_EQ(wall.exit_code, 1) << wall.err;
-  EXPECT_NE(wall.err.find("the machine was not heard at any time"), std::string::npos) << wall.err;
-  EXPECT_NE(wall.err.find("observing 127.0.0.1:9: nothing is controlled from here"), std::string::npos) << wall.err;
+  EXPECT_TRUE(says(wall.err, "the machine was not heard at any time"));
+  EXPECT_TRUE(says(wall.err, "observing 127.0.0.1:9: nothing is controlled from here"));
   const Json observed = Json::parse(content(result));
   EXPECT_TRUE(observed.at("connect").is_null());
   EXPECT_TRUE(observed.at("path").at("pairs").empty());
@@ -372,7 +364,7 @@ TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {
   const ProgramRun second = run_program(test::program("knuckle"),
                                         {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
   EXPECT_EQ(second.exit_code, 2);
-  EXPECT_NE(second.err.find("another program writes its audit trail there"), std::string::npos) << second.err;
+  EXPECT_TRUE(says(second.err, "another program writes its audit trail there"));
 }
 
 TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfThatNameAlone) {

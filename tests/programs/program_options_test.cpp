@@ -9,6 +9,9 @@
 #include <set>
 
 #include "tests/support/places.h"
+#include "tests/support/refusal.h"
+#include "tests/support/says.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::programs {
 namespace {
@@ -23,7 +26,19 @@ TEST(ProgramOptions, EveryCounterOfACanInterfaceIsInTheResultByTheNameThatItsDoc
   EXPECT_EQ(json.at("receive_errors"), counters.receive_errors);
   std::ifstream file(test::source_dir() + "/docs/can-bus.md");
   const std::string document{std::istreambuf_iterator<char>(file), {}};
-  for (const auto& [key, value] : json.items()) EXPECT_NE(document.find("`" + key + "`"), std::string::npos) << key;
+  for (const auto& [key, value] : json.items()) EXPECT_TRUE(says(document, "`" + key + "`")) << key;
+}
+
+TEST(ProgramOptions, OtherOutputsAreKeptWhereTheDiskRefusesOne) {
+  const test::TemporaryFolder folder;
+  AskedOutput candump("--candump", "/dev/full"), json("--json", folder.file("run.json"));
+  *candump.stream() << "(0.000000) can0 080#\n";
+  *json.stream() << "{}\n";
+  EXPECT_EQ(test::refusal([&] {
+              commit_all({&candump, &json});
+            }),
+            "--candump /dev/full: cannot be written: No space left on device");
+  EXPECT_EQ(test::content(folder.file("run.json")), "{}\n");
 }
 
 TEST(ProgramOptions, WhatWasNeverMeasuredIsNull) {

@@ -13,13 +13,14 @@
 #include "recording/recording.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::programs {
 namespace {
 
-using test::content;
 using Folder = test::TemporaryFolder;
+using test::content;
 
 TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
   const Folder folder;
@@ -35,7 +36,7 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
       });
   const std::string summary = testing::internal::GetCapturedStdout();
   EXPECT_EQ(code, 1);
-  EXPECT_NE(summary.find("[hold_error_N]\nNOT passed"), std::string::npos) << summary;
+  EXPECT_TRUE(says(summary, "[hold_error_N]\nNOT passed"));
   EXPECT_EQ(folder.count(), 3);
   EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
 }
@@ -53,7 +54,7 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
   testing::internal::CaptureStdout();
   EXPECT_EQ(test::refusal([&] { return simulate_command(options, "", cut); }),
             "--log " + options.log + ": No space left on device");
-  EXPECT_NE(testing::internal::GetCapturedStdout().find("hold_error_N"), std::string::npos);
+  EXPECT_TRUE(says(testing::internal::GetCapturedStdout(), "hold_error_N"));
   EXPECT_EQ(folder.count(), 1) << "the table";
 }
 
@@ -150,7 +151,7 @@ TEST(SimulateCommand, CtrlCNamesTheFlightRecordsThatWereWritten) {
   ASSERT_TRUE(std::filesystem::exists(options.flights));
   std::size_t named = 0;
   for (const auto& entry : std::filesystem::directory_iterator(options.flights)) {
-    EXPECT_NE(said.find("flight record: " + entry.path().string() + "; "), std::string::npos) << said;
+    EXPECT_TRUE(says(said, "flight record: " + entry.path().string() + "; "));
     ++named;
   }
   EXPECT_GE(named, 1U);

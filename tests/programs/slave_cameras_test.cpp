@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <csignal>
 #include <thread>
 
@@ -13,6 +12,7 @@
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
+#include "tests/support/says.h"
 #include "video/camera.h"
 
 namespace knuckle::programs {
@@ -22,9 +22,6 @@ constexpr const char* kCamera = "mast=videotestsrc is-live=true ! video/x-raw,wi
 
 std::string camera_refusal(const CameraOptions& options, int insecure = 0, const std::string& listen = "") {
   return test::refusal([&] { return check_cameras(options, insecure, listen); });
-}
-bool says(const std::string& line, const std::string& text) {
-  return line.find(text) != std::string::npos;
 }
 
 TEST(SlaveCameraOptions, AreNoneWhereNoneWereGiven) {
