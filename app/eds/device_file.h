@@ -57,6 +57,14 @@ struct Entry {
   int line = 0, type_line = 0;               ///< Where its section begins, and says the data type.
 };
 
+/// "0x1018:01 (vendor id)", with the name that its entry has.
+[[nodiscard]] std::string object_text(canopen::Object object, const Entry* entry = nullptr);
+/// @param key as of DeviceFile::entries. @return whether it says what a PDO has in one place.
+[[nodiscard]] constexpr bool is_mapping(std::uint32_t key) noexcept {
+  const std::uint32_t index = key >> 8;
+  return (key & 0xFF) != 0 && ((index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00));
+}
+
 struct DeviceFile {
   std::string source;  ///< The file's name.
   std::string vendor_name, product_name;

@@ -21,11 +21,6 @@ namespace {
 
 constexpr std::uint16_t kBoolean = 1;
 
-std::string object_text(canopen::Object object, const Entry* entry) {
-  const std::string name = entry != nullptr && !entry->name.empty() ? " (" + entry->name + ")" : "";
-  return fmt::format("0x{:04X}:{:02X}{}", object.index, object.subindex, name);
-}
-
 /// The limits that the device gives for this object, where the value is not within them; else empty. Not of a PDO's
 /// identifier: what switches it off lies beyond the limits that files give.
 std::string limits_against(const slave::SdoStep& step, const Entry& entry) {
@@ -102,9 +97,7 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
 /// Whether a PDO of the device has it as delivered.
 bool is_mapped(const DeviceFile& device, std::uint32_t mapping) {
   return std::any_of(device.entries.begin(), device.entries.end(), [mapping](const auto& one) {
-    const std::uint32_t index = one.first >> 8;
-    const bool map = (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
-    return map && (one.first & 0xFF) != 0 && one.second.value && one.second.value->number == std::int64_t{mapping};
+    return is_mapping(one.first) && one.second.value && one.second.value->number == std::int64_t{mapping};
   });
 }
 
