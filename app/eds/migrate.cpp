@@ -142,14 +142,10 @@ bool same_bus(const std::string& text, const std::string& source, const BusDescr
 
 }  // namespace
 
-bool has_node_tables(const std::string& machine_text, const std::string& machine_source) {
-  TomlTable file = TomlTable::parse(machine_text, machine_source);
-  return bus_tables(file).front().has("node");
-}
-
 std::string with_node_tables(const std::string& machine_text, const std::string& machine_source) {
   const BusDescription bus = parse_machine(machine_text, machine_source).bus;
-  if (has_node_tables(machine_text, machine_source)) return machine_text;
+  if (TomlTable file = TomlTable::parse(machine_text, machine_source); !bus_tables(file).front().has("nodes"))
+    return machine_text;
   Migration migration(bus);
   (void)edited_toml(machine_text, [&](const auto& table, const auto& key, std::string&) { migration.see(table, key); });
   const std::string text = edited_toml(

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
+#include "app/eds/migrate.h"
 #include "machine/load.h"
 #include "slave/node_setup.h"
 #include "tests/eds/made_device.h"
@@ -25,27 +25,20 @@ using test::refused;
 using test::solar_text;
 using test::tells;
 
-TEST(BusAddToKeyedNodes, ChangesTheOneLineOfTheNodeAndNothingElse) {
-  const std::string text = with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
-  const MachineDescription after = parse_machine(text, "my.toml");
-  EXPECT_EQ(after.bus.valve(0).id, 0x50);
-  EXPECT_EQ(after.bus.valve(0).vendor, 0x1234U);
-  EXPECT_EQ(after.bus.valve(0).product, 0x5678U);
-  EXPECT_EQ(after.bus.valve(0).tpdos[0], 0);
-  std::istringstream was(keyed()), is(text);
-  int changed = 0;
-  for (std::string a, b; std::getline(was, a) && std::getline(is, b);) changed += a != b ? 1 : 0;
-  EXPECT_EQ(changed, 1);
-}
-
-TEST(BusAddToKeyedNodes, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
+TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   DeviceFile device = made_for("tilt");
   Entry& cob_id = device.entries[0x180001];
   cob_id.access = Access::kReadOnly;
   cob_id.value = Value{0x280, true};
-  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
+  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
   cob_id.value = Value{0x180, true};
-  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+}
+
+TEST(BusAdd, OfAnOlderFileMakesTheNodesTablesFirst) {
+  const std::string tables = with_node_tables(keyed(), "my.toml");
+  EXPECT_EQ(with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve")),
+            with_device(tables, "my.toml", "boom_valve", 0x50, made_for("boom_valve")));
 }
 
 /// Read-only. @param number of the PDO, from 0.
@@ -72,7 +65,6 @@ TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
   EXPECT_TRUE(fit_of(device, after, "tilt").obstacles.empty());
   // The next device in its place leaves none of it behind.
   EXPECT_EQ(with_device(text, "m", "tilt", 0x38, made_for("tilt")).find("tpdo_map"), std::string::npos);
-  EXPECT_NE(refused("tilt", 0x38, device, keyed()).find("knuckle bus migrate"), std::string::npos);
   map(0, {0x60200010});
   EXPECT_NE(refused("tilt", 0x38, device).find("must have 0x60100010"), std::string::npos)
       << refused("tilt", 0x38, device);
@@ -119,18 +111,6 @@ TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   DeviceFile of_no_profile = made_for("tilt");
   of_no_profile.device_type = 0x80000;
   EXPECT_EQ(refused("tilt", 0x38, of_no_profile), "accepted");
-}
-
-TEST(BusAddToKeyedNodes, RefusesANodeThatIsATableOfItsOwn) {
-  std::string table = keyed();
-  const auto at = table.find("boom_valve           = {"), end = table.find('}', at);
-  table.replace(at, end - at + 1, "");
-  table += "\n[bus.nodes.boom_valve]\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
-  EXPECT_EQ(
-      refused("boom_valve", 0x10, made_for("boom_valve"), table),
-      fmt::format("my.toml: line {}: [bus.nodes.boom_valve] is a table of its own: needs boom_valve = {{ ... }} on "
-                  "one line in [bus.nodes], or [[bus.node]] tables (knuckle bus migrate)",
-                  std::count(table.begin(), table.end(), '\n') - 4));
 }
 
 TEST(BusAdd, FindsNothingAgainstADeviceThatHasAllItsStartUpWants) {
@@ -257,104 +237,94 @@ TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
   }
 }
 
-/// The file of a device that fits.
-std::string eds_of(const DeviceFile& device) {
-  std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Slope\n";
-  const auto section = [&](std::uint32_t key, const char* access, std::uint32_t value) {
-    const auto entry = device.entries.find(key);
-    const int type = entry != device.entries.end() && entry->second.data_type != 0 ? entry->second.data_type : 7;
-    text += fmt::format("[{:04X}sub{:X}]\nDataType={}\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
-                        type, access, value);
-  };
-  section(0x100000, "ro", device.device_type);
-  section(0x101801, "ro", device.vendor);
-  section(0x101802, "ro", device.product);
-  for (const auto& [key, entry] : device.entries)
-    if (key >> 8 != 0x1000 && key >> 8 != 0x1018)
-      section(key, entry.access == Access::kReadWrite ? "rw" : "ro", entry.value->of(0));
-  return text;
-}
-
-TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
+/// The program in a folder with the shipped machine's file and a device's.
+struct BusAddProgram : ::testing::Test {
   const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
-  std::ofstream(file) << solar_text();
-  std::ofstream(eds) << eds_of(made_for("tilt"));
-  const auto run = test::run_program(test::program("knuckle"),
-                                     {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
+  const std::string file = folder.file("my.toml"), eds = folder.file("tilt.eds");
+
+  test::ProgramRun add(const DeviceFile& device, const std::string& machine) const {
+    std::ofstream(eds) << test::eds_text(device);
+    return test::run_program(test::program("knuckle"),
+                             {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", machine});
+  }
+  void SetUp() override { std::ofstream(file) << solar_text(); }
+};
+
+TEST_F(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
+  const auto run = add(made_for("tilt"), file);
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("tilt is Maker Device, node 0x39, in " + file), std::string::npos) << run.out;
   EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
   EXPECT_EQ(test::content(folder.file("my.1.toml")), solar_text()) << "as it was before";
-  const auto again = test::run_program(test::program("knuckle"),
-                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
+  const auto again = add(made_for("tilt"), file);
   EXPECT_NE(again.out.find("nothing changed"), std::string::npos) << again.out;
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
-  const auto stock = test::run_program(test::program("knuckle"),
-                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", "solar015"});
+  const auto stock = add(made_for("tilt"), "solar015");
   EXPECT_NE(stock.err.find("--machine solar015: is a machine that comes with Knuckle: copy its file first"),
             std::string::npos)
       << stock.err;
 }
 
-TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
-  const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), eds = folder.file("tilt.eds");
-  std::ofstream(file) << solar_text();
+TEST_F(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   DeviceFile tilt = made_for("tilt");
   tilt.entries.erase(0x101700);
-  std::ofstream(eds) << eds_of(tilt);
-  const auto run = test::run_program(test::program("knuckle"),
-                                     {"bus", "add", eds, "--id", "0x38", "--as", "tilt", "--machine", file});
+  const auto run = add(tilt, file);
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
   EXPECT_NE(run.err.find("0x1017:00, which the device does not have"), std::string::npos) << run.err;
   EXPECT_EQ(test::content(file), solar_text());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
 }
 
+TEST_F(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
+  std::ofstream(eds) << test::eds_text(made_for("tilt"));
+  const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +
+                                                           " --id 0x39 --as tilt --machine " + file + " > /dev/full"});
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_NE(run.err.find("standard output: cannot be written; " + file + " has been changed (before: "),
+            std::string::npos)
+      << run.err;
+  EXPECT_EQ(load_machine(file).bus.tilt().id, 0x39);
+}
+
 TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml");
   std::ofstream(file) << solar_text();
-  const auto said = [&](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "bus");
-    const auto run = test::run_program(test::program("knuckle"), arguments);
-    EXPECT_EQ(run.exit_code, 2);
-    return run.err;
-  };
-  EXPECT_NE(said({"add", "--machine", file}).find("knuckle: FILE: is required by bus add"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--machine", file}).find("knuckle: --id: is required by bus add"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--machine", file}).find("--as: is required by"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--as", "tilt"}).find("--machine: is required by bus add"),
-            std::string::npos);
-  EXPECT_NE(said({"migrate"}).find("--machine: is required by bus migrate"), std::string::npos);
-  EXPECT_NE(said({"migrate", "a.eds", "--machine", file}).find("FILE a.eds: does not go with bus migrate"),
-            std::string::npos);
-  EXPECT_NE(said({"migrate", "--as", "tilt", "--machine", file}).find("--as tilt: does not go with"),
-            std::string::npos);
-  EXPECT_EQ(test::content(file), solar_text());
   struct Case {
     std::vector<std::string> arguments;
     const char* told;
   };
-  for (const auto& [arguments, told] :
-       {Case{{"--can", "no_such_can"}, "--id: is required by bus assign-id"},
-        Case{{"--id", "0x10"}, "--can: is required by bus assign-id"},
-        Case{{"--id", "0x80", "--can", "c"}, "--id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F"},
-        Case{{"--id", "0x10", "--can", "c", "--as", "tilt"}, "--as tilt: does not go with bus assign-id"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "16"}, "--from 16: is the node id that it is to have"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--serial", "7"}, "--serial: does not go with --from"},
-        Case{{"--id", "0x10", "--can", "c", "--by-object", "0x20F0"}, "--by-object 0x20F0: needs --from"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--by-object", "0x1018:04"},
-             "--by-object 0x1018:04: must be an object of the device, such as 0x20F0 or 0x20F0:01"},
-        Case{{"--id", "1", "--can", "c"}, "--id 1: is the controller's"},
-        Case{{"--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"}}) {
-    std::vector<std::string> all{"assign-id"};
+  for (const auto& [arguments, told] : {
+           Case{{"add", "--machine", file}, "FILE: is required by bus add"},
+           {{"add", "a.eds", "--machine", file}, "--id: is required by bus add"},
+           {{"add", "a.eds", "--id", "3", "--machine", file}, "--as: is required by"},
+           {{"add", "a.eds", "--id", "3", "--as", "tilt"}, "--machine: is required by bus add"},
+           {{"import", "a.dbc", "--machine", file, "--bus", "a"}, "--signal: is required by bus import, or --command"},
+           {{"migrate"}, "--machine: is required by bus migrate"},
+           {{"migrate", "a.eds", "--machine", file}, "FILE a.eds: does not go with bus migrate"},
+           {{"migrate", "--as", "tilt", "--machine", file}, "--as tilt: does not go with"},
+           {{"assign-id", "--can", "no_such_can"}, "--id: is required by bus assign-id"},
+           {{"assign-id", "--id", "0x10"}, "--can: is required by bus assign-id"},
+           {{"assign-id", "--id", "0x80", "--can", "c"}, "--id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--as", "tilt"}, "--as tilt: does not go with bus assign-id"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "16"},
+            "--from 16: is the node id that it is to have"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "9", "--serial", "7"},
+            "--serial: does not go with --from"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--by-object", "0x20F0"}, "--by-object 0x20F0: needs --from"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "9", "--by-object", "0x1018:04"},
+            "--by-object 0x1018:04: must be an object of the device, such as 0x20F0 or 0x20F0:01"},
+           {{"assign-id", "--id", "1", "--can", "c"}, "--id 1: is the controller's"},
+           {{"assign-id", "--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"},
+       }) {
+    std::vector<std::string> all{"bus"};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    const std::string err = said(all);
-    EXPECT_NE(err.find(told), std::string::npos) << err;
-    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    const auto run = test::run_program(test::program("knuckle"), all);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_NE(run.err.find(told), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
+  EXPECT_EQ(test::content(file), solar_text());
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "core/error.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::eds {
 namespace {
@@ -44,12 +44,7 @@ DeviceFile parse(const std::string& text) {
   return parse_device_file(text, "a.eds");
 }
 std::string refused(const std::string& text) {
-  try {
-    (void)parse(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return test::refusal([&] { return parse(text); });
 }
 bool tells(const DeviceFile& file, const std::string& what) {
   return std::any_of(file.slips.begin(), file.slips.end(),

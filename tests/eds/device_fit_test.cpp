@@ -2,12 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 
-#include "core/error.h"
 #include "tests/eds/made_device.h"
-#include "tests/support/run_program.h"
 
 namespace knuckle::eds {
 namespace {
@@ -115,14 +112,8 @@ TEST(BusAdd, WhatTheFileWouldBeRefusedForIsToldWithoutLinesItDoesNotHave) {
   DeviceFile device = test::made_for("tilt");
   device.entries.at(0x180001).access = Access::kReadOnly;
   device.entries.at(0x180001).value = Value{0x1A0, false};  // boom_head_pressure's
-  try {
-    (void)with_device(test::solar_text(), "my.toml", "tilt", 0x38, device);
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(
-        std::string(error.what()).find("my.toml: is as it was: with tilt of a.eds it would be refused: key 'bus.n"), 0U)
-        << error.what();
-  }
+  const std::string line = test::refused("tilt", 0x38, device);
+  EXPECT_EQ(line.find("my.toml: is as it was: with tilt of a.eds it would be refused: key 'bus.n"), 0U) << line;
 }
 
 TEST(DeviceFile, AnIdentityBelowZeroIsRefusedAndAVendorOfNobodyIsTold) {
@@ -132,14 +123,9 @@ TEST(DeviceFile, AnIdentityBelowZeroIsRefusedAndAVendorOfNobodyIsTold) {
   const auto at = text.find(type);
   ASSERT_NE(at, std::string::npos);
   text.replace(at, text.find('\n', at + type.size()) - at, type.substr(0, type.size() - 2) + "-1");
-  try {
-    (void)parse_device_file(text, "a.eds");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("DefaultValue of 0x1000:00: must be a whole number from 0 to 0xFFFFFFFF"),
-              std::string::npos)
-        << error.what();
-  }
+  const std::string line = test::refusal([&] { return parse_device_file(text, "a.eds"); });
+  EXPECT_NE(line.find("DefaultValue of 0x1000:00: must be a whole number from 0 to 0xFFFFFFFF"), std::string::npos)
+      << line;
   device.vendor = 0;
   EXPECT_NE(lines_of(parse_device_file(test::eds_text(device), "a.eds").slips).find("vendor id 0"), std::string::npos);
 }
@@ -153,20 +139,6 @@ TEST(DeviceFile, LimitsOfSignedObjectsMayBeGivenByTheirBits) {
   EXPECT_EQ(entry->lowest, -32768);
   EXPECT_EQ(entry->most, 32767);
   EXPECT_EQ(entry->mappable, false);
-}
-
-TEST(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
-  const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
-  std::ofstream(file) << test::solar_text();
-  std::ofstream(eds) << test::eds_text(test::made_for("tilt"));
-  const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +
-                                                           " --id 0x39 --as tilt --machine " + file + " > /dev/full"});
-  EXPECT_EQ(run.exit_code, 2) << run.err;
-  EXPECT_NE(run.err.find("standard output: cannot be written; " + file + " has been changed (before: "),
-            std::string::npos)
-      << run.err;
-  EXPECT_EQ(load_machine(file).bus.tilt().id, 0x39);
 }
 
 }  // namespace
