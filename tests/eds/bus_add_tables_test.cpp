@@ -16,12 +16,12 @@ namespace {
 
 using test::all_changed;
 using test::changed;
+using test::has_text;
 using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
 using test::solar_text;
-using test::tells;
 
 /// A device in which a PDO of the node has this identifier and cannot be moved.
 DeviceFile with_fixed(DeviceFile device, std::uint32_t cob_id, std::int64_t frame) {
@@ -75,7 +75,7 @@ TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMo
   EXPECT_EQ(with_device(all_changed(solar_text(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
             all_changed(text, "\n", "\r\n"));
   const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
-  EXPECT_NE(moved.find("\ntpdo = 0x293\nrpdo = 0x313\n"), std::string::npos) << moved;
+  EXPECT_TRUE(has_text(moved, "\ntpdo = 0x293\nrpdo = 0x313\n"));
   const std::string noted = changed(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");
   EXPECT_EQ(block_of(with_device(noted, "my.toml", "arm_valve", 0x11, made_for("arm_valve")), "arm_valve"),
             "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"arm_spool\" }\n"
@@ -98,8 +98,8 @@ TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
   text = changed(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
   ASSERT_EQ(parse_machine(text, "my.toml").bus.nodes, machine().bus.nodes);
   EXPECT_EQ(refused("tilt", 0x39, tilt, text), needs);
-  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar_text()).find("must be one of CiA 408"), std::string::npos);
-  EXPECT_NE(refused("swing", 0x39, tilt, solar_text()).find("its nodes: boom_valve"), std::string::npos);
+  EXPECT_TRUE(has_text(refused("boom_valve", 0x39, tilt, solar_text()), "must be one of CiA 408"));
+  EXPECT_TRUE(has_text(refused("swing", 0x39, tilt, solar_text()), "its nodes: boom_valve"));
 }
 
 TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeThere) {
@@ -110,8 +110,8 @@ TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeT
   for (const int channel : {1, 2, 3, 4, 6, 7}) {
     DeviceFile five = six;
     five.entries.erase(0x613100 + static_cast<std::uint32_t>(channel));
-    EXPECT_TRUE(tells(fit_of(five, few, "pressures").obstacles,
-                      fmt::format("start-up reads 0x6131:{:02X}, which the device does not have", channel)));
+    EXPECT_TRUE(has_text(fit_of(five, few, "pressures").obstacles,
+                         fmt::format("start-up reads 0x6131:{:02X}, which the device does not have", channel)));
   }
   for (const std::uint32_t second : {0x180101U, 0x180102U, 0x1A0100U}) {
     DeviceFile one_frame = six;
@@ -124,7 +124,7 @@ TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeT
   EXPECT_EQ(node.id, 0x21);
   EXPECT_EQ(node.channels, few.bus.find("pressures")->channels);
   EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0x1C1, 0, 0, 0}));
-  EXPECT_NE(text.find("product = 0x5678\ntpdo = 0x1C1\nchannels = "), std::string::npos);
+  EXPECT_TRUE(has_text(text, "product = 0x5678\ntpdo = 0x1C1\nchannels = "));
   const std::string other = with_device(few.text, "few.toml", "pressures", 0x21, with_fixed(six, 0x180101, 0x290));
   EXPECT_EQ(parse_machine(other, "few.toml").bus.find("pressures")->tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1}));
 }
@@ -143,7 +143,7 @@ TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere)
   timers.entries.erase(0x101601);
   EXPECT_TRUE(fit_of(timers, joined, "valves").obstacles.empty()) << "all three timers are a guard";
   timers.entries.erase(0x140205);
-  EXPECT_TRUE(tells(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
+  EXPECT_TRUE(has_text(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
   const std::string text = with_device(joined.text, "axes.toml", "bucket_spool", 0x11,
                                        with_fixed(with_fixed(three, 0x140201, 0x440), 0x180101, 0x2A0));
   const NodeDescription node = *parse_machine(text, "axes.toml").bus.find("valves");
@@ -151,9 +151,9 @@ TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere)
   EXPECT_EQ(node.channels, joined.bus.find("valves")->channels);
   EXPECT_EQ(node.rpdos, (std::array<std::uint16_t, 4>{0, 0, 0x451, 0}));
   EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1, 0, 0}));
-  EXPECT_NE(text.find("tpdo2 = 0x2B1\nrpdo3 = 0x451\n"), std::string::npos) << text;
+  EXPECT_TRUE(has_text(text, "tpdo2 = 0x2B1\nrpdo3 = 0x451\n"));
   const std::string moved = with_device(text, "axes.toml", "valves", 0x12, three);
-  EXPECT_EQ(moved.find("rpdo3"), std::string::npos) << "where the device has the usual one";
+  EXPECT_FALSE(has_text(moved, "rpdo3")) << "where the device has the usual one";
 }
 
 }  // namespace

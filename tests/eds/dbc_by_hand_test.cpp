@@ -13,6 +13,7 @@ namespace {
 using test::bus_of;
 using test::changed;
 using test::has_line;
+using test::has_text;
 
 /// Beside standard200.dbc: what else could tell it, what else it could send, and what signals are (SigType).
 constexpr const char* kMoreDbc = R"(
@@ -122,10 +123,9 @@ up = { start = 0, bits = 16, scale = 0.01, neutral = 20 }   # stands open a bit
 BA_ "GenMsgCycleTime" BO_ 2566850053 10;
 )";
   const Import import = by_hand({.commands = {"boom=aux.up:extend=100", "boom=aux.down:retract=100"}}, dbc, machine);
-  EXPECT_NE(import.text.find("up = { start = 0, bits = 16, scale = 0.01, unit = \"%\", joint = \"boom\", neutral = 20, "
-                             "extend = 100 }   # stands open a bit\n"),
-            std::string::npos)
-      << import.text;
+  EXPECT_TRUE(has_text(import.text,
+                       "up = { start = 0, bits = 16, scale = 0.01, unit = \"%\", joint = \"boom\", neutral = 20, "
+                       "extend = 100 }   # stands open a bit\n"));
   EXPECT_TRUE(has_line(import.to_do, "up in aux: its neutral stays: set it where that moves the boom"));
   EXPECT_TRUE(has_line(import.to_do, "down in aux: its neutral is 0: set it where that moves the boom"));
 }

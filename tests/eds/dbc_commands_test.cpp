@@ -16,6 +16,7 @@ namespace {
 
 using test::bus_of;
 using test::changed;
+using test::has_text;
 using test::imported;
 
 constexpr const char* kToldDbc = R"(VERSION ""
@@ -93,9 +94,8 @@ TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
   const std::string mode = "mode = { start = 8, bits = 4, scale = 1, neutral = 3 }";
   EXPECT_EQ(told({.constants = {"Setting.mode=0,2"}}, before).text,
             changed(before, mode, "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
-  EXPECT_NE(told({.constants = {"Setting.mode=0,2"}}, changed(before, mode + "\n", ""))
-                .text.find("mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"),
-            std::string::npos);
+  EXPECT_TRUE(has_text(told({.constants = {"Setting.mode=0,2"}}, changed(before, mode + "\n", "")).text,
+                       "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
   const std::string renamed = changed(before, mode, "front_by_bus = { start = 8, bits = 4, neutral = 3 }   # by hand");
   EXPECT_EQ(told({.constants = {"Setting.mode=1"}}, renamed).text,
             changed(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
@@ -160,8 +160,8 @@ TEST(DbcCommands, ACounterThatWasForgottenIsAdded) {
   first.counters = {};
   const std::string before = told(first).text, alive = "alive = { start = 48, bits = 8, scale = 1, neutral = 0 }\n";
   const Import again = told({.counters = {"Setting.alive"}}, before);
-  EXPECT_NE(before.find(alive), std::string::npos);
-  EXPECT_EQ(again.text.find(alive), std::string::npos) << "what was a constant";
+  EXPECT_TRUE(has_text(before, alive));
+  EXPECT_FALSE(has_text(again.text, alive)) << "what was a constant";
   EXPECT_EQ(bus_of(again).commands[1].closing.counter->field.start_bit, 48);
 }
 
@@ -197,7 +197,7 @@ TEST(DbcCommands, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
   const BusDescription bus = bus_of(import);
   ASSERT_EQ(bus.commands.size(), 3U);
   EXPECT_EQ(bus.command(kBoom, true)->name, "boom_speed");
-  EXPECT_NE(import.text.find(line + "neutral = 0 } # fast\n"), std::string::npos)
+  EXPECT_TRUE(has_text(import.text, line + "neutral = 0 } # fast\n"))
       << "in no field it would be sent as raw 0, 16 rad/s backwards";
   EXPECT_EQ(import.at_rest, std::vector<std::string>{"boom in Rates"});
   EXPECT_TRUE(import.gone_frames.empty());
@@ -213,8 +213,8 @@ TEST(DbcCommands, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
   EXPECT_EQ(bus.commands[1].name, "Speeds");
   EXPECT_EQ(import.gone_frames, std::vector<std::string>{"Rates (with its constant slew)"});
   EXPECT_TRUE(import.at_rest.empty());
-  EXPECT_NE(import.text.find("# of another frame\n[[bus.command]]\nname = \"Setting\""), std::string::npos);
-  EXPECT_EQ(import.text.find("\n\n\n"), std::string::npos) << "no gap";
+  EXPECT_TRUE(has_text(import.text, "# of another frame\n[[bus.command]]\nname = \"Setting\""));
+  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "no gap";
   EXPECT_EQ(imported(kAllBySpeeds, with_speeds(), import.text).text, import.text) << "once more changes nothing";
   ImportOptions named = kAllBySpeeds;
   named.constants = {"Rates.slew=0"};
@@ -318,7 +318,7 @@ TEST(DbcCommands, Standard200IsWhatItsMakersDbcSays) {
   EXPECT_TRUE(bus.nodes.empty());
   ASSERT_EQ(bus.commands.size(), 2U);
   EXPECT_EQ(bus.commands[1].closing, before.commands[1].closing);
-  EXPECT_EQ(import.text.find("\n\n\n"), std::string::npos) << "nodes that are gone leave no gaps";
+  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "nodes that are gone leave no gaps";
 }
 
 TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {

@@ -15,6 +15,7 @@ namespace {
 
 using test::all_changed;
 using test::changed;
+using test::has_text;
 using Type = BitField::Type;
 using Order = BitField::Order;
 
@@ -233,14 +234,14 @@ TEST(DbcFile, MakesOnlyTheMessageUnusableThatIsNotUnderstood) {
            {"BO_ 300 D: 8 Y\n", "line 6: BO_ D: has the identifier of C of line 5"},
        }) {
     const std::string text = kTwoMessages + c + one.text;
-    EXPECT_NE(said_of(text, "C").find(one.said), std::string::npos) << said_of(text, "C");
+    EXPECT_TRUE(has_text(said_of(text, "C"), one.said));
     EXPECT_EQ(said_of(text, "C").find("a.dbc: line "), 0U);
     EXPECT_EQ(said_of(text, "A"), "accepted") << one.text;
-    EXPECT_NE(slips_of(parsed_dbc(text)).find(one.said), std::string::npos);
+    EXPECT_TRUE(has_text(parsed_dbc(text).slips, one.said));
     for (const DbcMessage& message : parsed_dbc(text).messages)
       EXPECT_TRUE(message.unusable.empty() || message.signals.empty()) << one.text;
   }
-  EXPECT_NE(said_of(kTwoMessages + c + "BO_ 300 D: 8 Y\n", "D").find("has the identifier of C"), std::string::npos);
+  EXPECT_TRUE(has_text(said_of(kTwoMessages + c + "BO_ 300 D: 8 Y\n", "D"), "has the identifier of C"));
 }
 
 TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
@@ -282,7 +283,7 @@ TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
            {sg("c m1M", "8|8@1+") + "SG_MUL_VAL_ 300 c c 1-1;\n",
             "line 7: SG_ c of C: depends on itself, or on more than 8 multiplexers"}}) {
     const std::string said = said_of(kTwoMessages + m + one.text, "C");
-    EXPECT_NE(said.find(one.said), std::string::npos) << one.text << said;
+    EXPECT_TRUE(has_text(said, one.said)) << one.text;
   }
 }
 
@@ -323,7 +324,7 @@ TEST(DbcFile, TellsEverySlipWithItsLineAndReadsOn) {
             "line 6: SG_ c of C: its least value is above its most"},
            {"nonsense;\n", "line 5: nonsense: begins nothing that DBC files have: passed over"}}) {
     const DbcFile file = parsed_dbc(kTwoMessages + c.more + "BA_ \"GenMsgCycleTime\" BO_ 256 70;\n");
-    EXPECT_NE(slips_of(file).find(c.told), std::string::npos) << c.more << slips_of(file);
+    EXPECT_TRUE(has_text(file.slips, c.told)) << c.more;
     EXPECT_EQ(file.slips.size(), 1U) << c.more << slips_of(file);
     EXPECT_EQ(file.usable("A").period_s, 0.07) << c.more << "is read on";
   }
@@ -354,7 +355,7 @@ TEST(DbcFile, RefusesWhatItCannotUnderstandAtAll) {
            {kTwoMessages + "CM_ SG_ 256 a \"without end;\nCM_ SG_ 256 b \"x\";\n", "expected at 'x\";'"},
            {kTwoMessages + all_changed(std::string(10001, '.'), ".", "x;\n"),
             "a.dbc: is not a DBC file: more than 10000 slips"}}) {
-    EXPECT_NE(dbc_refused(c.text).find(c.said), std::string::npos) << c.text.substr(0, 300) << dbc_refused(c.text);
+    EXPECT_TRUE(has_text(dbc_refused(c.text), c.said)) << c.text.substr(0, 300);
     EXPECT_EQ(dbc_refused(c.text).find("a.dbc: "), 0U);
   }
 }
@@ -365,9 +366,9 @@ TEST(DbcFile, BoundsWhatIsHeldAgainstEachOther) {
     many += " SG_ s" + std::to_string(n) + " m" + std::to_string(n) + " : 16|8@1+ (1,0) [0|0] \"\" X\n";
   for (int n = 1; n < 255; ++n) ranges += ", " + std::to_string(1000 + 2 * n) + "-" + std::to_string(1000 + 2 * n);
   EXPECT_EQ(said_of(many + ranges + ";\n", "C"), "accepted");
-  EXPECT_NE(said_of(many + ranges + ", 5000-5000;\n", "C").find("must be fewer than 256 ranges"), std::string::npos);
-  EXPECT_NE(said_of(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C").find("SG_ x of C: is one of more than 1000"),
-            std::string::npos);
+  EXPECT_TRUE(has_text(said_of(many + ranges + ", 5000-5000;\n", "C"), "must be fewer than 256 ranges"));
+  EXPECT_TRUE(
+      has_text(said_of(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C"), "SG_ x of C: is one of more than 1000"));
 }
 
 TEST(DbcFile, IsAskedForAMessageByItsName) {
@@ -380,7 +381,7 @@ TEST(DbcFile, CutOffAnywhereIsReadOrRefusedInOneLine) {
   const std::string text = test::content(kExcavator);
   for (std::size_t size = 0; size < text.size(); size += 23) {
     const std::string said = dbc_refused(text.substr(0, size));
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+    EXPECT_FALSE(has_text(said, "\n"));
   }
 }
 

@@ -15,6 +15,7 @@ namespace {
 
 using test::bus_of;
 using test::changed;
+using test::has_text;
 using test::roomy_text;
 
 Import imported_into(const std::vector<std::string>& signals, const std::string& machine = roomy_text(),
@@ -48,8 +49,7 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
 TEST(DbcImport, WhatPeopleAreToldComesFromJ1939Groups) {
   const Import import = imported_into({"engine_speed=Engine.turns"});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_NE(import.text.find("name = \"Engine\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"), std::string::npos)
-      << import.text;
+  EXPECT_TRUE(has_text(import.text, "name = \"Engine\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"));
   const BusDescription bus = bus_of(import);
   const auto [frame, speed] = bus.broadcast(NodeRole::kReading, 0);
   EXPECT_TRUE(frame->is_group());
@@ -62,7 +62,7 @@ TEST(DbcImport, AllElseStaysAsItWas) {
   EXPECT_EQ(after.substr(0, node), before.substr(0, node));
   EXPECT_EQ(after.substr(after.find("\n[limits]")), before.substr(before.find("\n[limits]")));
   const std::string enable = before.substr(next, before.find("\n[limits]") - next);
-  EXPECT_NE(after.find(enable), std::string::npos);
+  EXPECT_TRUE(has_text(after, enable));
 }
 
 TEST(DbcImport, AMultiplexedSignalIsOfTheFramesInWhichItsMultiplexerHasItsValue) {
@@ -90,8 +90,8 @@ TEST(DbcImport, OneMoreSignalIsPutIntoTheFrameThatIsThereAlready) {
   const std::string arm = "arm_angle = { start = 16, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }\n";
   const auto node = second.text.find("name = \"arm_encoder\"");
   EXPECT_EQ(node, std::string::npos) << "its node is gone";
-  EXPECT_NE(second.text.find(boom + ", sign = -1, zero_rad = 0.12 }   # as mounted\n" + arm), std::string::npos);
-  EXPECT_NE(second.text.find("period_ms = 8   # measured\ncounter"), std::string::npos);
+  EXPECT_TRUE(has_text(second.text, boom + ", sign = -1, zero_rad = 0.12 }   # as mounted\n" + arm));
+  EXPECT_TRUE(has_text(second.text, "period_ms = 8   # measured\ncounter"));
   EXPECT_EQ(bus_of(second).broadcasts.size(), 1U);
 }
 
@@ -119,7 +119,7 @@ TEST(DbcImport, ASignalThatAnotherFrameHadIsMovedWithWhatAPersonSet) {
   EXPECT_EQ(other.frames, std::vector<std::string>{"Small (0x00000021): slope (moved from Body)"});
   EXPECT_EQ(other.gone_frames, std::vector<std::string>{"Body"});
   const std::string moved = ", unit = \"rad\", sign = -1, zero_rad = 0.02 }   # as mounted\n";
-  EXPECT_NE(other.text.find("bits = 32, type = \"float\", scale = 1" + moved), std::string::npos) << other.text;
+  EXPECT_TRUE(has_text(other.text, "bits = 32, type = \"float\", scale = 1" + moved));
   ASSERT_EQ(other.to_do.size(), 1U);
   EXPECT_TRUE(other.to_do.front().starts_with("Small: set invalid_from")) << "of the frame, not the signal";
 }

@@ -6,6 +6,8 @@
 namespace knuckle::eds {
 namespace {
 
+using test::has_text;
+
 constexpr const char* kPacketsDbc = R"(VERSION ""
 BU_: Machine
 BO_ 2583650558 Coolant: 20 Machine
@@ -40,9 +42,8 @@ TEST(DbcPackets, ReadingsOfAGroupInSeveralPacketsAreTaken) {
   const Import import =
       packets_import({.signals = {"coolant_temperature=Coolant.temperature", "fuel_level=Coolant.level"}});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_NE(import.text.find("name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"), std::string::npos)
-      << import.text;
-  EXPECT_NE(import.text.find("fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"), std::string::npos);
+  EXPECT_TRUE(has_text(import.text, "name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"));
+  EXPECT_TRUE(has_text(import.text, "fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"));
   const BroadcastFrame frame = test::bus_of(import).broadcasts.at(0);
   ASSERT_EQ(frame.fields.size(), 2U);
   EXPECT_EQ(frame.fields[0].first_byte, 6) << "temperature";

@@ -8,6 +8,7 @@ namespace {
 
 using test::bus_of;
 using test::changed;
+using test::has_text;
 using test::roomy_text;
 
 Import said_import(const ImportOptions& said, const std::string& machine = roomy_text(),
@@ -80,8 +81,7 @@ TEST(DbcSaid, TheCounterThatTheDbcSaysIsTakenWhereTheMessageIsNew) {
 
 TEST(DbcSaid, APeriodStandsInForTheOneThatTheDbcLacks) {
   const Import import = said_import({.signals = {"slope=Rare.slope"}, .periods = {"Rare=12.5"}});
-  EXPECT_NE(import.text.find("name = \"Rare\"\nid = 0x1F5\nbytes = 2\nperiod_ms = 12.5\n"), std::string::npos)
-      << import.text;
+  EXPECT_TRUE(has_text(import.text, "name = \"Rare\"\nid = 0x1F5\nbytes = 2\nperiod_ms = 12.5\n"));
   const Import two = said_import({.signals = {"slope=Mixed.slope", "arm_angle=Mixed.arm"}, .periods = {"Mixed=4"}});
   EXPECT_EQ(bus_of(two).broadcasts[0].period_s, 0.008) << "two frames in turn";
 }

@@ -86,8 +86,8 @@ inline bool has_line(const std::vector<std::string>& lines, const std::string& l
 template <typename Act>
 void expect_refused(const Act& act, const std::string& said) {
   const std::string line = refusal(act);
-  EXPECT_NE(line.find(said), std::string::npos) << said << ": " << line;
-  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  EXPECT_TRUE(has_text(line, said));
+  EXPECT_FALSE(has_text(line, "\n"));
 }
 
 }  // namespace knuckle::test

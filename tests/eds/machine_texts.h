@@ -4,12 +4,25 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
+
+/// Whether it has this part; where not, the test says so with the text.
+inline ::testing::AssertionResult has_text(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return ::testing::AssertionSuccess() << "it has '" << part << "'";
+  return ::testing::AssertionFailure() << "no '" << part << "' in:\n" << text;
+}
+/// Whether one of them has.
+inline ::testing::AssertionResult has_text(const std::vector<std::string>& lines, const std::string& part) {
+  std::string all;
+  for (const std::string& line : lines) all += line + '\n';
+  return has_text(all, part);
+}
 
 inline std::string solar_text() {
   return content(source_dir() + "/config/machines/solar015.toml");

@@ -59,9 +59,6 @@ inline eds::DeviceFile made_for(const std::string& node, const MachineDescriptio
   device.product = 0x5678;
   return device;
 }
-inline bool tells(const std::vector<std::string>& lines, const std::string& what) {
-  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
-}
 inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
                            const std::string& text = solar_text()) {
   return refusal([&] { return eds::with_device(text, "my.toml", node, id, device); });

@@ -18,6 +18,7 @@ namespace knuckle::eds {
 namespace {
 
 using test::changed;
+using test::has_text;
 using test::keyed;
 using test::solar_text;
 using test::with_crlf;
@@ -79,7 +80,7 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
     const std::string after = migrated(text);
     EXPECT_EQ(parse_machine(after, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
     EXPECT_EQ(comments_of(after), comments_of(text)) << name;
-    EXPECT_EQ(after.find("bus.nodes"), std::string::npos) << name;
+    EXPECT_FALSE(has_text(after, "bus.nodes")) << name;
     EXPECT_EQ(migrated(after), after) << name;
     const auto begin = text.find("[bus.nodes]"), end = text.find("\n[limits]");
     EXPECT_EQ(after.substr(0, begin), text.substr(0, begin)) << name;
@@ -89,9 +90,7 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
 
 TEST(BusMigrate, WritesATableForEachNodeInItsPlaceWithItsNumbersAsTheyWere) {
   const std::string before = keyed(), after = migrated(before);
-  EXPECT_NE(after.find("controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"),
-            std::string::npos)
-      << after;
+  EXPECT_TRUE(has_text(after, "controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"));
   EXPECT_EQ(std::count(after.begin(), after.end(), '\n') - std::count(before.begin(), before.end(), '\n'),
             -1 + 14 * 7 + 13);
 }
@@ -100,14 +99,12 @@ TEST(BusMigrate, KeepsCommentsWhereTheyStood) {
   std::string text = changed(keyed(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
   text = changed(text, kBoom, "boom_valve={vendor=0x4b4E,id=0x10 ,product= 0x0408,device_type=408} # a } # b\n");
   text = changed(text, kTilt, kTilt + "  # the last\n");
-  EXPECT_NE(migrated(text).find("controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
-                                "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
-                                "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
-                                "device_type = 408\n\n[[bus.node]]\n"),
-            std::string::npos)
-      << migrated(text);
-  EXPECT_NE(migrated(text).find("product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"),
-            std::string::npos);
+  EXPECT_TRUE(has_text(migrated(text),
+                       "controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
+                       "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
+                       "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
+                       "device_type = 408\n\n[[bus.node]]\n"));
+  EXPECT_TRUE(has_text(migrated(text), "product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"));
   EXPECT_EQ(comments_of(migrated(text)), comments_of(text));
 }
 
@@ -159,9 +156,8 @@ TEST(BusMigrate, RefusesInOneLineWhatItCannotRewrite) {
   EXPECT_EQ(parse_machine(in_bus, "my.toml").bus, parse_machine(keyed(), "my.toml").bus);
   EXPECT_EQ(refusal_of(in_bus), "my.toml: " + needs);
   // A text of many lines that looks like nodes is none.
-  EXPECT_NE(refusal_of(keyed() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n").find("my.toml: line "),
-            std::string::npos);
-  EXPECT_NE(refusal_of("name = \"a\"\n").find("my.toml"), std::string::npos);
+  EXPECT_TRUE(has_text(refusal_of(keyed() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n"), "my.toml: line "));
+  EXPECT_TRUE(has_text(refusal_of("name = \"a\"\n"), "my.toml"));
 }
 
 TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
@@ -200,7 +196,7 @@ TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
   const auto refused = [](const std::string& machine, const std::string& why) {
     const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
     EXPECT_EQ(ran.exit_code, 2) << machine;
-    EXPECT_NE(ran.err.find(why), std::string::npos) << ran.err;
+    EXPECT_TRUE(has_text(ran.err, why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   };
   refused(file, "key 'bus.nodes.boom_valve.id' = 0x80: must be a whole number within [1, 127]");
