@@ -42,20 +42,17 @@ std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::ve
       names.push_back(node.name);
       continue;
     }
-    std::string kept;
-    std::size_t lost = 0;
+    std::vector<std::string> kept;
     for (const NodeChannel& channel : node.channels) {
-      const bool is_lost = std::any_of(wanted.begin(), wanted.end(), [&](const WantedSignal& one) {
-        return one.info->role == channel.info().role && one.info->index == channel.info().index;
-      });
-      if (is_lost)
-        ++lost;
-      else
-        kept = channel.info().name;
+      const SignalInfo& info = channel.info();
+      const auto is_it = [&](const WantedSignal& one) {
+        return one.info->role == info.role && one.info->index == info.index;
+      };
+      if (std::none_of(wanted.begin(), wanted.end(), is_it)) kept.emplace_back(info.name);
     }
-    if (lost == 0) continue;
-    if (lost < node.channels.size())
-      throw InputError(source + ": node '" + node.name + "' also has " + kept + ": import that, too");
+    if (kept.size() == node.channels.size()) continue;
+    if (!kept.empty())
+      throw InputError(source + ": node '" + node.name + "' also has " + kept.back() + ": import that, too");
     names.push_back(node.name);
   }
   return names;

@@ -224,6 +224,7 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"boom_extend_pilot=Front:shut=0.6,full=2"}, "must be such as boom_angle=MESSAGE.SIGNAL"},
         {{"boom_angle=Front.boom:"}, "must be such as boom_angle=MESSAGE.SIGNAL"},
         {{"boom_angle=Front.boom:shut=0.6,full=2"}, "--signal boom_angle: is no pilot pressure"},
+        {{"boom_extend_pilot=Front.boom:shut=0.6"}, "--signal shut=0.6: must be such as shut=0.6,full=2.8"},
         {{"slope=Front.slope"}, "m.dbc:3: Front has no signal slope; it has boom, arm, bucket"},
         {{"slope=Back.slope"}, "m.dbc"},
         {{"slope=Nested.deep"}, "is multiplexed by inner, which is multiplexed itself"},

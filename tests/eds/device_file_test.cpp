@@ -170,8 +170,9 @@ TEST(DeviceFile, TellsEverySlipWithItsLine) {
     EXPECT_EQ(file.slips[0].rfind("line ", 0), 0U) << file.slips[0];
     EXPECT_EQ(file.vendor, 0x19U) << c.more;
   }
-  const DeviceFile skipped = parse(kHead + "[1600sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x00030010\n");
-  EXPECT_FALSE(has_text(skipped.slips, "0x1600:01 maps")) << "two bytes to skip are an entry of CiA 301";
+  const DeviceFile skipped = parse(kHead + "[1600sub0]\nDataType=5\nAccessType=rw\nDefaultValue=1\n" +
+                                   "[1600sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x00030010\n");
+  EXPECT_FALSE(has_text(skipped.slips, " maps ")) << "neither the count nor two bytes to skip, an entry of CiA 301";
 }
 
 TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
