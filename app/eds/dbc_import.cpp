@@ -93,10 +93,10 @@ bool has(const Frames& frames, const DbcMessage& message, std::size_t bus) {
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
 class Importer {
  public:
-  /// @param closings of frames that the machine sends
+  /// @param closings of frames that the machine sends @param import gets what was done
   Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus,
-           const Closings& closings)
-      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings) {}
+           const Closings& closings, Import& import)
+      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings), import_(import) {}
 
   /// Of frames that are there: before others come under their identifier.
   void put_closings() {
@@ -107,7 +107,7 @@ class Importer {
         was = before_.broadcasts[place].closing;
         for (const ClosingLine& one : closing) close(Kind::kBroadcast, place, one);
       }
-      import.frames.push_back(
+      import_.frames.push_back(
           fmt::format("{} ({}): {}", message->name, id_text(message->id), closing_text(closing, was)));
     }
   }
@@ -130,9 +130,9 @@ class Importer {
       }
       names.push_back(name + (own && at != there ? " (moved from " + was_in->name + ")" : ""));
       if (!known)
-        note(info, import);
+        note(info, import_);
       else if (info.role == NodeRole::kEncoder && !info.is_angle)
-        import.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
+        import_.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
       if (there)
         tables_.set(Kind::kBroadcast, *there, name, line, stays, kept(*signal.wanted));
       else
@@ -144,21 +144,21 @@ class Importer {
       tables_.append(head_text(dbc_, *frame.message, "[[bus.broadcast]]", ids, frame.by) + closing +
                          "[bus.broadcast.signals]\n" + lines,
                      bus_);
-      note(frame, import);
+      note(frame, import_);
     }
-    import.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
-                                        id_text(frame.message->id), fmt::join(names, ", "),
-                                        there ? ", in the table that was there" : ""));
+    import_.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
+                                         id_text(frame.message->id), fmt::join(names, ", "),
+                                         there ? ", in the table that was there" : ""));
   }
 
   /// When all frames are put: until then a table may get a signal in place of its last one.
   void take_out_moved() {
     for (const auto& [place, name] : moved_)
-      if (tables_.erase(Kind::kBroadcast, place, name)) import.gone_frames.push_back(before_.broadcasts[place].name);
+      if (tables_.erase(Kind::kBroadcast, place, name)) import_.gone_frames.push_back(before_.broadcasts[place].name);
   }
 
   void put(const CommandTable& table) {
-    import.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
+    import_.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
     if (!table.there) {
       made_.insert(table.message->name);
       return tables_.append(table.text(), bus_);
@@ -171,8 +171,8 @@ class Importer {
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moves](const std::string& key) { return moves && (key == "neutral" || key == "direction"); });
       if (moves && !(is_there && was->joint && kJointNames[static_cast<std::size_t>(*was->joint)] == field.joint))
-        import.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
-                                           there.name, is_there ? "stays" : "is 0", field.joint));
+        import_.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
+                                            there.name, is_there ? "stays" : "is 0", field.joint));
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
     for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);
@@ -202,12 +202,12 @@ class Importer {
         const std::string with =
             fmt::format(" (with its constant{} {})", constants.size() == 1 ? "" : "s", fmt::join(constants, ", "));
         tables_.erase(Kind::kCommand, place);
-        import.gone_frames.push_back(there.name + (constants.empty() ? "" : with));
+        import_.gone_frames.push_back(there.name + (constants.empty() ? "" : with));
         continue;
       }
       for (const CommandField* const field : moved) put_to_rest(place, *field);
       if (!more.empty())
-        import.to_do.push_back(
+        import_.to_do.push_back(
             fmt::format("{}: moves no joint any more, but has {}, which {} has not: take it out "
                         "where nothing needs it",
                         there.name, more, dbc_.source));
@@ -225,8 +225,6 @@ class Importer {
                                   : "nothing is taken of it: give its --signal, --command or --constant, too");
     }
   }
-
-  Import import;
 
  private:
   using Kind = FrameTables::Kind;
@@ -272,7 +270,7 @@ class Importer {
       tables_.set(Kind::kCommand, place, name,
                   fmt::format("{} = {{ {}, neutral = {} }}", name, bits_text(way->bits), way->neutral), false, stays);
     }
-    import.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
+    import_.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
   }
 
   /// "boom_way", or with a number where the frame has that.
@@ -328,6 +326,7 @@ class Importer {
   const DbcFile& dbc_;
   std::size_t bus_;
   const Closings& closings_;
+  Import& import_;
   std::set<std::string> made_;                              // messages of new frames
   std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
@@ -407,15 +406,13 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
   for (TomlTable& node : bus_table.tables("node")) nodes.push_back(node.text("name"));
   if (!tables.erase_nodes(nodes, import.gone_nodes))
     throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
-  Importer importer(before, tables, dbc, bus, closings);
-  importer.import = std::move(import);
+  Importer importer(before, tables, dbc, bus, closings, import);
   importer.put_closings();
   for (const DbcFrame& frame : frames) importer.put(frame);
   importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);
   importer.take_out_moved(told);
   importer.check_periods(wanted.periods, machine_source);
-  import = std::move(importer.import);
   if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
     import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");
     import.to_do.emplace_back(

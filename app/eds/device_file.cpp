@@ -58,10 +58,9 @@ std::optional<Value> value_of(std::string_view text) {
 
 std::optional<Access> access_of(const std::string& text) {
   const std::string access = lower(text);
-  if (access == "ro") return Access::kReadOnly;
+  if (access == "ro" || access == "const") return Access::kReadOnly;
   if (access == "wo") return Access::kWriteOnly;
   if (access == "rw" || access == "rwr" || access == "rww") return Access::kReadWrite;
-  if (access == "const") return Access::kConstant;
   return std::nullopt;
 }
 
@@ -411,8 +410,8 @@ std::vector<sim::DeviceObject> dictionary(const DeviceFile& device, std::uint8_t
   for (const auto& [key, entry] : device.entries) {
     const DataType* const type = data_type(entry.data_type);
     if (type == nullptr) continue;
-    const bool writes = entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
-    objects.push_back({object_of(key), type->bytes, writes ? sim::Access::kReadWrite : sim::Access::kReadOnly,
+    objects.push_back({object_of(key), type->bytes,
+                       entry.may_be_written() ? sim::Access::kReadWrite : sim::Access::kReadOnly,
                        entry.value ? entry.value->of(node) : 0});
   }
   return objects;

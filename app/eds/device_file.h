@@ -17,7 +17,7 @@
 
 namespace knuckle::eds {
 
-enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConstant };
+enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite };
 
 /// A number that may depend on the node id: "$NODEID+0x180".
 struct Value {
@@ -55,6 +55,7 @@ struct Entry {
   std::optional<bool> mappable;  ///< Into process data; nothing where the file does not say it.
   std::optional<std::int64_t> lowest, most;  ///< LowLimit, HighLimit.
   int line = 0, type_line = 0;               ///< Where its section begins, and says the data type.
+  [[nodiscard]] bool may_be_written() const noexcept { return access != Access::kReadOnly; }
 };
 
 /// "0x1018:01 (vendor id)", with the name that its entry has.

@@ -64,9 +64,6 @@ std::string or_in_file(canopen::Object object, std::uint32_t delivered) {
 
 /// Why start-up would fail at this part; empty where it would not.
 std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, std::uint8_t id) {
-  const auto may_write = [](const Entry& entry) {
-    return entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
-  };
   bool as_wanted = true;
   for (const slave::SdoStep& step : part.asked) {
     const Entry* entry = device.find(step.object);
@@ -76,7 +73,7 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
       return fmt::format("start-up reads {}, which can only be written", object_text(step.object, entry));
     const bool holds = entry->value && step.holds(entry->value->of(id));
     as_wanted = as_wanted && holds;
-    if (part.written.empty() && !holds && entry->value && !may_write(*entry)) {
+    if (part.written.empty() && !holds && entry->value && !entry->may_be_written()) {
       return fmt::format("{} must be {} and is always {}{}", object_text(step.object, entry), step.value,
                          entry->value->of(id), or_in_file(step.object, entry->value->of(id)));
     }
@@ -84,10 +81,10 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
   if (as_wanted) return "";
   for (const slave::SdoStep& step : part.written) {
     const Entry* entry = device.find(step.object);
-    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && !may_write(*entry) && entry->value)
+    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && !entry->may_be_written() && entry->value)
       return fmt::format("{} must be {} and is always {} ms", object_text(step.object, entry), slave::period_text(step),
                          entry->value->of(id));
-    if (entry == nullptr || !may_write(*entry))
+    if (entry == nullptr || !entry->may_be_written())
       return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
     if (std::string limits = limits_against(step, *entry); !limits.empty()) return limits;
   }
@@ -106,8 +103,7 @@ std::string obstacle_of(const DeviceFile& device, const FrameField& mapped, bool
   const Entry* entry = device.find(mapped.object);
   const std::string object = object_text(mapped.object, entry);
   if (entry == nullptr) return fmt::format("start-up maps {}, which the device does not have", object);
-  const bool never_taken = entry->access == Access::kReadOnly || entry->access == Access::kConstant;
-  if (to_node && never_taken)
+  if (to_node && !entry->may_be_written())
     return fmt::format(
         "{}: line {}: AccessType of {} is that of what can only be read; it must be told by process data",
         device.source, entry->line, object);

@@ -52,12 +52,9 @@ void set_map(DeviceFile& device, std::uint32_t number, const std::vector<std::ui
 
 TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
   DeviceFile device = made_for("tilt");
-  const auto map = [&](std::uint32_t number, const std::vector<std::uint32_t>& entries) {
-    set_map(device, number, entries);
-  };
-  map(0, {0x60100010});
+  set_map(device, 0, {0x60100010});
   EXPECT_TRUE(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
-  map(0, {0x60200010, 0x60100010});
+  set_map(device, 0, {0x60200010, 0x60100010});
   const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
   EXPECT_TRUE(has_text(text, "tpdo_map = [0x60200010, 0x60100010]"));
   const MachineDescription after = parse_machine(text, "m");
@@ -65,7 +62,7 @@ TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
   EXPECT_TRUE(fit_of(device, after, "tilt").obstacles.empty());
   // The next device in its place leaves none of it behind.
   EXPECT_FALSE(has_text(with_device(text, "m", "tilt", 0x38, made_for("tilt")), "tpdo_map"));
-  map(0, {0x60200010});
+  set_map(device, 0, {0x60200010});
   EXPECT_TRUE(has_text(refused("tilt", 0x38, device), "must have 0x60100010"));
 }
 
