@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/eds/imports.h"
+#include "tests/support/j1939_machine.h"
 
 namespace knuckle::eds {
 namespace {
@@ -40,6 +41,10 @@ BA_DEF_ SG_ "SigType" ENUM "Default","Range","MessageCounter","MessageChecksum";
 )";
 constexpr const char* kBoomBySpeeds = "boom=Speeds.boom_speed:extend=0.37,retract=-0.37";
 
+const ImportOptions kAllBySpeeds{.commands = {kBoomBySpeeds, "arm=Speeds.arm_speed:extend=-0.6,retract=0.6",
+                                              "bucket=Speeds.bucket_speed:extend=-1,retract=1"},
+                                 .constants = {"Speeds=0"}};
+
 std::string of_standard200(const std::string& extension) {
   return test::content(test::source_dir() + "/config/machines/standard200." + extension);
 }
@@ -68,6 +73,7 @@ FrameClosing closing_of(const Import& import, const std::string& frame) {
     if (one.name == frame) return one.closing;
   return command_of(bus, frame).closing;
 }
+
 TEST(DbcByHand, AJointThatComesFromTwoMessagesIsRefused) {
   const std::string rates = "boom=front_rate.boom_rate:extend=0.37,retract=-0.37";
   test::expect_refused(
@@ -167,15 +173,54 @@ TEST(DbcByHand, WhichWayAFieldWentGetsANameOfItsOwn) {
   EXPECT_EQ(at(alike, 52), 3);
 }
 
+TEST(DbcByHand, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
+  const std::string line = "boom_rate = { start = 0, bits = 16, scale = 0.0005, offset = -16, ",
+                    speeds = "neutral = 0, extend = 0.37, retract = -0.37 }";
+  const Import import = by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}}, dbc_with(),
+                                changed(of_standard200("toml"), speeds, speeds + " # fast"));
+  const BusDescription bus = bus_of(import);
+  ASSERT_EQ(bus.commands.size(), 3U);
+  EXPECT_EQ(bus.command(kBoom, true)->name, "boom_speed");
+  EXPECT_TRUE(has_text(import.text, line + "neutral = 0 } # fast\n"))
+      << "in no field it would be sent as raw 0, 16 rad/s backwards";
+  EXPECT_EQ(import.at_rest, std::vector<std::string>{"boom_rate in front_rate"});
+  EXPECT_TRUE(import.gone_frames.empty());
+}
+
+TEST(DbcByHand, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
+  const std::string next = "[[bus.command]]\nname = \"machine_setting\"", noted = "# of another frame\n" + next,
+                    before = changed(of_standard200("toml"), next, noted);
+  const Import import = by_hand(kAllBySpeeds, dbc_with(), before);
+  const BusDescription bus = bus_of(import), was = parse_machine(before, "m.toml").bus;
+  ASSERT_EQ(bus.commands.size(), 2U);
+  EXPECT_EQ(bus.commands[0], was.commands[1]);
+  EXPECT_EQ(bus.commands[1].name, "Speeds");
+  EXPECT_EQ(import.gone_frames, std::vector<std::string>{"front_rate (with its constant slew_rate)"});
+  EXPECT_TRUE(import.at_rest.empty());
+  EXPECT_TRUE(has_text(import.text, noted));
+  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "no gap";
+  EXPECT_EQ(by_hand(kAllBySpeeds, dbc_with(), import.text).text, import.text) << "once more changes nothing";
+  ImportOptions named = kAllBySpeeds;
+  named.constants.emplace_back("front_rate.slew_rate=0");
+  EXPECT_EQ(bus_of(by_hand(named, dbc_with(), before)).commands.size(), 3U) << "unless it is named";
+}
+
+TEST(DbcByHand, AValveThatWasToldInShortGoes) {
+  const std::string dbc = test::all_changed(dbc_with(), " 2566849797", " 2566849830");  // the valves' address
+  const Import import = by_hand(kAllBySpeeds, dbc, test::valves_text());
+  const BusDescription bus = bus_of(import);
+  ASSERT_EQ(bus.commands.size(), 1U);
+  EXPECT_EQ(bus.commands[0].name, "Speeds");
+  EXPECT_EQ(import.gone_frames.size(), 3U);
+}
+
 TEST(DbcByHand, AFrameWithConstantsThatTheDbcDoesNotSayStays) {
-  const ImportOptions all{.commands = {kBoomBySpeeds, "arm=Speeds.arm_speed:extend=-0.6,retract=0.6",
-                                       "bucket=Speeds.bucket_speed:extend=-1,retract=1"},
-                          .constants = {"Speeds=0"}};
   const std::string unknown = changed(of_standard200("toml"), "id = 0x18FF0105", "id = 0x18FF0995"),
                     damaged = changed(dbc_with(), "arm_rate : 16|16", "arm_rate : 8|16"),
                     slew = " SG_ slew_rate : 48|16@1+ (0.0005,-16) [0|0] \"rad/s\" Machine\n",
                     narrow = changed(dbc_with(), slew, "");
-  for (const Import& import : {by_hand(all, dbc_with(), unknown), by_hand(all, damaged), by_hand(all, narrow)}) {
+  for (const Import& import :
+       {by_hand(kAllBySpeeds, dbc_with(), unknown), by_hand(kAllBySpeeds, damaged), by_hand(kAllBySpeeds, narrow)}) {
     const BusDescription bus = bus_of(import);
     EXPECT_EQ(bus.commands.size(), 3U);
     EXPECT_EQ(command_of(bus, "front_rate").fields.size(), 4U);

@@ -7,8 +7,6 @@
 #include <filesystem>
 
 #include "tests/eds/imports.h"
-#include "tests/support/command_machine.h"
-#include "tests/support/j1939_machine.h"
 #include "tests/support/module_machine.h"
 
 namespace knuckle::eds {
@@ -171,63 +169,6 @@ TEST(DbcCommands, WhereItWouldBeNoTomlTheLineSaysThatTheFileIsAsItWas) {
   const auto again = [&] { return told({.counters = {"Setting.alive"}}, before); };
   test::expect_refused(again, "m.toml: is as it was: with these frames of m.dbc it would be refused: ");
   test::expect_refused(again, "counter");
-}
-
-/// Beside Rates, the speeds in another message.
-std::string with_speeds() {
-  return std::string(kToldDbc) + "BO_ 2566849797 Speeds: 8 Knuckle\n" +
-         R"( SG_ boom_speed : 0|16@1- (0.001,0) [0|0] "rad/s" Machine
- SG_ arm_speed : 16|16@1- (0.001,0) [0|0] "rad/s" Machine
- SG_ bucket_speed : 32|16@1- (0.001,0) [0|0] "rad/s" Machine
-BA_ "GenMsgCycleTime" BO_ 2566849797 10;
-)";
-}
-const ImportOptions kAllBySpeeds{.commands = {"boom=Speeds.boom_speed:extend=0.6,retract=-0.6",
-                                              "arm=Speeds.arm_speed:extend=-0.9,retract=0.9",
-                                              "bucket=Speeds.bucket_speed:extend=-1.2,retract=1.2"}};
-
-TEST(DbcCommands, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
-  const std::string line = "boom = { start = 0, bits = 16, scale = 0.0005, offset = -16, ";
-  std::string before = told().text;
-  before = changed(before, line + "unit = \"rad/s\", joint = \"boom\", neutral = 0, extend = 0.6, retract = -0.6 }",
-                   line + "unit = \"rad/s\", joint = \"boom\", neutral = 0, extend = 0.6, retract = -0.6 } # fast");
-  const Import import =
-      imported({.commands = {"boom=Speeds.boom_speed:extend=0.6,retract=-0.6"}, .constants = {"Speeds=0"}},
-               with_speeds(), before);
-  const BusDescription bus = bus_of(import);
-  ASSERT_EQ(bus.commands.size(), 3U);
-  EXPECT_EQ(bus.command(kBoom, true)->name, "boom_speed");
-  EXPECT_TRUE(has_text(import.text, line + "neutral = 0 } # fast\n"))
-      << "in no field it would be sent as raw 0, 16 rad/s backwards";
-  EXPECT_EQ(import.at_rest, std::vector<std::string>{"boom in Rates"});
-  EXPECT_TRUE(import.gone_frames.empty());
-}
-
-TEST(DbcCommands, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
-  const std::string before = changed(told().text, "[[bus.command]]\nname = \"Setting\"",
-                                     "# of another frame\n[[bus.command]]\nname = \"Setting\"");
-  const Import import = imported(kAllBySpeeds, with_speeds(), before);
-  const BusDescription bus = bus_of(import), was = parse_machine(before, "m.toml").bus;
-  ASSERT_EQ(bus.commands.size(), 2U);
-  EXPECT_EQ(bus.commands[0], was.commands[1]);
-  EXPECT_EQ(bus.commands[1].name, "Speeds");
-  EXPECT_EQ(import.gone_frames, std::vector<std::string>{"Rates (with its constant slew)"});
-  EXPECT_TRUE(import.at_rest.empty());
-  EXPECT_TRUE(has_text(import.text, "# of another frame\n[[bus.command]]\nname = \"Setting\""));
-  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "no gap";
-  EXPECT_EQ(imported(kAllBySpeeds, with_speeds(), import.text).text, import.text) << "once more changes nothing";
-  ImportOptions named = kAllBySpeeds;
-  named.constants = {"Rates.slew=0"};
-  EXPECT_EQ(bus_of(imported(named, with_speeds(), before)).commands.size(), 3U) << "unless it is named";
-}
-
-TEST(DbcCommands, AValveThatWasToldInShortGoes) {
-  const std::string dbc = test::all_changed(with_speeds(), " 2566849797", " 2566849830");  // the valves' address
-  const Import import = imported(kAllBySpeeds, dbc, test::valves_text());
-  const BusDescription bus = bus_of(import);
-  ASSERT_EQ(bus.commands.size(), 1U);
-  EXPECT_EQ(bus.commands[0].name, "Speeds");
-  EXPECT_EQ(import.gone_frames.size(), 3U);
 }
 
 TEST(DbcCommands, WhatTheSenderOfAFrameInTheFileSendsIsRefused) {
