@@ -7,6 +7,7 @@
 #include <array>
 #include <set>
 
+#include "app/eds/device_file.h"
 #include "core/error.h"
 #include "slave/bus_listen.h"
 
@@ -110,10 +111,6 @@ class Talk {
   bool told_ = false;
 };
 
-std::string object_text(Object object) {
-  return fmt::format("0x{:04X}:{:02X}", object.index, object.subindex);
-}
-
 /// Why an answer is none; empty where it is as wanted.
 std::string failed(const std::vector<SdoResponse>& answers, SdoResponse::Kind wanted) {
   if (answers.empty()) return "no answer";
@@ -154,8 +151,18 @@ SdoIdentity identity_of(Talk& talk, std::uint8_t node) {
   return found;
 }
 
+/// The same, where it is known.
+lss::Identity known_identity(Talk& talk, std::uint8_t node) {
+  const SdoIdentity found = identity_of(talk, node);
+  if (!found.problem.empty()) talk.refuse(found.problem);
+  return found.device;
+}
+
+bool is_node_id(std::uint8_t id) {
+  return id >= 1 && id <= 127;
+}
+
 // ---- Before anything is told
-// -----------------------------------------------------------------------------------------
 
 /// Whether only a node with this id sends such a frame.
 bool sent_by(std::uint32_t frame, std::uint8_t id) {
@@ -193,7 +200,6 @@ void check_fits(Talk& talk, const lss::Identity& device, const IdRequest& reques
 }
 
 // ---- LSS
-// -------------------------------------------------------------------------------------------------------------
 
 /// However its work ends, all devices are in LSS state waiting.
 class LssMaster {
@@ -342,22 +348,14 @@ std::string failure_of(Talk& talk, Service service, std::uint32_t value, Duratio
 AssignedId by_lss(Talk& talk, const IdRequest& request) {
   AssignedId result;
   LssMaster master(talk);
-  if (request.from) {
-    const SdoIdentity found = identity_of(talk, *request.from);
-    if (!found.problem.empty()) talk.refuse(found.problem);
-    result.device = found.device;
-  } else {
-    result.device = device_by_lss(talk, master, request.serial);
-  }
+  result.device = request.from ? known_identity(talk, *request.from) : device_by_lss(talk, master, request.serial);
   check_fits(talk, result.device, request);
   result.before = select_device(talk, master, result.device, request);
   if (request.from && result.before != *request.from)
     talk.refuse(fmt::format("{} answers LSS with node id 0x{:02X}, not 0x{:02X}: switch its power off and on",
                             text(result.device), result.before, *request.from));
   // It will be reset under the id that it has now: no other device may have it.
-  if (const bool has_id = result.before >= 1 && result.before <= 127; has_id && !request.from) {
-    if (const SdoIdentity there = identity_of(talk, result.before); !there.problem.empty()) talk.refuse(there.problem);
-  }
+  if (is_node_id(result.before) && !request.from) (void)known_identity(talk, result.before);
   talk.tell();
   result.problem = failure_of(talk, Service::kConfigureNodeId, request.id, kPatience);
   if (result.problem.empty()) result.problem = failure_of(talk, Service::kStore, 0, kStoring);
@@ -365,7 +363,6 @@ AssignedId by_lss(Talk& talk, const IdRequest& request) {
 }
 
 // ---- Objects of the device
-// -------------------------------------------------------------------------------------------
 
 std::string write_id(Talk& talk, std::uint8_t node, Object object, std::uint8_t bytes, std::uint8_t id) {
   std::string why =
@@ -380,9 +377,7 @@ std::string write_id(Talk& talk, std::uint8_t node, Object object, std::uint8_t 
 AssignedId by_objects(Talk& talk, const IdRequest& request) {
   AssignedId result;
   const std::uint8_t node = result.before = *request.from;
-  const SdoIdentity found = identity_of(talk, node);
-  if (!found.problem.empty()) talk.refuse(found.problem);
-  result.device = found.device;
+  result.device = known_identity(talk, node);
   check_fits(talk, result.device, request);
   std::vector<std::uint8_t> bytes;
   for (const Object object : request.objects) {
@@ -410,7 +405,6 @@ AssignedId by_objects(Talk& talk, const IdRequest& request) {
 }
 
 // ---- Afterwards
-// ------------------------------------------------------------------------------------------------------
 
 bool starts(Talk& talk, std::uint8_t id, Duration patience) {
   return !talk.gather(patience,
@@ -425,18 +419,15 @@ std::string verified(Talk& talk, const IdRequest& request, const AssignedId& giv
   using canopen::NmtCommand;
   const bool by_lss = request.objects.empty();
   const auto boot = std::max(kShortestBoot, from_seconds(request.bus.boot_timeout_s));
-  const bool had_id = given.before >= 1 && given.before <= 127;
+  const bool had_id = is_node_id(given.before);
   bool started = false;
   if (had_id && by_lss) {
     talk.pause();  // NMT goes before LSS on the bus: they must have left configuration
     talk.send(canopen::nmt_frame(NmtCommand::kResetCommunication, given.before));
     started = starts(talk, request.id, boot);
   }
-  if (had_id && !started) {
-    talk.send(canopen::nmt_frame(NmtCommand::kResetNode, given.before));
-    started = starts(talk, request.id, boot);
-  }
-  if (!had_id) started = starts(talk, request.id, boot);
+  if (had_id && !started) talk.send(canopen::nmt_frame(NmtCommand::kResetNode, given.before));
+  if (!started) (void)starts(talk, request.id, boot);
   const SdoIdentity found = identity_of(talk, request.id);
   if (!found.problem.empty())
     return found.problem + "; switch its power off and on, then see what knuckle doctor --can " + talk.name() +

@@ -24,10 +24,11 @@ namespace knuckle::eds {
 [[nodiscard]] MachineDescription parse_changed(const std::string& text, const std::string& source,
                                                const std::string& with);
 
-/// The machine file's text with the device in place of that node, its comments and order as they were.
+/// The machine file's text with the device in place of that node, its comments and order as they were. An older file
+/// has its nodes in tables then (with_node_tables()).
 /// @param node name of a node of the machine file, or of a signal that one has. @throws InputError where the device's
-/// profile is not that node's, where the file has the node neither in a [[bus.node]] table nor on one line in
-/// [bus.nodes], or where the result is no machine file (an id that is taken, say).
+/// profile is not that node's, where the file has not each key of the node on a line of its own, or where the result is
+/// no machine file (an id that is taken, say).
 [[nodiscard]] std::string with_device(const std::string& machine_text, const std::string& machine_source,
                                       const std::string& node, std::uint8_t id, const DeviceFile& device);
 

@@ -108,6 +108,10 @@ const DbcMessage& DbcFile::usable(std::string_view message) const {
       fmt::format("{}: line {}: BO_ {}: there is one in line {}, too", source, other->line, message, at->line));
 }
 
+void DbcFile::refuse(int line, const std::string& why) const {
+  throw InputError(fmt::format("{}:{}: {}", source, line, why));
+}
+
 bool is_in(const CanFrame& frame, const DbcMessage& message, const DbcSignal& signal) noexcept {
   if (message.is_of_packets() || !read_raw(signal.field, frame)) return false;
   const DbcSignal* at = &signal;

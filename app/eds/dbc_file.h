@@ -1,5 +1,6 @@
 // A machine's bus as its maker describes it (DBC): messages, signals, and what their numbers mean. What has no meaning
-// or two makes the message unusable that it belongs to, so that whoever wants another one is not stopped.
+// or two makes the message unusable that it belongs to, so that whoever wants another one is not stopped. What is said
+// for people alone (comments, names of values, receivers) is passed over.
 #pragma once
 
 #include <cstddef>
@@ -28,9 +29,6 @@ struct DbcSignal {
   std::uint8_t first_byte = 0;                     ///< Of a message of several packets: its bits count from there.
   std::optional<std::pair<double, double>> range;  ///< Least and most value; nothing where the file gives none.
   std::string unit;
-  std::vector<std::string> receivers;
-  std::string comment;                                        ///< May have several lines.
-  std::vector<std::pair<std::uint64_t, std::string>> values;  ///< Names of raw values, as read_raw() has them.
   bool is_multiplexer = false;
   bool is_counter = false;   ///< SigType says so: it counts the message's frames.
   bool is_checksum = false;  ///< Likewise.
@@ -45,7 +43,6 @@ struct DbcMessage {
   std::uint16_t size = 0;
   std::optional<double> period_s;  ///< GenMsgCycleTime; nothing where that is 0 or not there.
   bool j1939 = false;              ///< VFrameFormat says so: a parameter group, from whichever source.
-  std::string comment;
   /// Why no frame of it can be sent or read, "line 12: ..."; empty where they can.
   std::string unusable;
   std::vector<DbcSignal> signals;  ///< Empty where it is unusable.
@@ -58,14 +55,15 @@ struct DbcMessage {
 };
 
 struct DbcFile {
-  std::string source;  ///< The file's name.
-  std::string comment;
+  std::string source;                ///< The file's name.
   std::vector<DbcMessage> messages;  ///< No two that can be used have one identifier.
   std::vector<std::string> slips;    ///< What the file says in a way that it should not: "line 12: ...".
 
   /// @throws InputError, one line with file, line and what is wrong, where there is none of this name, more than one,
   /// or one that is unusable.
   [[nodiscard]] const DbcMessage& usable(std::string_view message) const;
+  /// @throws InputError "FILE:LINE: why"
+  [[noreturn]] void refuse(int line, const std::string& why) const;
 };
 
 /// @throws InputError, one line with file and line, where it cannot be read at all.

@@ -6,19 +6,22 @@
 #include <algorithm>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "app/cli/command.h"
 #include "app/eds/bus_command.h"
+#include "app/eds/dbc_broadcasts.h"
+#include "app/eds/dbc_commands.h"
 #include "app/eds/dbc_to_machine.h"
 #include "app/eds/frame_tables.h"
+#include "app/eds/migrate.h"
 #include "core/error.h"
 #include "core/joints.h"
 #include "machine/bus_description.h"
 #include "machine/load.h"
 #include "machine/load_bus_lines.h"
 #include "machine/reason_text.h"
+#include "machine/signal_units.h"
 #include "machine/toml_reader.h"
 
 namespace knuckle::eds {
@@ -26,25 +29,8 @@ namespace {
 
 /// Lines that are the same in all frames under one identifier.
 struct IdentifierKeys {
-  std::vector<std::string> id, closing;
+  std::string ids, closing;
 };
-
-/// @param beside what the file has of the frames under its identifier already. @param lines of its signals
-std::string table_of(const DbcFile& dbc, const DbcFrame& frame, const IdentifierKeys& beside,
-                     const std::vector<std::string>& lines) {
-  std::string text;
-  std::istringstream head(head_text(dbc, *frame.message, "[[bus.broadcast]]", true, frame.by));
-  for (std::string line; std::getline(head, line);) {
-    const bool says_id = line.starts_with("id = ") || line.starts_with("pgn = ") || line.starts_with("extended = ");
-    if (beside.id.empty() || !says_id) text += line + '\n';
-    if (!line.starts_with("name = ")) continue;
-    for (const std::string& id : beside.id) text += id + '\n';
-  }
-  for (const std::string& closing : beside.closing) text += closing + '\n';
-  text += "[bus.broadcast.signals]\n";
-  for (const std::string& line : lines) text += line + '\n';
-  return text;
-}
 
 /// Nodes all of whose signals the frames have, or which are told what frames are to tell from now on. @throws
 /// InputError where a node would lose but some.
@@ -56,41 +42,29 @@ std::vector<std::string> nodes_in_place(const BusDescription& bus, const std::ve
       names.push_back(node.name);
       continue;
     }
-    std::string kept;
-    std::size_t lost = 0;
+    std::vector<std::string> kept;
     for (const NodeChannel& channel : node.channels) {
-      const bool is_lost = std::any_of(wanted.begin(), wanted.end(), [&](const WantedSignal& one) {
-        const SignalInfo& signal = signal_info(one.signal);
-        return signal.role == channel.info().role && signal.index == channel.info().index;
-      });
-      if (is_lost)
-        ++lost;
-      else
-        kept = channel.info().name;
+      const SignalInfo& info = channel.info();
+      const auto is_it = [&](const WantedSignal& one) {
+        return one.info->role == info.role && one.info->index == info.index;
+      };
+      if (std::none_of(wanted.begin(), wanted.end(), is_it)) kept.emplace_back(info.name);
     }
-    if (lost == 0) continue;
-    if (lost < node.channels.size())
-      throw InputError(source + ": node '" + node.name + "' also has " + kept + ": import that, too");
+    if (kept.size() == node.channels.size()) continue;
+    if (!kept.empty())
+      throw InputError(source + ": node '" + node.name + "' also has " + kept.back() + ": import that, too");
     names.push_back(node.name);
   }
   return names;
 }
 
-std::vector<std::string> names_in(const std::string& text, const std::string& source, const char* key) {
-  std::vector<std::string> names;
-  TomlTable file = TomlTable::parse(text, source), bus = bus_tables(file).front();
-  if (!bus.has(key)) return names;
-  for (TomlTable& table : bus.tables(key)) names.push_back(table.text("name"));
-  return names;
-}
-
 /// What a DBC does not say of a signal that the file did not have.
-void note(const std::string& name, Import& import) {
-  if (name.ends_with("_angle") || name == "slope")
+void note(const SignalInfo& signal, Import& import) {
+  const std::string name = signal.name;
+  if (is_angle(signal))
     import.to_do.push_back(name +
                            ": sign and zero_rad are those of the installation: set them where they are not 1 and 0");
-  if (is_yes_or_no(signal_info(name)))
-    import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
+  if (is_yes_or_no(signal)) import.to_do.push_back(name + ": on = 1 is a guess: set the raw value that says yes");
 }
 
 /// Likewise of a frame.
@@ -111,71 +85,80 @@ bool is_of(const There& there, const DbcMessage& message, std::size_t bus) {
   return there.module == 0 && there.filter().lets(message.id | (bus == 0 ? 0 : kSecondBus));
 }
 
+template <typename Frames>
+bool has(const Frames& frames, const DbcMessage& message, std::size_t bus) {
+  return std::any_of(frames.begin(), frames.end(), [&](const auto& there) { return is_of(there, message, bus); });
+}
+
 /// Puts frames into a machine file's text: into tables that are there already, else into new ones.
 class Importer {
  public:
-  /// @param closings of frames that the machine sends
+  /// @param closings of frames that the machine sends @param import gets what was done
   Importer(const BusDescription& before, FrameTables& tables, const DbcFile& dbc, std::size_t bus,
-           const std::vector<DbcClosing>& closings)
-      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings) {}
+           const Closings& closings, Import& import)
+      : before_(before), tables_(tables), dbc_(dbc), bus_(bus), closings_(closings), import_(import) {}
 
   /// Of frames that are there: before others come under their identifier.
   void put_closings() {
-    for (const DbcClosing& closing : closings_) {
+    for (const auto& [message, closing] : closings_) {
       FrameClosing was;
       for (std::size_t place = 0; place < tables_.count(Kind::kBroadcast); ++place) {
-        if (!is_of(before_.broadcasts[place], *closing.message, bus_)) continue;
+        if (!is_of(before_.broadcasts[place], *message, bus_)) continue;
         was = before_.broadcasts[place].closing;
-        for (const ClosingLine& one : closing.lines) close(Kind::kBroadcast, place, one);
+        for (const ClosingLine& one : closing) close(Kind::kBroadcast, place, one);
       }
-      import.frames.push_back(fmt::format("{} ({}): {}", closing.message->name, id_text(closing.message->id),
-                                          closing_text(closing.lines, was)));
+      import_.frames.push_back(
+          fmt::format("{} ({}): {}", message->name, id_text(message->id), closing_text(closing, was)));
     }
   }
 
   void put(const DbcFrame& frame) {
     const auto there = place_of(frame);
-    std::vector<std::string> names, lines;
+    std::string lines;
+    std::vector<std::string> names;
     for (const DbcFrame::Signal& signal : frame.signals) {
-      const SignalInfo& info = signal_info(signal.name);
+      const SignalInfo& info = *signal.wanted->info;
+      const std::string name = info.name;
       const auto [was_in, was] = before_.broadcast(info.role, info.index);
-      const bool own = was_in != nullptr && was_in->module == 0, known = own && was->info().name == signal.name;
+      const bool own = was_in != nullptr && was_in->module == 0, known = own && was->info().name == name;
       const std::size_t at = own ? static_cast<std::size_t>(was_in - before_.broadcasts.data()) : 0;
       const bool stays = known && at == there;
-      std::string line = line_of(dbc_, frame, signal);
+      std::string line = signal.line;
       if (own && !stays) {
         moved_.emplace_back(at, was->info().name);
-        if (known)
-          line = tables_.merged(signal.name, tables_.line(Kind::kBroadcast, at, signal.name), line, kept(signal));
+        if (known) line = tables_.merged(name, tables_.line(Kind::kBroadcast, at, name), line, kept(*signal.wanted));
       }
-      names.push_back(signal.name + (own && at != there ? " (moved from " + was_in->name + ")" : ""));
+      names.push_back(name + (own && at != there ? " (moved from " + was_in->name + ")" : ""));
       if (!known)
-        note(signal.name, import);
+        note(info, import_);
       else if (info.role == NodeRole::kEncoder && !info.is_angle)
-        import.to_do.push_back(signal.name + ": its offset is the DBC's again: set or commission its zero");
+        import_.to_do.push_back(name + ": its offset is the DBC's again: set or commission its zero");
       if (there)
-        tables_.set(Kind::kBroadcast, *there, signal.name, line, stays, kept(signal));
+        tables_.set(Kind::kBroadcast, *there, name, line, stays, kept(*signal.wanted));
       else
-        lines.push_back(std::move(line));
+        lines += line + '\n';
     }
     if (!there) {
       made_.insert(frame.message->name);
-      tables_.append(table_of(dbc_, frame, beside(frame), lines), bus_);
-      note(frame, import);
+      const auto [ids, closing] = beside(frame);
+      tables_.append(head_text(dbc_, *frame.message, "[[bus.broadcast]]", ids, frame.by) + closing +
+                         "[bus.broadcast.signals]\n" + lines,
+                     bus_);
+      note(frame, import_);
     }
-    import.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
-                                        id_text(frame.message->id), fmt::join(names, ", "),
-                                        there ? ", in the table that was there" : ""));
+    import_.frames.push_back(fmt::format("{} ({}): {}{}", frame_name(*frame.message, frame.by),
+                                         id_text(frame.message->id), fmt::join(names, ", "),
+                                         there ? ", in the table that was there" : ""));
   }
 
   /// When all frames are put: until then a table may get a signal in place of its last one.
   void take_out_moved() {
     for (const auto& [place, name] : moved_)
-      if (tables_.erase(Kind::kBroadcast, place, name)) import.gone_frames.push_back(before_.broadcasts[place].name);
+      if (tables_.erase(Kind::kBroadcast, place, name)) import_.gone_frames.push_back(before_.broadcasts[place].name);
   }
 
   void put(const CommandTable& table) {
-    import.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
+    import_.frames.push_back(table.summary + (table.there ? ", in the table that was there" : ""));
     if (!table.there) {
       made_.insert(table.message->name);
       return tables_.append(table.text(), bus_);
@@ -188,8 +171,8 @@ class Importer {
       tables_.set(Kind::kCommand, *table.there, field.name, field.line, is_there,
                   [moves](const std::string& key) { return moves && (key == "neutral" || key == "direction"); });
       if (moves && !(is_there && was->joint && kJointNames[static_cast<std::size_t>(*was->joint)] == field.joint))
-        import.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
-                                           there.name, is_there ? "stays" : "is 0", field.joint));
+        import_.to_do.push_back(fmt::format("{} in {}: its neutral {}: set it where that moves the {}", field.name,
+                                            there.name, is_there ? "stays" : "is 0", field.joint));
     }
     for (const std::string& name : table.gone) (void)tables_.erase(Kind::kCommand, *table.there, name);
     for (const ClosingLine& one : table.closing) close(Kind::kCommand, *table.there, one);
@@ -219,12 +202,12 @@ class Importer {
         const std::string with =
             fmt::format(" (with its constant{} {})", constants.size() == 1 ? "" : "s", fmt::join(constants, ", "));
         tables_.erase(Kind::kCommand, place);
-        import.gone_frames.push_back(there.name + (constants.empty() ? "" : with));
+        import_.gone_frames.push_back(there.name + (constants.empty() ? "" : with));
         continue;
       }
       for (const CommandField* const field : moved) put_to_rest(place, *field);
       if (!more.empty())
-        import.to_do.push_back(
+        import_.to_do.push_back(
             fmt::format("{}: moves no joint any more, but has {}, which {} has not: take it out "
                         "where nothing needs it",
                         there.name, more, dbc_.source));
@@ -236,22 +219,18 @@ class Importer {
     for (const WantedPeriod& period : periods) {
       if (made_.contains(period.message)) continue;
       const DbcMessage& message = dbc_.usable(period.message);
-      const auto is_there = [&](const auto& frame) { return is_of(frame, message, bus_); };
-      const bool has = std::any_of(before_.broadcasts.begin(), before_.broadcasts.end(), is_there) ||
-                       std::any_of(before_.commands.begin(), before_.commands.end(), is_there);
+      const bool is_there = has(before_.broadcasts, message, bus_) || has(before_.commands, message, bus_);
       cli::refuse_option("--period", period.message,
-                         has ? "is in " + machine_source + " already: set its period_ms there"
-                             : "nothing is taken of it: give its --signal, --command or --constant, too");
+                         is_there ? "is in " + machine_source + " already: set its period_ms there"
+                                  : "nothing is taken of it: give its --signal, --command or --constant, too");
     }
   }
-
-  Import import;
 
  private:
   using Kind = FrameTables::Kind;
 
   void close(Kind kind, std::size_t place, const ClosingLine& one) {
-    tables_.set_key(kind, place, one.key, one.line, [&](const std::string& of) { return one.keeps(of); });
+    tables_.set_key(kind, place, one.wanted.key(), one.text(), [&](const std::string& key) { return one.keeps(key); });
   }
 
   [[nodiscard]] static bool is_told_elsewhere(const std::vector<CommandTable>& told, int joint, std::size_t place) {
@@ -291,7 +270,7 @@ class Importer {
       tables_.set(Kind::kCommand, place, name,
                   fmt::format("{} = {{ {}, neutral = {} }}", name, bits_text(way->bits), way->neutral), false, stays);
     }
-    import.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
+    import_.at_rest.push_back(fmt::format("{} in {}", field.name, before_.commands[place].name));
   }
 
   /// "boom_way", or with a number where the frame has that.
@@ -317,28 +296,28 @@ class Importer {
   }
 
   /// What the DBC says is its again; sign, zero and what else was set by hand stays.
-  [[nodiscard]] static FrameTables::Keeps kept(const DbcFrame::Signal& signal) {
-    return [has_travel = !signal.travel.empty()](const std::string& key) {
+  [[nodiscard]] static FrameTables::Keeps kept(const WantedSignal& signal) {
+    return [has_travel = signal.shut.has_value()](const std::string& key) {
       if (has_travel && (key == "shut" || key == "full")) return false;
       return !is_place(key) && key != "scale" && key != "offset" && key != "unit";
     };
   }
 
-  /// Of another frame that a multiplexer tells apart from this one; without one what was said of it.
+  /// Of another frame that a multiplexer tells apart from this one; without one what is said of it.
   [[nodiscard]] IdentifierKeys beside(const DbcFrame& frame) const {
     IdentifierKeys keys;
     for (std::size_t place = 0; frame.by && place < tables_.count(Kind::kBroadcast); ++place) {
       const BroadcastFrame& other = before_.broadcasts[place];
       if (!other.multiplexer || !is_of(other, *frame.message, bus_)) continue;
       for (const char* const key : {"id", "extended", "pgn", "source"})
-        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.id.push_back(*line);
+        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.ids += *line + '\n';
       for (const char* const key : {"counter", "checksum"})
-        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing.push_back(*line);
+        if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing += *line + '\n';
       return keys;
     }
-    for (const DbcClosing& closing : closings_)
-      for (const ClosingLine& one : closing.lines)
-        if (closing.message == frame.message) keys.closing.push_back(one.line);
+    keys.ids = id_lines(*frame.message, true);
+    if (const auto closing = closings_.find(frame.message); closing != closings_.end())
+      for (const ClosingLine& one : closing->second) keys.closing += one.text() + '\n';
     return keys;
   }
 
@@ -346,7 +325,8 @@ class Importer {
   FrameTables& tables_;
   const DbcFile& dbc_;
   std::size_t bus_;
-  const std::vector<DbcClosing>& closings_;
+  const Closings& closings_;
+  Import& import_;
   std::set<std::string> made_;                              // messages of new frames
   std::vector<std::pair<std::size_t, std::string>> moved_;  // signals, and the frames that had them
 };
@@ -359,15 +339,12 @@ void refuse_machines_own(const DbcFile& dbc, const std::vector<DbcFrame>& frames
     throw InputError(fmt::format("{}: {} is sent by {}, who sends {} as well: Knuckle must not send it", dbc.source,
                                  ours.name, theirs.sender, theirs.name));
   };
-  const auto is_in = [&](const auto& all, const DbcMessage& message) {
-    return std::any_of(all.begin(), all.end(), [&](const auto& there) { return is_of(there, message, bus); });
-  };
   for (const CommandTable& table : told)
     for (const DbcFrame& frame : frames) refuse_one_sender(*table.message, *frame.message);
   for (const DbcMessage& message : dbc.messages) {
-    if (is_in(before.broadcasts, message))
+    if (has(before.broadcasts, message, bus))
       for (const CommandTable& table : told) refuse_one_sender(*table.message, message);
-    if (is_in(before.commands, message))
+    if (has(before.commands, message, bus))
       for (const DbcFrame& frame : frames) refuse_one_sender(message, *frame.message);
   }
 }
@@ -401,24 +378,11 @@ std::size_t bus_of(const std::optional<WantedBus>& wanted, const BusDescription&
 
 }  // namespace
 
-WantedBus wanted_bus(const std::string& text) {
-  const auto equals = text.find('=');
-  WantedBus wanted{text.substr(0, equals), {}};
-  if (equals == std::string::npos && !text.empty()) return wanted;
-  const auto kbps = equals == std::string::npos ? std::nullopt : cli::whole_number(text.substr(equals + 1), 1000);
-  if (wanted.name.empty() || !kbps) cli::refuse_option("--bus", text, "must be such as machine, or machine=250");
-  wanted.bit_rate_kbps = static_cast<int>(*kbps);
-  return wanted;
-}
-
 Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& as_read,
-                   const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
-                   const std::optional<WantedBus>& on) {
-  const BusDescription before = parse_machine(machine_text, machine_source).bus;
-  TomlTable file = TomlTable::parse(machine_text, machine_source);
-  if (bus_tables(file).front().has("nodes"))
-    throw InputError(machine_source + ": needs [[bus.node]] tables: write them by knuckle bus migrate");
-  FrameTables tables(machine_text, machine_source);
+                   const Wanted& wanted) {
+  const std::string text = with_node_tables(machine_text, machine_source);
+  const BusDescription before = parse_machine(text, machine_source).bus;
+  FrameTables tables(text, machine_source);
   const auto own = [](const auto& frames) {
     return static_cast<std::size_t>(
         std::count_if(frames.begin(), frames.end(), [](const auto& frame) { return frame.module == 0; }));
@@ -428,30 +392,27 @@ Import with_frames(const std::string& machine_text, const std::string& machine_s
     throw InputError(machine_source +
                      ": its [[bus.broadcast]] and [[bus.command]] headers must each begin a line, written as here");
   Import import;
-  const std::size_t bus = bus_of(on, before, machine_source, tables, import);
-  refuse_twice(wanted);
+  const std::size_t bus = bus_of(wanted.bus, before, machine_source, tables, import);
   const DbcFile dbc = with_periods(as_read, wanted.periods);
-  const std::vector<DbcFrame> frames = frames_of(dbc, signals);
-  WantedFrames commands = wanted;
-  const auto sends = [&](const DbcMessage& message) {
-    return std::any_of(before.broadcasts.begin(), before.broadcasts.end(),
-                       [&](const BroadcastFrame& there) { return is_of(there, message, bus); });
-  };
-  const std::vector<DbcClosing> closings = take_closings(dbc, frames, commands, sends, import.to_do);
+  const std::vector<DbcFrame> frames = frames_of(dbc, wanted.signals);
+  Wanted commands = wanted;
+  const auto sends = [&](const DbcMessage& message) { return has(before.broadcasts, message, bus); };
+  const Closings closings = take_closings(dbc, frames, commands, sends, import.to_do);
   const std::vector<CommandTable> told = command_tables(dbc, commands, before, bus == 0 ? 0 : kSecondBus, import.to_do);
   refuse_machines_own(dbc, frames, told, before, bus);
-  import.gone_nodes = nodes_in_place(before, signals, !told.empty(), machine_source);
-  if (!tables.erase_nodes(names_in(machine_text, machine_source, "node"), import.gone_nodes))
+  import.gone_nodes = nodes_in_place(before, wanted.signals, !told.empty(), machine_source);
+  TomlTable file = TomlTable::parse(text, machine_source), bus_table = bus_tables(file).front();
+  std::vector<std::string> nodes;
+  for (TomlTable& node : bus_table.tables("node")) nodes.push_back(node.text("name"));
+  if (!tables.erase_nodes(nodes, import.gone_nodes))
     throw InputError(machine_source + ": its [[bus.node]] headers must each begin a line, written as here");
-  Importer importer(before, tables, dbc, bus, closings);
-  importer.import = std::move(import);
+  Importer importer(before, tables, dbc, bus, closings, import);
   importer.put_closings();
   for (const DbcFrame& frame : frames) importer.put(frame);
   importer.take_out_moved();
   for (const CommandTable& table : told) importer.put(table);
   importer.take_out_moved(told);
   importer.check_periods(wanted.periods, machine_source);
-  import = std::move(importer.import);
   if (std::any_of(told.begin(), told.end(), [](const CommandTable& table) { return !table.there; })) {
     import.to_do.emplace_back("commands: neutral is 0 of every joint's value: set it where that moves something");
     import.to_do.emplace_back(

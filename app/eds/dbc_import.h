@@ -2,23 +2,13 @@
 // [[bus.broadcast]] and [[bus.command]] tables of a machine file, which is whole by itself from then on.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "app/eds/dbc_broadcasts.h"
-#include "app/eds/dbc_commands.h"
 #include "app/eds/dbc_file.h"
+#include "app/eds/dbc_wanted.h"
 
 namespace knuckle::eds {
-
-/// On which bus: --bus machine, or --bus machine=250 for one that the file does not have yet.
-struct WantedBus {
-  std::string name;
-  std::optional<int> bit_rate_kbps{};
-};
-/// @throws InputError where it is not of this form.
-[[nodiscard]] WantedBus wanted_bus(const std::string& text);
 
 struct Import {
   std::string text;                      ///< Of the machine file.
@@ -34,7 +24,6 @@ struct Import {
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,
-                                 const std::vector<WantedSignal>& signals, const WantedFrames& wanted,
-                                 const std::optional<WantedBus>& on = {});
+                                 const Wanted& wanted);
 
 }  // namespace knuckle::eds

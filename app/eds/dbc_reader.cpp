@@ -95,9 +95,12 @@ class DbcReader {
     try {
       statement_of(keyword);
     } catch (const DbcFault& fault) {
-      if (message_ == nullptr || keyword == "CM_")  // also where a text without end may hide what follows
+      if (message_ != nullptr)
+        damage(*message_, fault);
+      else if (keyword == "VAL_")
+        slip(fault);  // without names the numbers are the same
+      else            // also where a text without end may hide what follows
         throw InputError(fmt::format("{}: line {}: {}", file_.source, fault.line, fault.what));
-      keyword == "VAL_" ? slip(fault) : damage(*message_, fault);  // without names the numbers are the same
       do (void)scan_.rest_of_line();
       while (!scan_.done() && !is_keyword(scan_.peek_word()));
     }
@@ -108,7 +111,7 @@ class DbcReader {
     if (keyword == "BO_") return message();
     if (keyword == "NS_") return keywords();
     if (keyword == "CM_") return comment();
-    if (keyword == "VAL_") return value_names();
+    if (keyword == "VAL_") return skip(false);
     if (keyword == "SIG_VALTYPE_") return float_type();
     if (keyword == "SG_MUL_VAL_") return multiplexer_values();
     if (keyword == "BA_DEF_") return attribute_type();
@@ -118,11 +121,11 @@ class DbcReader {
     skip();
   }
   /// To the statement's ';', or to a line that begins with a keyword, for some statements have no ';'.
-  void skip() {
+  void skip(bool has_texts_of_several_lines = true) {
     while (!scan_.done() && !scan_.accept(';')) {
       if (scan_.begins_line() && is_keyword(scan_.peek_word())) return;
       if (scan_.at('"'))
-        (void)text("a text", true);
+        (void)text("a text", has_texts_of_several_lines);
       else if (scan_.word().empty())
         scan_.take(1);
     }
@@ -239,7 +242,6 @@ class DbcReader {
     for (DbcText rest(scan_.rest_of_line()); !rest.done(); (void)rest.accept(',')) {
       const std::string_view receiver = rest.word();
       if (receiver.empty()) refuse(fmt::format("a receiver is expected at '{}'", shortened(rest.rest_of_line(), 30)));
-      if (receiver != kNobody) signal.receivers.push_back(printable(receiver));
     }
     if (!signals_.try_emplace({message_->id, signal.name}, message_->signals.size()).second) refuse("is there twice");
     message_->signals.push_back(std::move(signal));
@@ -296,37 +298,11 @@ class DbcReader {
 
   // ---- What is said of them
 
+  /// CM_ "..."; CM_ BO_ IDENTIFIER "..."; CM_ SG_ IDENTIFIER SIGNAL "..."; for people. One without an end would hide
+  /// what follows: refused.
   void comment() {
-    if (scan_.at('"')) {
-      file_.comment += (file_.comment.empty() ? "" : "\n") + printable_lines(text("a comment", true));
-      return end();
-    }
-    const std::string of(scan_.word());
-    if (of != "BO_" && of != "SG_") return skip();  // of a node or an environment variable
-    const bool known = of_message();
-    const std::string signal = of == "SG_" && !scan_.at('"') ? name("a signal's name") : "";
-    std::string said = printable_lines(text("a comment", true));
-    end();
-    if (!known) return;
-    const auto at = signals_.find({message_->id, signal});
-    if (of == "SG_" && at == signals_.end()) return slip(fmt::format("{} has no signal '{}'", message_->name, signal));
-    (of == "SG_" ? message_->signals[at->second].comment : message_->comment) = std::move(said);
-  }
-
-  /// VAL_ IDENTIFIER SIGNAL RAW "NAME" ... ; a negative one is kept by its bits. Tables (VAL_TABLE_) are for editors:
-  /// what a signal has of them stands here again.
-  void value_names() {
-    if (!number_in<std::uint32_t>(scan_.peek_word()) || !of_message()) return skip();  // also of environment variables
-    DbcSignal& signal = message_->signals[of_signal()];
-    signal.values.clear();
-    while (!scan_.at(';') && !is_keyword(scan_.peek_word())) {
-      auto raw = number_in<std::uint64_t>(scan_.peek_word());
-      if (const auto negative = number_in<std::int64_t>(scan_.peek_word()); !raw && negative)
-        raw = static_cast<std::uint64_t>(*negative);
-      if (!raw) expected("a whole number of at most 64 bits");
-      (void)scan_.word();
-      signal.values.emplace_back(*raw, printable(text("a value's name")));
-    }
+    for (int words = 0; words < 3 && !scan_.at('"'); ++words) (void)scan_.word();
+    (void)text("a comment", true);
     end();
   }
 
@@ -437,7 +413,6 @@ class DbcReader {
           signal.unusable = "is multiplexed, as nobody reads it in a message of several packets";
         }
         if (signal.condition) check_condition(message, signal);
-        check_names(message, signal);
       }
       check_bits(message);
     } catch (const DbcFault& fault) {
@@ -445,19 +420,6 @@ class DbcReader {
       message.signals.clear();
     }
   }
-  /// Raw values as they are in the frame; those that its bits cannot hold are left out.
-  void check_names(const DbcMessage& message, DbcSignal& signal) {
-    const std::uint64_t most = most_of(signal.field);
-    const std::size_t none = std::erase_if(signal.values, [&](auto& value) {
-      const bool negative = value.first >= ~(most / 2), fits = value.first <= most || negative;
-      value.first &= most;
-      return !fits || signal.field.type == BitField::Type::kFloat;
-    });
-    if (none == 0) return;
-    slip({signal.line, fmt::format("SG_ {} of {}: {} named values are none that it can have: passed over", signal.name,
-                                   message.name, none)});
-  }
-
   const std::string text_;
   DbcText scan_;
   DbcFile file_;

@@ -6,7 +6,6 @@
 #include <set>
 #include <vector>
 
-#include "core/error.h"
 #include "machine/bus_description.h"
 #include "machine/reason_text.h"
 #include "machine/toml_reader.h"
@@ -24,12 +23,10 @@ const DbcSignal& signal_of(const DbcFile& dbc, const DbcMessage& message, const 
   if (signal == nullptr) {
     std::vector<std::string> names;
     for (const DbcSignal& has : message.signals) names.push_back(has.name);
-    throw InputError(fmt::format("{}:{}: {} has no signal {}; it has {}", dbc.source, message.line, message.name, name,
-                                 fmt::join(names, ", ")));
+    dbc.refuse(message.line, fmt::format("{} has no signal {}; it has {}", message.name, name, fmt::join(names, ", ")));
   }
   if (!signal->unusable.empty())
-    throw InputError(
-        fmt::format("{}:{}: signal {} of {} {}", dbc.source, signal->line, name, message.name, signal->unusable));
+    dbc.refuse(signal->line, fmt::format("signal {} of {} {}", name, message.name, signal->unusable));
   return *signal;
 }
 
@@ -37,7 +34,7 @@ std::optional<DbcMultiplexing> multiplexing_of(const DbcFile& dbc, const DbcMess
   if (!signal.condition) return std::nullopt;
   const DbcSignal& multiplexer = message.signals[signal.condition->multiplexer];
   const auto refuse = [&](const std::string& why) {
-    throw InputError(fmt::format("{}:{}: signal {} of {} {}", dbc.source, signal.line, signal.name, message.name, why));
+    dbc.refuse(signal.line, fmt::format("signal {} of {} {}", signal.name, message.name, why));
   };
   if (multiplexer.condition)
     refuse(fmt::format("is multiplexed by {}, which is multiplexed itself: a machine file has one multiplexer a frame",
@@ -58,23 +55,22 @@ std::string frame_name(const DbcMessage& message, const std::optional<DbcMultipl
   return by ? fmt::format("{}_{}", message.name, by->value) : message.name;
 }
 
-std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header, bool may_be_group,
+std::string id_lines(const DbcMessage& message, bool may_be_group) {
+  const std::uint32_t id = message.id & ~kExtendedId;
+  if (may_be_group && message.j1939) return fmt::format("pgn = 0x{:04X}\n", j1939::group_of(id));
+  const bool looks_short = message.id != id && id <= kMostId;
+  return fmt::format("id = {}\n{}", id_text(message.id), looks_short ? "extended = true\n" : "");
+}
+
+std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header, const std::string& ids,
                       const std::optional<DbcMultiplexing>& by) {
   if (!message.period_s)
-    throw InputError(
-        fmt::format("{}:{}: {} has no cycle time (GenMsgCycleTime): say how often it comes by --period {}=MILLISECONDS",
-                    dbc.source, message.line, message.name, message.name));
-  const bool extended = (message.id & kExtendedId) != 0;
-  const std::uint32_t id = message.id & ~kExtendedId;
-  std::string text = fmt::format("{}\nname = \"{}\"\n", header, frame_name(message, by));
-  if (may_be_group && message.j1939) {
-    text += fmt::format("pgn = 0x{:04X}\n", j1939::group_of(id));
-  } else {
-    text += fmt::format("id = {}\n", id_text(message.id));
-    if (extended && id <= kMostId) text += "extended = true\n";
-  }
+    dbc.refuse(message.line,
+               fmt::format("{} has no cycle time (GenMsgCycleTime): say how often it comes by --period {}=MILLISECONDS",
+                           message.name, message.name));
   const double period_s = *message.period_s * (by ? static_cast<double>(by->of) : 1);
-  text += fmt::format("bytes = {}\nperiod_ms = {}\n", message.size, number_text(1e3 * period_s));
+  std::string text = fmt::format("{}\nname = \"{}\"\n{}bytes = {}\nperiod_ms = {}\n", header, frame_name(message, by),
+                                 ids, message.size, number_text(1e3 * period_s));
   if (by) text += fmt::format("multiplexer = {{ {}, value = {} }}\n", bits_text(by->multiplexer->field), by->value);
   return text;
 }

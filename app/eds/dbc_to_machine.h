@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/eds/dbc_file.h"
+#include "app/eds/dbc_wanted.h"
 
 namespace knuckle::eds {
 
@@ -29,18 +30,15 @@ struct DbcMultiplexing {
 /// As the machine file calls it: the message's, and the multiplexer's value.
 [[nodiscard]] std::string frame_name(const DbcMessage& message, const std::optional<DbcMultiplexing>& by);
 
-/// A table's header, with name, id, bytes, period and multiplexer. A DBC has the message's period: frames that are told
-/// apart are taken to come in turn. @throws InputError where the message has no period.
-/// @param may_be_group of J1939 its parameter group in place of the id.
-[[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
-                                    bool may_be_group = false, const std::optional<DbcMultiplexing>& by = {});
+/// Lines with the message's identifier; of J1939 its parameter group, where that may stand in place of it.
+[[nodiscard]] std::string id_lines(const DbcMessage& message, bool may_be_group);
 
-/// How often a message comes: --period MESSAGE=20
-struct WantedPeriod {
-  std::string message;
-  double period_ms = 0;
-};
-/// In place of the DBC's. @throws InputError where it has no such message.
+/// A table's header, with name, identifier, bytes, period and multiplexer. A DBC has the message's period: frames that
+/// are told apart are taken to come in turn. @throws InputError where the message has no period.
+[[nodiscard]] std::string head_text(const DbcFile& dbc, const DbcMessage& message, const char* header,
+                                    const std::string& ids, const std::optional<DbcMultiplexing>& by = {});
+
+/// With these in place of the DBC's. @throws InputError where it has no such message.
 [[nodiscard]] DbcFile with_periods(DbcFile dbc, const std::vector<WantedPeriod>& periods);
 
 /// "start = 0, bits = 16, order = "big"": where the number is and what kind it is.

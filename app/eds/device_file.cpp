@@ -58,10 +58,9 @@ std::optional<Value> value_of(std::string_view text) {
 
 std::optional<Access> access_of(const std::string& text) {
   const std::string access = lower(text);
-  if (access == "ro") return Access::kReadOnly;
+  if (access == "ro" || access == "const") return Access::kReadOnly;
   if (access == "wo") return Access::kWriteOnly;
   if (access == "rw" || access == "rwr" || access == "rww") return Access::kReadWrite;
-  if (access == "const") return Access::kConstant;
   return std::nullopt;
 }
 
@@ -84,7 +83,7 @@ struct Section {
   std::string name;  ///< As written.
   int line = 0;
   std::map<std::string, Key> keys;  ///< By their names in small letters.
-  [[nodiscard]] const Key* find(const char* key) const {
+  [[nodiscard]] const Key* find(const std::string& key) const {
     const auto at = keys.find(key);
     return at == keys.end() || at->second.value.empty() ? nullptr : &at->second;
   }
@@ -93,8 +92,8 @@ struct Section {
 std::uint32_t key_of(canopen::Object object) {
   return std::uint32_t{object.index} << 8 | object.subindex;
 }
-std::string text_of(std::uint32_t key) {
-  return fmt::format("0x{:04X}:{:02X}", key >> 8, key & 0xFF);
+canopen::Object object_of(std::uint32_t key) {
+  return {static_cast<std::uint16_t>(key >> 8), static_cast<std::uint8_t>(key & 0xFF)};
 }
 
 class Reader {
@@ -117,6 +116,16 @@ class Reader {
   }
 
  private:
+  /// By its name in small letters; nullptr where it is not there.
+  [[nodiscard]] const Section* find(const std::string& section) const {
+    const auto at = sections_.find(section);
+    return at == sections_.end() ? nullptr : &at->second;
+  }
+  [[nodiscard]] const Key* find(const std::string& section, const std::string& key) const {
+    const Section* const there = find(section);
+    return there == nullptr ? nullptr : there->find(key);
+  }
+
   void slip(int line, std::string what) { slips_.emplace_back(line, std::move(what)); }
   [[noreturn]] void refuse(int line, const std::string& key, const std::string& why) const {
     throw InputError(fmt::format("{}: line {}: {}: {}", file_.source, line, key, why));
@@ -250,18 +259,12 @@ class Reader {
     number.access = Access::kReadOnly;
     number.value = Value{*count, false};
     number.mappable = false;
-    const auto values = sections_.find(lower(section.name) + "value"),
-               names = sections_.find(lower(section.name) + "name");
+    const std::string values = lower(section.name) + "value", names = lower(section.name) + "name";
     for (std::uint32_t sub = 1; sub <= *count; ++sub) {
       Entry& one = file_.entries[index << 8 | sub] = *all;
       const std::string at = std::to_string(sub);
-      if (values != sections_.end()) {
-        if (const Key* own = values->second.find(at.c_str()))
-          one.value = default_of(values->second, *own, one.data_type);
-      }
-      if (names != sections_.end()) {
-        if (const Key* own = names->second.find(at.c_str())) one.name = own->value;
-      }
+      if (const Key* own = find(values, at)) one.value = default_of(*find(values), *own, one.data_type);
+      if (const Key* own = find(names, at)) one.name = own->value;
     }
   }
 
@@ -282,26 +285,26 @@ class Reader {
     for (const auto& [key, entry] : file_.entries) present.insert(key >> 8);
     int lists = 0;
     for (const char* name : {"mandatoryobjects", "optionalobjects", "manufacturerobjects"}) {
-      const auto list = sections_.find(name);
-      if (list == sections_.end()) continue;
+      const Section* const list = find(name);
+      if (list == nullptr) continue;
       ++lists;
       std::int64_t entries = 0;
-      for (const auto& [key, value] : list->second.keys) {
+      for (const auto& [key, value] : list->keys) {
         if (key == "supportedobjects") continue;
         ++entries;
         const auto index = whole_number(value.value);
         const bool missing = !index || !present.contains(static_cast<std::uint32_t>(*index));
         if (missing && (cut_ || std::string_view(name) == "mandatoryobjects"))
-          refuse(value.line, fmt::format("[{}] lists '{}'", list->second.name, value.value),
+          refuse(value.line, fmt::format("[{}] lists '{}'", list->name, value.value),
                  "has no section: is the file complete?");
         if (missing)
-          slip(value.line, fmt::format("[{}] lists '{}', which has no section", list->second.name, value.value));
+          slip(value.line, fmt::format("[{}] lists '{}', which has no section", list->name, value.value));
         else
           listed.insert(static_cast<std::uint32_t>(*index));
       }
-      const Key* count = list->second.find("supportedobjects");
+      const Key* count = list->find("supportedobjects");
       if (count != nullptr && whole_number(count->value) != entries)
-        slip(count->line, fmt::format("[{}] says {} objects and lists {}", list->second.name, count->value, entries));
+        slip(count->line, fmt::format("[{}] says {} objects and lists {}", list->name, count->value, entries));
     }
     if (lists == 0) return slip(1, "no list of objects: all sections are taken");
     for (const auto& [key, entry] : file_.entries)
@@ -312,63 +315,56 @@ class Reader {
   /// What process data map as delivered must be there; those who do not want such a PDO are not stopped by it.
   void mapped() {
     for (const auto& [key, entry] : file_.entries) {
-      const std::uint32_t index = key >> 8;
-      const bool map = (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
-      if (!map || (key & 0xFF) == 0 || !entry.value || entry.value->number == 0) continue;
+      if (!is_mapping(key) || !entry.value || entry.value->number == 0) continue;
       const auto target = static_cast<std::uint32_t>(entry.value->number) >> 8;
       const bool dummy = target >> 8 >= 1 && target >> 8 <= 7;  // bytes to skip
       if (!dummy && !file_.entries.contains(target))
-        slip(entry.line, fmt::format("{} maps {}, which the file does not have", text_of(key), text_of(target)));
+        slip(entry.line, fmt::format("{} maps {}, which the file does not have", object_text(object_of(key)),
+                                     object_text(object_of(target))));
     }
   }
 
   void device_info() {
-    const auto info = sections_.find("deviceinfo");
-    if (info == sections_.end()) return slip(1, "no [DeviceInfo]: bit rates and LSS are not known");
-    for (const auto& [key, value] : info->second.keys) {
+    const Section* const info = find("deviceinfo");
+    if (info == nullptr) return slip(1, "no [DeviceInfo]: bit rates and LSS are not known");
+    for (const auto& [key, value] : info->keys) {
       if (!key.starts_with("baudrate_") || whole_number(value.value).value_or(0) == 0) continue;
       if (const auto kbps = whole_number(std::string_view(key).substr(9)); kbps && *kbps > 0 && *kbps <= 1000)
         file_.bit_rates_kbps.push_back(static_cast<int>(*kbps));
     }
     std::sort(file_.bit_rates_kbps.begin(), file_.bit_rates_kbps.end());
-    if (const Key* name = info->second.find("vendorname")) file_.vendor_name = name->value;
-    if (const Key* name = info->second.find("productname")) file_.product_name = name->value;
-    if (const Key* lss = info->second.find("lss_supported")) file_.lss = whole_number(lss->value).value_or(0) != 0;
+    if (const Key* name = info->find("vendorname")) file_.vendor_name = name->value;
+    if (const Key* name = info->find("productname")) file_.product_name = name->value;
+    if (const Key* lss = info->find("lss_supported")) file_.lss = whole_number(lss->value).value_or(0) != 0;
   }
 
-  /// From the objects that start-up reads; [DeviceInfo] says it once more.
   void identity() {
-    const auto of = [&](canopen::Object object, const char* info_key) -> std::uint32_t {
-      const Entry* entry = file_.find(object);
-      const auto info = sections_.find("deviceinfo");
-      const Key* key =
-          info_key != nullptr && info != sections_.end() ? info->second.find(lower(info_key).c_str()) : nullptr;
-      const auto told = key != nullptr ? whole_number(key->value) : std::nullopt;
-      if (entry != nullptr && entry->value && entry->value->number < 0)
-        refuse(entry->line, "DefaultValue of " + text_of(key_of(object)),
-               "must be a whole number from 0 to 0xFFFFFFFF");
-      const bool has = entry != nullptr && entry->value && (entry->value->number != 0 || !told);
-      if (!has && key != nullptr && !told)
-        refuse(key->line, std::string(info_key) + " of [DeviceInfo]", "must be a whole number from 0 to 0xFFFFFFFF");
-      if (!has && !told && entry != nullptr)
-        refuse(entry->line, "DefaultValue of " + text_of(key_of(object)),
-               "is missing: who this device is, is not known");
-      if (!has && !told)
-        throw InputError(file_.source + ": " + text_of(key_of(object)) +
-                         " has no value: who this device is, is not known");
-      if (has && told && entry->value->of(0) != static_cast<std::uint32_t>(*told)) {
-        slip(key->line, fmt::format("{} is 0x{:X}, and 0x{:X} in {}: the object's is taken", info_key,
-                                    static_cast<std::uint32_t>(*told), entry->value->of(0), text_of(key_of(object))));
-      }
-      return has ? entry->value->of(0) : static_cast<std::uint32_t>(*told);
-    };
-    file_.device_type = of(canopen::kDeviceType, nullptr);
-    file_.vendor = of(canopen::kVendorId, "VendorNumber");
-    file_.product = of(canopen::kProductCode, "ProductNumber");
+    file_.device_type = identity(canopen::kDeviceType, "");
+    file_.vendor = identity(canopen::kVendorId, "VendorNumber");
+    file_.product = identity(canopen::kProductCode, "ProductNumber");
     if (file_.vendor == 0)
       slip(1,
            "vendor id 0 (0x1018:01) is nobody's: written as it is, and 'profile' as of any vendor; correct both where "
            "knuckle doctor reads another");
+  }
+
+  /// From the object that start-up reads; [DeviceInfo] may say it once more.
+  std::uint32_t identity(canopen::Object object, const std::string& info_key) {
+    const Entry* const entry = file_.find(object);
+    const auto value = entry != nullptr ? entry->value : std::nullopt;
+    const Key* const key = info_key.empty() ? nullptr : find("deviceinfo", lower(info_key));
+    const auto told = key != nullptr ? whole_number(key->value) : std::nullopt;
+    const std::string name = object_text(object), of_object = "DefaultValue of " + name;
+    const char* const bound = "must be a whole number from 0 to 0xFFFFFFFF";
+    if (value && value->number < 0) refuse(entry->line, of_object, bound);
+    if (value && told && value->number != 0 && value->of(0) != static_cast<std::uint32_t>(*told))
+      slip(key->line, fmt::format("{} is 0x{:X}, and 0x{:X} in {}: the object's is taken", info_key,
+                                  static_cast<std::uint32_t>(*told), value->of(0), name));
+    if (value && (value->number != 0 || !told)) return value->of(0);
+    if (told) return static_cast<std::uint32_t>(*told);
+    if (key != nullptr) refuse(key->line, info_key + " of [DeviceInfo]", bound);
+    if (entry != nullptr) refuse(entry->line, of_object, "is missing: who this device is, is not known");
+    throw InputError(file_.source + ": " + name + " has no value: who this device is, is not known");
   }
 
   DeviceFile file_;
@@ -379,6 +375,11 @@ class Reader {
 };
 
 }  // namespace
+
+std::string object_text(canopen::Object object, const Entry* entry) {
+  const std::string name = entry != nullptr && !entry->name.empty() ? " (" + entry->name + ")" : "";
+  return fmt::format("0x{:04X}:{:02X}{}", object.index, object.subindex, name);
+}
 
 std::int64_t signed_value(std::uint32_t bits, unsigned bytes) noexcept {
   const unsigned unused = 32 - 8 * bytes;
@@ -409,10 +410,8 @@ std::vector<sim::DeviceObject> dictionary(const DeviceFile& device, std::uint8_t
   for (const auto& [key, entry] : device.entries) {
     const DataType* const type = data_type(entry.data_type);
     if (type == nullptr) continue;
-    const bool writes = entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
-    objects.push_back({{static_cast<std::uint16_t>(key >> 8), static_cast<std::uint8_t>(key & 0xFF)},
-                       type->bytes,
-                       writes ? sim::Access::kReadWrite : sim::Access::kReadOnly,
+    objects.push_back({object_of(key), type->bytes,
+                       entry.may_be_written() ? sim::Access::kReadWrite : sim::Access::kReadOnly,
                        entry.value ? entry.value->of(node) : 0});
   }
   return objects;

@@ -17,7 +17,7 @@
 
 namespace knuckle::eds {
 
-enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConstant };
+enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite };
 
 /// A number that may depend on the node id: "$NODEID+0x180".
 struct Value {
@@ -55,7 +55,16 @@ struct Entry {
   std::optional<bool> mappable;  ///< Into process data; nothing where the file does not say it.
   std::optional<std::int64_t> lowest, most;  ///< LowLimit, HighLimit.
   int line = 0, type_line = 0;               ///< Where its section begins, and says the data type.
+  [[nodiscard]] bool may_be_written() const noexcept { return access != Access::kReadOnly; }
 };
+
+/// "0x1018:01 (vendor id)", with the name that its entry has.
+[[nodiscard]] std::string object_text(canopen::Object object, const Entry* entry = nullptr);
+/// @param key as of DeviceFile::entries. @return whether it says what a PDO has in one place.
+[[nodiscard]] constexpr bool is_mapping(std::uint32_t key) noexcept {
+  const std::uint32_t index = key >> 8;
+  return (key & 0xFF) != 0 && ((index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00));
+}
 
 struct DeviceFile {
   std::string source;  ///< The file's name.

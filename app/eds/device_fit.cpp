@@ -21,11 +21,6 @@ namespace {
 
 constexpr std::uint16_t kBoolean = 1;
 
-std::string object_text(canopen::Object object, const Entry* entry) {
-  const std::string name = entry != nullptr && !entry->name.empty() ? " (" + entry->name + ")" : "";
-  return fmt::format("0x{:04X}:{:02X}{}", object.index, object.subindex, name);
-}
-
 /// The limits that the device gives for this object, where the value is not within them; else empty. Not of a PDO's
 /// identifier: what switches it off lies beyond the limits that files give.
 std::string limits_against(const slave::SdoStep& step, const Entry& entry) {
@@ -69,9 +64,6 @@ std::string or_in_file(canopen::Object object, std::uint32_t delivered) {
 
 /// Why start-up would fail at this part; empty where it would not.
 std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, std::uint8_t id) {
-  const auto may_write = [](const Entry& entry) {
-    return entry.access == Access::kReadWrite || entry.access == Access::kWriteOnly;
-  };
   bool as_wanted = true;
   for (const slave::SdoStep& step : part.asked) {
     const Entry* entry = device.find(step.object);
@@ -81,7 +73,7 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
       return fmt::format("start-up reads {}, which can only be written", object_text(step.object, entry));
     const bool holds = entry->value && step.holds(entry->value->of(id));
     as_wanted = as_wanted && holds;
-    if (part.written.empty() && !holds && entry->value && !may_write(*entry)) {
+    if (part.written.empty() && !holds && entry->value && !entry->may_be_written()) {
       return fmt::format("{} must be {} and is always {}{}", object_text(step.object, entry), step.value,
                          entry->value->of(id), or_in_file(step.object, entry->value->of(id)));
     }
@@ -89,10 +81,10 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
   if (as_wanted) return "";
   for (const slave::SdoStep& step : part.written) {
     const Entry* entry = device.find(step.object);
-    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && !may_write(*entry) && entry->value)
+    if (step.match == slave::SdoStep::Match::kPeriod && entry != nullptr && !entry->may_be_written() && entry->value)
       return fmt::format("{} must be {} and is always {} ms", object_text(step.object, entry), slave::period_text(step),
                          entry->value->of(id));
-    if (entry == nullptr || !may_write(*entry))
+    if (entry == nullptr || !entry->may_be_written())
       return fmt::format("start-up writes {}, which can only be read", object_text(step.object, entry));
     if (std::string limits = limits_against(step, *entry); !limits.empty()) return limits;
   }
@@ -102,9 +94,7 @@ std::string obstacle_of(const DeviceFile& device, const slave::SetupPart& part, 
 /// Whether a PDO of the device has it as delivered.
 bool is_mapped(const DeviceFile& device, std::uint32_t mapping) {
   return std::any_of(device.entries.begin(), device.entries.end(), [mapping](const auto& one) {
-    const std::uint32_t index = one.first >> 8;
-    const bool map = (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
-    return map && (one.first & 0xFF) != 0 && one.second.value && one.second.value->number == std::int64_t{mapping};
+    return is_mapping(one.first) && one.second.value && one.second.value->number == std::int64_t{mapping};
   });
 }
 
@@ -113,8 +103,7 @@ std::string obstacle_of(const DeviceFile& device, const FrameField& mapped, bool
   const Entry* entry = device.find(mapped.object);
   const std::string object = object_text(mapped.object, entry);
   if (entry == nullptr) return fmt::format("start-up maps {}, which the device does not have", object);
-  const bool never_taken = entry->access == Access::kReadOnly || entry->access == Access::kConstant;
-  if (to_node && never_taken)
+  if (to_node && !entry->may_be_written())
     return fmt::format(
         "{}: line {}: AccessType of {} is that of what can only be read; it must be told by process data",
         device.source, entry->line, object);

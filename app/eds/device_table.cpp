@@ -115,7 +115,7 @@ bool is_optional(const std::string& key) {
          std::find(kMapKeys.begin(), kMapKeys.end(), key) != kMapKeys.end();
 }
 
-/// Keys and values of what depends on the device; without the profile.
+/// Keys and values of what depends on the device.
 Settings settings_of(const NodeDescription& node) {
   Settings all{{"id", fmt::format("0x{:02X}", node.id)},
                {"device_type", fmt::format("0x{:X}", node.device_type)},
@@ -128,42 +128,15 @@ Settings settings_of(const NodeDescription& node) {
   }
   for (std::size_t i = 0; i < node.tpdo_maps.size(); ++i)
     all.emplace_back(kMapKeys[i], fmt::format("[0x{:08X}]", fmt::join(node.tpdo_maps[i], ", 0x")));
+  if (node.role == NodeRole::kValve) all.emplace_back("profile", '"' + profile_name(node) + '"');
   return all;
-}
-
-/// In [bus.nodes].
-std::string with_line(const std::string& machine_text, const std::string& machine_source, const NodeDescription& node) {
-  if (!node.tpdo_maps.empty())
-    throw InputError(machine_source +
-                     ": needs [[bus.node]] tables for a device with process data of its own: "
-                     "knuckle bus migrate");
-  std::string entry;
-  for (const auto& [key, value] : settings_of(node)) entry += (entry.empty() ? "{ " : ", ") + key + " = " + value;
-  if (node.profile != ValveProfile::kCia408) entry += ", profile = \"" + profile_name(node) + '"';
-  bool found = false;
-  int number = 0, own_table = 0;
-  std::string text =
-      edited_toml(machine_text, [&](const std::string& table, const std::string& key, std::string& line) {
-        ++number;
-        if (key == "[bus.nodes." + node.name + "]") own_table = number;
-        if (table != "[bus.nodes]" || key != node.name) return;
-        line = with_toml_value(line, entry + " }");
-        found = true;
-      });
-  if (!found) {
-    throw InputError(
-        machine_source + ": " +
-        (own_table > 0 ? fmt::format("line {}: [bus.nodes.{}] is a table of its own: ", own_table, node.name) : "") +
-        "needs " + node.name + " = { ... } on one line in [bus.nodes], or [[bus.node]] tables (knuckle bus migrate)");
-  }
-  return text;
 }
 
 /// In its [[bus.node]] table.
 std::string with_table(const std::string& machine_text, const std::string& machine_source,
                        const NodeDescription& node) {
-  Settings settings = settings_of(node), added;
-  if (node.role == NodeRole::kValve) settings.emplace_back("profile", '"' + profile_name(node) + '"');
+  const Settings settings = settings_of(node);
+  Settings added;
   int place = 0, at = 0;
   TomlTable file = TomlTable::parse(machine_text, machine_source);
   for (TomlTable& table : bus_tables(file).front().tables("node")) {
@@ -219,7 +192,8 @@ MachineDescription parse_changed(const std::string& text, const std::string& sou
 
 std::string with_device(const std::string& machine_text, const std::string& machine_source, const std::string& node,
                         std::uint8_t id, const DeviceFile& device) {
-  BusDescription bus = parse_machine(machine_text, machine_source).bus;
+  const std::string tables = with_node_tables(machine_text, machine_source);
+  BusDescription bus = parse_machine(tables, machine_source).bus;
   const NodeDescription& named = named_node(bus, node, machine_source);
   check_free(bus, id, named.name, machine_source);
   if (!may_be(device.device_type, named.role)) {
@@ -229,9 +203,7 @@ std::string with_device(const std::string& machine_text, const std::string& mach
   }
   NodeDescription& changed = bus.nodes[static_cast<std::size_t>(&named - bus.nodes.data())];
   changed = node_with(named, id, device, bus.wire);
-  const std::string text = has_node_tables(machine_text, machine_source)
-                               ? with_table(machine_text, machine_source, changed)
-                               : with_line(machine_text, machine_source, changed);
+  const std::string text = with_table(tables, machine_source, changed);
   const BusDescription read =
       parse_changed(text, machine_source, changed.name + " of " + device.source).bus;       // as programs will
   changed.guard = read.node_of(changed.role, changed.channels.front().info().index).guard;  // proved of another device

@@ -48,7 +48,11 @@ std::vector<std::string> pairs_of(std::string_view line) {
 
 class Migration {
  public:
-  explicit Migration(const BusDescription& bus) : bus_(bus) {}
+  /// @param nodes [bus.nodes]
+  Migration(const BusDescription& bus, TomlTable nodes) : bus_(bus) {
+    for (const std::string& name : nodes.keys())
+      if (nodes.table(name).has("profile")) with_profile_.insert(name);
+  }
 
   /// Whether every node has become a table.
   [[nodiscard]] bool done() const noexcept { return !odd() && tables_.size() == bus_.nodes.size(); }
@@ -59,11 +63,6 @@ class Migration {
     for (const NodeDescription& node : bus_.nodes)
       if (!tables_.contains(node.name)) return node.name;
     return bus_.nodes.front().name;
-  }
-
-  /// Looks through a line before anything is changed: which nodes that are tables of their own say their profile.
-  void see(const std::string& table, const std::string& key) {
-    if (bare(key, "\"'") == "profile") with_profile_.insert(table);
   }
 
   void edit(const std::string& table, const std::string& key, std::string& line) {
@@ -93,24 +92,23 @@ class Migration {
     return nullptr;
   }
 
-  static std::string channels(const NodeDescription& node) {
-    return fmt::format("channels = {{ 1 = \"{}\" }}", node.channels.front().info().name);
-  }
-  static std::string profile(const NodeDescription& node) {
-    return fmt::format("profile = \"{}\"", profile_name(node));
+  /// What an older file does not say of a node, behind its header: lines, each ended.
+  [[nodiscard]] std::string opening(const NodeDescription& node, std::string_view comment,
+                                    const std::string& end) const {
+    std::string lines = "\nname = " + toml_quoted(node.name);
+    if (!comment.empty()) lines += fmt::format("  {}", comment);
+    lines += end;
+    if (!with_profile_.contains(node.name)) lines += fmt::format("\nprofile = \"{}\"{}", profile_name(node), end);
+    return lines + fmt::format("\nchannels = {{ 1 = \"{}\" }}{}", node.channels.front().info().name, end);
   }
 
   /// boom_valve = { id = 0x10, ... }
   void keyed(std::string_view key, std::string& line, const std::string& end) {
     const NodeDescription* const node = take(bare(key, "\"'"));
     if (node == nullptr) return;
-    const std::string_view comment = comment_of(line, line.find('}'));
-    std::string block = "[[bus.node]]" + end + "\nname = " + toml_quoted(node->name);
-    if (!comment.empty()) block += fmt::format("  {}", comment);
-    block += end + '\n' + profile(*node) + end + '\n' + channels(*node);
-    for (const std::string& pair : pairs_of(line))
-      if (!pair.starts_with("profile ")) block += end + '\n' + pair;
-    line = block + end;
+    std::string block = "[[bus.node]]" + end + opening(*node, comment_of(line, line.find('}')), end);
+    for (const std::string& pair : pairs_of(line)) block += '\n' + pair + end;
+    line = block;
     after_node_ = true;
   }
 
@@ -121,9 +119,7 @@ class Migration {
         take(bare(std::string_view(key).substr(before.size(), key.size() - before.size() - 1), "\"'"));
     if (node == nullptr) return;
     line.replace(line.find(key), key.size(), "[[bus.node]]");
-    line += "\nname = " + toml_quoted(node->name) + end;
-    if (!with_profile_.contains(key)) line += '\n' + profile(*node) + end;
-    line += '\n' + channels(*node) + end;
+    line += opening(*node, "", end);
   }
 
   const BusDescription& bus_;
@@ -142,16 +138,11 @@ bool same_bus(const std::string& text, const std::string& source, const BusDescr
 
 }  // namespace
 
-bool has_node_tables(const std::string& machine_text, const std::string& machine_source) {
-  TomlTable file = TomlTable::parse(machine_text, machine_source);
-  return bus_tables(file).front().has("node");
-}
-
 std::string with_node_tables(const std::string& machine_text, const std::string& machine_source) {
   const BusDescription bus = parse_machine(machine_text, machine_source).bus;
-  if (has_node_tables(machine_text, machine_source)) return machine_text;
-  Migration migration(bus);
-  (void)edited_toml(machine_text, [&](const auto& table, const auto& key, std::string&) { migration.see(table, key); });
+  TomlTable file = TomlTable::parse(machine_text, machine_source), bus_table = bus_tables(file).front();
+  if (!bus_table.has("nodes")) return machine_text;
+  Migration migration(bus, bus_table.table("nodes"));
   const std::string text = edited_toml(
       machine_text, [&](const auto& table, const auto& key, std::string& line) { migration.edit(table, key, line); });
   if (!migration.done()) {

@@ -5,11 +5,8 @@
 
 namespace knuckle::eds {
 
-/// Whether the file has its nodes in [[bus.node]] tables, or as `node = [ ... ]`.
-[[nodiscard]] bool has_node_tables(const std::string& machine_text, const std::string& machine_source);
-
 /// The machine file's text with [[bus.node]] tables in place of [bus.nodes]; comments, order, numbers as they are
-/// written and everything else stay. A text that has these tables already is returned as it is.
+/// written and everything else stay. A text without [bus.nodes] is returned as it is.
 /// @throws InputError where it is no machine file, where a node is neither on one line in [bus.nodes] nor a table
 /// [bus.nodes.NAME], or where the result would not be the same bus.
 [[nodiscard]] std::string with_node_tables(const std::string& machine_text, const std::string& machine_source);

@@ -27,6 +27,11 @@ IdRequest request(std::uint8_t id) {
   one.id = id;
   return one;
 }
+IdRequest by_serial(std::uint32_t serial, std::uint8_t id) {
+  IdRequest one = request(id);
+  one.serial = serial;
+  return one;
+}
 IdRequest from(std::uint8_t before, std::uint8_t id) {
   IdRequest one = request(id);
   one.from = before;
@@ -36,6 +41,11 @@ IdRequest by_objects(std::uint8_t before, std::uint8_t id) {
   IdRequest one = from(before, id);
   one.objects = {SoldDevices::kIdA, SoldDevices::kIdB};
   return one;
+}
+/// In their order, each under its node id.
+void start(SoldDevices& bus, const std::vector<std::uint8_t>& ids) {
+  for (std::size_t i = 0; i < ids.size(); ++i) bus.devices[i]->start_as(ids[i]);
+  bus.run(5ms);
 }
 AssignedId assign(SoldDevices& bus, const IdRequest& wanted, CanBus* interface = nullptr) {
   BusAccess access = bus.access(interface);
@@ -90,18 +100,15 @@ TEST(AssignId, AllFourAtOnceAreRefusedWithTheirSerialsAndKeepWhatTheyHave) {
 TEST(AssignId, ByItsSerialEachOfFourGetsItsIdWhileAllArePluggedIn) {
   SoldDevices bus({1001, 1002, 1003, 1004});
   for (const std::size_t i : {2U, 0U, 3U, 1U}) {
-    IdRequest wanted = request(static_cast<std::uint8_t>(0x10 + i));
-    wanted.serial = static_cast<std::uint32_t>(1001 + i);
-    EXPECT_EQ(assign(bus, wanted).problem, "");
-    expect_id(bus, i, wanted.id);
+    const auto id = static_cast<std::uint8_t>(0x10 + i);
+    EXPECT_EQ(assign(bus, by_serial(static_cast<std::uint32_t>(1001 + i), id)).problem, "");
+    expect_id(bus, i, id);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     expect_id(bus, i, static_cast<std::uint8_t>(0x10 + i));
     EXPECT_EQ(count(bus, canopen::heartbeat_id(static_cast<std::uint8_t>(0x10 + i))), 1U) << "started once";
   }
-  IdRequest none = request(0x20);
-  none.serial = 1005;
-  EXPECT_EQ(refused(bus, none),
+  EXPECT_EQ(refused(bus, by_serial(1005, 0x20)),
             "can0: no device answers LSS as vendor 0x01000019, product 0x53373235, revision "
             "0x00010100, serial 1005");
 }
@@ -155,9 +162,7 @@ TEST(AssignId, DevicesOfTwoKindsAreRefused) {
   bus.become(1, 7, 1002);
   const std::string told = std::string("can0: devices of more than one kind answer LSS: ") + kAlone;
   EXPECT_EQ(refused(bus, request(0x10)), told);
-  IdRequest wanted = request(0x10);
-  wanted.serial = 1001;
-  EXPECT_EQ(refused(bus, wanted), told);
+  EXPECT_EQ(refused(bus, by_serial(1001, 0x10)), told);
   expect_nobody_changed(bus);
 }
 
@@ -172,9 +177,7 @@ TEST(AssignId, WithoutADeviceThatAnswersItSaysWhatToCheck) {
 
 TEST(AssignId, ADeviceThatHasAnIdStartsAnewWithTheOtherAndOthersDoNot) {
   SoldDevices bus({1001, 1002});
-  bus.devices[0]->start_as(0x7F);
-  bus.devices[1]->start_as(0x11);
-  bus.run(5ms);
+  start(bus, {0x7F, 0x11});
   bus.heard.clear();
   const AssignedId given = assign(bus, from(0x7F, 0x10));
   EXPECT_EQ(given.problem, "");
@@ -189,8 +192,7 @@ TEST(AssignId, ADeviceThatHasAnIdStartsAnewWithTheOtherAndOthersDoNot) {
 TEST(AssignId, WaitsForADeviceThatBootsForSeconds) {
   for (const std::uint8_t before : {lss::kNoNodeId, std::uint8_t{0x7F}}) {
     SoldDevices bus({1001});
-    bus.devices[0]->start_as(before);
-    bus.run(5ms);
+    start(bus, {before});
     bus.devices[0]->set_boot_time(7s);
     EXPECT_EQ(assign(bus, request(0x10)).problem, "");
     expect_id(bus, 0, 0x10);
@@ -200,16 +202,14 @@ TEST(AssignId, WaitsForADeviceThatBootsForSeconds) {
 TEST(AssignId, TwoDevicesUnderTheIdThatIsNamedAreRefused) {
   for (const IdRequest& wanted : {from(0x7F, 0x10), by_objects(0x7F, 0x10)}) {
     SoldDevices bus({1001, 1002});
-    for (const auto& device : bus.devices) device->start_as(0x7F);
-    bus.run(5ms);
+    start(bus, {0x7F, 0x7F});
     EXPECT_EQ(refused(bus, wanted), std::string("can0: 2 devices answer as node 0x7F: ") + kAlone);
     expect_nobody_changed(bus, 0x7F);
   }
   SoldDevices bus({1001});
   EXPECT_EQ(refused(bus, from(0x7F, 0x10)), "can0: node 0x7F: 0x1018:01 cannot be read: no answer");
-  bus.devices[0]->start_as(0x7F);
   bus.devices[0]->remove_lss();
-  bus.run(5ms);
+  start(bus, {0x7F});
   EXPECT_EQ(refused(bus, from(0x7F, 0x10)),
             "can0: no device answers LSS as vendor 0x01000019, product 0x53373235, revision 0x00010100, serial 1001; a "
             "device without LSS needs --by-object");
@@ -217,9 +217,8 @@ TEST(AssignId, TwoDevicesUnderTheIdThatIsNamedAreRefused) {
 
 TEST(AssignId, ADeviceFoundByLssIsNotResetUnderAnIdThatAnotherOneHasToo) {
   SoldDevices bus({1001, 1002});
-  for (const auto& device : bus.devices) device->start_as(0x7F);
   bus.devices[1]->remove_lss();
-  bus.run(5ms);
+  start(bus, {0x7F, 0x7F});
   EXPECT_EQ(refused(bus, request(0x10)), std::string("can0: 2 devices answer as node 0x7F: ") + kAlone);
   expect_nobody_changed(bus, 0x7F);
 }
@@ -238,12 +237,10 @@ TEST(AssignId, ADeviceWhoseSerialOnlyLssTellsIsNotTakenForVerified) {
 
 TEST(AssignId, ByItsObjectsADeviceWithoutLssGetsItsId) {
   SoldDevices bus({1001, 1002});
-  bus.devices[1]->start_as(0x11);
   sim::NodeProtocol& device = *bus.devices[0];
   device.remove_lss();
-  device.start_as(0x7F);
   device.keep_id_in({SoldDevices::kIdA, SoldDevices::kIdB});
-  bus.run(5ms);
+  start(bus, {0x7F, 0x11});
   bus.heard.clear();
   const AssignedId given = assign(bus, by_objects(0x7F, 0x10));
   EXPECT_EQ(given.problem, "");
@@ -258,13 +255,11 @@ TEST(AssignId, ByItsObjectsADeviceWithoutLssGetsItsId) {
 TEST(AssignId, AnObjectThatDoesNotHoldTheNodeIdIsNotWritten) {
   SoldDevices bus({1001});
   sim::NodeProtocol& device = *bus.devices[0];
-  device.start_as(0x7E);
-  bus.run(5ms);
+  start(bus, {0x7E});
   EXPECT_EQ(refused(bus, by_objects(0x7E, 0x10)),
             "can0: node 0x7E: 0x20F0:00 is 0x7F: an object that holds the node id would be 0x7E");
-  device.start_as(0x7F);
+  start(bus, {0x7F});
   device.remove(SoldDevices::kIdB);
-  bus.run(5ms);
   EXPECT_EQ(refused(bus, by_objects(0x7F, 0x10)), "can0: node 0x7F: 0x20F1:00 cannot be read: object does not exist");
   EXPECT_EQ(device.value(SoldDevices::kIdA), 0x7FU);
 }
@@ -272,9 +267,8 @@ TEST(AssignId, AnObjectThatDoesNotHoldTheNodeIdIsNotWritten) {
 TEST(AssignId, WhereOneOfTheObjectsCannotBeWrittenTheOthersAreAsBefore) {
   SoldDevices bus({1001});
   sim::NodeProtocol& device = *bus.devices[0];
-  device.start_as(0x7F);
+  start(bus, {0x7F});
   device.refuse(SoldDevices::kIdB, canopen::SdoAbort::kLocalControl);
-  bus.run(5ms);
   EXPECT_EQ(assign(bus, by_objects(0x7F, 0x10)).problem,
             "0x20F1:00 cannot be written: data cannot be stored: local control");
   EXPECT_EQ(device.value(SoldDevices::kIdA), 0x7FU);
@@ -282,8 +276,7 @@ TEST(AssignId, WhereOneOfTheObjectsCannotBeWrittenTheOthersAreAsBefore) {
 
 TEST(AssignId, ADeviceThatDoesNotComeBackOrIsAnotherOneIsTold) {
   SoldDevices bus({1001});
-  bus.devices[0]->start_as(0x7F);  // what its objects say changes nothing
-  bus.run(5ms);
+  start(bus, {0x7F});  // what its objects say changes nothing
   EXPECT_EQ(assign(bus, by_objects(0x7F, 0x10)).problem,
             "node 0x10: 0x1018:01 cannot be read: no answer; switch its power off and on, then see what knuckle doctor "
             "--can can0 finds");
@@ -317,8 +310,7 @@ TEST(AssignId, WhatADeviceDoesNotDoIsTold) {
 
 TEST(AssignId, AnIdInUseIsRefusedBeforeAnyDeviceIsAskedOverLss) {
   SoldDevices bus({1001, 1002});
-  bus.devices[1]->start_as(0x10);
-  bus.run(5ms);
+  start(bus, {lss::kNoNodeId, 0x10});
   EXPECT_EQ(refused(bus, request(0x10)),
             "can0: node id 0x10 is in use: vendor 0x01000019, product 0x53373235, revision 0x00010100, serial 1002; "
             "choose another, or unplug that device");
@@ -464,11 +456,9 @@ TEST(AssignId, DevicesThatMissAFrameOfTheInterruptedOneWaitAgainToo) {
     SoldDevices bus({1001, 1002});
     Missed interface(bus);
     BusAccess access = bus.access(&interface);
-    IdRequest wanted = request(0x10);
-    wanted.serial = 1001;
     int checks = 0;
     try {
-      (void)assign_id(access, wanted, [&](bool) {
+      (void)assign_id(access, by_serial(1001, 0x10), [&](bool) {
         if (!interface.lss_sent() || ++checks <= stop_at) return;
         interface.interrupted = true;
         throw Stopped("");

@@ -14,24 +14,15 @@
 namespace knuckle::eds {
 namespace {
 
+using test::all_changed;
+using test::changed;
+using test::has_text;
 using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
 using test::solar_text;
-using test::tells;
 
-/// `text` with `from`, which is there, replaced.
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-std::string all_replaced(std::string text, const std::string& from, const std::string& to) {
-  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
 /// A device in which a PDO of the node has this identifier and cannot be moved.
 DeviceFile with_fixed(DeviceFile device, std::uint32_t cob_id, std::int64_t frame) {
   device.entries[cob_id].access = Access::kReadOnly;
@@ -44,14 +35,14 @@ std::string block_of(const std::string& text, const std::string& name) {
 }
 
 TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNothingElse) {
-  const std::string before = replaced(replaced(solar_text(), "id = 0x11", "id = 0x11      # its switches: 2"),
-                                      "name = \"arm_valve\"", "# Behind the cab.\nname = \"arm_valve\"  # mine");
+  const std::string before = changed(changed(solar_text(), "id = 0x11", "id = 0x11      # its switches: 2"),
+                                     "name = \"arm_valve\"", "# Behind the cab.\nname = \"arm_valve\"  # mine");
   const std::string text = with_device(before, "my.toml", "arm_valve", 0x50, made_for("arm_valve"));
   EXPECT_EQ(block_of(text, "arm_valve"),
             "[[bus.node]]\n# Behind the cab.\nname = \"arm_valve\"  # mine\nprofile = \"cia408\"\n"
             "channels = { 1 = \"arm_spool\" }\nid = 0x50      # its switches: 2\ndevice_type = 0x198\n"
             "vendor = 0x1234\nproduct = 0x5678\n");
-  EXPECT_EQ(replaced(text, block_of(text, "arm_valve"), block_of(before, "arm_valve")), before);
+  EXPECT_EQ(changed(text, block_of(text, "arm_valve"), block_of(before, "arm_valve")), before);
 }
 
 TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLineEnds) {
@@ -60,12 +51,12 @@ TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLine
     const std::string block =
         "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
         "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
-    text = replaced(text, block_of(text, "tilt"), block);
-    std::string wanted = replaced(text, block,
-                                  "[[bus.node]]\nproduct = 0x5678\nchannels.1 = \"slope\"\nvendor = 0x1234\n"
-                                  "id = 0x39\nname = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x19A\n");
+    text = changed(text, block_of(text, "tilt"), block);
+    std::string wanted = changed(text, block,
+                                 "[[bus.node]]\nproduct = 0x5678\nchannels.1 = \"slope\"\nvendor = 0x1234\n"
+                                 "id = 0x39\nname = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x19A\n");
     for (std::string* one : {&text, &wanted})
-      if (end != "\n") *one = all_replaced(*one, "\n", end);
+      if (end != "\n") *one = all_changed(*one, "\n", end);
     EXPECT_EQ(with_device(text, "my.toml", "inclination", 0x39, made_for("tilt")), wanted);
     EXPECT_EQ(with_device(text, "my.toml", "slope", 0x39, made_for("tilt")), wanted);
     EXPECT_EQ(with_device(wanted, "my.toml", "slope", 0x39, made_for("tilt")), wanted) << "its own id";
@@ -81,11 +72,11 @@ TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMo
             "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"arm_spool\" }\n"
             "id = 0x11\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x291\nrpdo = 0x311\n");
   EXPECT_EQ(with_device(text, "my.toml", "arm_valve", 0x11, pved), text) << "once more";
-  EXPECT_EQ(with_device(all_replaced(solar_text(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
-            all_replaced(text, "\n", "\r\n"));
+  EXPECT_EQ(with_device(all_changed(solar_text(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
+            all_changed(text, "\n", "\r\n"));
   const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
-  EXPECT_NE(moved.find("\ntpdo = 0x293\nrpdo = 0x313\n"), std::string::npos) << moved;
-  const std::string noted = replaced(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");
+  EXPECT_TRUE(has_text(moved, "\ntpdo = 0x293\nrpdo = 0x313\n"));
+  const std::string noted = changed(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");
   EXPECT_EQ(block_of(with_device(noted, "my.toml", "arm_valve", 0x11, made_for("arm_valve")), "arm_valve"),
             "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"arm_spool\" }\n"
             "id = 0x11\ndevice_type = 0x198\nvendor = 0x1234\nproduct = 0x5678\n# as delivered\n");
@@ -95,20 +86,18 @@ TEST(BusAddToNodeTables, RefusesInOneLineWhatItCannotChange) {
   std::string text = with_node_tables(keyed(), "my.toml");  // without comments
   const DeviceFile tilt = made_for("tilt");
   const std::string needs = "my.toml: needs tilt in a [[bus.node]] table with each key on a line of its own";
-  EXPECT_EQ(refused("tilt", 0x39, tilt, replaced(text, "id = 0x38", "\"id\" = 0x38")), needs);
+  EXPECT_EQ(refused("tilt", 0x39, tilt, changed(text, "id = 0x38", "\"id\" = 0x38")), needs);
   std::string array = "node = [";
   for (auto at = text.find("[[bus.node]]"); at != std::string::npos; at = text.find("[[bus.node]]")) {
     const std::string block = text.substr(at, text.find("\n\n", at) + 2 - at);
     text.erase(at, block.size());
     std::string line = block.substr(block.find('\n') + 1);
     line = line.substr(0, line.find_last_not_of('\n') + 1);
-    array += "\n{ " + all_replaced(line, "\n", ", ") + " },";
+    array += "\n{ " + all_changed(line, "\n", ", ") + " },";
   }
-  text = replaced(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
+  text = changed(text, "controller_id = 1\n", "controller_id = 1\n" + array + "\n]\n\n");
   ASSERT_EQ(parse_machine(text, "my.toml").bus.nodes, machine().bus.nodes);
   EXPECT_EQ(refused("tilt", 0x39, tilt, text), needs);
-  EXPECT_NE(refused("boom_valve", 0x39, tilt, solar_text()).find("must be one of CiA 408"), std::string::npos);
-  EXPECT_NE(refused("swing", 0x39, tilt, solar_text()).find("its nodes: boom_valve"), std::string::npos);
 }
 
 TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeThere) {
@@ -119,8 +108,8 @@ TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeT
   for (const int channel : {1, 2, 3, 4, 6, 7}) {
     DeviceFile five = six;
     five.entries.erase(0x613100 + static_cast<std::uint32_t>(channel));
-    EXPECT_TRUE(tells(fit_of(five, few, "pressures").obstacles,
-                      fmt::format("start-up reads 0x6131:{:02X}, which the device does not have", channel)));
+    EXPECT_TRUE(has_text(fit_of(five, few, "pressures").obstacles,
+                         fmt::format("start-up reads 0x6131:{:02X}, which the device does not have", channel)));
   }
   for (const std::uint32_t second : {0x180101U, 0x180102U, 0x1A0100U}) {
     DeviceFile one_frame = six;
@@ -133,7 +122,7 @@ TEST(BusAddToNodeTables, OfATransmitterOfManyPressuresEachChannelsObjectsMustBeT
   EXPECT_EQ(node.id, 0x21);
   EXPECT_EQ(node.channels, few.bus.find("pressures")->channels);
   EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0x1C1, 0, 0, 0}));
-  EXPECT_NE(text.find("product = 0x5678\ntpdo = 0x1C1\nchannels = "), std::string::npos);
+  EXPECT_TRUE(has_text(text, "product = 0x5678\ntpdo = 0x1C1\nchannels = "));
   const std::string other = with_device(few.text, "few.toml", "pressures", 0x21, with_fixed(six, 0x180101, 0x290));
   EXPECT_EQ(parse_machine(other, "few.toml").bus.find("pressures")->tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1}));
 }
@@ -152,7 +141,7 @@ TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere)
   timers.entries.erase(0x101601);
   EXPECT_TRUE(fit_of(timers, joined, "valves").obstacles.empty()) << "all three timers are a guard";
   timers.entries.erase(0x140205);
-  EXPECT_TRUE(tells(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
+  EXPECT_TRUE(has_text(fit_of(timers, joined, "valves").obstacles, "it has no guard that start-up knows"));
   const std::string text = with_device(joined.text, "axes.toml", "bucket_spool", 0x11,
                                        with_fixed(with_fixed(three, 0x140201, 0x440), 0x180101, 0x2A0));
   const NodeDescription node = *parse_machine(text, "axes.toml").bus.find("valves");
@@ -160,9 +149,9 @@ TEST(BusAddToNodeTables, OfAValveOfSeveralAxesEachAxisObjectsAndPdosMustBeThere)
   EXPECT_EQ(node.channels, joined.bus.find("valves")->channels);
   EXPECT_EQ(node.rpdos, (std::array<std::uint16_t, 4>{0, 0, 0x451, 0}));
   EXPECT_EQ(node.tpdos, (std::array<std::uint16_t, 4>{0, 0x2B1, 0, 0}));
-  EXPECT_NE(text.find("tpdo2 = 0x2B1\nrpdo3 = 0x451\n"), std::string::npos) << text;
+  EXPECT_TRUE(has_text(text, "tpdo2 = 0x2B1\nrpdo3 = 0x451\n"));
   const std::string moved = with_device(text, "axes.toml", "valves", 0x12, three);
-  EXPECT_EQ(moved.find("rpdo3"), std::string::npos) << "where the device has the usual one";
+  EXPECT_FALSE(has_text(moved, "rpdo3")) << "where the device has the usual one";
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
+#include "app/eds/migrate.h"
 #include "machine/load.h"
 #include "slave/node_setup.h"
 #include "tests/eds/made_device.h"
@@ -18,34 +18,27 @@
 namespace knuckle::eds {
 namespace {
 
+using test::has_text;
 using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
 using test::solar_text;
-using test::tells;
 
-TEST(BusAddToKeyedNodes, ChangesTheOneLineOfTheNodeAndNothingElse) {
-  const std::string text = with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve"));
-  const MachineDescription after = parse_machine(text, "my.toml");
-  EXPECT_EQ(after.bus.valve(0).id, 0x50);
-  EXPECT_EQ(after.bus.valve(0).vendor, 0x1234U);
-  EXPECT_EQ(after.bus.valve(0).product, 0x5678U);
-  EXPECT_EQ(after.bus.valve(0).tpdos[0], 0);
-  std::istringstream was(keyed()), is(text);
-  int changed = 0;
-  for (std::string a, b; std::getline(was, a) && std::getline(is, b);) changed += a != b ? 1 : 0;
-  EXPECT_EQ(changed, 1);
-}
-
-TEST(BusAddToKeyedNodes, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
+TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   DeviceFile device = made_for("tilt");
   Entry& cob_id = device.entries[0x180001];
   cob_id.access = Access::kReadOnly;
   cob_id.value = Value{0x280, true};
-  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
+  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
   cob_id.value = Value{0x180, true};
-  EXPECT_EQ(parse_machine(with_device(keyed(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+}
+
+TEST(BusAdd, OfAnOlderFileMakesTheNodesTablesFirst) {
+  const std::string tables = with_node_tables(keyed(), "my.toml");
+  EXPECT_EQ(with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve")),
+            with_device(tables, "my.toml", "boom_valve", 0x50, made_for("boom_valve")));
 }
 
 /// Read-only. @param number of the PDO, from 0.
@@ -59,23 +52,18 @@ void set_map(DeviceFile& device, std::uint32_t number, const std::vector<std::ui
 
 TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
   DeviceFile device = made_for("tilt");
-  const auto map = [&](std::uint32_t number, const std::vector<std::uint32_t>& entries) {
-    set_map(device, number, entries);
-  };
-  map(0, {0x60100010});
+  set_map(device, 0, {0x60100010});
   EXPECT_TRUE(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
-  map(0, {0x60200010, 0x60100010});
+  set_map(device, 0, {0x60200010, 0x60100010});
   const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
-  EXPECT_NE(text.find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
+  EXPECT_TRUE(has_text(text, "tpdo_map = [0x60200010, 0x60100010]"));
   const MachineDescription after = parse_machine(text, "m");
   EXPECT_EQ(after.bus.tilt().tpdo_maps, (std::vector<std::vector<std::uint32_t>>{{0x60200010, 0x60100010}}));
   EXPECT_TRUE(fit_of(device, after, "tilt").obstacles.empty());
   // The next device in its place leaves none of it behind.
-  EXPECT_EQ(with_device(text, "m", "tilt", 0x38, made_for("tilt")).find("tpdo_map"), std::string::npos);
-  EXPECT_NE(refused("tilt", 0x38, device, keyed()).find("knuckle bus migrate"), std::string::npos);
-  map(0, {0x60200010});
-  EXPECT_NE(refused("tilt", 0x38, device).find("must have 0x60100010"), std::string::npos)
-      << refused("tilt", 0x38, device);
+  EXPECT_FALSE(has_text(with_device(text, "m", "tilt", 0x38, made_for("tilt")), "tpdo_map"));
+  set_map(device, 0, {0x60200010});
+  EXPECT_TRUE(has_text(refused("tilt", 0x38, device), "must have 0x60100010"));
 }
 
 TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
@@ -83,15 +71,15 @@ TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
   set_map(device, 0, {0x60100010});
   for (const std::uint32_t pdo : {1U, 2U, 3U}) set_map(device, pdo, {});
   const auto added = [&] { return with_device(solar_text(), "m", "tilt", 0x38, device); };
-  EXPECT_EQ(added().find("_map = "), std::string::npos) << "as start-up wants it";
+  EXPECT_FALSE(has_text(added(), "_map = ")) << "as start-up wants it";
   set_map(device, 0, {0x60200010, 0x60100010});
-  EXPECT_NE(added().find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos);
-  EXPECT_EQ(added().find("tpdo2_map"), std::string::npos);
+  EXPECT_TRUE(has_text(added(), "tpdo_map = [0x60200010, 0x60100010]"));
+  EXPECT_FALSE(has_text(added(), "tpdo2_map"));
   EXPECT_TRUE(fit_of(device, parse_machine(added(), "m"), "tilt").obstacles.empty());
   for (const std::uint32_t count : {9U, 0xFEU, 0xFFU, 0x100U}) {  // those from 0xFE on are no lists
     device.entries[0x1A0100].value = Value{count, false};
-    EXPECT_NE(added().find("tpdo_map = [0x60200010, 0x60100010]"), std::string::npos) << count;
-    EXPECT_EQ(added().find("tpdo2_map"), std::string::npos) << count;
+    EXPECT_TRUE(has_text(added(), "tpdo_map = [0x60200010, 0x60100010]")) << count;
+    EXPECT_FALSE(has_text(added(), "tpdo2_map")) << count;
   }
 }
 
@@ -105,32 +93,19 @@ TEST(BusAdd, TellsOfAMappingThatAMachineFileCannotSay) {
   unknown.entries[0x1A0002].value.reset();
   for (const DeviceFile& device : {gap, unknown}) {
     const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
-    EXPECT_EQ(text.find("_map = "), std::string::npos);
-    EXPECT_TRUE(tells(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
+    EXPECT_FALSE(has_text(text, "_map = "));
+    EXPECT_TRUE(has_text(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
   }
 }
 
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   const DeviceFile valve = made_for("boom_valve");
-  EXPECT_NE(refused("swing_valve", 0x11, valve).find("has no node 'swing_valve'; its nodes: boom_valve"),
-            std::string::npos);
+  EXPECT_TRUE(has_text(refused("swing_valve", 0x11, valve), "has no node 'swing_valve'; its nodes: boom_valve"));
   EXPECT_EQ(refused("tilt", 0x38, valve),
             "a.eds: 0x1000:00 = 0x198: is a device of CiA 408; tilt must be one of CiA 410");
   DeviceFile of_no_profile = made_for("tilt");
   of_no_profile.device_type = 0x80000;
   EXPECT_EQ(refused("tilt", 0x38, of_no_profile), "accepted");
-}
-
-TEST(BusAddToKeyedNodes, RefusesANodeThatIsATableOfItsOwn) {
-  std::string table = keyed();
-  const auto at = table.find("boom_valve           = {"), end = table.find('}', at);
-  table.replace(at, end - at + 1, "");
-  table += "\n[bus.nodes.boom_valve]\nid = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
-  EXPECT_EQ(
-      refused("boom_valve", 0x10, made_for("boom_valve"), table),
-      fmt::format("my.toml: line {}: [bus.nodes.boom_valve] is a table of its own: needs boom_valve = {{ ... }} on "
-                  "one line in [bus.nodes], or [[bus.node]] tables (knuckle bus migrate)",
-                  std::count(table.begin(), table.end(), '\n') - 4));
 }
 
 TEST(BusAdd, FindsNothingAgainstADeviceThatHasAllItsStartUpWants) {
@@ -153,14 +128,14 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
   device.entries[0x604200].value = Value{2, false};
   const Fit fit = fit_of(device, machine(), "boom_valve");
   EXPECT_EQ(fit.obstacles.size(), 5U);
-  EXPECT_TRUE(tells(fit.obstacles, "the bus has 500 kbit/s"));
-  EXPECT_TRUE(tells(fit.obstacles, "start-up reads 0x1017:00, which the device does not have"));
-  EXPECT_TRUE(tells(fit.obstacles, "start-up writes 0x1800:02, which can only be read"));
-  EXPECT_TRUE(tells(fit.obstacles, "without its controller it would not stop"));
-  EXPECT_TRUE(tells(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
+  EXPECT_TRUE(has_text(fit.obstacles, "the bus has 500 kbit/s"));
+  EXPECT_TRUE(has_text(fit.obstacles, "start-up reads 0x1017:00, which the device does not have"));
+  EXPECT_TRUE(has_text(fit.obstacles, "start-up writes 0x1800:02, which can only be read"));
+  EXPECT_TRUE(has_text(fit.obstacles, "without its controller it would not stop"));
+  EXPECT_TRUE(has_text(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
   device.entries[0x604200].access = Access::kReadWrite;
-  EXPECT_TRUE(tells(fit_of(device, machine(), "boom_valve").to_set,
-                    "set 0x6042:00 of the device to 1: it is delivered with 2"));
+  EXPECT_TRUE(has_text(fit_of(device, machine(), "boom_valve").to_set,
+                       "set 0x6042:00 of the device to 1: it is delivered with 2"));
 }
 
 TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
@@ -175,10 +150,10 @@ TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
   };
   EXPECT_TRUE(obstacles(10, Access::kReadOnly).empty());
   EXPECT_TRUE(obstacles(100, Access::kReadWrite).empty());
-  EXPECT_TRUE(tells(obstacles(100, Access::kReadOnly),
-                    "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
+  EXPECT_TRUE(has_text(obstacles(100, Access::kReadOnly),
+                       "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
   device.entries[0x180002].value = Value{3, false};
-  EXPECT_TRUE(tells(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
+  EXPECT_TRUE(has_text(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
   device.entries[0x180002].value = Value{1, false};
   EXPECT_TRUE(obstacles(100, Access::kReadOnly).empty()) << "it is not used";
 }
@@ -229,7 +204,7 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
   tilt.entries[0x1A0000].value = Value{2, false};  // more than is wanted
   EXPECT_TRUE(fit_of(tilt, machine(), "tilt").obstacles.empty());
   tilt.entries[0x1A0001].value = Value{0x60200010, false};
-  EXPECT_TRUE(tells(fit_of(tilt, machine(), "tilt").obstacles, "start-up writes 0x1800:01"));
+  EXPECT_TRUE(has_text(fit_of(tilt, machine(), "tilt").obstacles, "start-up writes 0x1800:01"));
   for (const std::uint32_t guard : {0x101601U, 0x140005U}) {
     DeviceFile valve = made_for("boom_valve");
     valve.entries.erase(guard);
@@ -257,104 +232,97 @@ TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
   }
 }
 
-/// The file of a device that fits.
-std::string eds_of(const DeviceFile& device) {
-  std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Slope\n";
-  const auto section = [&](std::uint32_t key, const char* access, std::uint32_t value) {
-    const auto entry = device.entries.find(key);
-    const int type = entry != device.entries.end() && entry->second.data_type != 0 ? entry->second.data_type : 7;
-    text += fmt::format("[{:04X}sub{:X}]\nDataType={}\nAccessType={}\nDefaultValue=0x{:X}\n", key >> 8, key & 0xFF,
-                        type, access, value);
-  };
-  section(0x100000, "ro", device.device_type);
-  section(0x101801, "ro", device.vendor);
-  section(0x101802, "ro", device.product);
-  for (const auto& [key, entry] : device.entries)
-    if (key >> 8 != 0x1000 && key >> 8 != 0x1018)
-      section(key, entry.access == Access::kReadWrite ? "rw" : "ro", entry.value->of(0));
-  return text;
-}
-
-TEST(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
-  const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), eds = folder.file("slope.eds");
-  std::ofstream(file) << solar_text();
-  std::ofstream(eds) << eds_of(made_for("tilt"));
-  const auto run = test::run_program(test::program("knuckle"),
-                                     {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.out.find("tilt is Maker Slope, node 0x39, in " + file), std::string::npos) << run.out;
-  EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
-  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar_text()) << "as it was before";
-  const auto again = test::run_program(test::program("knuckle"),
-                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", file});
-  EXPECT_NE(again.out.find("nothing changed"), std::string::npos) << again.out;
-  EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
-  const auto stock = test::run_program(test::program("knuckle"),
-                                       {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", "solar015"});
-  EXPECT_NE(stock.err.find("--machine solar015: is a machine that comes with Knuckle: copy its file first"),
-            std::string::npos)
-      << stock.err;
-}
-
-TEST(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
+/// The program in a folder with the shipped machine's file and a device's.
+struct BusAddProgram : ::testing::Test {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml"), eds = folder.file("tilt.eds");
-  std::ofstream(file) << solar_text();
+
+  test::ProgramRun add(const DeviceFile& device, const std::string& machine) const {
+    std::ofstream(eds) << test::eds_text(device);
+    return test::run_program(test::program("knuckle"),
+                             {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", machine});
+  }
+  void SetUp() override { std::ofstream(file) << solar_text(); }
+};
+
+TEST_F(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
+  const auto run = add(made_for("tilt"), file);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has_text(run.out, "tilt is Maker Device, node 0x39, in " + file));
+  EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar_text()) << "as it was before";
+  const auto again = add(made_for("tilt"), file);
+  EXPECT_TRUE(has_text(again.out, "nothing changed"));
+  EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
+  const auto stock = add(made_for("tilt"), "solar015");
+  EXPECT_TRUE(has_text(stock.err, "--machine solar015: is a machine that comes with Knuckle: copy its file first"));
+}
+
+TEST_F(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   DeviceFile tilt = made_for("tilt");
   tilt.entries.erase(0x101700);
-  std::ofstream(eds) << eds_of(tilt);
-  const auto run = test::run_program(test::program("knuckle"),
-                                     {"bus", "add", eds, "--id", "0x38", "--as", "tilt", "--machine", file});
+  const auto run = add(tilt, file);
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
-  EXPECT_NE(run.err.find("0x1017:00, which the device does not have"), std::string::npos) << run.err;
+  EXPECT_TRUE(has_text(run.err, "0x1017:00, which the device does not have"));
   EXPECT_EQ(test::content(file), solar_text());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
+}
+
+TEST_F(BusAddProgram, SaysThatTheNodesOfAnOlderFileAreTablesFromNowOn) {
+  std::ofstream(file) << keyed();
+  const auto run = add(made_for("tilt"), file);
+  EXPECT_TRUE(has_text(run.out, "note: " + file + ": its nodes are [[bus.node]] tables from now on\n"));
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), keyed());
+}
+
+TEST_F(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
+  std::ofstream(eds) << test::eds_text(made_for("tilt"));
+  const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +
+                                                           " --id 0x39 --as tilt --machine " + file + " > /dev/full"});
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_TRUE(has_text(run.err, "standard output: cannot be written; " + file + " has been changed (before: "));
+  EXPECT_EQ(load_machine(file).bus.tilt().id, 0x39);
 }
 
 TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml");
   std::ofstream(file) << solar_text();
-  const auto said = [&](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), "bus");
-    const auto run = test::run_program(test::program("knuckle"), arguments);
-    EXPECT_EQ(run.exit_code, 2);
-    return run.err;
-  };
-  EXPECT_NE(said({"add", "--machine", file}).find("knuckle: FILE: is required by bus add"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--machine", file}).find("knuckle: --id: is required by bus add"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--machine", file}).find("--as: is required by"), std::string::npos);
-  EXPECT_NE(said({"add", "a.eds", "--id", "3", "--as", "tilt"}).find("--machine: is required by bus add"),
-            std::string::npos);
-  EXPECT_NE(said({"migrate"}).find("--machine: is required by bus migrate"), std::string::npos);
-  EXPECT_NE(said({"migrate", "a.eds", "--machine", file}).find("FILE a.eds: does not go with bus migrate"),
-            std::string::npos);
-  EXPECT_NE(said({"migrate", "--as", "tilt", "--machine", file}).find("--as tilt: does not go with"),
-            std::string::npos);
-  EXPECT_EQ(test::content(file), solar_text());
   struct Case {
     std::vector<std::string> arguments;
     const char* told;
   };
-  for (const auto& [arguments, told] :
-       {Case{{"--can", "no_such_can"}, "--id: is required by bus assign-id"},
-        Case{{"--id", "0x10"}, "--can: is required by bus assign-id"},
-        Case{{"--id", "0x80", "--can", "c"}, "--id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F"},
-        Case{{"--id", "0x10", "--can", "c", "--as", "tilt"}, "--as tilt: does not go with bus assign-id"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "16"}, "--from 16: is the node id that it is to have"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--serial", "7"}, "--serial: does not go with --from"},
-        Case{{"--id", "0x10", "--can", "c", "--by-object", "0x20F0"}, "--by-object 0x20F0: needs --from"},
-        Case{{"--id", "0x10", "--can", "c", "--from", "9", "--by-object", "0x1018:04"},
-             "--by-object 0x1018:04: must be an object of the device, such as 0x20F0 or 0x20F0:01"},
-        Case{{"--id", "1", "--can", "c"}, "--id 1: is the controller's"},
-        Case{{"--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"}}) {
-    std::vector<std::string> all{"assign-id"};
+  for (const auto& [arguments, told] : {
+           Case{{"add", "--machine", file}, "FILE: is required by bus add"},
+           {{"add", "a.eds", "--machine", file}, "--id: is required by bus add"},
+           {{"add", "a.eds", "--id", "3", "--machine", file}, "--as: is required by"},
+           {{"add", "a.eds", "--id", "3", "--as", "tilt"}, "--machine: is required by bus add"},
+           {{"import", "a.dbc", "--machine", file, "--bus", "a"}, "--signal: is required by bus import, or --command"},
+           {{"migrate"}, "--machine: is required by bus migrate"},
+           {{"migrate", "a.eds", "--machine", file}, "FILE a.eds: does not go with bus migrate"},
+           {{"migrate", "--as", "tilt", "--machine", file}, "--as tilt: does not go with"},
+           {{"assign-id", "--can", "no_such_can"}, "--id: is required by bus assign-id"},
+           {{"assign-id", "--id", "0x10"}, "--can: is required by bus assign-id"},
+           {{"assign-id", "--id", "0x80", "--can", "c"}, "--id 0x80: must be a node id, 1 to 127 or 0x01 to 0x7F"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--as", "tilt"}, "--as tilt: does not go with bus assign-id"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "16"},
+            "--from 16: is the node id that it is to have"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "9", "--serial", "7"},
+            "--serial: does not go with --from"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--by-object", "0x20F0"}, "--by-object 0x20F0: needs --from"},
+           {{"assign-id", "--id", "0x10", "--can", "c", "--from", "9", "--by-object", "0x1018:04"},
+            "--by-object 0x1018:04: must be an object of the device, such as 0x20F0 or 0x20F0:01"},
+           {{"assign-id", "--id", "1", "--can", "c"}, "--id 1: is the controller's"},
+           {{"assign-id", "--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"},
+       }) {
+    std::vector<std::string> all{"bus"};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    const std::string err = said(all);
-    EXPECT_NE(err.find(told), std::string::npos) << err;
-    EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    const auto run = test::run_program(test::program("knuckle"), all);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_TRUE(has_text(run.err, told));
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
+  EXPECT_EQ(test::content(file), solar_text());
 }
 
 }  // namespace

@@ -1,16 +1,12 @@
 // `knuckle bus import`: J1939 groups of 9 to 255 bytes, which come in several packets.
 #include <gtest/gtest.h>
 
-#include <sstream>
-
-#include "app/eds/dbc_import.h"
-#include "machine/file_text.h"
-#include "machine/load.h"
-#include "tests/support/places.h"
-#include "tests/support/refusal.h"
+#include "tests/eds/imports.h"
 
 namespace knuckle::eds {
 namespace {
+
+using test::has_text;
 
 constexpr const char* kPacketsDbc = R"(VERSION ""
 BU_: Machine
@@ -38,20 +34,17 @@ BA_DEF_DEF_ "VFrameFormat" "J1939PG";
 BA_ "VFrameFormat" BO_ 2583651070 1;
 )";
 
-Import packets_import(const std::vector<std::string>& signals, const WantedFrames& wanted = {}) {
-  std::vector<WantedSignal> all;
-  for (const std::string& one : signals) all.push_back(wanted_signal(one));
-  return with_frames(whole_file(test::source_dir() + "/config/machines/solar015.toml", 1), "m.toml",
-                     parse_dbc(kPacketsDbc, "m.dbc"), all, wanted);
+Import packets_import(const ImportOptions& said) {
+  return test::imported(said, kPacketsDbc, test::solar_text());
 }
 
 TEST(DbcPackets, ReadingsOfAGroupInSeveralPacketsAreTaken) {
-  const Import import = packets_import({"coolant_temperature=Coolant.temperature", "fuel_level=Coolant.level"});
+  const Import import =
+      packets_import({.signals = {"coolant_temperature=Coolant.temperature", "fuel_level=Coolant.level"}});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_NE(import.text.find("name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"), std::string::npos)
-      << import.text;
-  EXPECT_NE(import.text.find("fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"), std::string::npos);
-  const BroadcastFrame frame = parse_machine(import.text, "m.toml").bus.broadcasts.at(0);
+  EXPECT_TRUE(has_text(import.text, "name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"));
+  EXPECT_TRUE(has_text(import.text, "fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"));
+  const BroadcastFrame frame = test::bus_of(import).broadcasts.at(0);
   ASSERT_EQ(frame.fields.size(), 2U);
   EXPECT_EQ(frame.fields[0].first_byte, 6) << "temperature";
   EXPECT_EQ(frame.fields[0].bits.start_bit, 4);
@@ -67,39 +60,31 @@ TEST(DbcPackets, NoFrameHasASignalOfSuchAMessage) {
 
 TEST(DbcPackets, WhatCannotBeIsRefusedInOneLine) {
   struct Case {
-    std::string signal;
+    ImportOptions wanted;
     const char* said;
   };
   for (const Case& c :
-       {Case{"engine_speed=Coolant.motorola",
+       {Case{{.signals = {"engine_speed=Coolant.motorola"}},
              "m.dbc:5: signal motorola of Coolant must be little endian and end within 8 bytes"},
-        {"fuel_level=Coolant.serial", "m.dbc:6: signal serial of Coolant must be little endian and end within 8 bytes"},
-        {"engine_hours=Coolant.hours", "m.dbc:8: signal hours of Coolant is multiplexed"},
-        {"boom_angle=Coolant.boom", "must be at most 8 of what moves the machine or stops it: several packets"},
-        {"fuel_level=Long.level",
+        {{.signals = {"fuel_level=Coolant.serial"}},
+         "m.dbc:6: signal serial of Coolant must be little endian and end within 8 bytes"},
+        {{.signals = {"engine_hours=Coolant.hours"}}, "m.dbc:8: signal hours of Coolant is multiplexed"},
+        {{.signals = {"boom_angle=Coolant.boom"}},
+         "must be at most 8 of what moves the machine or stops it: several packets"},
+        {{.signals = {"fuel_level=Long.level"}},
          "m.dbc: line 11: BO_ Long: has 256 bytes, and a frame of classic CAN at most 8; in "
          "several packets come groups of J1939 alone (VFrameFormat J1939PG), of at most 255"},
-        {"fuel_level=Plain.level", "m.dbc: line 13: BO_ Plain: has 20 bytes, and a frame of classic CAN at most 8"},
-        {"fuel_level=Shared.level", "SG_ other of Shared: shares bits with level of line 16"},
-        {"fuel_level=Beyond.level", "SG_ level of Beyond: reaches to byte 21, and the message has 20"}}) {
-    const std::string line = test::refusal([&] { (void)packets_import({c.signal}); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << line;
-    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+        {{.signals = {"fuel_level=Plain.level"}},
+         "m.dbc: line 13: BO_ Plain: has 20 bytes, and a frame of classic CAN at most 8"},
+        {{.signals = {"fuel_level=Shared.level"}}, "SG_ other of Shared: shares bits with level of line 16"},
+        {{.signals = {"fuel_level=Beyond.level"}}, "SG_ level of Beyond: reaches to byte 21, and the message has 20"},
+        {{.constants = {"Coolant=0"}},
+         "m.dbc:3: Coolant has 20 bytes: what Knuckle sends must be one frame, of at most 8"},
+        {{.signals = {"fuel_level=Coolant.level"}, .counters = {"Coolant.which"}}, "--counter Coolant.which"},
+        {{.signals = {"fuel_level=Coolant.level"}, .counters = {"Coolant.temperature"}},
+         "does not go with a message of several packets"}}) {
+    test::expect_refused([&] { return packets_import(c.wanted); }, c.said);
   }
-  WantedFrames told, counted;
-  told.constants.push_back(wanted_constant("Coolant=0"));
-  EXPECT_EQ(test::refusal([&] { (void)packets_import({}, told); }),
-            "m.dbc:3: Coolant has 20 bytes: what Knuckle sends must be one frame, of at most 8");
-  counted.counters.push_back(wanted_counter("Coolant.which"));
-  EXPECT_NE(test::refusal([&] {
-              (void)packets_import({"fuel_level=Coolant.level"}, counted);
-            }).find("--counter Coolant.which"),
-            std::string::npos);
-  counted.counters = {wanted_counter("Coolant.temperature")};
-  EXPECT_NE(test::refusal([&] {
-              (void)packets_import({"fuel_level=Coolant.level"}, counted);
-            }).find("does not go with a message of several packets"),
-            std::string::npos);
 }
 
 }  // namespace

@@ -10,23 +10,14 @@
 
 #include "app/eds/bus_command.h"
 #include "app/eds/device_file.h"
-#include "core/error.h"
 #include "machine/bus_frames.h"
 #include "machine/load.h"
 #include "slave/node_setup.h"
-#include "tests/support/keyed_nodes.h"
-#include "tests/support/places.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/eds/machine_texts.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::test {
 
-inline std::string solar_text() {
-  return content(source_dir() + "/config/machines/solar015.toml");
-}
-/// The same machine in the older words.
-inline std::string keyed() {
-  return with_keyed_nodes(solar_text());
-}
 inline MachineDescription machine() {
   return parse_machine(solar_text(), "my.toml");
 }
@@ -68,19 +59,12 @@ inline eds::DeviceFile made_for(const std::string& node, const MachineDescriptio
   device.product = 0x5678;
   return device;
 }
-inline bool tells(const std::vector<std::string>& lines, const std::string& what) {
-  return std::any_of(lines.begin(), lines.end(), [&](const auto& l) { return l.find(what) != std::string::npos; });
-}
 inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
                            const std::string& text = solar_text()) {
-  try {
-    (void)eds::with_device(text, "my.toml", node, id, device);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return refusal([&] { return eds::with_device(text, "my.toml", node, id, device); });
 }
 
+/// The file that says so, of a device by this name.
 inline std::string eds_text(const eds::DeviceFile& device) {
   std::string text = "[DeviceInfo]\nVendorName=Maker\nProductName=Device\n";
   for (const auto& [key, entry] : device.entries) {

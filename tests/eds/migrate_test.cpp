@@ -9,33 +9,20 @@
 
 #include "machine/load.h"
 #include "recording/recording.h"
+#include "tests/eds/machine_texts.h"
 #include "tests/support/few_nodes.h"
-#include "tests/support/keyed_nodes.h"
-#include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace knuckle::eds {
 namespace {
 
-std::string shipped() {
-  return whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
-}
-/// The shipped file in the older words.
-std::string older() {
-  return test::with_keyed_nodes(shipped());
-}
-std::string changed(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-std::string with_crlf(const std::string& text) {
-  std::string all;
-  for (const char c : text) all += c == '\n' ? "\r\n" : std::string(1, c);
-  return all;
-}
+using test::changed;
+using test::has_text;
+using test::keyed;
+using test::solar_text;
+using test::with_crlf;
+
 std::string migrated(const std::string& text) {
   return with_node_tables(text, "my.toml");
 }
@@ -77,7 +64,7 @@ std::vector<std::pair<std::string, std::string>> older_files() {
     if (file.path().extension() == ".mcap")
       all.emplace_back(file.path().filename(),
                        test::with_keyed_nodes(recording::Recording({file.path().string()}).head().machine_file));
-  std::string full = changed(older(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
+  std::string full = changed(keyed(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
   full = changed(full, "id = 0x12, ", "id = 0x12, profile = 'cia408/pved', ");
   full = changed(full, "id = 0x38, ", "id = 5_6, tpdo = 0x2B8,");
   full =
@@ -93,9 +80,7 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
     const std::string after = migrated(text);
     EXPECT_EQ(parse_machine(after, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
     EXPECT_EQ(comments_of(after), comments_of(text)) << name;
-    EXPECT_EQ(after.find("bus.nodes"), std::string::npos) << name;
-    EXPECT_TRUE(has_node_tables(after, "my.toml")) << name;
-    EXPECT_FALSE(has_node_tables(text, "my.toml")) << name;
+    EXPECT_FALSE(has_text(after, "bus.nodes")) << name;
     EXPECT_EQ(migrated(after), after) << name;
     const auto begin = text.find("[bus.nodes]"), end = text.find("\n[limits]");
     EXPECT_EQ(after.substr(0, begin), text.substr(0, begin)) << name;
@@ -104,41 +89,37 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
 }
 
 TEST(BusMigrate, WritesATableForEachNodeInItsPlaceWithItsNumbersAsTheyWere) {
-  const std::string before = older(), after = migrated(before);
-  EXPECT_NE(after.find("controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"),
-            std::string::npos)
-      << after;
+  const std::string before = keyed(), after = migrated(before);
+  EXPECT_TRUE(has_text(after, "controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"));
   EXPECT_EQ(std::count(after.begin(), after.end(), '\n') - std::count(before.begin(), before.end(), '\n'),
             -1 + 14 * 7 + 13);
 }
 
 TEST(BusMigrate, KeepsCommentsWhereTheyStood) {
-  std::string text = changed(older(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
+  std::string text = changed(keyed(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
   text = changed(text, kBoom, "boom_valve={vendor=0x4b4E,id=0x10 ,product= 0x0408,device_type=408} # a } # b\n");
   text = changed(text, kTilt, kTilt + "  # the last\n");
-  EXPECT_NE(migrated(text).find("controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
-                                "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
-                                "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
-                                "device_type = 408\n\n[[bus.node]]\n"),
-            std::string::npos)
-      << migrated(text);
-  EXPECT_NE(migrated(text).find("product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"),
-            std::string::npos);
+  EXPECT_TRUE(has_text(migrated(text),
+                       "controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
+                       "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
+                       "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
+                       "device_type = 408\n\n[[bus.node]]\n"));
+  EXPECT_TRUE(has_text(migrated(text), "product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"));
   EXPECT_EQ(comments_of(migrated(text)), comments_of(text));
 }
 
 TEST(BusMigrate, KeepsLineEndsTheMissingLastOneAndRecordsBehind) {
-  EXPECT_EQ(migrated(with_crlf(older())), with_crlf(migrated(older())));
+  EXPECT_EQ(migrated(with_crlf(keyed())), with_crlf(migrated(keyed())));
   const std::string commented =
-      changed(older(), "[bus.nodes]\n" + kBoom, "[bus.nodes]  # all\n# one\n\n" + changed(kBoom, "}\n", "}  # two\n"));
+      changed(keyed(), "[bus.nodes]\n" + kBoom, "[bus.nodes]  # all\n# one\n\n" + changed(kBoom, "}\n", "}  # two\n"));
   EXPECT_EQ(migrated(with_crlf(commented)), with_crlf(migrated(commented)));
-  const std::string own = changed(older(), kBoom, "") + "\n[bus.nodes.boom_valve]  # own\n" + kBoomKeys;
+  const std::string own = changed(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve]  # own\n" + kBoomKeys;
   EXPECT_EQ(migrated(with_crlf(own)), with_crlf(migrated(own)));
   const std::string record =
       "\n[commissioning]\nbus = \"can0\"\n[[commissioning.nodes]]\nid = 0x10\nname = \"boom_valve\"";
-  EXPECT_EQ(migrated(older() + record), migrated(older()) + record);
+  EXPECT_EQ(migrated(keyed() + record), migrated(keyed()) + record);
   // The nodes are the end of the file.
-  std::string last = older();
+  std::string last = keyed();
   const auto begin = last.find("[bus.nodes]"), end = last.find("\n[limits]");
   const std::string nodes = last.substr(begin, end - begin);
   last = last.erase(begin, end - begin) + nodes.substr(0, nodes.find_last_not_of('\n') + 1);
@@ -150,11 +131,11 @@ TEST(BusMigrate, TakesANodeThatIsATableOfItsOwnWithItsKeysAndComments) {
   const std::string keys =
       "\n# wired last\nid = 0x10   # switches\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
   const std::string opening = "name = \"boom_valve\"\n", channels = "channels = { 1 = \"boom_spool\" }\n";
-  std::string text = changed(older(), kBoom, "") + "\n[bus.nodes.boom_valve] # [own]\n" + keys;
+  std::string text = changed(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve] # [own]\n" + keys;
   EXPECT_TRUE(
       migrated(text).ends_with("\n[[bus.node]] # [own]\n" + opening + "profile = \"cia408\"\n" + channels + keys))
       << migrated(text);
-  EXPECT_EQ(parse_machine(migrated(text), "my.toml").bus, parse_machine(older(), "my.toml").bus);
+  EXPECT_EQ(parse_machine(migrated(text), "my.toml").bus, parse_machine(keyed(), "my.toml").bus);
   text += "profile = \"cia408/pved\"  # says its plate\n";
   EXPECT_TRUE(migrated(text).ends_with("\n[[bus.node]] # [own]\n" + opening + channels + keys +
                                        "profile = \"cia408/pved\"  # says its plate\n"));
@@ -163,33 +144,30 @@ TEST(BusMigrate, TakesANodeThatIsATableOfItsOwnWithItsKeysAndComments) {
 
 TEST(BusMigrate, RefusesInOneLineWhatItCannotRewrite) {
   const std::string needs = "needs boom_valve = { ... } on one line in [bus.nodes], or [bus.nodes.boom_valve]";
-  std::string dotted = older(), keys;
+  std::string dotted = keyed(), keys;
   std::istringstream lines(kBoomKeys);
   for (std::string line; std::getline(lines, line);) keys += "boom_valve." + line + '\n';
   dotted = changed(dotted, kBoom, keys);
   const auto line = std::count(dotted.begin(), dotted.begin() + static_cast<std::ptrdiff_t>(dotted.find(keys)), '\n');
   EXPECT_EQ(refusal_of(dotted), "my.toml: line " + std::to_string(line + 1) + ": " + needs);
-  std::string in_bus = changed(older(), "[bus.nodes]\n", "");
-  for (const NodeDescription& node : parse_machine(older(), "my.toml").bus.nodes)
+  std::string in_bus = changed(keyed(), "[bus.nodes]\n", "");
+  for (const NodeDescription& node : parse_machine(keyed(), "my.toml").bus.nodes)
     in_bus = changed(in_bus, "\n" + node.name + " ", "\nnodes." + node.name + " ");
-  EXPECT_EQ(parse_machine(in_bus, "my.toml").bus, parse_machine(older(), "my.toml").bus);
+  EXPECT_EQ(parse_machine(in_bus, "my.toml").bus, parse_machine(keyed(), "my.toml").bus);
   EXPECT_EQ(refusal_of(in_bus), "my.toml: " + needs);
   // A text of many lines that looks like nodes is none.
-  EXPECT_NE(refusal_of(older() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n").find("my.toml: line "),
-            std::string::npos);
-  EXPECT_NE(refusal_of("name = \"a\"\n").find("my.toml"), std::string::npos);
+  EXPECT_TRUE(has_text(refusal_of(keyed() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n"), "my.toml: line "));
+  EXPECT_TRUE(has_text(refusal_of("name = \"a\"\n"), "my.toml"));
 }
 
 TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
   EXPECT_EQ(migrated(test::few_nodes_text()), test::few_nodes_text());
-  EXPECT_EQ(migrated(shipped()), shipped());
+  EXPECT_EQ(migrated(solar_text()), solar_text());
 }
 
 TEST(BusMigrate, TheOlderWordsOfAShippedFileSayTheSameBus) {
   for (const auto& [name, text] : shipped_of_nodes()) {
     const std::string before = test::with_keyed_nodes(text);
-    EXPECT_TRUE(has_node_tables(text, "my.toml")) << name;
-    EXPECT_FALSE(has_node_tables(before, "my.toml")) << name;
     EXPECT_EQ(parse_machine(before, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
   }
 }
@@ -197,28 +175,28 @@ TEST(BusMigrate, TheOlderWordsOfAShippedFileSayTheSameBus) {
 TEST(BusMigrateProgram, ChangesTheFileAndKeepsTheOlderOne) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml");
-  std::ofstream(file) << older();
+  std::ofstream(file) << keyed();
   const auto run = [&] {
     const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", file});
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return ran.out;
   };
   EXPECT_EQ(run(), file + ": its nodes are [[bus.node]] tables (before: " + folder.file("my.1.toml") + ")\n");
-  EXPECT_EQ(test::content(file), migrated(older()));
-  EXPECT_EQ(test::content(folder.file("my.1.toml")), older());
+  EXPECT_EQ(test::content(file), migrated(keyed()));
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), keyed());
   EXPECT_EQ(run(), file + ": its nodes are [[bus.node]] tables already: nothing changed\n");
-  EXPECT_EQ(test::content(file), migrated(older()));
+  EXPECT_EQ(test::content(file), migrated(keyed()));
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
 }
 
 TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
   const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), bad = changed(older(), "id = 0x10", "id = 0x80");
+  const std::string file = folder.file("my.toml"), bad = changed(keyed(), "id = 0x10", "id = 0x80");
   std::ofstream(file) << bad;
   const auto refused = [](const std::string& machine, const std::string& why) {
     const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
     EXPECT_EQ(ran.exit_code, 2) << machine;
-    EXPECT_NE(ran.err.find(why), std::string::npos) << ran.err;
+    EXPECT_TRUE(has_text(ran.err, why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   };
   refused(file, "key 'bus.nodes.boom_valve.id' = 0x80: must be a whole number within [1, 127]");

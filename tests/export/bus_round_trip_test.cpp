@@ -39,10 +39,10 @@ TEST(BusRoundTrip, ADbcThatWasImportedComesOutWithTheSameRawValues) {
                                                  {"bucket_angle", "Front.bucket"},
                                                  {"slope", "Front.pitch"},
                                                  {"engine_hours", "Body.hours"}};
-  std::vector<eds::WantedSignal> wanted;
-  for (const auto& [ours, theirs] : names) wanted.push_back(eds::wanted_signal(ours + "=" + theirs));
+  eds::ImportOptions said;
+  for (const auto& [ours, theirs] : names) said.signals.push_back(ours + "=" + theirs);
   const std::string before = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
-  const std::string text = eds::with_frames(before, "m.toml", maker, wanted, {}).text;
+  const std::string text = eds::with_frames(before, "m.toml", maker, eds::wanted_of(said)).text;
   std::ostringstream out;
   write_dbc(parse_machine(text, "m.toml"), out);
   const eds::DbcFile ours = eds::parse_dbc(out.str(), "ours.dbc");
@@ -85,9 +85,9 @@ TEST(BusRoundTrip, AGroupInSeveralPacketsComesBackAsItWas) {
   std::ostringstream out;
   write_dbc(machine, out);
   const std::string before = whole_file(test::source_dir() + "/config/machines/solar015.toml", 1);
-  const std::vector<eds::WantedSignal> wanted{eds::wanted_signal("fuel_level=coolant.fuel_level"),
-                                              eds::wanted_signal("coolant_temperature=coolant.coolant_temperature")};
-  const std::string text = eds::with_frames(before, "m.toml", eds::parse_dbc(out.str(), "ours.dbc"), wanted, {}).text;
+  const eds::Wanted wanted =
+      eds::wanted_of({.signals = {"fuel_level=coolant.fuel_level", "coolant_temperature=coolant.coolant_temperature"}});
+  const std::string text = eds::with_frames(before, "m.toml", eds::parse_dbc(out.str(), "ours.dbc"), wanted).text;
   ASSERT_EQ(coolant(machine.bus.broadcasts).size(), 2U);
   EXPECT_EQ(coolant(parse_machine(text, "m.toml").bus.broadcasts), coolant(machine.bus.broadcasts));
 }
