@@ -264,18 +264,6 @@ void draw_hold_pad(const Ui& ui, const ConsoleData& data, UiState& state, const 
   }
 }
 
-namespace {
-
-/// The next of 1, 2, 5, 10, ...
-double round_above(double value) {
-  const double decade = std::pow(10, std::floor(std::log10(value)));
-  for (const double times : {1.0, 2.0, 5.0})
-    if (times * decade >= value) return times * decade;
-  return 10 * decade;
-}
-
-}  // namespace
-
 void force_plot(const Ui& ui, const ConsoleData& data, const Area& area, double mark_N) {
   const auto force_N = [](const History::Sample& s) { return known_force_N(s.machine); };
   PlotCursor& cursor = data.plots.cursor();
