@@ -51,6 +51,14 @@ class PayloadTotal {
   Time since_ = kNever, seen_ = kNever;  ///< Carried, or released.
 };
 
+/// What a console keeps of a session beside its plots and events.
+struct Kept {
+  explicit Kept(const MachineDescription& machine) : payload(kLeastLoad * machine.payload_full_scale_kg) {}
+  PayloadTotal payload;
+  ContactTrail contacts;
+  LinkHistory link;
+};
+
 class PlayerPanel;
 
 struct ConsoleFacts {
@@ -71,9 +79,7 @@ struct ConsoleData {
   const LoopHealth& loop;
   PlotWindow& plots;
   LivePlots& live_plots;  ///< Of a session that runs: what was shown in plots before.
-  const LinkHistory& link_history;
-  const PayloadTotal& payload;
-  const ContactTrail& contacts;
+  const Kept& kept;
   const picture::MachinePanel& machine;  ///< The picture of it.
   EventBook& events;
   CameraPane& cameras;

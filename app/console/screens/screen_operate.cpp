@@ -151,10 +151,10 @@ void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
              fmt::format("\xC2\xB1 {}", ui.units.text(q, m.payload_sigma_kg)));
   const Area share = rest.cut_top(t.px(10), t.unit(0.75F));
   if (known) bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
-  const int loads = data.payload.loads();
+  const int loads = data.kept.payload.loads();
   const std::string carried = fmt::format("Carried, {} load{}", loads, loads == 1 ? "" : "s");
   value_row(ui, rest.cut_top(t.px(24)), data.view.sensors_alone ? "Carried" : carried,
-            data.view.sensors_alone ? "-" : ui.units.number(q, data.payload.total_kg()), ui.units.unit(q));
+            data.view.sensors_alone ? "-" : ui.units.number(q, data.kept.payload.total_kg()), ui.units.unit(q));
 }
 
 void pressure_bar(const Ui& ui, const ConsoleData& data, std::size_t chamber, Area area) {
