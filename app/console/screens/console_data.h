@@ -87,10 +87,6 @@ struct ConsoleData {
   PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.
 };
 
-/// What the player shows of a time of which modes and limits were not recorded.
-[[nodiscard]] inline bool limits_not_recorded(const ConsoleData& data) {
-  return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
-}
 /// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
 [[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
 void choose_time(const ConsoleData& data, Time at);

@@ -207,7 +207,8 @@ void limits_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const Card card(ui, "ACTIVE LIMITS", area, machine_freshness(data.view));
   if (limit_chips(ui, data, card.inside())) return;
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
-  if (limits_not_recorded(data)) return put_text(t.fonts.body, t.colours.muted, at, Align::kLeft, "-");
+  const bool recorded = data.player == nullptr || (!data.view.sensors_alone && data.view.link.heard);
+  if (!recorded) return put_text(t.fonts.body, t.colours.muted, at, Align::kLeft, "-");
   draw_icon(canvas(), Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), ink(t.colours.good));
   put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, Align::kLeft, "none");
 }

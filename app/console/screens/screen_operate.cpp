@@ -119,7 +119,10 @@ void force_card(const Ui& ui, const ConsoleData& data, UiState& state, const Are
   Area top = rest.cut_top(t.px(80), t.unit());
   direction_dial(ui, top.cut_right(t.px(80), t.unit()), m, size.directed && force_N > 2 * sigma_N && force_N > 1);
   const Quantity q = Quantity::kForce;
-  value_large(ui, top, size.open ? "At least" : "Estimated", size.number, ui.units.unit(q));
+  Area lines = top;
+  put_fitted(t.fonts.small, t.colours.muted, lines.cut_top(t.fonts.small->FontSize * 1.1F),
+             size.open ? "At least" : "Estimated");
+  put_large(ui, lines.cut_top(t.fonts.mono_display->FontSize * 1.1F), t.colours.text, size.number, ui.units.unit(q));
   if (size.directed)
     put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, Align::kLeft,
              fmt::format("\xC2\xB1 {}", ui.units.text(q, sigma_N)));
