@@ -17,6 +17,7 @@
 #include "tests/console/player/played_files.h"
 #include "tests/recording/recorded_session.h"
 #include "tests/recording/rewrite.h"
+#include "tests/support/refusal.h"
 
 namespace knuckle::test {
 namespace {
@@ -24,14 +25,9 @@ namespace {
 namespace player = console::player;
 
 void expect_refused(const std::string& file, const std::string& because) {
-  try {
-    (void)player::load({file});
-    ADD_FAILURE() << file << " was loaded";
-  } catch (const InputError& error) {
-    const std::string said = error.what();
-    EXPECT_NE(said.find(because), std::string::npos) << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos) << said;
-  }
+  const std::string said = refusal([&] { return player::load({file}); });
+  EXPECT_NE(said.find(because), std::string::npos) << said;
+  EXPECT_EQ(said.find('\n'), std::string::npos) << said;
 }
 
 const console::EventRow* first_of(const player::Played& played, const std::string& code) {
@@ -333,14 +329,9 @@ TEST(Rerun, TakesTheNamesOfMachinesAndDevicesAsOtherOptionsDo) {
   replay::change(setup, {{"compact080", "knuckle1_compact080"}, "", ""});
   EXPECT_EQ(setup.machine.name, "compact080");
   EXPECT_TRUE(setup.device.source.ends_with("devices/knuckle1_compact080.toml")) << setup.device.source;
-  try {
-    replay::change(setup, {{"nosuch"}, "", ""});
-    ADD_FAILURE() << "was taken";
-  } catch (const InputError& error) {
-    const std::string said = error.what();
-    EXPECT_EQ(said.find("--with: unknown machine 'nosuch': "), 0u) << said;
-    EXPECT_TRUE(said.ends_with("; of devices there are knuckle1, knuckle1_compact080, knuckle1_standard200")) << said;
-  }
+  const std::string said = refusal([&] { replay::change(setup, {{"nosuch"}, "", ""}); });
+  EXPECT_EQ(said.find("--with: unknown machine 'nosuch': "), 0u) << said;
+  EXPECT_TRUE(said.ends_with("; of devices there are knuckle1, knuckle1_compact080, knuckle1_standard200")) << said;
 }
 
 TEST(Rerun, IsRefusedWhereTheLoopsDoNotBeginInTheRecording) {

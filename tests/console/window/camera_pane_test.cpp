@@ -340,9 +340,7 @@ TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
   EXPECT_NE(last_event().find("camera rear: aligned, residual "), std::string::npos) << last_event();
   EXPECT_NE(last_event().find("camera_rear.toml"), std::string::npos) << last_event();
   // Taken into the machine's file, it is where the other one is.
-  std::ifstream block("camera_rear.toml");
-  const std::string text = machine_.text + "\n" + std::string(std::istreambuf_iterator<char>(block), {});
-  std::ofstream("machine.toml") << text;
+  std::ofstream("machine.toml") << machine_.text << "\n" << test::content("camera_rear.toml");
   const MachineDescription with = load_machine("machine.toml");
   ASSERT_EQ(with.cameras.size(), machine_.cameras.size() + 1);
   const CameraDescription &found = with.cameras.back(), &there = machine_.cameras.at(0);
@@ -403,8 +401,7 @@ TEST_F(AlignCamera, KeepsTheFileOfTheTimeBefore) {
   ASSERT_GE(click_poses(), 6);
   press("k");
   EXPECT_NE(last_event().find("the one before in "), std::string::npos) << last_event();
-  std::ifstream kept("camera_rear.1.toml");
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "before");
+  EXPECT_EQ(test::content("camera_rear.1.toml"), "before");
 }
 
 TEST_F(CamerasInWindow, AreDrawnAsSoonAsTheSimulatedMachinesCameraHasAPicture) {

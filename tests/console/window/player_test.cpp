@@ -205,8 +205,7 @@ TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
     window_->frame_of_player();
     window_->write_png(folder.file(name));
     window_->show();
-    std::ifstream file(folder.file(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::content(folder.file(name));
   };
   panel_->timeline().seek(Time(1500ms));
   const std::string sought = picture("sought.png");
@@ -298,8 +297,7 @@ TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
   const auto picture = [&](const std::string& at, const std::string& name) {
     const Ended ended = console_run(options + at + " --screenshot " + folder.file(name));
     EXPECT_EQ(ended.code, 0) << ended.said;
-    std::ifstream file(folder.file(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::content(folder.file(name));
   };
   const std::string one = picture("1.5", "a.png");
   EXPECT_GT(one.size(), 10'000u);
