@@ -60,7 +60,7 @@ TEST(LinkStory, ARecordingOfAnEarlierRunMovesNothingOnAMachinesSideThatRestarted
     return m.loop.mode() != Mode::kEngaged;
   });
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kLinkLost));
   EXPECT_EQ(m.loop.operator_input().message_at(), kNever);
   EXPECT_EQ(moved, 0);
 }
@@ -74,7 +74,7 @@ TEST(LinkStory, PilotPressureIsForALivePeerOnly) {
     EXPECT_EQ(m.nodes.outputs().pilot, led);
     if (led) continue;
     EXPECT_EQ(m.loop.mode(), Mode::kReady);
-    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kRoundTripTooLong);
+    EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kRoundTripTooLong));
   }
 }
 
@@ -125,7 +125,7 @@ TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
                 1e-3);
     EXPECT_EQ(m.loop.mode(), command ? Mode::kEngaged : Mode::kFault) << to_seconds(late);
   }
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kLinkLost));
   expect_neutral_within(m, last, 200ms);
 }
 
@@ -171,7 +171,7 @@ TEST(LinkStory, AStopOrReleaseThatOnlyItsCountStillTellsIsObeyed) {
     m.run(5ms);
     EXPECT_EQ(m.loop.mode(), stop ? Mode::kFault : Mode::kReady);
     if (stop) {
-      EXPECT_EQ(m.loop.fault().code, ReasonCode::kOperatorStop);
+      EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kOperatorStop));
       m.run(2s);
       EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
       expect_neutral_within(m, at, 15ms);
@@ -229,6 +229,73 @@ TEST(LinkStory, AReleaseAndTheNextPressInOneStepAreARelease) {
   }
   m.run(5ms);
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
+}
+
+// ------------------------------------------------------------------------------------ set-points that no hand makes
+
+struct Impossible {
+  ReasonCode code;
+  int joint;
+  void (*make)(MasterMessage&);
+};
+
+TEST(LinkStory, SetPointThatNoHandMakesHoldsUntilEnableIsLetGo) {
+  const Impossible cases[] = {
+      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad += JointVector(5, 5, 5); }},
+      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad -= JointVector(5, 5, 5); }},
+      {ReasonCode::kSetpointSpeed, kBoom, [](MasterMessage& m) { m.velocity_radps.setConstant(200); }},
+      {ReasonCode::kSetpointSpeed, kBucket, [](MasterMessage& m) { m.velocity_radps[kBucket] = -40.1; }},
+      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.position_rad[kArm] += 0.4; }},
+      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.velocity_radps[kArm] = 39; }},
+  };
+  for (const Impossible& c : cases) {
+    BenchMachine m;
+    lead(m);
+    const MasterMessage good = m.hand;
+    const JointVector before = m.angles();
+    c.make(m.hand);
+    const Time at = m.now;
+    m.run(5ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold);
+    EXPECT_TRUE(test::is(m.loop.blocking(), c.code, c.joint));
+    EXPECT_EQ(m.loop.commands(), JointVector(0, 0, 0));
+    m.run(1s);
+    m.hand.position_rad = good.position_rad;
+    m.hand.velocity_radps.setZero();
+    m.run(1s);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold) << "once is enough";
+    EXPECT_TRUE(test::is(m.loop.blocking(), c.code));
+    expect_neutral_within(m, at, 10ms);
+    EXPECT_LT((m.angles() - before).cwiseAbs().maxCoeff(), 0.05) << "what was on its way";
+    EXPECT_TRUE(test::engages_anew(m));
+  }
+}
+
+TEST(LinkStory, SpeedThatIsNotThatOfThePositionLeadsNowhere) {
+  for (const double rate : {0.6, -2.0, 20.0}) {
+    BenchMachine m;
+    ASSERT_TRUE(m.engage());
+    const JointVector before = m.angles();
+    m.hand.velocity_radps[kBoom] = rate;
+    m.run(3s);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold) << rate;
+    EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kSetpointJump));
+    EXPECT_LT(std::abs(m.angles()[kBoom] - before[kBoom]), 0.25) << rate;
+  }
+}
+
+TEST(LinkStory, ExtrapolatingLeadsNotBeyondTheWorkingRange) {
+  BenchMachine m;
+  lead(m);
+  const double end = m.description.links[kBucket].max_rad;
+  m.hand.position_rad[kBucket] = end - 0.01;  // where it cannot be, but nothing acts on it here
+  m.hand.velocity_radps[kBucket] = 30;
+  m.run(5ms);
+  m.link_up = false;
+  for (int i = 0; i < 20; ++i) {
+    m.run(5ms);
+    EXPECT_LE(m.loop.operator_input().set_point().position_rad[kBucket], end + 0.0175);
+  }
 }
 
 }  // namespace
