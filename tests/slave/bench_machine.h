@@ -180,6 +180,11 @@ class BenchMachine {
     }
   }
   [[nodiscard]] std::string fault() const { return text_with_code(loop.fault(), description.bus); }
+  /// In a fault for this reason. @param subject where it matters
+  [[nodiscard]] testing::AssertionResult faulted(ReasonCode code, std::optional<int> subject = std::nullopt) const {
+    if (loop.mode() != Mode::kFault) return testing::AssertionFailure() << "in mode " << static_cast<int>(loop.mode());
+    return is(loop.fault(), code, subject);
+  }
   [[nodiscard]] std::string setup_failure() const { return text(loop.client().setup_failure(), description.bus); }
   /// No spool lets oil through.
   [[nodiscard]] bool closed() const {

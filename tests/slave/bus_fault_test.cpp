@@ -7,7 +7,6 @@
 #include <string>
 
 #include "slave/bus_map.h"
-#include "tests/slave/bench_machine.h"
 #include "tests/slave/leading.h"
 #include "tests/support/command_machine.h"
 #include "tests/support/says.h"
@@ -17,7 +16,7 @@ namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
-using test::lead;
+using test::LedMachine;
 
 constexpr double kOpen = 0.11;  // of spool stroke: below it no oil flows
 
@@ -56,12 +55,10 @@ void set_enable(BenchMachine& m, bool pressed, Duration held) {
 TEST(BusFault, EndsInNeutralNamesItselfAndWaitsForTheOperator) {
   for (const BusFault& fault : kBusFaults) {
     SCOPED_TRACE(name(fault.reason));
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     fault.set(m.bus, true);
     m.run(10ms);
-    EXPECT_EQ(m.loop.mode(), Mode::kFault);
-    EXPECT_TRUE(test::is(m.loop.fault(), fault.reason));
+    EXPECT_TRUE(m.faulted(fault.reason));
     m.run(310ms);  // nothing reaches the valves: they and the enable node end the motion by themselves
     EXPECT_LT(m.signals.spool.cwiseAbs().maxCoeff(), kOpen);
     EXPECT_FALSE(m.nodes.outputs().pilot);
@@ -85,8 +82,7 @@ TEST(BusFault, EndsInNeutralNamesItselfAndWaitsForTheOperator) {
 }
 
 TEST(BusFault, BusOffIsNotForgottenBecauseTheControllerWasRestarted) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.bus.bus_off(0);
   m.run(50ms);
   m.bus.recover(0);
@@ -98,8 +94,7 @@ TEST(BusFault, BusOffIsNotForgottenBecauseTheControllerWasRestarted) {
 }
 
 TEST(BusFault, AnEStopThatWasOpenBeforeDoesNotHideTheQuestionAfterABusOff) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.nodes.set_estop(true);
   m.run(200ms);
   ASSERT_EQ(m.loop.mode(), Mode::kEStop);

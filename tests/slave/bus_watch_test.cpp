@@ -20,7 +20,7 @@ namespace {
 using canopen::NmtCommand;
 using canopen::NmtState;
 using test::BenchMachine;
-using test::lead;
+using test::LedMachine;
 
 CanBus& stranger(BenchMachine& m) {
   return m.bus.port(2);
@@ -61,8 +61,7 @@ const std::vector<ForeignFrame>& foreign_frames() {
 
 TEST(ForeignSender, OneFrameThatOnlyTheControllerSendsEndsTheMotionAndSaysWhat) {
   for (const auto& [what, frame, code, node] : foreign_frames()) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     stranger(m).send(frame);
     m.run(15ms);
     EXPECT_EQ(m.loop.mode(), Mode::kFault) << what;
@@ -75,8 +74,7 @@ TEST(ForeignSender, OneFrameThatOnlyTheControllerSendsEndsTheMotionAndSaysWhat) 
 }
 
 TEST(ForeignSender, MayReadWhileTheMachineRuns) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   for (const std::uint8_t command :
        std::initializer_list<std::uint8_t>{0x40, 0x60, 0x70, 0x80, 0xA0})  // upload, its segments, abort, block upload
     stranger(m).send({.id = 0x622, .size = 8, .data = {command, 0x00, 0x10, 0x00}});
@@ -87,8 +85,7 @@ TEST(ForeignSender, MayReadWhileTheMachineRuns) {
 }
 
 TEST(ForeignSender, IsAReasonUntilItWasQuietForASecondAndTheOperatorAsksAnew) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.hand.enable = false;
   for (int i = 0; i < 30; ++i) {
     stranger(m).send(canopen::valve_command_frame(0x210, {}));
@@ -102,8 +99,7 @@ TEST(ForeignSender, IsAReasonUntilItWasQuietForASecondAndTheOperatorAsksAnew) {
 }
 
 TEST(ForeignSender, HidesNoOpenEStopHoweverLongItIsHeard) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.hand.enable = false;
   m.nodes.set_estop(true);
   m.run(500ms);
@@ -267,8 +263,7 @@ TEST(NodeIdTwice, ADeviceOfAnotherKindIsFoundByItsAnswersThoughOneOfTheTwoIsRigh
 
 /// What joins the bus of a machine that is led: frames of a node's id from elsewhere, so many a second.
 Reason joined(const CanFrame& frame, double per_s, Duration most = 10s) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.hand.velocity_radps.setZero();
   m.recording = false;
   double due = 0;
@@ -305,8 +300,7 @@ TEST(NodeIdTwice, IsNoFaultOfAHealthyBus) {
     const Reason why = joined(frame, per_s, 60s);
     EXPECT_FALSE(why) << std::hex << frame.id << ": " << text(why);
   }
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.hand.velocity_radps.setZero();
   for (int i = 0; i < 20; ++i)
     stranger(m).send(canopen::enable_inputs_frame(0x1C0, canopen::kInputEStopClosed | canopen::kInputPilotOn));
@@ -314,9 +308,13 @@ TEST(NodeIdTwice, IsNoFaultOfAHealthyBus) {
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
 }
 
+/// That all nodes are operational and counted.
+struct Counting : BusWatch {
+  explicit Counting(const BusDescription& bus = test::test_machine().bus) : BusWatch(bus) { count_frames(true); }
+};
+
 TEST(NodeIdTwice, IsFoundAsSoonAfterAHealthyHourAsAtOnce) {
-  BusWatch watch(test::test_machine().bus);
-  watch.count_frames(true);
+  Counting watch;
   const CanFrame pressure = canopen::pressure_frame(0x1A2, {20e5, 0});
   for (int i = 0; i < 3600 * 200; ++i) {
     watch.synced();
@@ -332,9 +330,7 @@ TEST(NodeIdTwice, IsFoundAsSoonAfterAHealthyHourAsAtOnce) {
 }
 
 TEST(NodeIdTwice, WhatADelayHeldUpIsNotTooMuch) {
-  const BusDescription bus = test::test_machine().bus;
-  BusWatch watch(bus);
-  watch.count_frames(true);
+  Counting watch;
   const CanFrame pressure = canopen::pressure_frame(0x1A2, {20e5, 0});
   for (int round = 0; round < 1000; ++round) {  // five answers at once, again and again
     for (int i = 0; i < 5; ++i) watch.synced();
@@ -347,8 +343,7 @@ TEST(NodeIdTwice, WhatMayBeHeldUpForAsLongAsAFileLetsASensorsValueAgeIsNoSign) {
   BusDescription bus = test::test_machine().bus;
   bus.sensor_age_limit_s = 0.2;
   const int held_up = static_cast<int>(bus.sensor_age_limit_s * bus.sync_Hz);
-  BusWatch watch(bus);
-  watch.count_frames(true);
+  Counting watch(bus);
   watch.note_second_answers(0x22, 1);
   for (int i = 0; i < held_up; ++i) watch.synced();
   for (int i = 0; i < held_up; ++i) watch.receive(canopen::pressure_frame(0x1A2, {20e5, 0}), Time{1s});
@@ -356,8 +351,7 @@ TEST(NodeIdTwice, WhatMayBeHeldUpForAsLongAsAFileLetsASensorsValueAgeIsNoSign) {
 }
 
 TEST(NodeIdTwice, InputsThatChangeAgainAndAgainForMinutesAreOneNodes) {
-  BusWatch watch(test::test_machine().bus);
-  watch.count_frames(true);
+  Counting watch;
   std::uint8_t inputs = canopen::kInputEStopClosed;
   for (int i = 0; i < 5 * 60 * 100; ++i) {
     const Time now{i * 10ms};
@@ -370,7 +364,6 @@ TEST(NodeIdTwice, InputsThatChangeAgainAndAgainForMinutesAreOneNodes) {
 }
 
 TEST(NodeIdTwice, OneSignAloneIsNoFaultAndTwoAre) {
-  const BusDescription bus = test::test_machine().bus;
   const CanFrame pressure = canopen::pressure_frame(0x1A2, {20e5, 0});
   const CanFrame heartbeat = canopen::heartbeat_frame(0x22, NmtState::kOperational);
   const auto many = [](BusWatch& watch, const CanFrame& frame, int times) {
@@ -384,8 +377,7 @@ TEST(NodeIdTwice, OneSignAloneIsNoFaultAndTwoAre) {
   for (const Story& s :
        {Story{kHalf, 0, 0, false}, Story{kAll, 0, 0, true}, Story{0, kHalf, 0, false}, Story{kHalf, kHalf, 0, true},
         Story{0, 0, 1, false}, Story{0, 0, 2, true}, Story{kHalf, 0, 1, true}, Story{kHalf - 1, 0, 1, false}}) {
-    BusWatch watch(bus);
-    watch.count_frames(true);
+    Counting watch;
     many(watch, pressure, s.pressures);
     many(watch, heartbeat, s.heartbeats);
     watch.note_second_answers(0x22, s.answers);
@@ -399,16 +391,14 @@ TEST(NodeIdTwice, OneSignAloneIsNoFaultAndTwoAre) {
 }
 
 TEST(NodeIdTwice, ABootUpNobodyCausedIsANodeThatStartedAnew) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   for (int i = 0; i < 30; ++i) stranger(m).send(canopen::heartbeat_frame(0x22, NmtState::kBootUp));
   m.run(50ms);
   EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kNodeFault, 0x22));
 }
 
 TEST(NodeIdTwice, ForeignSyncExplainsTheAnswersToIt) {
-  BusWatch watch(test::test_machine().bus);
-  watch.count_frames(true);
+  Counting watch;
   for (int i = 0; i < 100; ++i) {
     watch.synced();
     watch.receive(canopen::sync_frame(), Time{1s});

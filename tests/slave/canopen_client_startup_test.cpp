@@ -26,6 +26,13 @@ std::vector<canopen::SdoRequest> writes(const std::vector<CanFrame>& sent) {
   return found;
 }
 
+/// All arrive but frames under these identifiers.
+std::function<bool(CanFrame&)> all_but(std::vector<std::uint32_t> lost) {
+  return [lost = std::move(lost)](const CanFrame& frame) {
+    return std::find(lost.begin(), lost.end(), frame.id) == lost.end();
+  };
+}
+
 TEST_F(BusStartUp, TellsOwnNodesOneByOneAndResetsNone) {
   ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
   std::vector<CanFrame> expected = nmt(canopen::NmtCommand::kEnterPreOperational, all());
@@ -136,14 +143,11 @@ TEST_F(BusStartUp, ResetsTheOneNodeThatDoesNotTakeWhatItIsToldAndOnlyOnce) {
   EXPECT_EQ(text(client.setup_failure(), client.bus()),
             "tilt (node 0x38): writing 0x1800:02 was refused: " +
                 std::string(canopen::abort_text(canopen::SdoAbort::kDeviceState)) + " (SDO abort 0x08000022)");
-  const auto resets = [this] {
-    std::vector<CanFrame> found;
-    for (const CanFrame& frame : sent(canopen::kNmtId)) {
-      if (canopen::parse_nmt(frame)->command == canopen::NmtCommand::kResetNode) found.push_back(frame);
-    }
-    return found;
-  };
-  EXPECT_EQ(resets(), nmt(canopen::NmtCommand::kResetNode, {0x38}));
+  std::vector<CanFrame> resets = sent(canopen::kNmtId);
+  std::erase_if(resets, [](const CanFrame& frame) {
+    return canopen::parse_nmt(frame)->command != canopen::NmtCommand::kResetNode;
+  });
+  EXPECT_EQ(resets, nmt(canopen::NmtCommand::kResetNode, {0x38}));
   tilt.refuse(canopen::kTpdo1Type, canopen::SdoAbort::kNone);
   client.restart();
   EXPECT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
@@ -232,13 +236,11 @@ TEST_F(BusStartUp, ARestartBelievesNothingFromBefore) {
   client.restart();
   EXPECT_EQ(client.demand(), JointVector(0, 0, 0));
   // A node that says nothing any more has neither booted nor started, and a valve that is not heard is in no state.
-  const auto silent = [](CanFrame& frame) {
-    return frame.id != canopen::heartbeat_id(0x22) && frame.id != canopen::tpdo1_id(0x12);
-  };
+  const auto silent = all_but({canopen::heartbeat_id(0x22), canopen::tpdo1_id(0x12)});
   ASSERT_TRUE(bring_to(Phase::kFailed, silent)) << text(client.fault());
   EXPECT_TRUE(test::is(client.fault(), ReasonCode::kNodeSilent, 0x22));
 
-  const auto unheard_valve = [](CanFrame& frame) { return frame.id != canopen::tpdo1_id(0x12); };
+  const auto unheard_valve = all_but({canopen::tpdo1_id(0x12)});
   client.restart();
   ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
   client.restart();
@@ -251,8 +253,7 @@ TEST_F(BusStartUp, ARestartBelievesNothingFromBefore) {
 }
 
 TEST_F(BusStartUp, ASetUpThatFailedIsForgottenByARestart) {
-  const auto mute = [](CanFrame& frame) { return frame.id != canopen::sdo_response_id(0x22); };
-  ASSERT_TRUE(bring_to(Phase::kFailed, mute));
+  ASSERT_TRUE(bring_to(Phase::kFailed, all_but({canopen::sdo_response_id(0x22)})));
   EXPECT_EQ(client.setup_failure().what, SetupFailure::What::kSilent);
   client.restart();
   EXPECT_EQ(client.setup_failure().what, SetupFailure::What::kNone);
@@ -293,8 +294,7 @@ TEST_F(BusStartUp, AValveThatDoesNotBecomeActiveIsNamedAfterHalfASecond) {
 }
 
 TEST_F(BusStartUp, AnEnableNodeThatNeverSpeaksIsNamed) {
-  const auto without_inputs = [](CanFrame& frame) { return frame.id != canopen::tpdo1_id(kEnableNode); };
-  ASSERT_TRUE(bring_to(Phase::kFailed, without_inputs));
+  ASSERT_TRUE(bring_to(Phase::kFailed, all_but({canopen::tpdo1_id(kEnableNode)})));
   EXPECT_TRUE(test::is(client.fault(), ReasonCode::kSensorStale, kEnableNode));
   EXPECT_TRUE(text(client.fault()).ends_with("(never yet)")) << "no age of what never was: " << text(client.fault());
 }
@@ -310,8 +310,7 @@ TEST_F(BusStartUp, AValveIsTakenToActiveStateByState) {
       {canopen::kControlHold, canopen::kControlReset},       // in fault: an edge ...
       {canopen::kControlHold, canopen::kControlInit},        // ... that is made again if it did not help
       {canopen::kControlHold, canopen::kControlReset}};
-  const auto not_heard = [](CanFrame& frame) { return frame.id != canopen::tpdo1_id(0x12); };
-  ASSERT_TRUE(bring_to(Phase::kActivating, not_heard)) << text(client.fault());
+  ASSERT_TRUE(bring_to(Phase::kActivating, all_but({canopen::tpdo1_id(0x12)}))) << text(client.fault());
   const std::uint32_t to_valve = canopen::rpdo1_id(0x12);
   port.sent.clear();
   status(0x10);

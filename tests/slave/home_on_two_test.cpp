@@ -24,6 +24,12 @@ std::uint8_t node_of_pressure(const BenchMachine& m, int chamber) {
   return m.description.bus.node_of(NodeRole::kPressure, chamber).id;
 }
 
+/// A node that fails as well: another pressure transmitter, or the arm's encoder.
+std::uint8_t another_node(const BenchMachine& m, NodeRole role, int chamber) {
+  if (role == NodeRole::kPressure) return node_of_pressure(m, chamber);
+  return m.description.bus.node_of(NodeRole::kEncoder, kArm).id;
+}
+
 /// Led where it stands, until one of the boom's transmitters fails; then enable is let go of.
 void fail_boom(BenchMachine& m, sim::NodeFault how, int chamber = 0) {
   ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
@@ -278,8 +284,7 @@ TEST(HomeOnTwo, IsTakenOnlyAfterASecondInWhichItStoodAndTouchedNothing) {
 TEST(HomeOnTwo, IsNotOfferedWhileAnotherNodeHasFailedToo) {
   for (const NodeRole role : {NodeRole::kPressure, NodeRole::kEncoder}) {
     BenchMachine m;
-    const std::uint8_t other =
-        role == NodeRole::kPressure ? node_of_pressure(m, 3) : m.description.bus.node_of(NodeRole::kEncoder, kArm).id;
+    const std::uint8_t other = another_node(m, role, 3);
     ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
     m.run(500ms);
     m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kSilent);
@@ -330,8 +335,7 @@ TEST(HomeOnTwo, TheTransmittersAreTriedAgainAlsoBesideAnotherFailure) {
   for (const NodeRole role : {NodeRole::kPressure, NodeRole::kEncoder})
     for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent}) {
       BenchMachine m;
-      const std::uint8_t other =
-          role == NodeRole::kPressure ? node_of_pressure(m, 2) : m.description.bus.node_of(NodeRole::kEncoder, kArm).id;
+      const std::uint8_t other = another_node(m, role, 2);
       SCOPED_TRACE(node_text(other, m.description.bus) + (how == sim::NodeFault::kSilent ? ", silent" : ""));
       fail_boom(m, sim::NodeFault::kInvalid);
       acknowledge(m);

@@ -19,6 +19,10 @@ inline void lead(BenchMachine& m) {
   ASSERT_GT(m.loop.commands().cwiseAbs().minCoeff(), 0.12);
 }
 
+struct LedMachine : BenchMachine {
+  LedMachine() { lead(*this); }
+};
+
 /// Every valve was commanded neutral within `limit` of `since`, and stayed so.
 inline void expect_neutral_within(const BenchMachine& m, Time since, Duration limit) {
   for (int i = 0; i < kJoints; ++i) {

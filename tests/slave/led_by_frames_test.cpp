@@ -107,8 +107,7 @@ TEST_P(LedByFrames, AnotherSenderOfItsCommandsIsAFault) {
   ASSERT_TRUE(m.engage()) << m.fault();
   m.bus.port(2).send({.id = m.description.bus.commands.front().id, .size = 8, .data = {}});
   m.run(20ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kOtherController));
+  EXPECT_TRUE(m.faulted(ReasonCode::kOtherController));
 }
 
 TEST_P(LedByFrames, IsLeftNeutralByAnOrderlyStop) {
@@ -252,8 +251,7 @@ TEST(AuxiliaryValves, HaveOneCommanderWhateverItsPriorityAndAddress) {
   ASSERT_TRUE(m.engage()) << m.fault();
   (void)m.bus.port(2).send({0x18FE3F80U | kExtendedId, 8, {0, 0xFF, 0x30, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}});
   m.run(10ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kOtherController));
+  EXPECT_TRUE(m.faulted(ReasonCode::kOtherController));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 using test::BenchMachine;
 using test::expect_neutral_within;
 using test::kFast;
-using test::lead;
+using test::LedMachine;
 
 /// The farthest that any joint has been from where it was, while `story` runs.
 template <typename Story>
@@ -81,8 +81,7 @@ TEST(LinkStory, PilotPressureIsForALivePeerOnly) {
 // --------------------------------------------------------------------------------------------------- age of commands
 
 TEST(LinkStory, WaitingInTheKernelIsPartOfACommandsAge) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.waited = 3ms;
   m.master_clock = -3ms;
   m.run(5ms);
@@ -98,8 +97,7 @@ TEST(LinkStory, WaitingInTheKernelIsPartOfACommandsAge) {
 
 // The kernel's stamp is of a clock that may be set.
 TEST(LinkStory, NothingWaitedForLongerThanSinceTheQueueWasEmpty) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.waited = 100ms;
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
@@ -109,8 +107,7 @@ TEST(LinkStory, NothingWaitedForLongerThanSinceTheQueueWasEmpty) {
 
 // A queue on the way fills: nothing is lost, and each message is newer than the one before, and later.
 TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.link_up = false;
   const Time last = m.now;
   for (Duration late = 5ms; late <= 300ms; late += 5ms) {
@@ -131,8 +128,7 @@ TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
 
 TEST(LinkStory, DelayThatStaysIsNoLoss) {
   for (const Duration more : {60ms, 140ms}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.master_clock -= more;  // from one message to the next
     m.round_trip += more;
     m.run(5ms);
@@ -147,8 +143,7 @@ TEST(LinkStory, DelayThatStaysIsNoLoss) {
 
 TEST(LinkStory, AStepOfTheOperatorsClockIsNoDelay) {
   for (const Duration step : {Duration(250ms), Duration(-250ms), Duration(10s), Duration(-10s)}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.hand.velocity_radps.setZero();
     m.run(1s);
     m.master_clock += step;
@@ -164,8 +159,7 @@ TEST(LinkStory, AStepOfTheOperatorsClockIsNoDelay) {
 
 TEST(LinkStory, AStopOrReleaseThatOnlyItsCountStillTellsIsObeyed) {
   for (const bool stop : {true, false}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     const Time at = m.now;
     ++(stop ? m.hand.stops : m.hand.releases);  // pressed and let go again, or the other way round, in what was lost
     m.run(5ms);
@@ -180,8 +174,7 @@ TEST(LinkStory, AStopOrReleaseThatOnlyItsCountStillTellsIsObeyed) {
 }
 
 TEST(LinkStory, AStopCountsOnce) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ++m.hand.stops;
   m.run(100ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
@@ -197,8 +190,7 @@ TEST(LinkStory, WhatWasStoppedBeforeThisSideWasHeardStopsNothingNow) {
 
 TEST(LinkStory, ALateStopIsObeyedAndALateCommandIsNot) {
   for (const bool stop : {true, false}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.link_up = false;
     MasterMessage late = m.hand;
     ++(stop ? late.stops : late.releases);
@@ -219,8 +211,7 @@ TEST(LinkStory, ALateStopIsObeyedAndALateCommandIsNot) {
 }
 
 TEST(LinkStory, AReleaseAndTheNextPressInOneStepAreARelease) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ++m.hand.releases;
   m.link_up = false;
   for (int i = 0; i < 3; ++i) {
@@ -249,8 +240,7 @@ TEST(LinkStory, SetPointThatNoHandMakesHoldsUntilEnableIsLetGo) {
       {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.velocity_radps[kArm] = 39; }},
   };
   for (const Impossible& c : cases) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     const MasterMessage good = m.hand;
     const JointVector before = m.angles();
     c.make(m.hand);
@@ -285,8 +275,7 @@ TEST(LinkStory, SpeedThatIsNotThatOfThePositionLeadsNowhere) {
 }
 
 TEST(LinkStory, ExtrapolatingLeadsNotBeyondTheWorkingRange) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const double end = m.description.links[kBucket].max_rad;
   m.hand.position_rad[kBucket] = end - 0.01;  // where it cannot be, but nothing acts on it here
   m.hand.velocity_radps[kBucket] = 30;

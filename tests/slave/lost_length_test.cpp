@@ -10,7 +10,7 @@ namespace {
 
 using test::BenchMachine;
 using test::kFast;
-using test::lead;
+using test::LedMachine;
 
 /// Ready, with a hand on the device.
 void wait_until_ready(BenchMachine& m) {
@@ -42,8 +42,7 @@ void expect_elsewhere(const BenchMachine& m, int node) {
 }
 
 TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
   m.move(kFast, 400ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
@@ -99,8 +98,7 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
 }
 
 TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.nodes.inject(0x30, sim::NodeFault::kSilent);
   m.run(500ms);
   ASSERT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
@@ -180,8 +178,7 @@ TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
 }
 
 TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
   m.run(400ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);

@@ -66,9 +66,8 @@ TEST(SetPointCheck, PositionBelongsIntoTheWorkingRangeWithADegreeToSpare) {
         EXPECT_TRUE(test::is(reason, over > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone))
             << joint << " " << over;
         if (!reason) continue;
-        EXPECT_EQ(reason.subject, joint);
-        EXPECT_NEAR(reason.value, at / kDegree, 1e-3);
-        EXPECT_NEAR(reason.limit, (upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175) / kDegree, 1e-3);
+        const double bound = upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175;
+        test::expect_reason(reason, ReasonCode::kSetpointRange, joint, at / kDegree, bound / kDegree, 5e-6);
       }
     }
   }
@@ -96,9 +95,7 @@ TEST(SetPointCheck, SpeedIsNoneThatAHandHasNot) {
       const Reason reason = s.send(kMiddle, only(joint, rate));
       EXPECT_TRUE(test::is(reason, std::abs(rate) > 40 ? ReasonCode::kSetpointSpeed : ReasonCode::kNone)) << rate;
       if (!reason) continue;
-      EXPECT_EQ(reason.subject, joint);
-      EXPECT_FLOAT_EQ(reason.value, static_cast<float>(std::abs(rate)));
-      EXPECT_EQ(reason.limit, 40);
+      test::expect_reason(reason, ReasonCode::kSetpointSpeed, joint, std::abs(rate), 40, 1e-7);
     }
   }
 }
@@ -128,9 +125,8 @@ TEST(SetPointCheck, JumpIsOneWhereTheSpeedDoesNotExplainIt) {
       EXPECT_TRUE(test::is(reason, std::abs(step) > 0.0873 + kHidden ? ReasonCode::kSetpointJump : ReasonCode::kNone))
           << step;
       if (!reason) continue;
-      EXPECT_EQ(reason.subject, joint);
-      EXPECT_NEAR(reason.value, (std::abs(step) - kHidden) / kDegree, 1e-3);
-      EXPECT_FLOAT_EQ(reason.limit, static_cast<float>(0.0873 / kDegree));
+      const double unexplained_deg = (std::abs(step) - kHidden) / kDegree;
+      test::expect_reason(reason, ReasonCode::kSetpointJump, joint, unexplained_deg, 0.0873 / kDegree, 1e-6);
     }
   }
 }
