@@ -83,8 +83,8 @@ TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
   EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);
   EXPECT_EQ(live.ask_number("tilt?", -30, 30, "degrees"), 30);
   EXPECT_TRUE(person.empty());
-  EXPECT_TRUE(says(out.str(), "the answer 'yes' is not one of no | go: nothing moves; once more"));
-  EXPECT_TRUE(says(out.str(), "the answer '45' is not a number from -30 to 30"));
+  EXPECT_TRUE(test::says(out.str(), "the answer 'yes' is not one of no | go: nothing moves; once more"));
+  EXPECT_TRUE(test::says(out.str(), "the answer '45' is not a number from -30 to 30"));
   typed = {"yes", "go"};
   Dialogue script(terminal(out, next, false), [] {});
   EXPECT_THROW((void)script.ask("ready?", {"no", "go"}), CommissionEnded);

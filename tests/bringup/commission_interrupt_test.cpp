@@ -67,12 +67,12 @@ TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingItsProgressA
   ASSERT_TRUE(commission.ends_within(60s));
   const knuckle::test::ProgramRun ended = commission.wait();
   EXPECT_EQ(ended.exit_code, 130);
-  EXPECT_TRUE(says(ended.err, "interrupted; nothing was written to " + out));
-  EXPECT_TRUE(says(ended.err, "steps up to 5 are kept in " + out + ".progress"));
+  EXPECT_TRUE(test::says(ended.err, "interrupted; nothing was written to " + out));
+  EXPECT_TRUE(test::says(ended.err, "steps up to 5 are kept in " + out + ".progress"));
   EXPECT_TRUE(fs::exists(out + ".progress"));
   EXPECT_FALSE(fs::exists(out));
   for (const auto& file : fs::recursive_directory_iterator(folder.path()))
-    EXPECT_FALSE(says(file.path().string(), ".partial"));
+    EXPECT_FALSE(test::says(file.path().string(), ".partial"));
   const Interrupted recorded = interrupted_in(log);
   EXPECT_TRUE(recorded.complete);
   EXPECT_EQ(recorded.last_event, "interrupted; the machine is neutral");

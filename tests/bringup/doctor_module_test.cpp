@@ -23,12 +23,12 @@ TEST(DoctorModule, ReadsItsInputs) {
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
   const std::string reading = test::line(diagnosis, kModule).reading;
   EXPECT_EQ(reading.rfind("boom_head_pressure ", 0), 0U) << reading;
-  EXPECT_TRUE(says(reading, ", boom_angle 0.300 rad, arm_angle -1.5"));
+  EXPECT_TRUE(test::says(reading, ", boom_angle 0.300 rad, arm_angle -1.5"));
 }
 
 TEST(DoctorModule, ABrokenWireIsAFault) {
   const std::string faults = test::faults(module_looked_at(sim::NodeFault::kInvalid));
-  EXPECT_TRUE(says(faults, "boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"));
+  EXPECT_TRUE(test::says(faults, "boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"));
 }
 
 }  // namespace

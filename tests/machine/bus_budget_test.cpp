@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "machine/load.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/module_machine.h"
-#include "tests/support/places.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::bus_budget {
 namespace {
@@ -49,17 +48,17 @@ void set(toml::table& machine, const std::string& setting) {
 }
 
 toml::table solar_with(const std::vector<std::string>& settings) {
-  toml::table machine = toml::parse_file(test::source_dir() + "/config/machines/solar015.toml");
+  toml::table machine = toml::parse_file(test::shipped_file("solar015"));
   for (const std::string& setting : settings) set(machine, setting);
   return machine;
 }
 
 std::string refused(const toml::table& machine) {
-  return test::refusal([&] { (void)parse_machine(text_of(machine), "m.toml"); });
+  return test::machine_refusal(text_of(machine));
 }
 std::vector<std::string> offers(const toml::table& machine) {
   const std::string told = refused(machine), words = "; would fit: ";
-  EXPECT_NE(told.find("key 'bus.bit_rate_kbps'"), std::string::npos) << told;
+  EXPECT_TRUE(test::says(told, "key 'bus.bit_rate_kbps'"));
   const auto at = told.find(words);
   return at == std::string::npos ? std::vector<std::string>() : split(told.substr(at + words.size()), ", or ");
 }
@@ -114,18 +113,18 @@ TEST(BusBudget, OffersNoShorterPressuresWhereADeviceMapsThemByItself) {
   const MachineDescription machine = parse_machine(text_of(solar_with({})), "m.toml");
   BusDescription bus = machine.bus;
   bus.valve_status_every_nth_sync = 2;
-  EXPECT_NE(what_fits(bus, machine.sensors).find("integer16"), std::string::npos) << what_fits(bus, machine.sensors);
+  EXPECT_TRUE(test::says(what_fits(bus, machine.sensors), "integer16"));
   for (NodeDescription& node : bus.nodes) {
     if (node.id == machine.bus.pressure(0).id) node.tpdo_maps = {{0x91300120, 0x61500108}};
   }
-  EXPECT_EQ(what_fits(bus, machine.sensors).find("integer16"), std::string::npos) << what_fits(bus, machine.sensors);
+  EXPECT_FALSE(test::says(what_fits(bus, machine.sensors), "integer16"));
 }
 
 TEST(BusBudget, OffersAModuleSlowerFrames) {
   const MachineDescription machine = parse_machine(test::module_text(), "m.toml");
   const double others = (0.66 - worst_bus_load(machine.bus)) * machine.bus.bit_rate;
   const std::string fits = what_fits(machine.bus, machine.sensors, others);
-  EXPECT_NE(fits.find("sync_Hz = "), std::string::npos) << fits;
+  EXPECT_TRUE(test::says(fits, "sync_Hz = "));
   // At half the rate a module's frames are half as many.
   BusDescription slow = machine.bus;
   slow.sync_Hz = 100;
@@ -133,8 +132,7 @@ TEST(BusBudget, OffersAModuleSlowerFrames) {
   for (CommandFrame& frame : slow.commands) frame.period_s = 0.01;
   const double at_100 = worst_bus_load(slow) + others / slow.bit_rate;
   const double more = (0.6 - at_100) * slow.bit_rate - 500;
-  EXPECT_NE(what_fits(machine.bus, machine.sensors, others + more).find("sync_Hz = 100 with"), std::string::npos)
-      << what_fits(machine.bus, machine.sensors, others + more);
+  EXPECT_TRUE(test::says(what_fits(machine.bus, machine.sensors, others + more), "sync_Hz = 100 with"));
 }
 
 TEST(BusBudget, OffersAModulesInputsOnItsFirstChannels) {
@@ -144,14 +142,14 @@ TEST(BusBudget, OffersAModulesInputsOnItsFirstChannels) {
   for (BroadcastFrame& frame : frames) frame.fields.resize(1);
   const double others = (0.6 - worst_bus_load(machine.bus)) * machine.bus.bit_rate + 20e3;
   const std::string fits = what_fits(machine.bus, machine.sensors, others);
-  EXPECT_NE(fits.find("the inputs of 'module' on its channels 1 to 3 ("), std::string::npos) << fits;
+  EXPECT_TRUE(test::says(fits, "the inputs of 'module' on its channels 1 to 3 ("));
 }
 
 TEST(BusBudget, WhatOthersSendIsCountedAndWhereNothingFitsNothingIsOffered) {
   const MachineDescription machine = parse_machine(test::few_nodes_text(), "few.toml");
   const auto fits = [&](double others) { return what_fits(machine.bus, machine.sensors, others); };
-  EXPECT_NE(fits(20e3).find("bit_rate_kbps = 500"), std::string::npos) << fits(20e3);
-  EXPECT_NE(fits(300e3).find("bit_rate_kbps = 800"), std::string::npos) << fits(300e3);
+  EXPECT_TRUE(test::says(fits(20e3), "bit_rate_kbps = 500"));
+  EXPECT_TRUE(test::says(fits(300e3), "bit_rate_kbps = 800"));
   EXPECT_EQ(fits(1e6), "");
 }
 

@@ -1,31 +1,23 @@
 // Identifiers, scalings and patience of the machine bus: what a machine file may say of them, and what is refused.
 #include <gtest/gtest.h>
 
-#include "machine/load.h"
+#include "tests/support/few_nodes.h"
 #include "tests/support/keyed_nodes.h"
 #include "tests/support/patterns.h"
-#include "tests/support/places.h"
-#include "tests/support/refusal.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/refused_changes.h"
+#include "tests/support/replaced.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle {
 namespace {
 
-std::string solar() {
-  return test::content(test::source_dir() + "/config/machines/solar015.toml");
-}
-/// A file with one text replaced.
-std::string changed(const std::string& from, const std::string& to, std::string text = solar()) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-MachineDescription read(const std::string& from, const std::string& to, const std::string& text = solar()) {
-  return parse_machine(changed(from, to, text), "test.toml");
+MachineDescription read(const std::string& from, const std::string& to,
+                        const std::string& text = test::shipped_text()) {
+  return parse_machine(test::replaced(text, from, to), "m.toml");
 }
 /// What is said of such a file, without file and line.
-std::string refusal(const std::string& from, const std::string& to, const std::string& text = solar()) {
-  return test::with_match_replaced(test::refusal([&] { (void)read(from, to, text); }), "^test.toml:[0-9]+: ", "");
+std::string refusal(const std::string& from, const std::string& to, const std::string& text = test::shipped_text()) {
+  return test::with_match_replaced(test::machine_refusal(test::replaced(text, from, to)), "^m.toml:[0-9]+: ", "");
 }
 
 const std::string kTilt = "id = 0x38\n", kArmValve = "id = 0x11\n", kBus = "controller_id = 1\n";
@@ -54,17 +46,19 @@ TEST(BusFile, AValveMayBeOfAProfileThatIsLedInItsOwnWay) {
   const BusDescription bus = read(arm_valve, arm_valve + "/pved").bus;
   EXPECT_EQ(bus.valve(1).profile, ValveProfile::kPved);
   EXPECT_EQ(bus.valve(0).profile, ValveProfile::kCia408);
-  EXPECT_NE(refusal(arm_valve, arm_valve + "/plus").find("cia408/pved"), std::string::npos);
+  EXPECT_TRUE(test::says(refusal(arm_valve, arm_valve + "/plus"), "cia408/pved"));
   const auto stroke = [&](int most) {
     const std::string wire = "[bus.wire]\nvalve_full_stroke = " + std::to_string(most) + "\n";
-    return test::refusal([&] { (void)read(arm_valve, arm_valve + "/pved", changed(kBus, kBus + wire)); });
+    return test::machine_refusal(
+        test::replaced(test::replaced(test::shipped_text(), kBus, kBus + wire), arm_valve, arm_valve + "/pved"));
   };
-  EXPECT_NE(stroke(32767).find("must be at most 32766"), std::string::npos) << stroke(32767);
+  EXPECT_TRUE(test::says(stroke(32767), "must be at most 32766"));
   EXPECT_EQ(stroke(32766), "accepted");
 }
 
 TEST(BusFile, OlderWordsForNodesSayTheSame) {
-  const std::string older = test::with_keyed_nodes(solar()), tilt = "id = 0x38, ", arm_valve = "id = 0x11, ";
+  const std::string older = test::with_keyed_nodes(test::shipped_text()), tilt = "id = 0x38, ",
+                    arm_valve = "id = 0x11, ";
   const BusDescription bus =
       read(arm_valve, arm_valve + "tpdo = 0x2A1, rpdo = 0x321, profile = \"cia408/pved\", ", older).bus;
   EXPECT_EQ(bus.valve(1).tpdo_id(), 0x2A1U);
@@ -73,7 +67,7 @@ TEST(BusFile, OlderWordsForNodesSayTheSame) {
   EXPECT_EQ(bus.valve(0), read("", "").bus.valve(0));
   const auto starts = [&](const std::string& from, const std::string& more, const std::string& said) {
     const std::string told = refusal(from, from + more, older);
-    EXPECT_TRUE(told.starts_with(said)) << told;
+    EXPECT_TRUE(test::begins(told, said));
   };
   starts(tilt, "tpdo = 0x1A0, ",
          "key 'bus.nodes.tilt.tpdo' = 0x1A0: its frames' identifier 0x1A0 is taken by 'boom_head_pressure.tpdo'");
@@ -119,6 +113,38 @@ TEST(BusFile, ScalingsOutOfBoundsAreRefused) {
   EXPECT_EQ(wire("pressure_value = \"double\""),
             "key 'bus.wire.pressure_value' = 'double': must be one of \"integer\", \"float\", \"integer16\"");
   EXPECT_EQ(refusal(kBus, kBus + "sdo_timeout_ms = 1\n"), "key 'bus.sdo_timeout_ms' = 1: must be within [10, 5000]");
+}
+
+/// Of a machine with few nodes.
+std::string few_refusal(const std::string& from, const std::string& to) {
+  return test::machine_refusal(test::replaced(test::few_nodes_text(), from, to));
+}
+
+TEST(BusFile, TheLineOfARefusalSaysTheBoundsThatHold) {
+  const std::vector<test::RefusedChange> changes{
+      {"name = \"tilt\"", "name = \"tilt\"\ntpdo = 0x1FFFFFFFF", ".tpdo' = 0x1FFFFFFFF: must be within [0x181, 0x57F]"},
+      {"name = \"tilt\"", "name = \"tilt\"\ntpdo = -1", ".tpdo' = -1: must be within [0x181, 0x57F]"},
+      {"name = \"tilt\"", "name = \"tilt\"\ntpdo = \"x\"", ".tpdo' = 'x': must be a whole number"},
+      {"name = \"tilt\"", "name = \"tilt\"\ntpdo_map = [0x1FFFFFFFF]", "must be 1 to 8 numbers within [0, 4294967295]"},
+      {"bit_rate_kbps = 250", "bit_rate_kbps = nan", "bus.bit_rate_kbps' = nan: must be a whole number"},
+      {"bit_rate_kbps = 250", "bit_rate_kbps = 9223372036854775807", "must be one of CANopen's: 10, 20, 50"},
+      {"device_type = 0x0198", "device_type = 0xFFFFFFFF", "has 65535"},
+  };
+  test::expect_refused(changes, [](const auto& from, const auto& to) {
+    (void)parse_machine(test::replaced(test::few_nodes_text(), from, to), "m.toml");
+  });
+  for (const test::RefusedChange& change : changes)
+    EXPECT_FALSE(test::says(few_refusal(change.from, change.to), "65535]")) << "no bound but that of the key";
+}
+
+TEST(BusFile, ANodeThatWouldEndADbcFilesListOfNodesIsRefused) {
+  for (const char* name : {"BO_", "BU_", "VAL_TABLE_", "Vector__XXX", "VECTOR__INDEPENDENT", "VERSION"}) {
+    EXPECT_TRUE(
+        test::says(few_refusal("name = \"arm_valve\"", "name = \"" + std::string(name) + "\""), "a word of DBC files"))
+        << name;
+  }
+  for (const char* name : {"boom_", "Bo_", "ARM", "vector"})
+    EXPECT_EQ(few_refusal("name = \"arm_valve\"", "name = \"" + std::string(name) + "\""), "accepted") << name;
 }
 
 }  // namespace

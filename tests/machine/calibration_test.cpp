@@ -8,18 +8,12 @@
 #include <sstream>
 
 #include "machine/kinematics.h"
-#include "machine/load.h"
 #include "tests/support/patterns.h"
-#include "tests/support/places.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle {
 namespace {
-
-std::string shipped() {
-  std::ifstream file(test::source_dir() + "/config/machines/solar015.toml");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// Row-wise: 1, 2, 3 ... as variances, and one covariance of 1 between the second and the third parameter.
 std::string covariance() {
@@ -77,13 +71,12 @@ tip_rms_mm = 2.5
   return text;
 }
 
-MachineDescription load(const std::string& text) {
-  return parse_machine(text, "test.toml");
+/// The shipped machine with this calibration.
+MachineDescription loaded(const std::string& calibration_text) {
+  return parse_machine(test::shipped_text() + calibration_text, "m.toml");
 }
-
-/// What loading the shipped file with this calibration says; "accepted" if nothing.
-std::string refusal(const std::string& calibration_text) {
-  return test::refusal([&] { (void)load(shipped() + calibration_text); });
+std::string calibration_refusal(const std::string& calibration_text) {
+  return test::machine_refusal(test::shipped_text() + calibration_text);
 }
 
 std::string edited(const std::string& pattern, const std::string& to) {
@@ -91,7 +84,7 @@ std::string edited(const std::string& pattern, const std::string& to) {
 }
 
 TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
-  const MachineDescription machine = load(shipped() + calibration());
+  const MachineDescription machine = loaded(calibration());
   ASSERT_TRUE(machine.dynamics_calibration && machine.geometry_calibration);
   ASSERT_TRUE(machine.valve_calibration[1] && machine.valve_calibration[2]);
   const DynamicsCalibration& dynamics = *machine.dynamics_calibration;
@@ -120,26 +113,26 @@ TEST(MachineCalibration, SetsTheOptionalsInSiUnits) {
 TEST(MachineCalibration, EachPartIsOptionalButNotWhereItCameFrom) {
   const std::string text = calibration();
   const auto from = [&](const char* table) { return text.find(table); };
-  EXPECT_FALSE(load(shipped()).calibration_provenance);
-  const MachineDescription none = load(shipped() + text.substr(0, from("[calibration.dynamics]")));
+  EXPECT_FALSE(loaded("").calibration_provenance);
+  const MachineDescription none = loaded(text.substr(0, from("[calibration.dynamics]")));
   EXPECT_TRUE(none.calibration_provenance && !none.dynamics_calibration && !none.valve_calibration[0]);
-  EXPECT_NE(refusal(text.substr(from("[calibration.geometry]"))).find("'calibration.method' is missing"),
-            std::string::npos);
+  EXPECT_TRUE(
+      test::says(calibration_refusal(text.substr(from("[calibration.geometry]"))), "'calibration.method' is missing"));
 }
 
 TEST(MachineCalibration, AnAxisWhoseValveWasNotIdentifiedKeepsTheDrawings) {
   const std::string text = calibration();
   const std::size_t arm = text.find("[calibration.valves.arm]");
   const MachineDescription machine =
-      load(shipped() + text.substr(0, arm) + text.substr(text.find("[calibration.valves.bucket]")));
+      loaded(text.substr(0, arm) + text.substr(text.find("[calibration.valves.bucket]")));
   EXPECT_TRUE(machine.valve_calibration[kBoom] && machine.valve_calibration[kBucket]);
   EXPECT_FALSE(machine.valve_calibration[kArm]);
   const MachineDescription found = calibrated(machine);
   EXPECT_EQ(found.cylinders[kBoom].valve.curve_exponent, 1.8);
   EXPECT_EQ(found.cylinders[kArm].valve.curve_exponent, 1);
   EXPECT_EQ(found.cylinders[kArm].valve.dead_band_extend, machine.cylinders[kArm].valve.dead_band_extend);
-  EXPECT_NE(refusal(text.substr(0, arm) + "[calibration.valves.stick]\n").find("calibration.valves.stick"),
-            std::string::npos);
+  EXPECT_TRUE(test::says(calibration_refusal(text.substr(0, arm) + "[calibration.valves.stick]\n"),
+                         "calibration.valves.stick"));
 }
 
 TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
@@ -153,10 +146,10 @@ TEST(MachineCalibration, RefusesEveryMissingAndEveryUnknownKeyByName) {
     std::string text = calibration();
     const std::size_t at = text.find(line, text.find("[" + table + "]"));
     const std::string key = line.substr(0, equals);
-    EXPECT_NE(refusal(text.erase(at, line.size())).find("key '" + table + "." + key + "' is missing"),
-              std::string::npos)
+    EXPECT_TRUE(
+        test::says(calibration_refusal(text.erase(at, line.size())), "key '" + table + "." + key + "' is missing"))
         << key;
-    EXPECT_NE(refusal(text.insert(at, "x" + line)).find("key '" + table), std::string::npos) << key;
+    EXPECT_TRUE(test::says(calibration_refusal(text.insert(at, "x" + line)), "key '" + table)) << key;
     ++keys;
   }
   EXPECT_EQ(keys, 5 + 4 + 21 + 12 + 24);
@@ -166,7 +159,7 @@ TEST(MachineCalibration, AFileFromBeforeNotchesWereLookedForHasNone) {
   std::string text = calibration();
   for (const std::string key : {"notch_opening = 0.4\n", "notch_slope = 0.7\n"})
     for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key)) text.erase(at, key.size());
-  const ValveDescription valve = calibrated(load(shipped() + text)).cylinders[kArm].valve;
+  const ValveDescription valve = calibrated(loaded(text)).cylinders[kArm].valve;
   EXPECT_EQ(valve.curve_exponent, 1.8);
   EXPECT_EQ(valve.notch_opening, 0);
   EXPECT_EQ(valve.notch_slope, 1);
@@ -197,12 +190,12 @@ TEST(MachineCalibration, RefusesWhatNoMachineCanHave) {
       {"0123456789abcdef", "0123456789abcdeF", "calibration.data_sha256"},
   };
   for (const auto& [pattern, to, named] : cases) {
-    const std::string line = refusal(edited(pattern, to));
+    const std::string line = calibration_refusal(edited(pattern, to));
     const std::size_t end = named.find("':");  // of the key, the bound behind it
-    EXPECT_NE(line.find(named.substr(0, end)), std::string::npos) << named << ": " << line;
+    EXPECT_TRUE(test::says(line, named.substr(0, end))) << named;
     const std::string bound = end == std::string::npos ? "" : named.substr(end + 2);
-    EXPECT_NE(line.find(bound), std::string::npos) << named << ": " << line;
-    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+    EXPECT_TRUE(test::says(line, bound)) << named;
+    EXPECT_FALSE(test::says(line, "\n"));
   }
 }
 
@@ -210,7 +203,7 @@ TEST(MachineCalibration, RefusesACovarianceThatIsNotPositiveSemidefinite) {
   std::string text = edited("0, 2, 1, 0", "0, 2, 3, 0");  // correlation 3 / sqrt(2 * 3)
   const std::size_t at = text.find("0, 1, 3, 0");
   ASSERT_NE(at, std::string::npos);
-  EXPECT_NE(refusal(text.replace(at, 10, "0, 3, 3, 0")).find("must be positive semidefinite"), std::string::npos);
+  EXPECT_TRUE(test::says(calibration_refusal(text.replace(at, 10, "0, 3, 3, 0")), "must be positive semidefinite"));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "machine/room.h"
 #include "machine/set_points.h"
 #include "tests/support/command_machine.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
 
 namespace knuckle {
 namespace {
@@ -86,100 +86,89 @@ TEST(CommandFile, WhatTheMachineDoesNotTellIsSaid) {
     return all;
   };
   const std::string told = notes_of(command_machine());
-  EXPECT_EQ(told.find("e_stop_closed"), std::string::npos) << told;
-  EXPECT_EQ(told.find("pilot_on"), std::string::npos) << told;
-  EXPECT_NE(told.find("nobody tells where the spools are"), std::string::npos) << told;
-  EXPECT_NE(told.find("ends all motion 50 ms after the last command frame is not proved"), std::string::npos) << told;
+  EXPECT_FALSE(test::says(told, "e_stop_closed"));
+  EXPECT_FALSE(test::says(told, "pilot_on"));
+  EXPECT_TRUE(test::says(told, "nobody tells where the spools are"));
+  EXPECT_TRUE(test::says(told, "ends all motion 50 ms after the last command frame is not proved"));
   using Changed = GuardProof::Changed;
   const auto with_proof = [&](bool proved, Changed changed) {
     MachineDescription machine = command_machine();
     machine.bus.commands_guard = {proved, 0, "2026-03-01", changed};
     return notes_of(machine);
   };
-  EXPECT_EQ(with_proof(true, Changed::kNothing).find("ends all motion"), std::string::npos);
-  EXPECT_NE(with_proof(true, Changed::kTimes).find("was proved on 2026-03-01, with other frames"), std::string::npos);
-  EXPECT_NE(with_proof(false, Changed::kNothing).find("was tried on 2026-03-01 and not proved"), std::string::npos);
+  EXPECT_FALSE(test::says(with_proof(true, Changed::kNothing), "ends all motion"));
+  EXPECT_TRUE(test::says(with_proof(true, Changed::kTimes), "was proved on 2026-03-01, with other frames"));
+  EXPECT_TRUE(test::says(with_proof(false, Changed::kNothing), "was tried on 2026-03-01 and not proved"));
   const std::string silent = notes_of(parse_machine(test::command_text(test::kRateCommands, ""), "m.toml"));
-  EXPECT_NE(silent.find("no frame has e_stop_closed: "), std::string::npos) << silent;
-  EXPECT_NE(silent.find("no frame has pilot_on: "), std::string::npos) << silent;
+  EXPECT_TRUE(test::says(silent, "no frame has e_stop_closed: "));
+  EXPECT_TRUE(test::says(silent, "no frame has pilot_on: "));
 }
 
 TEST(CommandFile, WhatCannotBeIsRefusedInOneLine) {
-  struct Case {
-    const char *from, *to, *said;
-  };
-  for (const Case& c : {
-           Case{"offset = -16, neutral = 0 }", "offset = -16 }", "slew_rate.neutral' is missing"},
-           {"joint = \"boom\", neutral = 0", "joint = \"boom\"", "boom_rate.neutral' is missing"},
-           {"offset = -16, neutral = 0 }", "offset = -15.9998, neutral = 0 }",
-            "slew_rate.neutral' = 0: cannot be said by these bits: nearest is 0.0002"},
-           {"extend = 0.6", "extend = 17", "boom_rate.extend' = 17: cannot be said by these bits: nearest is 16.7675"},
-           {"extend = 0.6, ", "", "of a speed it must have extend and retract"},
-           {"retract = -0.6", "retract = 0.5", "must be on neutral's other side than extend"},
-           {"extend = 0.6", "extend = 0", "extend' = 0: must be at least 100 steps of scale from neutral"},
-           {"joint = \"arm\"", "joint = \"boom\"", "moves the joint as arm_rate of 'front_rate' does"},
-           {"joint = \"arm\"", "joint = \"stick\"", "must be one of \"boom\", \"arm\", \"bucket\""},
-           {"unit = \"rad/s\", joint = \"boom\"", "unit = \"bar\", joint = \"boom\"",
-            "is another kind of command than that of another joint's field"},
-           {"unit = \"rad/s\", joint = \"boom\"", "unit = \"m/s\", joint = \"boom\"", "must be one of"},
-           {"start = 48, bits = 16, scale", "start = 40, bits = 16, scale", "has bits of"},
-           {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
-           {"period_ms = 10", "period_ms = 2.5", "must be at least 5, the loop's period"},
-           {"send = \"always\"", "send = \"engaged\"", "must be one of \"always\", \"while_led\""},
-           {"led = 2", "led = 16", "led' = 16: cannot be said by these bits: nearest is 15"},
-           {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
-           {"bits = 8, data_id", "bits = 8, bytes = [7], data_id", "it cannot cover itself"},
-           {"id = 0x1A6", "id = 0x1A5", "is taken by 'body'"},
-           {"id = 0x1A6", "id = 0x610", "has 0x610, the identifier of SDO requests"},
-           {"id = 0x1A6", "id = 0x7E5", "has 0x7E5, the identifier of LSS"},
-           {"scale = 0.1, unit = \"deg/s\"", "scale = 1, unit = \"deg/s\"",
-            "must be at least 100 steps of scale from neutral"},
-           {"horn = {", "\"\" = {", "its name must be a letter"},
-           {"name = \"setting\"", "name = \"body\"", "is the name of another frame"},
-           {"horn = {", "2horn = {", "its name must be a letter"},
-           {"horn = { start", "horn = { value = 3, start", "value"},
-       }) {
-    const std::string line = test::refusal([&] { (void)command_machine(test::kRateCommands, c.from, c.to); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
-    EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
-  }
-  const std::string half = test::refusal([] {
-    (void)command_machine(test::kPilotCommands,
-                          "boom_down = { start = 8, bits = 8, scale = 0.2, unit = \"bar\", joint = \"boom\", neutral = "
-                          "0, retract = 40 }\n",
-                          "");
-  });
-  EXPECT_NE(half.find("no field retracts the boom: one must have joint = \"boom\" with retract"), std::string::npos)
-      << half;
+  test::expect_refused(
+      {
+          {"offset = -16, neutral = 0 }", "offset = -16 }", "slew_rate.neutral' is missing"},
+          {"joint = \"boom\", neutral = 0", "joint = \"boom\"", "boom_rate.neutral' is missing"},
+          {"offset = -16, neutral = 0 }", "offset = -15.9998, neutral = 0 }",
+           "slew_rate.neutral' = 0: cannot be said by these bits: nearest is 0.0002"},
+          {"extend = 0.6", "extend = 17", "boom_rate.extend' = 17: cannot be said by these bits: nearest is 16.7675"},
+          {"extend = 0.6, ", "", "of a speed it must have extend and retract"},
+          {"retract = -0.6", "retract = 0.5", "must be on neutral's other side than extend"},
+          {"extend = 0.6", "extend = 0", "extend' = 0: must be at least 100 steps of scale from neutral"},
+          {"joint = \"arm\"", "joint = \"boom\"", "moves the joint as arm_rate of 'front_rate' does"},
+          {"joint = \"arm\"", "joint = \"stick\"", "must be one of \"boom\", \"arm\", \"bucket\""},
+          {"unit = \"rad/s\", joint = \"boom\"", "unit = \"bar\", joint = \"boom\"",
+           "is another kind of command than that of another joint's field"},
+          {"unit = \"rad/s\", joint = \"boom\"", "unit = \"m/s\", joint = \"boom\"", "must be one of"},
+          {"start = 48, bits = 16, scale", "start = 40, bits = 16, scale", "has bits of"},
+          {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
+          {"period_ms = 10", "period_ms = 2.5", "must be at least 5, the loop's period"},
+          {"send = \"always\"", "send = \"engaged\"", "must be one of \"always\", \"while_led\""},
+          {"led = 2", "led = 16", "led' = 16: cannot be said by these bits: nearest is 15"},
+          {"modulus = 15", "modulus = 17", "must be a whole number within [2, 16]"},
+          {"bits = 8, data_id", "bits = 8, bytes = [7], data_id", "it cannot cover itself"},
+          {"id = 0x1A6", "id = 0x1A5", "is taken by 'body'"},
+          {"id = 0x1A6", "id = 0x610", "has 0x610, the identifier of SDO requests"},
+          {"id = 0x1A6", "id = 0x7E5", "has 0x7E5, the identifier of LSS"},
+          {"scale = 0.1, unit = \"deg/s\"", "scale = 1, unit = \"deg/s\"",
+           "must be at least 100 steps of scale from neutral"},
+          {"horn = {", "\"\" = {", "its name must be a letter"},
+          {"name = \"setting\"", "name = \"body\"", "is the name of another frame"},
+          {"horn = {", "2horn = {", "its name must be a letter"},
+          {"horn = { start", "horn = { value = 3, start", "value"},
+      },
+      [](const auto& from, const auto& to) { (void)command_machine(test::kRateCommands, from, to); });
+}
+
+constexpr const char* kBoomDown =
+    "boom_down = { start = 8, bits = 8, scale = 0.2, unit = \"bar\", joint = \"boom\", neutral = 0, retract = 40 }\n";
+
+TEST(CommandFile, AJointHasBothWays) {
+  const std::string half = test::refusal([] { (void)command_machine(test::kPilotCommands, kBoomDown, ""); });
+  EXPECT_TRUE(test::says(half, "no field retracts the boom: one must have joint = \"boom\" with retract"));
 }
 
 TEST(CommandFile, TheTwoWaysOfAJointAreInOneFrame) {
-  const std::string down =
-      "boom_down = { start = 8, bits = 8, scale = 0.2, unit = \"bar\", joint = \"boom\", neutral = 0, retract = 40 }\n";
-  std::string commands = test::kPilotCommands;
-  commands.erase(commands.find(down), down.size());
-  commands +=
+  const std::string commands =
+      test::replaced(test::kPilotCommands, kBoomDown, "") +
       "[[bus.command]]\nname = \"pilot_2\"\nid = 0x18FF0405\nbytes = 2\nperiod_ms = 20\nsend = "
       "\"while_led\"\n[bus.command.fields]\n" +
-      down;
+      kBoomDown;
   const std::string line = test::refusal([&] { (void)command_machine(commands); });
-  EXPECT_NE(line.find("moves the boom as boom_up of 'pilot_1' does: a joint's two ways must be in one frame"),
-            std::string::npos)
-      << line;
+  EXPECT_TRUE(test::says(line, "moves the boom as boom_up of 'pilot_1' does: a joint's two ways must be in one frame"));
 }
 
 TEST(CommandFile, WhatTheEnableNodeTellsIsToldByNoFrame) {
   const std::string text = test::broadcast_text(std::string(test::kBroadcasts) + test::kStateBroadcast);
-  const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  EXPECT_NE(line.find("do not go with an enable node, which tells both"), std::string::npos) << line;
+  const std::string line = test::machine_refusal(text);
+  EXPECT_TRUE(test::says(line, "do not go with an enable node, which tells both"));
 }
 
 TEST(CommandFile, StandsBesideNoNodeThatIsToldWhatToDo) {
   const std::string text = test::broadcast_text(std::string(test::kRateCommands) + test::kBroadcasts);
-  const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  EXPECT_NE(line.find("stands beside node 'boom_valve': valves are nodes, or frames and outputs tell all of them"),
-            std::string::npos)
-      << line;
+  const std::string line = test::machine_refusal(text);
+  EXPECT_TRUE(
+      test::says(line, "stands beside node 'boom_valve': valves are nodes, or frames and outputs tell all of them"));
 }
 
 }  // namespace

@@ -3,25 +3,21 @@
 
 #include <algorithm>
 
-#include "machine/load.h"
-#include "tests/support/places.h"
-#include "tests/support/refusal.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/refused_changes.h"
+#include "tests/support/replaced.h"
 #include "tests/support/two_cylinders.h"
 
 namespace knuckle {
 namespace {
-using test::solar015_text;
+using test::machine_refusal;
+using test::shipped_text;
 using test::without_transmitters;
 
-std::string refusal(const std::string& text) {
-  return test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-}
 std::string force(const std::string& keys) {
-  return solar015_text() + "\n[force]\n" + keys + "\n";
+  return shipped_text() + "\n[force]\n" + keys + "\n";
 }
 TEST(ContactModelKey, NamesAModelAndNothingIsTheBucketForce) {
-  EXPECT_EQ(parse_machine(solar015_text(), "m.toml").force.contact_model, ContactModel::kBucketForce);
+  EXPECT_EQ(parse_machine(shipped_text(), "m.toml").force.contact_model, ContactModel::kBucketForce);
   for (std::size_t i = 0; i < kContactModelNames.size(); ++i) {
     const MachineDescription machine =
         parse_machine(force(std::string("contact_model = \"") + kContactModelNames[i] + "\""), "m.toml");
@@ -38,14 +34,14 @@ TEST(ContactModelKey, WhatIsNoModelOrNoDirectionIsOneLine) {
                                    {"fixed_direction = [1, 0]", "goes with direction = \"fixed\" alone"},
                                    {"direction = \"plumb\"\nfixed_direction = [1, 0]", "goes with direction"},
                                    {"contact_models = \"tip_wrench\"", "force.contact_models"}}) {
-    EXPECT_NE(refusal(force(keys)).find(said), std::string::npos) << keys << ": " << refusal(force(keys));
-    EXPECT_EQ(refusal(force(keys)).find('\n'), std::string::npos);
+    EXPECT_TRUE(test::says(machine_refusal(force(keys)), said)) << keys;
+    EXPECT_FALSE(test::says(machine_refusal(force(keys)), "\n")) << keys;
   }
 }
 
 TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
-  for (const std::string& text : {solar015_text(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force(""),
-                                  solar015_text() + "\n [ force ]  # mine\n"}) {
+  for (const std::string& text : {shipped_text(), force("# mine\ncontact_model = \"tip_wrench\"  # of Kim"), force(""),
+                                  shipped_text() + "\n [ force ]  # mine\n"}) {
     const MachineDescription changed = with_contact_model(parse_machine(text, "m.toml"), "tip_force_of_two");
     EXPECT_EQ(changed.force.contact_model, ContactModel::kTipForceOfTwo);
     EXPECT_EQ(parse_machine(changed.text, "m.toml").force.contact_model, ContactModel::kTipForceOfTwo);
@@ -55,10 +51,8 @@ TEST(ContactModelKey, IsReplacedInTheTextThatARecordingKeeps) {
 
 TEST(ContactModelKey, OneThatTheSensorsDoNotAllowIsRefusedByTheOptionThatAsksForIt) {
   const MachineDescription two = parse_machine(without_transmitters("boom"), "m.toml");
-  EXPECT_EQ(test::refusal([&] {
-              (void)with_contact_model(two, "tip_wrench");
-            }).find("--contact-model tip_wrench: needs the pressures of the boom cylinder"),
-            0U);
+  EXPECT_TRUE(test::begins(test::refusal([&] { (void)with_contact_model(two, "tip_wrench"); }),
+                           "--contact-model tip_wrench: needs the pressures of the boom cylinder"));
   EXPECT_EQ(with_contact_model(two, "tip_force_of_two").force.contact_model, ContactModel::kTipForceOfTwo);
 }
 
@@ -67,36 +61,31 @@ TEST(WithoutPressures, OneCylinderMayHaveNoneWhereTheFileSaysSo) {
     const MachineDescription machine =
         parse_machine(without_transmitters(kJointNames[static_cast<std::size_t>(joint)]), "m.toml");
     EXPECT_EQ(machine.sensors.without_pressures, joint);
-    EXPECT_EQ(machine.bus.nodes.size(), parse_machine(solar015_text(), "m.toml").bus.nodes.size() - 2);
+    EXPECT_EQ(machine.bus.nodes.size(), parse_machine(shipped_text(), "m.toml").bus.nodes.size() - 2);
   }
 }
 
 TEST(WithoutPressures, WhatIsNoJointIsOneLineAndNothingOfNodes) {
   for (const std::string value : {"\"bom\"", "\"\"", "[\"boom\"]"}) {
-    std::string text = without_transmitters("boom");
-    text.replace(text.find("without_pressures = \"boom\""), 26, "without_pressures = " + value);
-    const std::string told = refusal(text);
-    EXPECT_NE(told.find("sensors.without_pressures"), std::string::npos) << told;
-    EXPECT_EQ(told.find('\n'), std::string::npos) << told;
+    const std::string told = machine_refusal(test::replaced(without_transmitters("boom"), "= \"boom\"", "= " + value));
+    EXPECT_TRUE(test::says(told, "sensors.without_pressures"));
+    EXPECT_FALSE(test::says(told, "\n"));
   }
 }
 
 TEST(WithoutPressures, MissingNodesAloneAreAFault) {
-  std::string text = without_transmitters("boom");
-  text.erase(text.find("without_pressures"), std::string("without_pressures = \"boom\"\n").size());
-  EXPECT_NE(refusal(text).find("no node has boom_head_pressure, boom_rod_pressure"), std::string::npos)
-      << refusal(text);
+  const std::string text = test::replaced(without_transmitters("boom"), "without_pressures = \"boom\"\n", "");
+  EXPECT_TRUE(test::says(machine_refusal(text), "no node has boom_head_pressure, boom_rod_pressure"));
 }
 
 TEST(WithoutPressures, ATransmitterThatIsThereAllTheSameIsAFault) {
-  std::string text = solar015_text();
-  text.replace(text.find("[sensors]\n"), 10, "[sensors]\nwithout_pressures = \"boom\"\n");
-  EXPECT_NE(refusal(text).find("there is boom_head_pressure, although"), std::string::npos) << refusal(text);
+  const std::string text = test::replaced(shipped_text(), "[sensors]\n", "[sensors]\nwithout_pressures = \"boom\"\n");
+  EXPECT_TRUE(test::says(machine_refusal(text), "there is boom_head_pressure, although"));
 }
 
 TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefused) {
   const auto with = [](const char* joint, const char* model) {
-    return refusal(without_transmitters(joint) + "\n[force]\ncontact_model = \"" + model + "\"\n");
+    return machine_refusal(without_transmitters(joint) + "\n[force]\ncontact_model = \"" + model + "\"\n");
   };
   for (const auto& [joint, model, ok] : {std::tuple{"boom", "tip_wrench", false},
                                          {"boom", "tip_force_of_two", true},
@@ -107,11 +96,9 @@ TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefu
     const std::string told = with(joint, model);
     EXPECT_EQ(told.find("needs the pressures of the") == std::string::npos, ok) << joint << ' ' << model << told;
   }
-  std::string low = without_transmitters("boom");
-  const std::size_t at = low.find("chamber_pressure_bar = 240");
-  low.replace(at, std::string("chamber_pressure_bar = 240").size(), "chamber_pressure_bar = 200");
-  EXPECT_NE(refusal(low).find("nothing lower is kept on a cylinder without transmitters"), std::string::npos)
-      << refusal(low);
+  const std::string low =
+      test::replaced(without_transmitters("boom"), "chamber_pressure_bar = 240", "chamber_pressure_bar = 200");
+  EXPECT_TRUE(test::says(machine_refusal(low), "nothing lower is kept on a cylinder without transmitters"));
 }
 
 }  // namespace

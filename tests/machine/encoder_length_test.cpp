@@ -10,7 +10,10 @@
 
 #include "machine/bus_frames.h"
 #include "machine/toml_reader.h"
+#include "tests/support/replaced.h"
 #include "tests/support/rotary_machine.h"
+#include "tests/support/says.h"
+#include "tests/support/shipped.h"
 #include "transport/signal_codec.h"
 
 namespace knuckle {
@@ -19,7 +22,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 
 MachineDescription rotary_machine() {
-  return parse_machine(test::rotary_text(), "test.toml");
+  return parse_machine(test::rotary_text(), "m.toml");
 }
 
 /// From where the pins are, and no law of triangles.
@@ -113,7 +116,7 @@ TEST(EncoderLengths, OfASingleTurnEndWithIt) {
 }
 
 TEST(EncoderLengths, OfWireEncodersAreWhatTheySay) {
-  const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
+  const MachineDescription machine = test::shipped("solar015");
   const EncoderLengths lengths(machine);
   for (const double reading : {0.9, -3.0, 1e3}) {
     EXPECT_EQ(lengths.length_m(kArm, reading), reading);
@@ -194,6 +197,12 @@ TEST(EncoderLengths, HoldForMachinesOfAnyPins) {
   EXPECT_GT(machines, 10);
 }
 
+/// The boom's encoder is one on a wire.
+std::string with_one_wire() {
+  return test::replaced(test::rotary_text(), std::string("\"boom_angle\" }\n") + test::kRotaryKeys[0],
+                        "\"boom_length\" }\n");
+}
+
 TEST(RotaryEncoders, SendTheirPositionAloneAndHaveOneOfLengthAndAngle) {
   const MachineDescription machine = rotary_machine();
   int angles = 0;
@@ -208,11 +217,8 @@ TEST(RotaryEncoders, SendTheirPositionAloneAndHaveOneOfLengthAndAngle) {
   EXPECT_EQ(angles, 3);
   EXPECT_EQ(machine.bus.encoder(kArm).rotary.range(), 16384U * 4096U);
   EXPECT_EQ(machine.bus.find("arm_angle"), &machine.bus.encoder(kArm));
-  std::string one_wire = test::rotary_text();
-  const std::string angle = std::string("\"boom_angle\" }\n") + test::kRotaryKeys[0];
-  one_wire.replace(one_wire.find(angle), angle.size(), "\"boom_length\" }\n");
-  one_wire.replace(one_wire.find("[sensors]\n"), 10, "[sensors]\nencoder_step_mm = 0.1\n");
-  const MachineDescription mixed = parse_machine(one_wire, "test.toml");
+  const MachineDescription mixed =
+      parse_machine(test::replaced(with_one_wire(), "[sensors]\n", "[sensors]\nencoder_step_mm = 0.1\n"), "m.toml");
   EXPECT_FALSE(mixed.bus.encoder(kBoom).measures_angle());
   EXPECT_DOUBLE_EQ(length_steps_m(mixed)[kBoom], 1e-4);
   EXPECT_TRUE(mixed.bus.encoder(kBucket).measures_angle());
@@ -221,7 +227,7 @@ TEST(RotaryEncoders, SendTheirPositionAloneAndHaveOneOfLengthAndAngle) {
 /// All that is wrong with it, a line each.
 std::string refusals(const std::string& text) {
   try {
-    (void)parse_machine(text, "test.toml");
+    (void)parse_machine(text, "m.toml");
   } catch (const FileErrors& errors) {
     std::string all;
     for (const std::string& line : errors.lines()) all += line + '\n';
@@ -258,15 +264,11 @@ TEST(RotaryEncoders, FilesThatCannotBeAreRefusedWithTheirKey) {
        "channels.2' = 'arm_angle': must be channel 1"},
   };
   for (const Case& c : cases) {
-    std::string text = test::rotary_text();
-    const auto at = text.find(c.from);
-    ASSERT_NE(at, std::string::npos) << c.from;
-    text.replace(at, std::string(c.from).size(), c.to);
-    const std::string said = refusals(text);
+    const std::string said = refusals(test::replaced(test::rotary_text(), c.from, c.to));
     if (*c.said == '\0')
       EXPECT_EQ(said, "") << c.to;
     else
-      EXPECT_NE(said.find(c.said), std::string::npos) << said;
+      EXPECT_TRUE(test::says(said, c.said));
   }
 }
 
@@ -275,14 +277,11 @@ TEST(RotaryEncoders, AJointWithoutEitherIsToldByBothNames) {
   const std::size_t begin = text.find("[[bus.node]]\nname = \"arm_encoder\""),
                     end = text.find("[[bus.node]]", begin + 1);
   text.erase(begin, end - begin);
-  EXPECT_NE(refusals(text).find("no node has arm_length or arm_angle"), std::string::npos);
+  EXPECT_TRUE(test::says(refusals(text), "no node has arm_length or arm_angle"));
 }
 
 TEST(RotaryEncoders, AWireEncodersStepIsNeededWhereThereIsOne) {
-  std::string text = test::rotary_text();
-  const std::string angle = std::string("\"boom_angle\" }\n") + test::kRotaryKeys[0];
-  text.replace(text.find(angle), angle.size(), "\"boom_length\" }\n");
-  EXPECT_NE(refusals(text).find("sensors.encoder_step_mm"), std::string::npos);
+  EXPECT_TRUE(test::says(refusals(with_one_wire()), "sensors.encoder_step_mm"));
 }
 
 }  // namespace

@@ -3,9 +3,10 @@
 
 #include <numbers>
 
+#include "machine/bus_budget.h"
 #include "machine/reason_text.h"
 #include "tests/support/j1939_machine.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
 #include "tests/support/two_buses.h"
 
 namespace knuckle {
@@ -61,9 +62,8 @@ TEST(GroupFile, WhatTheMachineIsLedByMayBeAGroupAsWell) {
   EXPECT_EQ(boom->invalid_from, 0xFB00U);
   EXPECT_FALSE(bus.broadcast(NodeRole::kEncoder, kBucket).field->invalid_from) << "signed";
   const Reason twice{ReasonCode::kGroupTwice, subject_of(NodeRole::kEncoder, kBoom, bus), 0x17, 0x21};
-  EXPECT_EQ(text(twice, bus).rfind("front_angle (PGN 0xFF10), boom_angle: two devices send", 0), 0U)
-      << text(twice, bus);
-  EXPECT_NE(text(twice, bus).find("(0x17 beside 0x21)"), std::string::npos) << text(twice, bus);
+  EXPECT_TRUE(test::begins(text(twice, bus), "front_angle (PGN 0xFF10), boom_angle: two devices send"));
+  EXPECT_TRUE(test::says(text(twice, bus), "(0x17 beside 0x21)"));
 }
 
 TEST(GroupFile, CommandsFromTheAddressAreKnownFromOtherSourcesToo) {
@@ -76,36 +76,31 @@ TEST(GroupFile, CommandsFromTheAddressAreKnownFromOtherSourcesToo) {
 }
 
 TEST(GroupFile, WhatCannotBeIsRefusedInOneLine) {
-  struct Case {
-    const char *from, *to, *said;
-  };
-  for (const Case& c : {
-           Case{"pgn = 0xFEEE", "pgn = 0x20000", "key 'bus.broadcast[4].pgn' = 0x20000: must be a whole number within"},
-           {"pgn = 0xFEEE", "pgn = 0xEF21", "must end with 00: the last byte is the receiver's address"},
-           {"pgn = 0xFEEE", "pgn = 0xFE68", "is taken by 'coolant'"},
-           {"pgn = 0xFEEE", "pgn = 0xF004\nsource = 0x00", "is taken by 'engine'"},
-           {"pgn = 0xFEEE", "pgn = 0xF004", "is taken by 'engine'"},
-           {"pgn = 0xFEEE", "pgn = 0xFF10", "is taken by 'front_angle'"},
-           {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xF9", "is Knuckle's own address"},
-           {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xFE", "must be a whole number within [0, 253]"},
-           {"pgn = 0xFEEE", "pgn = 0xFEEE\nid = 0x18FEEE00", "id"},
-           {"id = 0x1A5", "id = 0x1A5\nsource = 0x00", "source"},
-           {"id = 0x1A5", "id = 0x1A5\nrequest_every_s = 10", "request_every_s"},
-           {"id = 0x18FF1021\nbytes = 8\nperiod_ms = 10", "pgn = 0xFF10\nbytes = 8\nrequest_every_s = 10",
-            "is for values that people are told"},
-           {"request_every_s = 10", "request_every_s = 10\nperiod_ms = 10", "period_ms"},
-           {"request_every_s = 10", "request_every_s = 0.5", "must be within [1, 3600]"},
-           {"unit = \"V\"", "unit = \"bar\"", "must be one of"},
-           {"scale = 0.05, unit = \"V\"", "scale = 0.05, unit = \"V\", invalid = \"j1939\", invalid_from = 5",
-            "stands beside invalid_from: keep one of the two"},
-           {"bits = 16, scale = 0.05, unit = \"V\"", "bits = 7, scale = 0.05, unit = \"V\", invalid = \"j1939\"",
-            "J1939 says it of unsigned values of 2, 4 and at least 8 bits"},
-           {"on = 0", "on = 14", "is said to be none by invalid_from"},
-       }) {
-    const std::string line = test::refusal([&] { (void)test::j1939_machine(c.from, c.to); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
-    EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
-  }
+  test::expect_refused(
+      {
+          {"pgn = 0xFEEE", "pgn = 0x20000", "key 'bus.broadcast[4].pgn' = 0x20000: must be a whole number within"},
+          {"pgn = 0xFEEE", "pgn = 0xEF21", "must end with 00: the last byte is the receiver's address"},
+          {"pgn = 0xFEEE", "pgn = 0xFE68", "is taken by 'coolant'"},
+          {"pgn = 0xFEEE", "pgn = 0xF004\nsource = 0x00", "is taken by 'engine'"},
+          {"pgn = 0xFEEE", "pgn = 0xF004", "is taken by 'engine'"},
+          {"pgn = 0xFEEE", "pgn = 0xFF10", "is taken by 'front_angle'"},
+          {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xF9", "is Knuckle's own address"},
+          {"pgn = 0xFEEE", "pgn = 0xFEEE\nsource = 0xFE", "must be a whole number within [0, 253]"},
+          {"pgn = 0xFEEE", "pgn = 0xFEEE\nid = 0x18FEEE00", "id"},
+          {"id = 0x1A5", "id = 0x1A5\nsource = 0x00", "source"},
+          {"id = 0x1A5", "id = 0x1A5\nrequest_every_s = 10", "request_every_s"},
+          {"id = 0x18FF1021\nbytes = 8\nperiod_ms = 10", "pgn = 0xFF10\nbytes = 8\nrequest_every_s = 10",
+           "is for values that people are told"},
+          {"request_every_s = 10", "request_every_s = 10\nperiod_ms = 10", "period_ms"},
+          {"request_every_s = 10", "request_every_s = 0.5", "must be within [1, 3600]"},
+          {"unit = \"V\"", "unit = \"bar\"", "must be one of"},
+          {"scale = 0.05, unit = \"V\"", "scale = 0.05, unit = \"V\", invalid = \"j1939\", invalid_from = 5",
+           "stands beside invalid_from: keep one of the two"},
+          {"bits = 16, scale = 0.05, unit = \"V\"", "bits = 7, scale = 0.05, unit = \"V\", invalid = \"j1939\"",
+           "J1939 says it of unsigned values of 2, 4 and at least 8 bits"},
+          {"on = 0", "on = 14", "is said to be none by invalid_from"},
+      },
+      test::j1939_machine);
 }
 
 TEST(GroupFile, TwoSourcesOfAGroupAreTwoFrames) {
@@ -114,19 +109,61 @@ TEST(GroupFile, TwoSourcesOfAGroupAreTwoFrames) {
 }
 
 TEST(GroupFile, AnAddressGoesWithWhatNeedsOneAlone) {
-  const auto refused = [](const std::string& text) {
-    return test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  };
-  EXPECT_NE(refused(test::j1939_text("", "", "")).find("needs bus.j1939_address"), std::string::npos);
-  const std::string unused = refused(test::with_address(test::broadcast_text(), "0xF9"));
-  EXPECT_NE(unused.find("'bus.j1939_address' = 0xF9: is used by nothing"), std::string::npos) << unused;
+  EXPECT_TRUE(test::says(test::machine_refusal(test::j1939_text("", "", "")), "needs bus.j1939_address"));
+  const std::string unused = test::machine_refusal(test::with_address(test::broadcast_text(), "0xF9"));
+  EXPECT_TRUE(test::says(unused, "'bus.j1939_address' = 0xF9: is used by nothing"));
   const std::string commands =
       test::command_text(test::kRateCommands, std::string(test::kStateBroadcast) + test::kGroups);
-  const std::string apart = refused(test::on_two_buses(test::with_address(commands, "0x05")));
-  EXPECT_NE(apart.find("is one bus's alone"), std::string::npos)
-      << "commands on the one, requests on the other: " << apart;
-  EXPECT_NE(refused(test::j1939_text("", "", "0xFE")).find("must be a whole number within [0, 253]"),
-            std::string::npos);
+  const std::string apart = test::machine_refusal(test::on_two_buses(test::with_address(commands, "0x05")));
+  EXPECT_TRUE(test::says(apart, "is one bus's alone")) << "commands on the one, requests on the other";
+  EXPECT_TRUE(
+      test::says(test::machine_refusal(test::j1939_text("", "", "0xFE")), "must be a whole number within [0, 253]"));
+}
+
+// Groups of more than 8 bytes.
+
+TEST(MessageFile, CountsItsBitsFromTheFirstByteOfAll) {
+  const BusDescription bus = parse_machine(test::packets_text(), "m.toml").bus;
+  const auto [frame, fuel] = bus.broadcast(NodeRole::kReading, 6);
+  EXPECT_EQ(frame->bytes, 20);
+  EXPECT_EQ(fuel->first_byte, 17);
+  EXPECT_EQ(fuel->bits.start_bit, 1);
+  EXPECT_EQ(fuel->invalid_from, 0xFBU) << "by its length";
+  EXPECT_EQ(bus.broadcast(NodeRole::kReading, 3).field->first_byte, 6);
+  EXPECT_EQ(bus.broadcast(NodeRole::kReading, 0).field->first_byte, 0) << "of a frame";
+}
+
+TEST(MessageFile, CountsForTheLoadByItsPackets) {
+  const BusDescription bus = parse_machine(test::packets_text(), "m.toml").bus;
+  BusDescription without = bus;
+  std::erase_if(without.broadcasts, [](const BroadcastFrame& frame) { return frame.bytes == 20; });
+  // One announcement and three packets a second, at worst 160 bits each.
+  EXPECT_NEAR(worst_bus_load(bus) - worst_bus_load(without), 4 * 160 / 500e3, 1e-9);
+}
+
+TEST(MessageFile, WhatCannotBeIsRefusedInOneLine) {
+  test::expect_refused(
+      {
+          {"bytes = 20", "bytes = 256", "must be a whole number within [1, 255]"},
+          {"id = 0x1A5\nbytes = 4", "id = 0x1A5\nbytes = 9", "must be at most 8: only a group, by pgn"},
+          {"bytes = 20\nperiod_ms = 1000", "bytes = 20\nperiod_ms = 100",
+           "must be at least 150: 3 packets come 50 ms apart"},
+          {"bytes = 20\nperiod_ms = 1000", "bytes = 20\nperiod_ms = 11000", "must be within [1, 10000]"},
+          {"bytes = 20\nperiod_ms = 1000", "bytes = 18\nperiod_ms = 1000",
+           "with 8 bits it ends outside the message's 18 bytes"},
+          {"start = 137", "start = 160", "must be a whole number within [0, 159]"},
+          {"start = 137, bits = 8", "start = 81, bits = 64", "must end within 8 bytes from the first one"},
+          {"start = 137, bits = 8", "start = 137, bits = 8, order = \"big\"", "must be little"},
+          {"start = 137", "start = 59", "has bits of"},
+          {"start = 137", "start = 45", "has bits of"},
+          {"bytes = 20\nperiod_ms = 1000", "bytes = 20\nperiod_ms = 1000\ncounter = { start = 0, bits = 4 }",
+           "does not go with a message of several packets"},
+          {"id = 0x18FF2021\nbytes = 6\nperiod_ms = 10", "pgn = 0xFF20\nbytes = 9\nperiod_ms = 100",
+           "must be at most 8 of what moves the machine or stops it"},
+      },
+      [](const auto& from, const auto& to) { (void)parse_machine(test::packets_text(from, to), "m.toml"); });
+  EXPECT_EQ(test::machine_refusal(test::packets_text("start = 137", "start = 60")), "accepted")
+      << "right behind the other";
 }
 
 }  // namespace

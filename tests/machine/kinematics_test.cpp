@@ -7,32 +7,28 @@
 #include <limits>
 #include <random>
 
-#include "machine/load.h"
 #include "tests/support/no_alloc.h"
-#include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle {
 namespace {
 
 constexpr int kSweep = 2000;
 
-MachineDescription shipped(const std::string& name) {
-  return load_machine(test::source_dir() + "/config/machines/" + name + ".toml");
-}
-
 double swept(const MachineDescription& machine, int joint, int i) {
   const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
   return link.min_rad + (link.max_rad - link.min_rad) * i / kSweep;
 }
 
-std::string refusal(const MachineDescription& machine) {
+std::string geometry_refusal(const MachineDescription& machine) {
   return test::refusal([&] { const Kinematics kinematics(machine); });
 }
 
 class KinematicsOf : public ::testing::TestWithParam<const char*> {
  protected:
-  const MachineDescription machine_ = shipped(GetParam());
+  const MachineDescription machine_ = test::shipped(GetParam());
   const Kinematics kinematics_{machine_};
 };
 INSTANTIATE_TEST_SUITE_P(ShippedMachines, KinematicsOf, ::testing::Values("solar015", "compact080", "standard200"),
@@ -68,7 +64,7 @@ TEST_P(KinematicsOf, LeverIsTheDerivativeOfTheLength) {
 TEST_P(KinematicsOf, BucketCrankStaysOnItsSide) {
   MachineDescription mirrored = machine_;
   mirrored.bucket_linkage.branch = -1;
-  EXPECT_NE(refusal(mirrored), "accepted") << "the other side is not a machine";
+  EXPECT_NE(geometry_refusal(mirrored), "accepted") << "the other side is not a machine";
   double last = kinematics_.cylinder_at(kBucket, swept(machine_, kBucket, 0))->length_m;
   const double step = swept(machine_, kBucket, 1) - swept(machine_, kBucket, 0);
   for (int i = 1; i <= kSweep; ++i) {
@@ -158,7 +154,7 @@ TEST_P(KinematicsOf, AllocatesNothing) {
 
 // Figures worked out by hand from the published pin positions.
 TEST(Kinematics, DefaultMachineHasThePublishedLengthsAndLeverSigns) {
-  const Kinematics kinematics(shipped("solar015"));
+  const Kinematics kinematics(test::shipped("solar015"));
   EXPECT_NEAR(kinematics.cylinder_at(kBoom, -0.474)->length_m, 0.7728, 1e-4);
   EXPECT_NEAR(kinematics.cylinder_at(kBoom, 1.092)->length_m, 1.1144, 1e-4);
   EXPECT_NEAR(kinematics.cylinder_at(kArm, -2.585)->length_m, 1.3282, 1e-4);
@@ -171,7 +167,7 @@ TEST(Kinematics, DefaultMachineHasThePublishedLengthsAndLeverSigns) {
 }
 
 TEST(Kinematics, StretchedArmPointsAlongX) {
-  const Kinematics kinematics(shipped("solar015"));
+  const Kinematics kinematics(test::shipped("solar015"));
   EXPECT_LT((kinematics.tip(JointVector::Zero()) - PlanarVector(3.2, 0)).norm(), 1e-12);
   EXPECT_LT(
       (kinematics.tip(JointVector(std::numbers::pi / 2, -std::numbers::pi / 2, 0)) - PlanarVector(1.45, 1.75)).norm(),
@@ -179,20 +175,20 @@ TEST(Kinematics, StretchedArmPointsAlongX) {
 }
 
 TEST(Kinematics, RefusesALinkageThatCannotCloseWithTheAngle) {
-  MachineDescription machine = shipped("solar015");
+  MachineDescription machine = test::shipped("solar015");
   machine.bucket_linkage.coupler_length_m = 0.10;
-  const std::string line = refusal(machine);
-  EXPECT_NE(line.find("solar015.toml: key 'links.bucket.min_rad' = "), std::string::npos) << line;
-  EXPECT_NE(line.find("the linkage cannot close at "), std::string::npos) << line;
+  const std::string line = geometry_refusal(machine);
+  EXPECT_TRUE(test::says(line, "solar015.toml: key 'links.bucket.min_rad' = "));
+  EXPECT_TRUE(test::says(line, "the linkage cannot close at "));
 }
 
 TEST(Kinematics, RefusesARangeThatPassesAToggleWithTheLever) {
   for (const auto& [joint, max_rad] : {std::pair{kBoom, 2.9}, std::pair{kArm, 0.3}, std::pair{kBucket, 0.95}}) {
-    MachineDescription machine = shipped("solar015");
+    MachineDescription machine = test::shipped("solar015");
     machine.links[static_cast<std::size_t>(joint)].max_rad = max_rad;
-    const std::string line = refusal(machine);
+    const std::string line = geometry_refusal(machine);
     const std::string key = std::string("key 'links.") + kJointNames[static_cast<std::size_t>(joint)] + ".max_rad' = ";
-    EXPECT_NE(line.find(key), std::string::npos) << line;
+    EXPECT_TRUE(test::says(line, key));
     EXPECT_TRUE(line.find("at least 5 mm") != std::string::npos || line.find("cannot close") != std::string::npos)
         << line;
   }
@@ -200,31 +196,29 @@ TEST(Kinematics, RefusesARangeThatPassesAToggleWithTheLever) {
 
 TEST(Kinematics, RefusesACylinderThatIsTooLongOrTooShortWithTheLengthItNeeds) {
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
-    MachineDescription machine = shipped("solar015");
+    MachineDescription machine = test::shipped("solar015");
     machine.cylinders[joint].min_length_m += 0.05;
-    std::string line = refusal(machine);
-    EXPECT_NE(line.find(std::string("cylinders.") + kJointNames[joint] + ".min_length_m' = "), std::string::npos)
-        << line;
-    EXPECT_NE(line.find("must be at most "), std::string::npos) << line;
-    machine = shipped("solar015");
+    std::string line = geometry_refusal(machine);
+    EXPECT_TRUE(test::says(line, std::string("cylinders.") + kJointNames[joint] + ".min_length_m' = "));
+    EXPECT_TRUE(test::says(line, "must be at most "));
+    machine = test::shipped("solar015");
     machine.cylinders[joint].max_length_m -= 0.05;
-    line = refusal(machine);
-    EXPECT_NE(line.find(std::string("cylinders.") + kJointNames[joint] + ".max_length_m' = "), std::string::npos)
-        << line;
-    EXPECT_NE(line.find("must be at least "), std::string::npos) << line;
+    line = geometry_refusal(machine);
+    EXPECT_TRUE(test::says(line, std::string("cylinders.") + kJointNames[joint] + ".max_length_m' = "));
+    EXPECT_TRUE(test::says(line, "must be at least "));
   }
 }
 
 // Pins are nominal within millimetres, and so are the ends of the stroke.
 TEST(Kinematics, GrantsACalibratedMachineAFewMillimetresOfStroke) {
-  MachineDescription machine = shipped("solar015");
+  MachineDescription machine = test::shipped("solar015");
   const double needed = Kinematics(machine).cylinder_at(kBucket, machine.links[kBucket].min_rad)->length_m;
   machine.cylinders[kBucket].max_length_m = needed - 0.003;
-  EXPECT_NE(refusal(machine).find("cylinders.bucket.max_length_m"), std::string::npos) << refusal(machine);
+  EXPECT_TRUE(test::says(geometry_refusal(machine), "cylinders.bucket.max_length_m"));
   machine.geometry_calibration.emplace();
-  EXPECT_EQ(refusal(machine), "accepted");
+  EXPECT_EQ(geometry_refusal(machine), "accepted");
   machine.cylinders[kBucket].max_length_m = needed - 0.006;
-  EXPECT_NE(refusal(machine).find("cylinders.bucket.max_length_m"), std::string::npos) << refusal(machine);
+  EXPECT_TRUE(test::says(geometry_refusal(machine), "cylinders.bucket.max_length_m"));
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "tests/support/keyed_nodes.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle {
@@ -110,8 +111,8 @@ INSTANTIATE_TEST_SUITE_P(Files, Shipped,
                          });
 
 void expect_names(const std::string& line, const std::string& key) {
-  EXPECT_NE(line.find("key '" + key + "'"), std::string::npos) << key << ": " << line;
-  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  EXPECT_TRUE(test::says(line, "key '" + key + "'")) << key;
+  EXPECT_FALSE(test::says(line, "\n"));
 }
 
 TEST_P(Shipped, LoadsAsItIs) {
@@ -134,7 +135,7 @@ TEST_P(Shipped, RefusesEveryMissingKeyByName) {
           said = "must say what channel 1 is";
         }
         expect_names(line, named);
-        EXPECT_NE(line.find(said), std::string::npos) << line;
+        EXPECT_TRUE(test::says(line, said));
       });
   EXPECT_GT(changed_, 50);
 }
@@ -176,7 +177,7 @@ TEST_P(Shipped, RefusesAnUnknownKeyInEveryTable) {
       },
       [](const std::string& line, const std::string& key) {
         expect_names(line, key.substr(0, key.rfind('.') + 1) + "surprise");
-        EXPECT_NE(line.find("unknown key"), std::string::npos) << line;
+        EXPECT_TRUE(test::says(line, "unknown key"));
       });
   EXPECT_GT(changed_, 5);
 }
@@ -206,7 +207,7 @@ TEST_P(Contradiction, BucketOutlineMustBeConvexAndCounterClockwise) {
   for (const auto& [corner, x, z] : {std::tuple{"heel_m", 0.25, 0.05}, {"back_m", 0.2, 0.1}, {"cheek_m", 0.25, 0.02}}) {
     const std::string line = with_corner(corner, x, z);
     expect_names(line, std::string("bucket_profile.") + corner);
-    EXPECT_NE(line.find("must leave the outline"), std::string::npos) << line;
+    EXPECT_TRUE(test::says(line, "must leave the outline"));
   }
   EXPECT_EQ(with_corner("cheek_m", 0.3, -0.01), "accepted");
 }
@@ -216,8 +217,7 @@ TEST_P(Contradiction, JointsYieldWithRadiiOfOneSize) {
   copy["control"].as_table()->insert_or_assign("stiffness_radius_m", toml::array{2.4, 1.3, 0.2});
   const std::string line = refusal(copy);
   expect_names(line, "control.stiffness_radius_m");
-  EXPECT_NE(line.find("= [2.4, 1.3, 0.2]: the largest must be at most 10 times the smallest"), std::string::npos)
-      << line;
+  EXPECT_TRUE(test::says(line, "= [2.4, 1.3, 0.2]: the largest must be at most 10 times the smallest"));
 }
 
 TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
@@ -253,7 +253,7 @@ TEST_P(Contradiction, IsRefusedWithKeyValueAndBound) {
   for (const auto& [key, value, bound] : cases) {
     const std::string line = with(key, value);
     EXPECT_NE(line, "accepted") << key;
-    EXPECT_NE(line.find(bound), std::string::npos) << key << ": " << line;
+    EXPECT_TRUE(test::says(line, bound)) << key;
     if (!bound.empty()) {
       expect_names(line, key);
     }
@@ -377,10 +377,8 @@ TEST(LoadDevice, OnlyALawThatLeadsAMachineIsTakenButAnyIsReadInARecordingsFile) 
       ADD_FAILURE() << law;
     } catch (const InputError& error) {
       const std::string said = error.what();
-      EXPECT_EQ(said.find(scratch), 0u) << said;
-      EXPECT_NE(said.find("'feel.law' = '" + law + "': must be echo or cues: no other law leads a machine"),
-                std::string::npos)
-          << said;
+      EXPECT_TRUE(test::begins(said, scratch));
+      EXPECT_TRUE(test::says(said, "'feel.law' = '" + law + "': must be echo or cues: no other law leads a machine"));
     }
   }
   std::filesystem::remove(scratch);
@@ -427,8 +425,8 @@ TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
 
 TEST(FindConfig, NamesTheScenariosThereAre) {
   const std::string said = test::refusal([&] { (void)find_config("scenario", "walk"); });
-  EXPECT_EQ(said.rfind("unknown scenario 'walk': " + kConfig + "/scenarios has ", 0), 0u) << said;
-  EXPECT_NE(said.find("wall_contact"), std::string::npos) << said;
+  EXPECT_TRUE(test::begins(said, "unknown scenario 'walk': " + kConfig + "/scenarios has "));
+  EXPECT_TRUE(test::says(said, "wall_contact"));
 }
 
 TEST(WholeFile, LargerThanItMayBeIsRefused) {

@@ -10,19 +10,13 @@
 #include "tests/support/broadcast_machine.h"
 #include "tests/support/command_machine.h"
 #include "tests/support/module_machine.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
 
 namespace knuckle {
 namespace {
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
 MachineDescription piloted(const std::string& from = "", const std::string& to = "") {
-  const std::string pilots = replaced(test::kPilotPressures, from, to);
+  const std::string pilots = test::replaced(test::kPilotPressures, from, to);
   return parse_machine(test::command_text(test::kPilotCommands, std::string(test::kStateBroadcast) + pilots), "m.toml");
 }
 
@@ -67,15 +61,13 @@ TEST(PilotPressures, AreSaidByTheMachineFile) {
 }
 
 TEST(PilotPressures, OfSomeJointsLeaveTheOthersUntold) {
-  EXPECT_EQ(notes_of(piloted()).find("nobody tells where"), std::string::npos);
+  EXPECT_FALSE(test::says(notes_of(piloted()), "nobody tells where"));
   std::string pilots = test::kPilotPressures;
   pilots.erase(pilots.find("bucket_extend_pilot"));
   const MachineDescription two =
       parse_machine(test::command_text(test::kRateCommands, test::kStateBroadcast + pilots), "m.toml");
   EXPECT_TRUE(tells_pilots(two.bus, kArm));
-  EXPECT_NE(notes_of(two).find("nobody tells where the spool is of bucket: a valve that does not follow"),
-            std::string::npos)
-      << notes_of(two);
+  EXPECT_TRUE(test::says(notes_of(two), "nobody tells where the spool is of bucket: a valve that does not follow"));
 }
 
 TEST(PilotPressures, HangOnAModuleAsWell) {
@@ -89,48 +81,37 @@ TEST(PilotPressures, HangOnAModuleAsWell) {
   EXPECT_TRUE(tells_pilots(machine.bus, kArm));
   EXPECT_NEAR(PilotSpool(machine, kArm).opening(0, 15e5), -0.5, 1e-6);
   const auto refused = [&](const std::string& from, const std::string& to) {
-    return test::refusal([&] {
-      (void)parse_machine(test::module_text(test::kVoltageOutputs, test::kInputs + replaced(pilots, from, to)),
-                          "m.toml");
-    });
+    return test::machine_refusal(
+        test::module_text(test::kVoltageOutputs, test::kInputs + test::replaced(pilots, from, to)));
   };
   std::string line = refused("low = 0, high = 2.4", "low = 0, high = 2.3");
-  EXPECT_NE(line.find("reaches 2.3 MPa: must reach full, 2.4"), std::string::npos) << line;
+  EXPECT_TRUE(test::says(line, "reaches 2.3 MPa: must reach full, 2.4"));
   line = refused("counts_high = 29490", "counts_high = 3300");
-  EXPECT_NE(line.find("counts_high' = 3300: makes a step 2.08333333 bar: must be at most 0.9"), std::string::npos)
-      << line;
+  EXPECT_TRUE(test::says(line, "counts_high' = 3300: makes a step 2.08333333 bar: must be at most 0.9"));
 }
 
 TEST(PilotPressures, ThatCannotBeAreRefusedInOneLine) {
   const char* const boom = "unit = \"MPa\", shut = 0.44, full = 4";
-  struct Case {
-    const char *from, *to, *said;
-  };
-  for (const Case& c :
-       {Case{boom, "unit = \"MPa\", full = 4", "boom_extend_pilot.shut' is missing"},
-        {boom, "unit = \"MPa\", shut = 0.44", "boom_extend_pilot.full' is missing"},
-        {boom, "unit = \"MPa\", shut = -0.1, full = 4", "boom_extend_pilot.shut' = -0.1: must be"},
-        {boom, "unit = \"MPa\", shut = 4, full = 4", "boom_extend_pilot.full' = 4: must be above shut"},
-        {boom, "unit = \"mA\", shut = 0.44, full = 4", "boom_extend_pilot.unit' = 'mA': must be one of"},
-        {boom, "unit = \"MPa\", shut = 0.44, full = 0.8", "makes a step 0.02 MPa: must be at most 0.018"},
-        {boom, "unit = \"MPa\", shut = 0.44, full = 5.2", "reaches 5.1 MPa: must reach full, 5.2"},
-        {boom, "unit = \"MPa\", shut = 0.44, full = 4, invalid_from = 200", "reaches 3.98 MPa: must reach full, 4"},
-        {"period_ms = 10", "period_ms = 26", "must be at most 25, half of bus.sensor_age_limit_ms"},
-        {"arm_retract_pilot = { start = 24, bits = 8, scale = 0.02, unit = \"MPa\", shut = 0.44, full = 4 }\n", "",
-         "has arm_extend_pilot without arm_retract_pilot: of a joint there must be both or none"}}) {
-    const std::string line = test::refusal([&] { (void)piloted(c.from, c.to); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << line << "\nnot: " << c.said;
-    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
-  }
+  test::expect_refused(
+      {{boom, "unit = \"MPa\", full = 4", "boom_extend_pilot.shut' is missing"},
+       {boom, "unit = \"MPa\", shut = 0.44", "boom_extend_pilot.full' is missing"},
+       {boom, "unit = \"MPa\", shut = -0.1, full = 4", "boom_extend_pilot.shut' = -0.1: must be"},
+       {boom, "unit = \"MPa\", shut = 4, full = 4", "boom_extend_pilot.full' = 4: must be above shut"},
+       {boom, "unit = \"mA\", shut = 0.44, full = 4", "boom_extend_pilot.unit' = 'mA': must be one of"},
+       {boom, "unit = \"MPa\", shut = 0.44, full = 0.8", "makes a step 0.02 MPa: must be at most 0.018"},
+       {boom, "unit = \"MPa\", shut = 0.44, full = 5.2", "reaches 5.1 MPa: must reach full, 5.2"},
+       {boom, "unit = \"MPa\", shut = 0.44, full = 4, invalid_from = 200", "reaches 3.98 MPa: must reach full, 4"},
+       {"period_ms = 10", "period_ms = 26", "must be at most 25, half of bus.sensor_age_limit_ms"},
+       {"arm_retract_pilot = { start = 24, bits = 8, scale = 0.02, unit = \"MPa\", shut = 0.44, full = 4 }\n", "",
+        "has arm_extend_pilot without arm_retract_pilot: of a joint there must be both or none"}},
+      piloted);
 }
 
 TEST(PilotPressures, DoNotGoWithValveNodes) {
   const std::string text = test::broadcast_text(std::string(test::kBroadcasts) + '\n' + test::kPilotPressures);
-  const std::string line = test::refusal([&] { (void)parse_machine(text, "m.toml"); });
-  EXPECT_NE(
-      line.find("goes with [[bus.command]] tables or a module's outputs: valve nodes tell where their spools are"),
-      std::string::npos)
-      << line;
+  EXPECT_TRUE(
+      test::says(test::machine_refusal(text),
+                 "goes with [[bus.command]] tables or a module's outputs: valve nodes tell where their spools are"));
 }
 
 }  // namespace

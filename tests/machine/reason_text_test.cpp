@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "machine/load.h"
 #include "tests/support/few_nodes.h"
-#include "tests/support/places.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle {
 namespace {
@@ -14,7 +13,7 @@ BusDescription one_transmitter() {
   return parse_machine(test::few_nodes_text(), "few_nodes.toml").bus;
 }
 BusDescription six_transmitters() {
-  return load_machine(test::source_dir() + "/config/machines/solar015.toml").bus;
+  return test::shipped("solar015").bus;
 }
 std::uint8_t place_named(const std::string& signal) {
   std::uint8_t place = 0;

@@ -4,7 +4,7 @@
 #include "machine/bus_budget.h"
 #include "machine/reason_text.h"
 #include "tests/support/command_machine.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
 #include "tests/support/two_buses.h"
 
 namespace knuckle {
@@ -14,10 +14,8 @@ MachineDescription parsed(const std::string& text) {
   return parse_machine(text, "m.toml");
 }
 
-std::string changed(const std::string& from, const std::string& to, std::string text = test::two_buses_text()) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  return text.replace(at, from.size(), to);
+std::string changed(const std::string& from, const std::string& to, const std::string& text = test::two_buses_text()) {
+  return test::replaced(text, from, to);
 }
 
 TEST(TwoBusesFile, SaysWhatIsOnEach) {
@@ -73,48 +71,38 @@ TEST(TwoBusesFile, WhatOthersSendCountsInTheBudget) {
     return changed("bit_rate_kbps = 250", std::string("bit_rate_kbps = 250\nforeign_load_percent = ") + percent);
   };
   EXPECT_NEAR(parsed(with("40")).bus.second->foreign_load, 0.4, 1e-12);
-  const std::string said = test::refusal([&] { (void)parsed(with("50")); });
-  EXPECT_NE(said.find("key 'bus[1].bit_rate_kbps' = 250: too slow: these frames load the bus to 63.9 % with worst-case "
-                      "stuffing and those of others; must be at most 60 %; would fit: bit_rate_kbps = 500 (32 %)"),
-            std::string::npos)
-      << said;
+  const std::string said = test::machine_refusal(with("50"));
+  EXPECT_TRUE(
+      test::says(said,
+                 "key 'bus[1].bit_rate_kbps' = 250: too slow: these frames load the bus to 63.9 % with worst-case "
+                 "stuffing and those of others; must be at most 60 %; would fit: bit_rate_kbps = 500 (32 %)"));
   const std::string one = changed("\n[bus]", "\n[bus]\nforeign_load_percent = 60", test::broadcast_text());
-  EXPECT_NE(test::refusal([&] { (void)parsed(one); }).find("and those of others; must be at most 60 %"),
-            std::string::npos);
+  EXPECT_TRUE(test::says(test::machine_refusal(one), "and those of others; must be at most 60 %"));
 }
 
 TEST(TwoBusesFile, WhatCannotBeIsRefusedInOneLine) {
-  struct Case {
-    const char *from, *to, *said;
-  };
-  for (const Case& c : {
-           Case{"name = \"machine\"", "name = \"valves\"",
-                "key 'bus[1].name' = 'valves': is the name of the other bus"},
-           {"name = \"machine\"", "name = \"can=1\"", "must be a letter and up to 14 letters, digits and _"},
-           {"name = \"machine\"\n", "", "key 'bus[1].name' is missing"},
-           {"name = \"valves\"\n", "", "key 'bus[0].name' is missing"},
-           {"bit_rate_kbps = 250", "bit_rate_kbps = 251", "must be one of CANopen's"},
-           {"bit_rate_kbps = 250", "bit_rate_kbps = 250\nsync_Hz = 100", "key 'bus[1].sync_Hz' = 100: unknown key"},
-           {"bit_rate_kbps = 250", "bit_rate_kbps = 250\nforeign_load_percent = -1", "must be within [0, 60]"},
-           {"id = 0x18FF2021", "id = 0x18FF1021", "is taken by 'front_angle'"},
-           {"name = \"pressure_1\"", "name = \"front_angle\"", "is the name of another frame"},
-           {"id = 0x190", "id = 0x601", "has 0x601, the identifier of SDO requests"},
-           {"[[bus.broadcast]]", "[[bus.node]]\nname = \"x\"\n[[bus.broadcast]]",
-            "must be of the first [[bus]]: all nodes are on one"},
-           {"[[bus]]\nname = \"machine\"",
-            "[[bus]]\nname = \"third\"\nbit_rate_kbps = 125\n[[bus]]\nname = \"machine\"",
-            "key 'bus' = an array of 3 tables: must be two at most"},
-       }) {
-    const std::string said = test::refusal([&] { (void)parsed(changed(c.from, c.to)); });
-    EXPECT_NE(said.find(c.said), std::string::npos) << c.to << ": " << said;
-    EXPECT_EQ(said.find('\n'), std::string::npos);
-  }
+  test::expect_refused(
+      {
+          {"name = \"machine\"", "name = \"valves\"", "key 'bus[1].name' = 'valves': is the name of the other bus"},
+          {"name = \"machine\"", "name = \"can=1\"", "must be a letter and up to 14 letters, digits and _"},
+          {"name = \"machine\"\n", "", "key 'bus[1].name' is missing"},
+          {"name = \"valves\"\n", "", "key 'bus[0].name' is missing"},
+          {"bit_rate_kbps = 250", "bit_rate_kbps = 251", "must be one of CANopen's"},
+          {"bit_rate_kbps = 250", "bit_rate_kbps = 250\nsync_Hz = 100", "key 'bus[1].sync_Hz' = 100: unknown key"},
+          {"bit_rate_kbps = 250", "bit_rate_kbps = 250\nforeign_load_percent = -1", "must be within [0, 60]"},
+          {"id = 0x18FF2021", "id = 0x18FF1021", "is taken by 'front_angle'"},
+          {"name = \"pressure_1\"", "name = \"front_angle\"", "is the name of another frame"},
+          {"id = 0x190", "id = 0x601", "has 0x601, the identifier of SDO requests"},
+          {"[[bus.broadcast]]", "[[bus.node]]\nname = \"x\"\n[[bus.broadcast]]",
+           "must be of the first [[bus]]: all nodes are on one"},
+          {"[[bus]]\nname = \"machine\"", "[[bus]]\nname = \"third\"\nbit_rate_kbps = 125\n[[bus]]\nname = \"machine\"",
+           "key 'bus' = an array of 3 tables: must be two at most"},
+      },
+      [](const auto& from, const auto& to) { (void)parsed(changed(from, to)); });
   const std::string empty = test::broadcast_text() + "\n";
-  const std::string said = test::refusal([&] {
-    (void)parsed(changed("\n[bus]", "\n[[bus]]\nname = \"valves\"", empty) +
-                 "[[bus]]\nname = \"machine\"\nbit_rate_kbps = 250\n");
-  });
-  EXPECT_NE(said.find("must have a [[bus.broadcast]] or a [[bus.command]]"), std::string::npos) << said;
+  const std::string said = test::machine_refusal(changed("\n[bus]", "\n[[bus]]\nname = \"valves\"", empty) +
+                                                 "[[bus]]\nname = \"machine\"\nbit_rate_kbps = 250\n");
+  EXPECT_TRUE(test::says(said, "must have a [[bus.broadcast]] or a [[bus.command]]"));
 }
 
 TEST(TwoBusesFile, OneInDoubleBracketsIsOne) {

@@ -5,7 +5,7 @@
 
 #include "machine/set_points.h"
 #include "tests/support/j1939_machine.h"
-#include "tests/support/refusal.h"
+#include "tests/support/refused_changes.h"
 #include "tests/support/two_buses.h"
 
 namespace knuckle {
@@ -47,24 +47,19 @@ TEST(ValveCommandFile, AWayThatIsNoneIsNoNeutral) {
 }
 
 TEST(ValveCommandFile, WhatCannotBeIsRefusedInOneLine) {
-  struct Case {
-    const char *from, *to, *said;
-  };
-  for (const Case& c : {
-           Case{"iso11783_valve = 3", "iso11783_valve = 16", "must be a whole number within [0, 15]"},
-           {"iso11783_valve = 3", "iso11783_valve = 0", "is taken by 'iso11783_valve_0'"},
-           {"joint = \"arm\"", "joint = \"boom\"", "moves the boom as boom_flow of 'iso11783_valve_3' does"},
-           {"retract = 80", "", "bus.command[0].retract' is missing"},
-           {"retract = 80", "retract = 80.1", "cannot be said by these bits: nearest is 80"},
-           {"retract = 80", "retract = 102", "must be within [40, 100]"},
-           {"retract = 80", "retract = 20", "must be within [40, 100]"},
-           {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
-           {"reversed = true", "reversed = true\nsend = \"always\"", "send"},
-       }) {
-    const std::string line = test::refusal([&] { (void)parse_machine(test::valves_text(c.from, c.to), "m.toml"); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
-    EXPECT_EQ(line.rfind("m.toml:", 0), 0U) << line;
-  }
+  test::expect_refused(
+      {
+          {"iso11783_valve = 3", "iso11783_valve = 16", "must be a whole number within [0, 15]"},
+          {"iso11783_valve = 3", "iso11783_valve = 0", "is taken by 'iso11783_valve_0'"},
+          {"joint = \"arm\"", "joint = \"boom\"", "moves the boom as boom_flow of 'iso11783_valve_3' does"},
+          {"retract = 80", "", "bus.command[0].retract' is missing"},
+          {"retract = 80", "retract = 80.1", "cannot be said by these bits: nearest is 80"},
+          {"retract = 80", "retract = 102", "must be within [40, 100]"},
+          {"retract = 80", "retract = 20", "must be within [40, 100]"},
+          {"period_ms = 10", "period_ms = 30", "must be at most 25, half of bus.valve_watchdog_ms"},
+          {"reversed = true", "reversed = true\nsend = \"always\"", "send"},
+      },
+      [](const auto& from, const auto& to) { (void)parse_machine(test::valves_text(from, to), "m.toml"); });
   const std::string second = R"(
 [[bus.broadcast]]
 name = "valve_of_another"
@@ -74,38 +69,30 @@ period_ms = 100
 [bus.broadcast.signals]
 fuel_level = { start = 0, bits = 8, scale = 0.4, unit = "%" }
 )";
-  const std::string taken = test::refusal(
-      [&] { (void)parse_machine(test::valves_text("[[bus.command]]", second + "[[bus.command]]"), "m.toml"); });
-  EXPECT_NE(taken.find("is taken by 'valve_of_another'"), std::string::npos)
-      << "whatever priority and source: " << taken;
-  const std::string nobody = test::refusal([&] { (void)parse_machine(test::valves_text("", "", ""), "m.toml"); });
-  EXPECT_NE(nobody.find("needs bus.j1939_address"), std::string::npos) << nobody;
+  const std::string taken = test::machine_refusal(test::valves_text("[[bus.command]]", second + "[[bus.command]]"));
+  EXPECT_TRUE(test::says(taken, "is taken by 'valve_of_another'")) << "whatever priority and source";
+  EXPECT_TRUE(test::says(test::machine_refusal(test::valves_text("", "", "")), "needs bus.j1939_address"));
 }
 
 TEST(DirectionFile, WhatCannotBeIsRefusedInOneLine) {
-  struct Case {
-    const char *from, *to, *said;
-  };
-  const std::string of_valve = "id = 0x0CFE3205\nbytes = 6";
-  for (const Case& c : {
-           Case{"start = 10, bits = 2", "start = 8, bits = 2", "has bits of its own direction"},
-           {"start = 10, bits = 2", "start = 16, bits = 2", "has bits of arm"},
-           {"start = 10, bits = 2", "start = 10, bits = 9", "must be at most 8 of an unsigned"},
-           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 1, retract = 1 }",
-            "must not be that of neutral or extend"},
-           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 1, extend = 1, retract = 2 }",
-            "must not be that of neutral"},
-           {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 4, retract = 2 }",
-            "must be a whole number within [0, 3]"},
-           {"neutral = 0, extend = 1, retract = 2 }", "extend = 1, retract = 2 }", "direction.neutral' is missing"},
-           {"extend = 100, retract = 100, direction", "extend = 100, direction", "needs extend and retract"},
-           {"neutral = 0, extend = 100, retract = 100", "neutral = 50, extend = 100, retract = 0",
-            "must be on the same side of neutral as extend"},
-           {"id = 0x18FF0505\nbytes = 6", of_valve.c_str(), "can let the valve float"},
-       }) {
-    const std::string line = test::refusal([&] { (void)test::command_machine(test::kFlowCommands, c.from, c.to); });
-    EXPECT_NE(line.find(c.said), std::string::npos) << c.to << ": " << line;
-  }
+  test::expect_refused(
+      {
+          {"start = 10, bits = 2", "start = 8, bits = 2", "has bits of its own direction"},
+          {"start = 10, bits = 2", "start = 16, bits = 2", "has bits of arm"},
+          {"start = 10, bits = 2", "start = 10, bits = 9", "must be at most 8 of an unsigned"},
+          {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 1, retract = 1 }",
+           "must not be that of neutral or extend"},
+          {"neutral = 0, extend = 1, retract = 2 }", "neutral = 1, extend = 1, retract = 2 }",
+           "must not be that of neutral"},
+          {"neutral = 0, extend = 1, retract = 2 }", "neutral = 0, extend = 4, retract = 2 }",
+           "must be a whole number within [0, 3]"},
+          {"neutral = 0, extend = 1, retract = 2 }", "extend = 1, retract = 2 }", "direction.neutral' is missing"},
+          {"extend = 100, retract = 100, direction", "extend = 100, direction", "needs extend and retract"},
+          {"neutral = 0, extend = 100, retract = 100", "neutral = 50, extend = 100, retract = 0",
+           "must be on the same side of neutral as extend"},
+          {"id = 0x18FF0505\nbytes = 6", "id = 0x0CFE3205\nbytes = 6", "can let the valve float"},
+      },
+      [](const auto& from, const auto& to) { (void)test::command_machine(test::kFlowCommands, from, to); });
 }
 
 /// In a command of an auxiliary valve that is written out.
@@ -115,7 +102,7 @@ TEST(DirectionFile, FloatIsRefusedWhereverItCouldBeSaid) {
         "[[bus.command]]\nname = \"valve\"\nid = 0x0CFE3105\nbytes = 8\nperiod_ms = 10\nsend = "
         "\"always\"\n[bus.command.fields]\n" +
         field + "\n" + constant + "\n";
-    return test::refusal([&] { (void)parse_machine(test::command_text(valve), "m.toml"); });
+    return test::machine_refusal(test::command_text(valve));
   };
   const auto flow = [](const std::string& direction) {
     return "boom = { start = 0, bits = 8, scale = 0.4, unit = \"%\", joint = \"boom\", neutral = 0, extend = 100, "
@@ -125,18 +112,17 @@ TEST(DirectionFile, FloatIsRefusedWhereverItCouldBeSaid) {
   const std::string good = flow("start = 16, bits = 4, neutral = 0, extend = 1, retract = 2"),
                     reserved = "rest = { start = 20, bits = 2, neutral = 3 }";
   const char* const floats = "can let the valve float: state 3 of ISO 11783-7";
-  EXPECT_EQ(line_of(good, reserved).find(floats), std::string::npos) << "only that the others are missing";
+  EXPECT_FALSE(test::says(line_of(good, reserved), floats)) << "only that the others are missing";
   for (const char* direction : {"start = 16, bits = 4, neutral = 3, extend = 1, retract = 2",
                                 "start = 16, bits = 4, neutral = 0, extend = 3, retract = 2",
                                 "start = 16, bits = 4, neutral = 0, extend = 1, retract = 3",
                                 "start = 17, bits = 2, neutral = 0, extend = 1, retract = 2"})
-    EXPECT_NE(line_of(flow(direction), reserved).find(floats), std::string::npos) << direction;
+    EXPECT_TRUE(test::says(line_of(flow(direction), reserved), floats)) << direction;
   const std::string elsewhere = flow("start = 40, bits = 4, neutral = 0, extend = 1, retract = 2");
-  EXPECT_NE(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 3 }").find(floats), std::string::npos);
-  EXPECT_NE(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0, led = 3 }").find(floats),
-            std::string::npos);
-  EXPECT_EQ(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0 }").find(floats), std::string::npos);
-  EXPECT_NE(line_of(elsewhere, "[bus.command.counter]\nstart = 16\nbits = 4").find(floats), std::string::npos);
+  EXPECT_TRUE(test::says(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 3 }"), floats));
+  EXPECT_TRUE(test::says(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0, led = 3 }"), floats));
+  EXPECT_FALSE(test::says(line_of(elsewhere, "state = { start = 16, bits = 4, neutral = 0 }"), floats));
+  EXPECT_TRUE(test::says(line_of(elsewhere, "[bus.command.counter]\nstart = 16\nbits = 4"), floats));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST(ControlInput, TheEndOfALineThatIsTooLongIsNoLine) {
     for (const std::string& line : input.lines()) lines.push_back(line);
   }
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_FALSE(says(lines[0], "release"));
+  EXPECT_FALSE(test::says(lines[0], "release"));
   EXPECT_EQ(lines[1], "grant");
 }
 

@@ -128,7 +128,7 @@ TEST(DeviceProgramThreads, ItsOperatorActsOnWhatTheScreenShowsAndTheProgramEndsW
   ASSERT_EQ(rig.outcome.phases.size(), 2u);
   EXPECT_EQ(rig.outcome.phases[1].name, "let_go");
   EXPECT_FALSE(rig.outcome.phases[0].timed_out);
-  EXPECT_TRUE(says(rig.told.str(), "operator: engage"));
+  EXPECT_TRUE(test::says(rig.told.str(), "operator: engage"));
 }
 
 TEST(DeviceProgramThreads, BreaksWhatItWasAskedToAndTellsWhenTheDeviceTakesItsTorqueAway) {

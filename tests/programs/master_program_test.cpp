@@ -173,7 +173,7 @@ TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds)
   for (const char* column :
        {"time_s,device_ok,presence,enable,clutch,stop", "forearm_rad,wrist_rad,finger_rad", "setpoint_boom_rad",
         "sent_force_x_N", "round_trip_s", "mode", "tip_force_z_N", "confidence"}) {
-    EXPECT_TRUE(says(header, column));
+    EXPECT_TRUE(test::says(header, column));
   }
   const auto columns = std::count(header.begin(), header.end(), ',');
   double before_s = -1;

@@ -64,8 +64,8 @@ TEST(CommandLine, RunsTheDismantlingSessionWithoutOptions) {
 }
 
 TEST(CommandLine, HelpAndVersionAreTextNotErrors) {
-  EXPECT_TRUE(says(printed({"--help"}), "simulate"));
-  EXPECT_TRUE(says(printed({"simulate", "--help"}), "--delay-ms"));
+  EXPECT_TRUE(test::says(printed({"--help"}), "simulate"));
+  EXPECT_TRUE(test::says(printed({"simulate", "--help"}), "--delay-ms"));
   EXPECT_EQ(printed({"--version"}).rfind("knuckle ", 0), 0u);
 }
 
@@ -112,8 +112,8 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
   for (const BadInput& bad : table) {
     const std::string message = refusal(bad.arguments);
     EXPECT_NE(message, "accepted") << bad.arguments[0];
-    EXPECT_FALSE(says(message, "\n"));
-    for (const std::string& word : bad.named) EXPECT_TRUE(says(message, word)) << " lacks ";
+    EXPECT_FALSE(test::says(message, "\n"));
+    for (const std::string& word : bad.named) EXPECT_TRUE(test::says(message, word)) << " lacks ";
   }
 }
 
@@ -167,7 +167,7 @@ TEST(CommandLine, TheDeviceIsRefusedWhatItCannotDo) {
   EXPECT_EQ(program_refusal(with(null, {"--operator", "strong"})),
             "--operator strong: must be one of relaxed, normal, co_contracted, light_grip");
   EXPECT_EQ(program_refusal(null), "--gadget /dev/null: is a device of the class mem, not of a HID gadget (hidg)");
-  EXPECT_TRUE(says(program_refusal({"device", "--descriptor", "r.toml"}), "configuration file"));
+  EXPECT_TRUE(test::says(program_refusal({"device", "--descriptor", "r.toml"}), "configuration file"));
   for (const std::string option : {"--gadget", "--csv", "--json"})
     EXPECT_EQ(program_refusal({"device", "--descriptor", "r.bin", option, "x"}),
               option + " x: does not go with --descriptor, which only writes that");
@@ -191,8 +191,8 @@ TEST(CommandLine, TheMachinesSideTakesExactlyOneBusAndNothingInVain) {
   for (const BadInput& bad : table) {
     const std::string message =
         program_refusal(with({"slave", "--listen", "127.0.0.1:0", "--insecure", "--duration", "1"}, bad.arguments));
-    EXPECT_FALSE(says(message, "\n"));
-    EXPECT_TRUE(says(message, bad.named[0]));
+    EXPECT_FALSE(test::says(message, "\n"));
+    EXPECT_TRUE(test::says(message, bad.named[0]));
   }
 }
 

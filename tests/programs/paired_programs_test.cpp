@@ -113,12 +113,12 @@ TEST_F(PairedProgramsThreads, TwoComputersArePairedByTheSameCode) {
   EXPECT_EQ(asking.exit_code, 0) << asking.err;
   EXPECT_EQ(line_with(machine.out, "code: ").size(), 6 + 29U) << machine.out;
   EXPECT_EQ(line_with(machine.out, "code: "), line_with(asking.out, "code: "));
-  EXPECT_TRUE(says(machine.out, "paired with desk 1"));
+  EXPECT_TRUE(test::says(machine.out, "paired with desk 1"));
   EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).name, "my arm");
   EXPECT_EQ(pairing::KeyFolder(keys("desk")).peers().at(0).fingerprint,
             pairing::KeyFolder(keys("machine")).identity().fingerprint());
   const ProgramRun list = run_program(test::program("knuckle"), {"pair", "--keys", keys("machine")});
-  EXPECT_TRUE(says(list.out, "paired with: desk 1 ("));
+  EXPECT_TRUE(test::says(list.out, "paired with: desk 1 ("));
 }
 
 /// What two people type, one at each computer that is about to be paired.
@@ -139,24 +139,24 @@ struct PairingDialogueThreads : PairedProgramsThreads {
 TEST_F(PairingDialogueThreads, NobodyIsPairedWhereOneOfTheTwoSaysNo) {
   type("yes\n", "no\n");
   EXPECT_EQ(machine.exit_code, 1);
-  EXPECT_TRUE(says(machine.err, "not paired: the other computer has not confirmed the code"));
+  EXPECT_TRUE(test::says(machine.err, "not paired: the other computer has not confirmed the code"));
   EXPECT_EQ(desk.exit_code, 1);
-  EXPECT_TRUE(says(desk.err, "not paired: you answered no"));
+  EXPECT_TRUE(test::says(desk.err, "not paired: you answered no"));
   expect_nobody_paired();
   type("", "yes\n");
   EXPECT_EQ(desk.exit_code, 1);
-  EXPECT_TRUE(says(machine.err, "not paired: standard input ended without an answer"));
+  EXPECT_TRUE(test::says(machine.err, "not paired: standard input ended without an answer"));
   expect_nobody_paired();
   type("no\n", "", "--code AAAA-AAAA-AAAA-AAAA-AAAA-AAAA");
   EXPECT_EQ(desk.exit_code, 1);
-  EXPECT_TRUE(says(desk.err, "not paired"));
+  EXPECT_TRUE(test::says(desk.err, "not paired"));
   expect_nobody_paired();
 }
 
 TEST_F(PairingDialogueThreads, WhatIsNeitherYesNorNoIsAskedAgain) {
   type("maybe\nYES\r\n", "Y");
   EXPECT_EQ(machine.exit_code, 0) << machine.err;
-  EXPECT_TRUE(says(machine.out, "Type yes or no: "));
+  EXPECT_TRUE(test::says(machine.out, "Type yes or no: "));
   EXPECT_EQ(desk.exit_code, 0) << desk.err;
 }
 
@@ -167,8 +167,8 @@ TEST_F(PairingDialogueThreads, ANameThatIsTakenIsToldBeforeAnybodyIsAsked) {
   });
   type("yes\n", "yes\n");
   EXPECT_EQ(machine.exit_code, 2);
-  EXPECT_TRUE(says(machine.err, "--as desk 1: another far end has this name in "));
-  EXPECT_FALSE(says(machine.out, "[yes/no]"));
+  EXPECT_TRUE(test::says(machine.err, "--as desk 1: another far end has this name in "));
+  EXPECT_FALSE(test::says(machine.out, "[yes/no]"));
   EXPECT_EQ(desk.exit_code, 1);
 }
 
@@ -177,7 +177,7 @@ TEST_F(PairingDialogueThreads, NoComputerIsPairedWithItself) {
   type("yes\n", "yes\n", "", "machine");
   for (const ProgramRun& run : {machine, desk}) {
     EXPECT_EQ(run.exit_code, 2);
-    EXPECT_TRUE(says(run.err, "the other computer shows this computer's own key"));
+    EXPECT_TRUE(test::says(run.err, "the other computer shows this computer's own key"));
   }
 }
 
@@ -194,7 +194,7 @@ TEST_F(PairingDialogueThreads, ACodeThatAFirstRunShowedPairsWithoutAQuestionInTh
 TEST_F(PairingDialogueThreads, NobodyIsAskedForACodeThatCannotBeShown) {
   const ProgramRun blind = run_program("/bin/sh", side("yes\n", "machine", "--listen " + address + " >&-"));
   EXPECT_EQ(blind.exit_code, 2);
-  EXPECT_TRUE(says(blind.err, "nobody would see the code"));
+  EXPECT_TRUE(test::says(blind.err, "nobody would see the code"));
 }
 
 TEST_F(PairingDialogueThreads, OnlyKnucklePairAnswersKnucklePair) {
@@ -205,7 +205,7 @@ TEST_F(PairingDialogueThreads, OnlyKnucklePairAnswersKnucklePair) {
   EXPECT_TRUE(eventually([&] { return content(said).find("knuckle slave runs there") != std::string::npos; }))
       << content(said);
   ASSERT_TRUE(notes("refused"));
-  EXPECT_TRUE(says(noted("refused")[0].dump(), "the far end runs knuckle pair"));
+  EXPECT_TRUE(test::says(noted("refused")[0].dump(), "the far end runs knuckle pair"));
 }
 
 TEST_F(PairedProgramsThreads, EitherComputerMayListenAndTheMachinesSaysWhoObservesOnly) {
@@ -213,7 +213,7 @@ TEST_F(PairedProgramsThreads, EitherComputerMayListenAndTheMachinesSaysWhoObserv
   const ProgramRun machine = run_program("/bin/sh", side("yes\n", "machine", "--observer --connect " + address));
   EXPECT_EQ(listening.wait().exit_code, 0);
   EXPECT_EQ(machine.exit_code, 0) << machine.err;
-  EXPECT_TRUE(says(machine.out, "which may observe a machine here, not control it"));
+  EXPECT_TRUE(test::says(machine.out, "which may observe a machine here, not control it"));
   EXPECT_TRUE(pairing::KeyFolder(keys("machine")).peers().at(0).observer);
 }
 
@@ -230,7 +230,7 @@ TEST_F(PairedProgramsThreads, CtrlCEndsTheQuestionForTheCode) {
   ASSERT_TRUE(listening.ends_within(kPatience));
   const ProgramRun ended = listening.wait();
   EXPECT_EQ(ended.exit_code, 130);
-  EXPECT_TRUE(says(ended.err, "interrupted; not paired"));
+  EXPECT_TRUE(test::says(ended.err, "interrupted; not paired"));
 }
 
 TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
@@ -253,16 +253,16 @@ TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
             secure::hex(pairing::KeyFolder(keys("desk 1")).identity().fingerprint()));
   const ProgramRun checked = run_program(test::program("knuckle"), {"audit", trail});
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
-  EXPECT_TRUE(says(checked.out, " control_taken: name=desk 1, fingerprint="));
+  EXPECT_TRUE(test::says(checked.out, " control_taken: name=desk 1, fingerprint="));
   EXPECT_EQ(run_program("/bin/sh", {"-c", test::program("knuckle") + " audit " + trail + " > /dev/full"}).exit_code, 2);
   std::string text = content(trail + "/audit-000001.jsonl");
   std::ofstream(trail + "/audit-000001.jsonl") << text.replace(text.find("desk 1"), 6, "desk 9");
   const ProgramRun broken = run_program(test::program("knuckle"), {"audit", "--quiet", trail});
   EXPECT_EQ(broken.exit_code, 1);
-  EXPECT_TRUE(says(broken.err, "BROKEN: " + trail + "/audit-000001.jsonl:"));
+  EXPECT_TRUE(test::says(broken.err, "BROKEN: " + trail + "/audit-000001.jsonl:"));
   const ProgramRun warned = run_program(test::program("knuckle"), slave({"--duration", "0.2"}));
   EXPECT_EQ(warned.exit_code, 0) << warned.err;
-  EXPECT_TRUE(says(warned.err, "is BROKEN: " + trail + "/audit-000001.jsonl:"));
+  EXPECT_TRUE(test::says(warned.err, "is BROKEN: " + trail + "/audit-000001.jsonl:"));
 }
 
 TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
@@ -276,7 +276,7 @@ TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
   EXPECT_TRUE(notes("pairings_changed"));
   ASSERT_TRUE(notes("refused"));
   desk.signal(SIGTERM);
-  EXPECT_TRUE(says(desk.wait().err, "has revoked this computer's pairing"));
+  EXPECT_TRUE(test::says(desk.wait().err, "has revoked this computer's pairing"));
 }
 
 TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
@@ -304,7 +304,7 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   EXPECT_TRUE(eventually([&] {
     return content(heard).find("this computer has no control: desk 1 has it\n") != std::string::npos;
   })) << content(heard);
-  EXPECT_FALSE(says(content(heard), "link connected")) << "it has a session for the answer only";
+  EXPECT_FALSE(test::says(content(heard), "link connected")) << "it has a session for the answer only";
   ASSERT_TRUE(eventually([&] {
     typed << "grant" << std::endl;
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -315,10 +315,10 @@ TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
   EXPECT_EQ(noted("control_taken")[1]["name"], "desk 2");
   first.signal(SIGTERM);
   const std::string told = first.wait().err;
-  EXPECT_TRUE(says(told, "desk 2 ("));
-  EXPECT_TRUE(says(told, "asks for control"));
-  EXPECT_TRUE(says(told, "control granted to desk 2"));
-  EXPECT_TRUE(says(told, "home on two: the machine does not offer it"));
+  EXPECT_TRUE(test::says(told, "desk 2 ("));
+  EXPECT_TRUE(test::says(told, "asks for control"));
+  EXPECT_TRUE(test::says(told, "control granted to desk 2"));
+  EXPECT_TRUE(test::says(told, "home on two: the machine does not offer it"));
 }
 
 TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
@@ -339,7 +339,7 @@ TEST_F(PairedProgramsThreads, AnObserverSeesTheMachineBesideTheOperator) {
   EXPECT_TRUE(notes("observer_gone"));
   EXPECT_EQ(noted("control_taken").size(), 1U);
   const ProgramRun leads = run_program(test::program("knuckle"), master("wall", {"--duration", "2"}));
-  EXPECT_TRUE(says(leads.err, "lets this computer observe only"));
+  EXPECT_TRUE(test::says(leads.err, "lets this computer observe only"));
 }
 
 TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
@@ -349,8 +349,8 @@ TEST_F(PairedProgramsThreads, AnObserverThatDialsSaysWhereAndByWhichPath) {
       test::program("knuckle"),
       observer("wall", {"--dial", "127.0.0.1:9", "--peer", "site arm", "--duration", "0.2", "--json", result}));
   EXPECT_EQ(wall.exit_code, 1) << wall.err;
-  EXPECT_TRUE(says(wall.err, "the machine was not heard at any time"));
-  EXPECT_TRUE(says(wall.err, "observing 127.0.0.1:9: nothing is controlled from here"));
+  EXPECT_TRUE(test::says(wall.err, "the machine was not heard at any time"));
+  EXPECT_TRUE(test::says(wall.err, "observing 127.0.0.1:9: nothing is controlled from here"));
   const Json observed = Json::parse(content(result));
   EXPECT_TRUE(observed.at("connect").is_null());
   EXPECT_TRUE(observed.at("path").at("pairs").empty());
@@ -364,7 +364,7 @@ TEST_F(PairedProgramsThreads, ASecondMachineProgramIsNotLetIntoTheSameTrail) {
   const ProgramRun second = run_program(test::program("knuckle"),
                                         {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
   EXPECT_EQ(second.exit_code, 2);
-  EXPECT_TRUE(says(second.err, "another program writes its audit trail there"));
+  EXPECT_TRUE(test::says(second.err, "another program writes its audit trail there"));
 }
 
 TEST_F(PairedProgramsThreads, PicturesAreSealedWithTheSessionAndForTheCameraOfThatNameAlone) {

@@ -42,7 +42,7 @@ TEST(ProgramConsole, WritesNoControlCharactersOfOthers) {
   }
   for (const char* shown :
        {"desk\\x1b[2J has control\n", "desk\\x07 asks\\x0afor control\n", "led by desk\\x1b]0;owned\\x07"})
-    EXPECT_TRUE(says(out.str(), shown));
+    EXPECT_TRUE(test::says(out.str(), shown));
 }
 
 /// A far end that toggles its mode at every step, for a minute.
@@ -68,9 +68,9 @@ TEST(ProgramConsole, AFloodOfEventsIsToldInPartAndCountedInFull) {
     }
   }
   EXPECT_EQ(told, 6 * ProgramConsole::kMostEvents + 1) << "and the first fault in the middle of it";
-  EXPECT_TRUE(says(out.str(), "33.000 s: fault link_lost (203 ms)"));
+  EXPECT_TRUE(test::says(out.str(), "33.000 s: fault link_lost (203 ms)"));
   EXPECT_EQ(told + counted, 60 * 200 + 1) << "none is missing in the count";
-  EXPECT_TRUE(says(out.str(), " more events in the last 10.0 s"));
+  EXPECT_TRUE(test::says(out.str(), " more events in the last 10.0 s"));
 }
 
 TEST(ProgramConsole, TellsHowManyWereLeftOutOnceTheFloodIsOver) {
@@ -78,9 +78,9 @@ TEST(ProgramConsole, TellsHowManyWereLeftOutOnceTheFloodIsOver) {
   ProgramConsole console("p", out, false);
   for (int i = 0; i < 100; ++i) console.event(Time(1s), "contact");
   console.tend(Time(2s));
-  EXPECT_FALSE(says(out.str(), "more events"));
+  EXPECT_FALSE(test::says(out.str(), "more events"));
   console.tend(Time(12s));
-  EXPECT_TRUE(says(out.str(), "p: 11.000 s: ... and 80 more events in the last 10.0 s"));
+  EXPECT_TRUE(test::says(out.str(), "p: 11.000 s: ... and 80 more events in the last 10.0 s"));
 }
 
 TEST(ProgramConsole, KeepsItsStatusInOneLineOfTheTerminal) {
@@ -89,7 +89,7 @@ TEST(ProgramConsole, KeepsItsStatusInOneLineOfTheTerminal) {
   console.status(Time(2s), {"aligning", std::string(200, 'x'), "round trip 12 ms"});
   EXPECT_LE(out.str().size(), 79U) << "or the terminal breaks it, and the next one does not take it back";
   EXPECT_EQ(out.str().rfind("knuckle slave: aligning | xxx", 0), 0U) << out.str();
-  EXPECT_TRUE(says(out.str(), "x... | round trip 12 ms"));
+  EXPECT_TRUE(test::says(out.str(), "x... | round trip 12 ms"));
 }
 
 TEST(FittedLine, CutsNoCharacterInTwoAndLeavesWhatFits) {

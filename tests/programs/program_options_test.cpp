@@ -26,7 +26,7 @@ TEST(ProgramOptions, EveryCounterOfACanInterfaceIsInTheResultByTheNameThatItsDoc
   EXPECT_EQ(json.at("receive_errors"), counters.receive_errors);
   std::ifstream file(test::source_dir() + "/docs/can-bus.md");
   const std::string document{std::istreambuf_iterator<char>(file), {}};
-  for (const auto& [key, value] : json.items()) EXPECT_TRUE(says(document, "`" + key + "`")) << key;
+  for (const auto& [key, value] : json.items()) EXPECT_TRUE(test::says(document, "`" + key + "`")) << key;
 }
 
 TEST(ProgramOptions, OtherOutputsAreKeptWhereTheDiskRefusesOne) {

@@ -103,8 +103,8 @@ TEST_F(ProgramStopThreads, MakesTheMachineNeutralWhileNobodyReadsItsTable) {
   expect_neutral_at_the_end(contents("bus.log"));
   EXPECT_EQ(result().at("stop").at("confirmed"), true);
   EXPECT_GT(result().at("records_lost"), 0);
-  EXPECT_TRUE(
-      says(run.err, "--csv -: " + std::to_string(result().at("records_lost").get<int>()) + " records are missing"));
+  EXPECT_TRUE(test::says(
+      run.err, "--csv -: " + std::to_string(result().at("records_lost").get<int>()) + " records are missing"));
 }
 
 TEST_F(ProgramStopThreads, EndsAlsoWhereNobodyReadsItsResult) {
@@ -122,7 +122,7 @@ TEST_F(ProgramStopThreads, EndsAlsoWhereNobodyReadsItsResult) {
   ASSERT_TRUE(program.ends_within(kHangs));
   const ProgramRun run = program.wait();
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_TRUE(says(run.err, "--json -: cannot be written: no reader took it in time"));
+  EXPECT_TRUE(test::says(run.err, "--json -: cannot be written: no reader took it in time"));
 }
 
 TEST_F(ProgramStopThreads, TheOperatorsSideEndsWhileNobodyReadsWhatItSaysAndWrites) {
@@ -182,7 +182,7 @@ TEST_F(ProgramStopThreads, AClosedStandardErrorDoesNotBecomeAnOutput) {
                                         path("run.json") + " 0<&- 1>&- 2>&-"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(contents("run.csv").rfind("time_s,", 0), 0U);
-  EXPECT_FALSE(says(contents("run.csv"), "knuckle"));
+  EXPECT_FALSE(test::says(contents("run.csv"), "knuckle"));
   EXPECT_GT(result().at("lines_lost"), 0);
 }
 
@@ -191,7 +191,7 @@ TEST_F(ProgramStopThreads, AnOperatorsSideWhoseDeviceNeverCameHasFailed) {
       test::program("knuckle"), {"master", "--machine", "solar015", "--device", "hid", "--serial", "no such device",
                                  "--connect", address_, "--insecure", "--duration", "0.5", "--json", path("run.json")});
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_TRUE(says(run.err, "--device hid: no haptic device was ready at any time: "));
+  EXPECT_TRUE(test::says(run.err, "--device hid: no haptic device was ready at any time: "));
   EXPECT_EQ(result().at("schema"), "knuckle-master/2") << "what happened is written all the same";
 }
 

@@ -170,7 +170,7 @@ TEST(ProgramThreads, RecordsHoldEveryFrameAndEveryMeasurement) {
   EXPECT_TRUE(site.candump.says(" can7 1A0#")) << "what it heard";
   const std::string csv = site.csv.text();
   EXPECT_EQ(csv.rfind("time_s,mode,", 0), 0U);
-  EXPECT_TRUE(says(csv, ",ready,"));
+  EXPECT_TRUE(test::says(csv, ",ready,"));
   const std::string truth = site.truth.text();
   EXPECT_GT(std::count(truth.begin(), truth.end(), '\n'), 10);
   EXPECT_EQ(site.node.records_lost, 0U);

@@ -188,7 +188,7 @@ TEST(CanOpening, TheMachinesSideWaitsUntilItIsAskedToEndSaysForWhatAndLeavesARes
   EXPECT_TRUE(run.err.empty() || run.err.find("waiting for CAN interface nosuch7: no such interface") == 15U)
       << run.err;
   const std::string result = test::content(folder.file("result.json"));
-  EXPECT_TRUE(says(result, "\"ran_s\": 0.0"));
+  EXPECT_TRUE(test::says(result, "\"ran_s\": 0.0"));
 }
 
 TEST(CanOpening, OutputsThatCannotBeWrittenAreRefusedBeforeItWaits) {
@@ -199,7 +199,7 @@ TEST(CanOpening, OutputsThatCannotBeWrittenAreRefusedBeforeItWaits) {
   program.signal(SIGINT);
   const test::ProgramRun run = program.wait();
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_TRUE(says(run.err, "--csv"));
+  EXPECT_TRUE(test::says(run.err, "--csv"));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
       });
   const std::string summary = testing::internal::GetCapturedStdout();
   EXPECT_EQ(code, 1);
-  EXPECT_TRUE(says(summary, "[hold_error_N]\nNOT passed"));
+  EXPECT_TRUE(test::says(summary, "[hold_error_N]\nNOT passed"));
   EXPECT_EQ(folder.count(), 3);
   EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
 }
@@ -54,7 +54,7 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
   testing::internal::CaptureStdout();
   EXPECT_EQ(test::refusal([&] { return simulate_command(options, "", cut); }),
             "--log " + options.log + ": No space left on device");
-  EXPECT_TRUE(says(testing::internal::GetCapturedStdout(), "hold_error_N"));
+  EXPECT_TRUE(test::says(testing::internal::GetCapturedStdout(), "hold_error_N"));
   EXPECT_EQ(folder.count(), 1) << "the table";
 }
 
@@ -151,7 +151,7 @@ TEST(SimulateCommand, CtrlCNamesTheFlightRecordsThatWereWritten) {
   ASSERT_TRUE(std::filesystem::exists(options.flights));
   std::size_t named = 0;
   for (const auto& entry : std::filesystem::directory_iterator(options.flights)) {
-    EXPECT_TRUE(says(said, "flight record: " + entry.path().string() + "; "));
+    EXPECT_TRUE(test::says(said, "flight record: " + entry.path().string() + "; "));
     ++named;
   }
   EXPECT_GE(named, 1U);

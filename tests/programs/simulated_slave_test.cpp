@@ -38,7 +38,7 @@ TEST(SimulatedSlaveThreads, RunsWithoutAnyInterfaceRecordsItsBusAndSaysThatItIsS
   const ProgramRun run = program.wait();
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(lines_with(run.err, "SIMULATED"), 1) << run.err;
-  EXPECT_TRUE(says(run.err, "stopped: valves disabled, pilot pressure off"));
+  EXPECT_TRUE(test::says(run.err, "stopped: valves disabled, pilot pressure off"));
   const std::string bus = content(folder.file("bus.log"));
   EXPECT_GT(lines_with(bus, " 080#"), 20) << "SYNC";
   EXPECT_GT(lines_with(bus, " 190#"), 5) << "process data of the boom's valve";

@@ -39,7 +39,7 @@ TEST(SlaveCameraOptions, GiveEachCameraAPortOfItsOwn) {
 }
 
 TEST(SlaveCameraOptions, SendNothingInTheClearIntoANetworkUnlessThatWasSaidTwice) {
-  EXPECT_TRUE(says(camera_refusal({{kCamera}, "192.0.2.1:5700"}, 1), "not encrypted"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera}, "192.0.2.1:5700"}, 1), "not encrypted"));
   EXPECT_EQ(camera_refusal({{kCamera}, "192.0.2.1:5700"}, 2), "accepted");
   EXPECT_EQ(camera_refusal({{kCamera}, "[::1]:5700"}, 1), "accepted");
 }
@@ -55,24 +55,24 @@ TEST(SlaveCameraOptions, TakeACameraOfTheSimulatedMachineThatItsFileKnows) {
   const MachineDescription machine = load_machine(find_config("machine", "solar015"));
   const CameraOptions mast{{"mast=simulated"}, "127.0.0.1:5700", 3000},
       rear{{"rear=simulated"}, "127.0.0.1:5700", 3000};
-  EXPECT_TRUE(says(check_cameras(mast, 1, "", &machine).at(0).camera.source, "appsrc"));
-  EXPECT_TRUE(says(camera_refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
+  EXPECT_TRUE(test::says(check_cameras(mast, 1, "", &machine).at(0).camera.source, "appsrc"));
+  EXPECT_TRUE(test::says(camera_refusal(mast, 1), "--camera mast=simulated: a simulated camera goes with --simulate"));
   EXPECT_THROW((void)check_cameras(rear, 1, "", &machine), InputError);
 }
 
 TEST(SlaveCameraOptions, AreRefusedInOneLine) {
-  EXPECT_TRUE(says(camera_refusal({{kCamera}, ""}), "--camera: needs --video-to"));
-  EXPECT_TRUE(says(camera_refusal({{}, "127.0.0.1:5700"}), "--video-to 127.0.0.1:5700: needs --camera"));
-  EXPECT_TRUE(says(camera_refusal({{kCamera}, "127.0.0.1"}), "--video-to"));
-  EXPECT_TRUE(says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
-  EXPECT_TRUE(says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
-  EXPECT_TRUE(
-      says(camera_refusal({{kCamera}, "127.0.0.1:5700", 100}), "--video-kbps 100: must be from 200 to 50000 kbit/s"));
-  EXPECT_TRUE(says(camera_refusal({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"),
-                   "a camera's pictures would go to port 5701, which is --listen's"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera}, ""}), "--camera: needs --video-to"));
+  EXPECT_TRUE(test::says(camera_refusal({{}, "127.0.0.1:5700"}), "--video-to 127.0.0.1:5700: needs --camera"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera}, "127.0.0.1"}), "--video-to"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:65535"}), "no port for each"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera, kCamera}, "127.0.0.1:5700"}), "--camera mast: is given twice"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera}, "127.0.0.1:5700", 100}),
+                         "--video-kbps 100: must be from 200 to 50000 kbit/s"));
+  EXPECT_TRUE(test::says(camera_refusal({{kCamera, "rear=videotestsrc"}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"),
+                         "a camera's pictures would go to port 5701, which is --listen's"));
   EXPECT_EQ(camera_refusal({{kCamera}, "127.0.0.1:5700"}, 0, "127.0.0.1:5701"), "accepted");
-  EXPECT_TRUE(says(camera_refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
-  EXPECT_TRUE(says(camera_refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
+  EXPECT_TRUE(test::says(camera_refusal({{"mast=nosuchsrc"}, "127.0.0.1:5700"}), "no element"));
+  EXPECT_TRUE(test::says(camera_refusal({{"mast=videotestsrc ! jpegenc"}, "127.0.0.1:5700"}), "end in pictures"));
 }
 
 TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {
@@ -81,7 +81,7 @@ TEST(SlaveCameraPictures, SayOnceWhatIsWrongWithACamera) {
   for (int i = 0; i < 200; ++i, std::this_thread::sleep_for(10ms))  // it tries again meanwhile
     for (cli::News& news : cameras.news()) all.push_back(news);
   ASSERT_EQ(all.size(), 1u);
-  EXPECT_TRUE(says(all[0].what, "camera mast: ") && says(all[0].what, "/dev/video97")) << all[0].what;
+  EXPECT_TRUE(test::says(all[0].what, "camera mast: ") && test::says(all[0].what, "/dev/video97")) << all[0].what;
 }
 
 TEST(SlaveCameraPictures, ArriveFromTheSimulatedMachinesMast) {

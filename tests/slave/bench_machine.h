@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "machine/kinematics.h"
+#include "machine/reason_text.h"
 #include "sim/can_nodes.h"
 #include "slave/slave_loop.h"
 #include "tests/slave/lossy_can.h"
+#include "tests/slave/reasons.h"
 #include "tests/slave/test_machine.h"
 #include "transport/can_buses.h"
 #include "transport/canopen.h"
@@ -86,15 +88,9 @@ inline std::array<double, 2 * kJoints> resting_pressures_Pa(const MachineDescrip
 
 class BenchMachine {
  public:
-  /// @param own of the loop.
+  /// @param machine as its file has it @param own of the loop.
   explicit BenchMachine(const MachineDescription& machine = test_machine(), const LinkStart& own = {11, 1h})
-      : description(machine),
-        kinematics(machine),
-        bus(3, machine.bus.bit_rate),
-        second(3, machine.bus.second.value_or(BusLine()).bit_rate),
-        nodes(machine, errors(), nodes_end, 1),
-        start(own),
-        loop(machine, can, link, own) {
+      : description(calibrated(machine)), start(own) {
     wire.reserve(200000);
     bus.set_tap({[](void* context, Time at, const CanFrame& frame) {
                    auto& self = *static_cast<BenchMachine*>(context);
@@ -146,6 +142,16 @@ class BenchMachine {
     }
     return false;
   }
+  /// Runs until all nodes are operational; false after 4 s.
+  bool starts() {
+    for (const Time end = now + 4s; now < end && !loop.client().operational();) tick();
+    return loop.client().operational();
+  }
+  /// Runs until something is wrong with the bus or a node, for at most `patience`.
+  Reason fails(Duration patience = 4s) {
+    for (const Time end = now + patience; now < end && !loop.client().fault();) tick();
+    return loop.client().fault();
+  }
   /// The usual way in. The hand stays on the machine.
   bool engage() {
     hand.presence = true;
@@ -173,6 +179,17 @@ class BenchMachine {
       tick();
     }
   }
+  [[nodiscard]] std::string fault() const { return text_with_code(loop.fault(), description.bus); }
+  /// In a fault for this reason. @param subject where it matters
+  [[nodiscard]] testing::AssertionResult faulted(ReasonCode code, std::optional<int> subject = std::nullopt) const {
+    if (loop.mode() != Mode::kFault) return testing::AssertionFailure() << "in mode " << static_cast<int>(loop.mode());
+    return is(loop.fault(), code, subject);
+  }
+  [[nodiscard]] std::string setup_failure() const { return text(loop.client().setup_failure(), description.bus); }
+  /// No spool lets oil through.
+  [[nodiscard]] bool closed() const {
+    return (signals.spool.array().abs() < description.cylinders[kBoom].valve.dead_band_extend).all();
+  }
   [[nodiscard]] std::vector<CanFrame> frames(std::uint32_t id) const {
     std::vector<CanFrame> found;
     for (const auto& w : wire) {
@@ -194,14 +211,15 @@ class BenchMachine {
   }
 
   MachineDescription description;
-  Kinematics kinematics;
-  VirtualCanBus bus, second;  ///< Ports: the controller's, the nodes', and a stranger's. The second may have none.
+  Kinematics kinematics{description};
+  // Ports: the controller's, the nodes', and a stranger's. The second may have none.
+  VirtualCanBus bus{3, description.bus.bit_rate}, second{3, description.bus.second.value_or(BusLine()).bit_rate};
   CanBuses nodes_end{bus.port(1), &second.port(1)}, controllers_end{bus.port(0), &second.port(0)};
-  sim::CanNodes nodes;
+  sim::CanNodes nodes{description, errors(), nodes_end, 1};
   LossyCan can{controllers_end};  ///< The controller's end.
   ScriptedLink link;
   LinkStart start;
-  slave::SlaveLoop loop;
+  slave::SlaveLoop loop{description, can, link, start};
   sim::MachineSignals signals;
   MasterMessage hand;
   std::optional<HomeMessage> home;  ///< Said beside it.

@@ -8,6 +8,7 @@
 
 #include "tests/slave/bench_machine.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 
 namespace knuckle::slave {
 namespace {
@@ -98,10 +99,8 @@ TEST(RealMachine, WithoutTheTransmittersOfACylinderIsLedOnlyOnceItIsIdentified) 
   EXPECT_NO_THROW(refuse_unidentified(machine));
   machine.source = "m.toml";
   machine.sensors.without_pressures = kArm;
-  EXPECT_EQ(knuckle::test::refusal([&] {
-              refuse_unidentified(machine);
-            }).find("m.toml: key 'sensors.without_pressures' = \"arm\": "),
-            0U);
+  EXPECT_TRUE(test::begins(knuckle::test::refusal([&] { refuse_unidentified(machine); }),
+                           "m.toml: key 'sensors.without_pressures' = \"arm\": "));
   machine.dynamics_calibration.emplace();
   EXPECT_NO_THROW(refuse_unidentified(machine));
 }

@@ -10,6 +10,7 @@
 
 #include "machine/load.h"
 #include "machine/oil_stiffness.h"
+#include "tests/slave/standing.h"
 #include "tests/support/solar.h"
 
 namespace knuckle::slave {
@@ -19,10 +20,7 @@ const JointVector kPressing(0.6, -1.6, -1.0);
 
 /// The arm at rest with a force somewhere on the bucket, estimated without error.
 struct Bench {
-  explicit Bench(const JointVector& pose = kPressing) {
-    state.angle_rad = pose;
-    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, pose[i])->lever_m;
-  }
+  explicit Bench(const JointVector& pose = kPressing) : state(standing_at(pose, kinematics)) {}
   /// @param at_m bucket axes.
   PlanarJacobian jacobian_at(const PlanarVector& at_m) const {
     const PlanarVector from_tip_m =

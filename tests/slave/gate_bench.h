@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "slave/safety_gate.h"
+#include "tests/slave/reasons.h"
 #include "tests/slave/test_machine.h"
 
 namespace knuckle::slave {
@@ -18,6 +19,16 @@ inline JointVector only(int joint, double value) {
   v[joint] = value;
   return v;
 }
+
+/// Of a gate that lets nothing pass. @return why
+inline Reason refusal_of(const GateResult& result, Time now) {
+  EXPECT_EQ(result.commands, JointVector(0, 0, 0));
+  EXPECT_EQ(result.memory.sent, JointVector(0, 0, 0));
+  EXPECT_EQ(result.memory.at, now) << "neutral was sent now: no credit for opening builds up meanwhile";
+  return result.fault;
+}
+
+using test::expect_reason;
 
 class GateBench : public ::testing::Test {
  protected:
@@ -40,6 +51,9 @@ class GateBench : public ::testing::Test {
   }
   GateResult gate_from_memory(const JointVector& wanted, Mode mode = Mode::kEngaged) const {
     return safety_gate(wanted, mode, setpoint_at, state, memory, limits, now);
+  }
+  Reason refused(const JointVector& wanted = {0.2, 0.2, 0.2}, Mode mode = Mode::kEngaged) {
+    return refusal_of(gate(wanted, mode), now);
   }
   void remake(const MachineDescription& machine) { limits = GateLimits(machine); }
 

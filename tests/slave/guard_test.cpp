@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
-#include "slave/jog.h"
-#include "tests/slave/bench_machine.h"
+#include "machine/set_points.h"
+#include "tests/slave/jog_bench.h"
+#include "tests/support/module_machine.h"
 
 namespace knuckle::slave {
 namespace {
@@ -14,29 +16,19 @@ namespace {
 using Phase = Jog::Phase;
 using Tried = GuardSeen::Tried;
 
-/// The bench without its loop: the jog has the bus.
-struct GuardRig {
-  GuardRig() { bench.hung = true; }
-  void step() {
-    bench.run(5ms);
-    jog.step(bench.now);
-  }
-  void start() {
-    jog.start();
-    for (int i = 0; i < 600; ++i) step();
-    ASSERT_TRUE(jog.client().operational()) << text(jog.client().fault());
-    bench.wire.clear();
-  }
+struct GuardRig : JogBench {
+  using JogBench::JogBench;
   /// To its end.
   const GuardSeen& try_guard(const NodeDescription& node) {
     jog.try_guard(node, node.joint());
-    for (int i = 0; i < 2000 && jog.phase() != Phase::kRest; ++i) step();
-    EXPECT_EQ(jog.phase(), Phase::kRest);
+    finish();
     return jog.guard_seen();
   }
-
-  test::BenchMachine bench;
-  Jog jog{bench.description, bench.bus.port(0)};
+  /// As far as what it waits for is withheld.
+  void withhold_from(const NodeDescription& node) {
+    jog.try_guard(node, kArm);
+    until(Phase::kWithheld);
+  }
 };
 
 TEST(Guard, OfAValveIsTriedWithThatValveAloneInsideItsDeadBandAndOnlyItsFramesWithheld) {
@@ -127,7 +119,7 @@ TEST(Guard, WhatANodeAnswersToOthersIsNoProcessData) {
     rig.step();
   }
   EXPECT_FALSE(rig.jog.client().operational());
-  EXPECT_EQ(rig.jog.client().fault().code, ReasonCode::kSensorStale) << text(rig.jog.client().fault());
+  EXPECT_TRUE(test::is(rig.jog.client().fault(), ReasonCode::kSensorStale));
 }
 
 TEST(Guard, AnEStopWhileItIsTriedIsTroubleAndNeutral) {
@@ -135,13 +127,11 @@ TEST(Guard, AnEStopWhileItIsTriedIsTroubleAndNeutral) {
   rig.start();
   const NodeDescription& valve = rig.bench.description.bus.valve(kArm);
   ASSERT_TRUE(rig.bench.nodes.inject(valve.id, sim::NodeFault::kDeadGuard));  // nothing closes it but the jog
-  rig.jog.try_guard(valve, kArm);
-  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
-  ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
+  ASSERT_NO_FATAL_FAILURE(rig.withhold_from(valve));
   ASSERT_GT(rig.bench.nodes.outputs().spool_demand[kArm], 0.02);
   rig.bench.nodes.set_estop(true);
   for (int i = 0; i < 3; ++i) rig.step();
-  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kEmergencyStop);
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kEmergencyStop));
   EXPECT_EQ(rig.jog.phase(), Phase::kRest);
   EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector(0, 0, 0));
 }
@@ -150,13 +140,10 @@ TEST(Guard, OfAValveIsNotProvedWhereTheEnableNodeSaysNoMoreWhetherPilotPressureI
   GuardRig rig;
   rig.start();
   const BusDescription& bus = rig.bench.description.bus;
-  rig.jog.try_guard(bus.valve(kArm), kArm);
-  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kWithheld; ++i) rig.step();
-  ASSERT_EQ(rig.jog.phase(), Phase::kWithheld);
+  ASSERT_NO_FATAL_FAILURE(rig.withhold_from(bus.valve(kArm)));
   ASSERT_TRUE(rig.bench.nodes.inject(bus.enable().id, sim::NodeFault::kSilent));
-  for (int i = 0; i < 400 && rig.jog.phase() != Phase::kRest; ++i) rig.step();
-  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kSensorStale) << text(rig.jog.trouble());
-  EXPECT_EQ(rig.jog.trouble().subject, bus.enable().id);
+  rig.finish();
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kSensorStale, bus.enable().id));
 }
 
 /// Moves the cylinder that is tried, as where the file's dead band is not the valve's.
@@ -176,13 +163,12 @@ TEST(Guard, ACylinderThatMovesAtTheSmallOpeningEndsItAtOnce) {
 }
 
 TEST(Guard, WithoutADeadBandToOpenTheValveInItIsNotTriedAndNothingMoves) {
-  GuardRig rig;
-  MachineDescription machine = rig.bench.description;
+  MachineDescription machine = test::test_machine();
   machine.cylinders[kBoom].valve.dead_band_extend = 0;
-  Jog jog(machine, rig.bench.bus.port(0));
-  jog.try_guard(machine.bus.valve(kBoom), kBoom);
-  EXPECT_EQ(jog.phase(), Phase::kRest);
-  EXPECT_EQ(jog.guard_seen().tried, Tried::kNoDeadBand);
+  GuardRig rig(machine);
+  rig.jog.try_guard(machine.bus.valve(kBoom), kBoom);
+  EXPECT_EQ(rig.jog.phase(), Phase::kRest);
+  EXPECT_EQ(rig.jog.guard_seen().tried, Tried::kNoDeadBand);
 }
 
 TEST(GuardLines, NameWhatWasNeverProvedNotProvedAndProvedOfAnotherDevice) {
@@ -211,55 +197,177 @@ TEST(GuardLines, NameWhatWasNeverProvedNotProvedAndProvedOfAnotherDevice) {
                        "(valve_watchdog_ms, controller_timeout_ms)"}));
 }
 
-/// Starts the nodes of the machine as its file is, with a change.
-void start_with(const std::function<void(MachineDescription&, sim::CanNodes&)>& change,
-                const std::function<void(const CanopenClient&)>& check) {
-  test::BenchMachine bench;
-  bench.hung = true;
-  MachineDescription machine = bench.description;
-  change(machine, bench.nodes);
-  Jog jog(machine, bench.bus.port(0));
-  jog.start();
-  for (int i = 0; i < 600; ++i) {
-    bench.run(5ms);
-    jog.step(bench.now);
-  }
-  check(jog.client());
-}
-
 TEST(Guard, ProvedOfAnotherSerialNumberIsToldAndTheNodeStarts) {
   for (const std::uint32_t off : {0U, 1U}) {
-    start_with(
-        [&](MachineDescription& machine, sim::CanNodes& nodes) {
-          constexpr std::uint32_t serial = 77;
-          nodes.node(machine.bus.valve(kArm).id)->add(canopen::kSerialNumber, 4, sim::Access::kReadOnly, serial);
-          for (NodeDescription& node : machine.bus.nodes)
-            if (node.name == "arm_valve") node.guard = {true, serial + off, "2026-01-02"};
-        },
-        [&](const CanopenClient& client) {
-          EXPECT_TRUE(client.operational()) << text(client.fault());
-          EXPECT_EQ(client.same_device(0x11), off == 0);
-          EXPECT_TRUE(client.same_device(0x10)) << "nothing is known of it";
-        });
+    constexpr std::uint32_t serial = 77;
+    MachineDescription believed = test::test_machine();
+    test::node_in(believed.bus, NodeRole::kValve, kArm).guard = {true, serial + off, "2026-01-02"};
+    JogBench rig(test::test_machine(), believed);
+    rig.bench.nodes.node(0x11)->add(canopen::kSerialNumber, 4, sim::Access::kReadOnly, serial);
+    rig.begin();
+    const CanopenClient& client = rig.jog.client();
+    EXPECT_TRUE(client.operational()) << text(client.fault());
+    EXPECT_EQ(client.same_device(0x11), off == 0);
+    EXPECT_TRUE(client.same_device(0x10)) << "nothing is known of it";
   }
 }
 
 TEST(Guard, ANodeThatTakesNoneStartsOnlyWhereTheFileSaysWhy) {
-  for (const bool says_why : {false, true}) {
-    start_with(
-        [&](MachineDescription& machine, sim::CanNodes& nodes) {
-          sim::NodeProtocol* valve = nodes.node(machine.bus.valve(kArm).id);
-          valve->remove(canopen::kRpdo1Timer);
-          valve->remove(canopen::kConsumerHeartbeat);
-          for (NodeDescription& node : machine.bus.nodes)
-            if (says_why && node.name == "arm_valve") node.unguarded = "a relay takes its power away";
-        },
-        [&](const CanopenClient& client) {
-          EXPECT_EQ(client.operational(), says_why);
-          const auto unguarded = SetupFailure::What::kUnguarded;
-          EXPECT_EQ(client.setup_failure().what == unguarded, !says_why);
-        });
+  for (const char* why : {"", "a relay takes its power away"}) {
+    MachineDescription believed = test::test_machine();
+    test::node_in(believed.bus, NodeRole::kValve, kArm).unguarded = why;
+    JogBench rig(test::test_machine(), believed);
+    for (const canopen::Object guard : {canopen::kRpdo1Timer, canopen::kConsumerHeartbeat})
+      rig.bench.nodes.node(0x11)->remove(guard);
+    rig.begin();
+    EXPECT_EQ(rig.jog.client().operational(), *why != 0);
+    EXPECT_EQ(rig.jog.client().setup_failure().what == SetupFailure::What::kUnguarded, *why == 0);
   }
+}
+
+// What a module's outputs do when what its guard waits for is withheld while a cylinder moves, and how it is brought
+// back.
+
+constexpr std::uint8_t kModuleId = 0x41;
+
+struct OutputsRig : JogBench {
+  explicit OutputsRig(const char* outputs = test::kVoltageOutputs) : JogBench(test::module_machine(outputs)) {}
+  explicit OutputsRig(const MachineDescription& machine) : JogBench(machine) {}
+  [[nodiscard]] const NodeDescription& module() const { return *bench.description.bus.find(kModuleId); }
+  [[nodiscard]] sim::NodeProtocol& protocol() { return *bench.nodes.node(kModuleId); }
+  /// To its end. @return how far the cylinder went after what was withheld
+  double try_outputs(int joint) {
+    jog.try_outputs(module(), {.joint = joint, .peak = 0.3, .rise_1ps = 0.2, .travel_m = 0.01});
+    double from_m = 0, way_m = 0;
+    for (int i = 0; i < 4000 && jog.phase() != Phase::kRest; ++i) {
+      step();
+      if (jog.phase() == Phase::kWithheld && from_m == 0) from_m = bench.signals.cylinder_m[joint];
+      if (from_m != 0) way_m = std::max(way_m, std::abs(bench.signals.cylinder_m[joint] - from_m));
+    }
+    EXPECT_EQ(jog.phase(), Phase::kRest);
+    return way_m;
+  }
+};
+
+class OutputsOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(OutputsOf, EndTheMotionWhenNoMoreFramesComeAndTheModuleIsBroughtBackNeutral) {
+  for (int joint = 0; joint < kJoints; ++joint) {
+    OutputsRig rig(GetParam());
+    rig.start();
+    const double way_m = rig.try_outputs(joint);
+    EXPECT_FALSE(rig.jog.trouble()) << text(rig.jog.trouble());
+    const GuardSeen& seen = rig.jog.guard_seen();
+    EXPECT_FALSE(seen.by_heartbeat || seen.early || seen.silent);
+    ASSERT_TRUE(seen.told_s);
+    EXPECT_NEAR(*seen.told_s, 0.05, 0.02);
+    EXPECT_EQ(seen.emergency, canopen::kEmcyRpdoTimeout);
+    EXPECT_TRUE(seen.asked) << "pre-operational, it sends no inputs";
+    EXPECT_FALSE(seen.pilot_off_s);
+    EXPECT_LT(way_m, 0.02);
+    const auto last_silent =
+        std::find_if(rig.samples.rbegin(), rig.samples.rend(), [](const JogSample& sample) { return sample.silent; });
+    ASSERT_NE(last_silent, rig.samples.rend());
+    EXPECT_GT(last_silent->t_s, 1.4);
+    rig.bench.wire.clear();
+    rig.jog.start();
+    for (int i = 0; i < 3000 && !rig.jog.client().operational(); ++i) {
+      rig.bench.tick();
+      ASSERT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector::Zero()) << i;
+      if (i % 5 == 0) rig.jog.step(rig.bench.now);
+    }
+    EXPECT_TRUE(rig.jog.client().operational()) << text(rig.jog.client().fault());
+    for (const auto& sent : rig.bench.wire) {
+      const auto nmt = canopen::parse_nmt(sent.frame);
+      EXPECT_FALSE(nmt && nmt->command == canopen::NmtCommand::kResetNode);
+    }
+  }
+}
+
+TEST_P(OutputsOf, ThatGoOnMovingAreSeenAndToldToStop) {
+  OutputsRig rig(GetParam());
+  rig.start();
+  ASSERT_TRUE(rig.bench.nodes.inject(kModuleId, sim::NodeFault::kDeadGuard));
+  const double way_m = rig.try_outputs(kBoom);
+  EXPECT_FALSE(rig.jog.guard_seen().told_s);
+  EXPECT_GT(way_m, 0.01);
+  EXPECT_LT(way_m, 0.06) << "four times as far as it was led";
+  for (int i = 0; i < 4; ++i) rig.step();
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+  EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector::Zero());
+}
+
+INSTANTIATE_TEST_SUITE_P(Outputs, OutputsOf, testing::Values(test::kVoltageOutputs, test::kCurrentOutputs),
+                         [](const auto& kind) { return kind.index == 0 ? "HalfTheSupply" : "MagnetEachWay"; });
+
+TEST(GuardOutputs, WithoutRpdoTimersItIsTheHeartbeatThatIsWithheldAndFramesGoOn) {
+  OutputsRig rig;
+  for (std::uint16_t pdo = 0x1401; pdo <= 0x1403; ++pdo) rig.protocol().remove({pdo, 5});
+  rig.start();
+  // As who tries it does: the enable node must not act first.
+  rig.bench.nodes.node(rig.bench.description.bus.enable().id)->replace(canopen::kConsumerHeartbeat, 0);
+  rig.try_outputs(kBoom);
+  const GuardSeen& seen = rig.jog.guard_seen();
+  EXPECT_TRUE(seen.by_heartbeat);
+  ASSERT_TRUE(seen.told_s);
+  EXPECT_EQ(seen.emergency, canopen::kEmcyHeartbeat);
+  EXPECT_NEAR(*seen.told_s, 0.15, 0.06);
+  Time before = rig.bench.wire.front().at;
+  for (const auto& sent : rig.bench.wire) {
+    if (!set_point_in(sent.frame, kBoom, rig.bench.description.bus)) continue;
+    EXPECT_LE(sent.at - before, 20ms);
+    before = sent.at;
+  }
+}
+
+/// As where the file has the wrong half of 0x6444: full speed, until pilot pressure is off.
+TEST(GuardOutputs, AnErrorValueThatIsNotNeutralIsEndedByPilotPressure) {
+  OutputsRig rig;
+  rig.start();
+  rig.protocol().replace({0x6444, 1}, 0);
+  const double way_m = rig.try_outputs(kBoom);
+  EXPECT_GT(way_m, 0.02);
+  EXPECT_LT(way_m, 0.15);
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+}
+
+TEST(GuardOutputs, AnotherJointThatMovesEndsItAtOnce) {
+  OutputsRig rig;
+  rig.start();
+  rig.protocol().replace({0x6444, 2}, 0);
+  rig.try_outputs(kBoom);
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kJogOtherMoves));
+  rig.step();
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot);
+}
+
+TEST(GuardOutputs, AModuleThatAnswersNothingIsNotLedOn) {
+  OutputsRig rig;
+  rig.start();
+  rig.jog.try_outputs(rig.module(), {.joint = kBoom, .peak = 0.3, .rise_1ps = 0.2, .travel_m = 0.01});
+  ASSERT_NO_FATAL_FAILURE(rig.until(Phase::kWithheld));
+  rig.bench.nodes.inject(kModuleId, sim::NodeFault::kSilent);
+  const Time since = rig.bench.now;
+  for (int i = 0; i < 2000 && rig.jog.phase() == Phase::kWithheld; ++i) rig.step();
+  EXPECT_TRUE(rig.jog.guard_seen().silent);
+  EXPECT_LT(rig.bench.now - since, 300ms);
+  EXPECT_FALSE(rig.bench.nodes.outputs().pilot && rig.jog.phase() == Phase::kRest);
+}
+
+/// Of an angle, which could be one of the joint's.
+TEST(GuardOutputs, ABrokenWireOfAnInputEndsAMotion) {
+  std::string inputs = test::kInputs;
+  for (const auto& [from, to] : {std::pair("\n8 = ", "\n0 = "), {"\n1 = ", "\n8 = "}, {"\n0 = ", "\n1 = "}})
+    inputs = test::replaced(inputs, from, to);
+  inputs = test::replaced(inputs, "low = -0.6", "low = 0.2");  // a broken wire reads as 0.075 rad
+  OutputsRig rig(parse_machine(test::module_text(test::kVoltageOutputs, inputs), "m.toml"));
+  rig.start();
+  rig.jog.move({.joint = kBoom, .peak = 0.3, .travel_m = 1});
+  for (int i = 0; i < 2000 && rig.jog.phase() != Phase::kMoving; ++i) rig.step();
+  ASSERT_TRUE(rig.bench.nodes.inject(kModuleId, sim::NodeFault::kInvalid));
+  for (int i = 0; i < 3; ++i) rig.step();
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kSensorInvalid));
+  EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector::Zero());
 }
 
 }  // namespace

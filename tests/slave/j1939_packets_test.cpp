@@ -15,6 +15,7 @@
 #include "tests/slave/bench_machine.h"
 #include "tests/support/j1939_machine.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/says.h"
 #include "tests/support/two_buses.h"
 #include "transport/machine_readings.h"
 
@@ -94,7 +95,7 @@ TEST(J1939PacketsOfABus, EndWithTheNextAnnouncementOfTheirSender) {
   cut.resize(1);
   EXPECT_TRUE(bus.hears(cut).empty());
   EXPECT_TRUE(bus.hears(parts(0x21, Bytes(30, 9), kForeignGroup)).empty()) << "its packets are not of that group";
-  EXPECT_NE(bus.newest().find("packet 1 of 3 from 0x21 did not come"), std::string::npos) << bus.newest();
+  EXPECT_TRUE(test::says(bus.newest(), "packet 1 of 3 from 0x21 did not come"));
   EXPECT_EQ(bus.hears(parts(0x21, Bytes(20, 8))), Bytes(20, 8));
 }
 
@@ -107,7 +108,7 @@ TEST(J1939PacketsOfABus, OfASecondSenderAreNotMixedIn) {
     EXPECT_TRUE(bus.hears(second[i]).empty());
   }
   EXPECT_EQ(bus.j1939.news_count(), 1U);
-  EXPECT_NE(bus.newest().find("also comes from 0x22; the values of 0x21 count"), std::string::npos) << bus.newest();
+  EXPECT_TRUE(test::says(bus.newest(), "also comes from 0x22; the values of 0x21 count"));
 }
 
 TEST(J1939PacketsOfABus, AreOfTheBusTheyCameFrom) {
@@ -219,9 +220,7 @@ TEST(J1939PacketsOfABus, PassTheFiltersAndCountForTheLoad) {
 }
 
 struct PacketMachine : test::BenchMachine {
-  explicit PacketMachine(const std::string& text) : BenchMachine(calibrated(parse_machine(text, "m.toml"))) {
-    signals.shaft_rad = JointVector(0.3, -1.5, -0.8);
-  }
+  explicit PacketMachine(const std::string& text) : BenchMachine(parse_machine(text, "m.toml")) {}
   [[nodiscard]] MachineReadings readings() const { return loop.sensors().readings(now); }
 };
 

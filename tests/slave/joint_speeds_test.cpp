@@ -7,6 +7,7 @@
 #include "machine/load.h"
 #include "machine/oil_stiffness.h"
 #include "slave/joint_control.h"
+#include "tests/slave/standing.h"
 
 namespace knuckle::slave {
 namespace {
@@ -22,10 +23,9 @@ struct Swinging {
     constexpr double kInertia_kgm2 = 1200, kDamping = 0.03, kLag_s = 0.1;
     const CylinderState at = kinematics.cylinder_at(kBucket, at_rad).value();
     const double k = oil_stiffness_N_per_m(machine.cylinders[kBucket], machine.hydraulics, at.length_m);
-    estimation::JointState state;
-    state.angle_rad = middle_of_range(machine);
-    state.angle_rad[kBucket] = at_rad;
-    for (int i = 0; i < kJoints; ++i) state.lever_m[i] = kinematics.cylinder_at(i, state.angle_rad[i])->lever_m;
+    JointVector pose_rad = middle_of_range(machine);
+    pose_rad[kBucket] = at_rad;
+    estimation::JointState state = standing_at(pose_rad, kinematics);
     state.rate_radps[kBucket] = rate_radps;
     state.cylinder_N[kBucket] = k * at.lever_m * (let_in_rad - at_rad);
     JointCommand command{.position_rad = state.angle_rad, .active = true};

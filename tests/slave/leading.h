@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/orderly_stop.h"
 #include "tests/slave/bench_machine.h"
 
 namespace knuckle::test {
@@ -18,6 +19,10 @@ inline void lead(BenchMachine& m) {
   ASSERT_GT(m.loop.commands().cwiseAbs().minCoeff(), 0.12);
 }
 
+struct LedMachine : BenchMachine {
+  LedMachine() { lead(*this); }
+};
+
 /// Every valve was commanded neutral within `limit` of `since`, and stayed so.
 inline void expect_neutral_within(const BenchMachine& m, Time since, Duration limit) {
   for (int i = 0; i < kJoints; ++i) {
@@ -25,6 +30,35 @@ inline void expect_neutral_within(const BenchMachine& m, Time since, Duration li
     ASSERT_NE(neutral, kNever) << kJointNames[static_cast<std::size_t>(i)];
     EXPECT_LE(to_seconds(neutral - since), to_seconds(limit)) << kJointNames[static_cast<std::size_t>(i)];
   }
+}
+
+/// What answers a question to the operator.
+inline void press_and_release(BenchMachine& m) {
+  m.hand.enable = true;
+  m.run(100ms);
+  m.hand.enable = false;
+  m.run(100ms);
+}
+
+/// Enable is let go of and pressed anew, the hand on the machine.
+inline testing::AssertionResult engages_anew(BenchMachine& m) {
+  m.hand.enable = false;
+  m.run(100ms);
+  m.hand.enable = true;
+  m.align();
+  return testing::AssertionResult(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+}
+
+/// Without its loop, until it is out of service. @return how long that took
+inline Duration take_out_of_service(BenchMachine& m, slave::OrderlyStop& stop) {
+  m.hung = true;
+  const Time since = m.now;
+  for (int i = 0; i < 1000 && !stop.done(); ++i) {
+    stop.step(m.now);
+    m.run(5ms);
+  }
+  EXPECT_TRUE(stop.done());
+  return m.now - since;
 }
 
 }  // namespace knuckle::test

@@ -11,7 +11,7 @@ namespace {
 using test::BenchMachine;
 using test::expect_neutral_within;
 using test::kFast;
-using test::lead;
+using test::LedMachine;
 
 /// The farthest that any joint has been from where it was, while `story` runs.
 template <typename Story>
@@ -60,7 +60,7 @@ TEST(LinkStory, ARecordingOfAnEarlierRunMovesNothingOnAMachinesSideThatRestarted
     return m.loop.mode() != Mode::kEngaged;
   });
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kLinkLost));
   EXPECT_EQ(m.loop.operator_input().message_at(), kNever);
   EXPECT_EQ(moved, 0);
 }
@@ -74,15 +74,14 @@ TEST(LinkStory, PilotPressureIsForALivePeerOnly) {
     EXPECT_EQ(m.nodes.outputs().pilot, led);
     if (led) continue;
     EXPECT_EQ(m.loop.mode(), Mode::kReady);
-    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kRoundTripTooLong);
+    EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kRoundTripTooLong));
   }
 }
 
 // --------------------------------------------------------------------------------------------------- age of commands
 
 TEST(LinkStory, WaitingInTheKernelIsPartOfACommandsAge) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.waited = 3ms;
   m.master_clock = -3ms;
   m.run(5ms);
@@ -98,8 +97,7 @@ TEST(LinkStory, WaitingInTheKernelIsPartOfACommandsAge) {
 
 // The kernel's stamp is of a clock that may be set.
 TEST(LinkStory, NothingWaitedForLongerThanSinceTheQueueWasEmpty) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.waited = 100ms;
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
@@ -109,8 +107,7 @@ TEST(LinkStory, NothingWaitedForLongerThanSinceTheQueueWasEmpty) {
 
 // A queue on the way fills: nothing is lost, and each message is newer than the one before, and later.
 TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.link_up = false;
   const Time last = m.now;
   for (Duration late = 5ms; late <= 300ms; late += 5ms) {
@@ -125,14 +122,13 @@ TEST(LinkStory, ACommandDelayedBeyondTheLossPolicyIsNoneHoweverNewItsNumber) {
                 1e-3);
     EXPECT_EQ(m.loop.mode(), command ? Mode::kEngaged : Mode::kFault) << to_seconds(late);
   }
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kLinkLost));
   expect_neutral_within(m, last, 200ms);
 }
 
 TEST(LinkStory, DelayThatStaysIsNoLoss) {
   for (const Duration more : {60ms, 140ms}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.master_clock -= more;  // from one message to the next
     m.round_trip += more;
     m.run(5ms);
@@ -147,8 +143,7 @@ TEST(LinkStory, DelayThatStaysIsNoLoss) {
 
 TEST(LinkStory, AStepOfTheOperatorsClockIsNoDelay) {
   for (const Duration step : {Duration(250ms), Duration(-250ms), Duration(10s), Duration(-10s)}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.hand.velocity_radps.setZero();
     m.run(1s);
     m.master_clock += step;
@@ -164,14 +159,13 @@ TEST(LinkStory, AStepOfTheOperatorsClockIsNoDelay) {
 
 TEST(LinkStory, AStopOrReleaseThatOnlyItsCountStillTellsIsObeyed) {
   for (const bool stop : {true, false}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     const Time at = m.now;
     ++(stop ? m.hand.stops : m.hand.releases);  // pressed and let go again, or the other way round, in what was lost
     m.run(5ms);
     EXPECT_EQ(m.loop.mode(), stop ? Mode::kFault : Mode::kReady);
     if (stop) {
-      EXPECT_EQ(m.loop.fault().code, ReasonCode::kOperatorStop);
+      EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kOperatorStop));
       m.run(2s);
       EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
       expect_neutral_within(m, at, 15ms);
@@ -180,8 +174,7 @@ TEST(LinkStory, AStopOrReleaseThatOnlyItsCountStillTellsIsObeyed) {
 }
 
 TEST(LinkStory, AStopCountsOnce) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ++m.hand.stops;
   m.run(100ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
@@ -197,8 +190,7 @@ TEST(LinkStory, WhatWasStoppedBeforeThisSideWasHeardStopsNothingNow) {
 
 TEST(LinkStory, ALateStopIsObeyedAndALateCommandIsNot) {
   for (const bool stop : {true, false}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     m.link_up = false;
     MasterMessage late = m.hand;
     ++(stop ? late.stops : late.releases);
@@ -219,8 +211,7 @@ TEST(LinkStory, ALateStopIsObeyedAndALateCommandIsNot) {
 }
 
 TEST(LinkStory, AReleaseAndTheNextPressInOneStepAreARelease) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ++m.hand.releases;
   m.link_up = false;
   for (int i = 0; i < 3; ++i) {
@@ -229,6 +220,71 @@ TEST(LinkStory, AReleaseAndTheNextPressInOneStepAreARelease) {
   }
   m.run(5ms);
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
+}
+
+// ------------------------------------------------------------------------------------ set-points that no hand makes
+
+struct Impossible {
+  ReasonCode code;
+  int joint;
+  void (*make)(MasterMessage&);
+};
+
+TEST(LinkStory, SetPointThatNoHandMakesHoldsUntilEnableIsLetGo) {
+  const Impossible cases[] = {
+      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad += JointVector(5, 5, 5); }},
+      {ReasonCode::kSetpointRange, kBoom, [](MasterMessage& m) { m.position_rad -= JointVector(5, 5, 5); }},
+      {ReasonCode::kSetpointSpeed, kBoom, [](MasterMessage& m) { m.velocity_radps.setConstant(200); }},
+      {ReasonCode::kSetpointSpeed, kBucket, [](MasterMessage& m) { m.velocity_radps[kBucket] = -40.1; }},
+      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.position_rad[kArm] += 0.4; }},
+      {ReasonCode::kSetpointJump, kArm, [](MasterMessage& m) { m.velocity_radps[kArm] = 39; }},
+  };
+  for (const Impossible& c : cases) {
+    LedMachine m;
+    const MasterMessage good = m.hand;
+    const JointVector before = m.angles();
+    c.make(m.hand);
+    const Time at = m.now;
+    m.run(5ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold);
+    EXPECT_TRUE(test::is(m.loop.blocking(), c.code, c.joint));
+    EXPECT_EQ(m.loop.commands(), JointVector(0, 0, 0));
+    m.run(1s);
+    m.hand.position_rad = good.position_rad;
+    m.hand.velocity_radps.setZero();
+    m.run(1s);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold) << "once is enough";
+    EXPECT_TRUE(test::is(m.loop.blocking(), c.code));
+    expect_neutral_within(m, at, 10ms);
+    EXPECT_LT((m.angles() - before).cwiseAbs().maxCoeff(), 0.05) << "what was on its way";
+    EXPECT_TRUE(test::engages_anew(m));
+  }
+}
+
+TEST(LinkStory, SpeedThatIsNotThatOfThePositionLeadsNowhere) {
+  for (const double rate : {0.6, -2.0, 20.0}) {
+    BenchMachine m;
+    ASSERT_TRUE(m.engage());
+    const JointVector before = m.angles();
+    m.hand.velocity_radps[kBoom] = rate;
+    m.run(3s);
+    EXPECT_EQ(m.loop.mode(), Mode::kHold) << rate;
+    EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kSetpointJump));
+    EXPECT_LT(std::abs(m.angles()[kBoom] - before[kBoom]), 0.25) << rate;
+  }
+}
+
+TEST(LinkStory, ExtrapolatingLeadsNotBeyondTheWorkingRange) {
+  LedMachine m;
+  const double end = m.description.links[kBucket].max_rad;
+  m.hand.position_rad[kBucket] = end - 0.01;  // where it cannot be, but nothing acts on it here
+  m.hand.velocity_radps[kBucket] = 30;
+  m.run(5ms);
+  m.link_up = false;
+  for (int i = 0; i < 20; ++i) {
+    m.run(5ms);
+    EXPECT_LE(m.loop.operator_input().set_point().position_rad[kBucket], end + 0.0175);
+  }
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using test::BenchMachine;
 using test::kFast;
-using test::lead;
+using test::LedMachine;
 
 /// Ready, with a hand on the device.
 void wait_until_ready(BenchMachine& m) {
@@ -19,7 +19,7 @@ void wait_until_ready(BenchMachine& m) {
 }
 
 void expect_shown(const BenchMachine& m, ReasonCode code, const char* why = "") {
-  EXPECT_EQ(m.loop.blocking().code, code) << why << " " << text(m.loop.blocking());
+  EXPECT_TRUE(test::is(m.loop.blocking(), code)) << why;
 }
 /// The press and release of enable were the answer: the length counts, and nothing goes on by itself.
 void expect_answered(const BenchMachine& m) {
@@ -28,17 +28,21 @@ void expect_answered(const BenchMachine& m) {
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
 }
 
-/// A press and a release of enable answer what is shown, and nothing else.
-void press_and_release(BenchMachine& m) {
+/// A press and a release of enable answer what is shown, and nothing else: pressed is half an answer.
+void answer(BenchMachine& m) {
   m.hand.enable = true;
   m.run(100ms);
+  expect_shown(m, ReasonCode::kLengthElsewhere, "pressed");
   m.hand.enable = false;
   m.run(20ms);
 }
+void expect_elsewhere(const BenchMachine& m, int node) {
+  expect_shown(m, ReasonCode::kLengthElsewhere);
+  EXPECT_EQ(m.loop.blocking().subject, node) << text(m.loop.blocking());
+}
 
 TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWasPressedAndLetGo) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kFrozen));
   m.move(kFast, 400ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
@@ -47,8 +51,7 @@ TEST(SlaveLoop, EncoderThatWakesFarFromWhereItFrozeCountsAgainOnlyAfterEnableWas
   m.align();
   m.run(3s);  // enable is still held
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  expect_elsewhere(m, 0x30);
   m.hand.enable = false;  // let go of in fright: no answer to anything
   m.run(3s);
   expect_shown(m, ReasonCode::kLengthElsewhere);
@@ -84,14 +87,9 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(10s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  expect_elsewhere(m, 0x30);
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], before, 1e-3);
-  m.hand.enable = true;
-  m.run(100ms);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  m.hand.enable = false;
-  m.run(20ms);
+  answer(m);
   expect_answered(m);
   // The act was for that slip alone: the next one asks for its own.
   m.signals.cylinder_m[kBoom] += 0.04;
@@ -100,8 +98,7 @@ TEST(SlaveLoop, DrumThatSlipsWhileTheMachineIsReadyIsNotBelievedBeforeEnableWasP
 }
 
 TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressedAndLetGoOnceItIsBack) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.nodes.inject(0x30, sim::NodeFault::kSilent);
   m.run(500ms);
   ASSERT_EQ(m.loop.client().phase(), CanopenClient::Phase::kFailed);
@@ -114,13 +111,8 @@ TEST(SlaveLoop, EncoderNodeThatComesBackElsewhereCountsOnlyAfterEnableWasPressed
   m.run(5s);
   ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-  m.hand.enable = true;
-  m.run(100ms);
-  expect_shown(m, ReasonCode::kLengthElsewhere, "pressed is half an answer");
-  m.hand.enable = false;
-  m.run(20ms);
+  expect_elsewhere(m, 0x30);
+  answer(m);
   expect_answered(m);
 }
 
@@ -135,13 +127,8 @@ TEST(SlaveLoop, LengthThatJumpsDuringTheSelfTestCanBeAnsweredForThere) {
   m.nodes.inject(0x31, sim::NodeFault::kNone);
   m.run(3s);
   EXPECT_EQ(m.loop.mode(), Mode::kSelfTest);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
-  m.hand.enable = true;
-  m.run(100ms);
-  expect_shown(m, ReasonCode::kLengthElsewhere, "pressed is half an answer");
-  m.hand.enable = false;
-  m.run(20ms);
+  expect_elsewhere(m, 0x30);
+  answer(m);
   EXPECT_EQ(m.loop.mode(), Mode::kReady) << text(m.loop.blocking());
   EXPECT_NEAR(m.loop.state()->angle_rad[kBoom], m.angles()[kBoom], 1e-3);
 }
@@ -153,12 +140,12 @@ TEST(SlaveLoop, LengthIsNotBelievedByAPressWhileTheEStopIsWhatIsShown) {
   m.run(100ms);
   m.signals.cylinder_m[kBoom] += 0.04;
   m.run(3s);
-  ASSERT_EQ(m.loop.blocking().code, ReasonCode::kEmergencyStop) << text(m.loop.blocking());
-  press_and_release(m);
+  ASSERT_TRUE(test::is(m.loop.blocking(), ReasonCode::kEmergencyStop));
+  test::press_and_release(m);
   m.nodes.set_estop(false);
   m.run(100ms);
   expect_shown(m, ReasonCode::kLengthElsewhere);
-  press_and_release(m);
+  answer(m);
   expect_shown(m, ReasonCode::kEnableNotPressed);
 }
 
@@ -169,9 +156,8 @@ TEST(SlaveLoop, EachLengthThatJumpedIsShownAndAnsweredForByItself) {
   m.signals.cylinder_m[kArm] += 0.03;
   m.run(3s);
   for (const int node : {0x30, 0x31}) {
-    expect_shown(m, ReasonCode::kLengthElsewhere);
-    EXPECT_EQ(m.loop.blocking().subject, node);
-    press_and_release(m);
+    expect_elsewhere(m, node);
+    answer(m);
   }
   expect_shown(m, ReasonCode::kEnableNotPressed);
 }
@@ -192,8 +178,7 @@ TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
 }
 
 TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
   m.run(400ms);
   ASSERT_EQ(m.loop.mode(), Mode::kFault);
@@ -206,8 +191,7 @@ TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
   m.run(3s);
   m.hand.enable = false;
   m.run(1s);
-  expect_shown(m, ReasonCode::kLengthElsewhere);
-  EXPECT_EQ(m.loop.blocking().subject, 0x30);
+  expect_elsewhere(m, 0x30);
 }
 
 }  // namespace

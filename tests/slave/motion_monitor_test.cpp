@@ -8,6 +8,7 @@
 #include <random>
 
 #include "machine/oil_stiffness.h"
+#include "tests/slave/reasons.h"
 #include "tests/support/command_machine.h"
 #include "tests/support/multiplexed_machine.h"
 
@@ -30,8 +31,7 @@ struct WatchedArm {
     for (int i = 1; i <= 12000; ++i) {
       const Reason why = step(demand, rate_radps, pressed);
       if (!why) continue;
-      EXPECT_EQ(why.code, ReasonCode::kMotionNotFollowing);
-      EXPECT_EQ(why.subject, kArm);
+      EXPECT_TRUE(test::is(why, ReasonCode::kMotionNotFollowing, kArm));
       return i * 5e-3;
     }
     return 0;

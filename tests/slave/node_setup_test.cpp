@@ -4,22 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/bench_machine.h"
+#include "tests/slave/kept_bus.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/says.h"
 
 namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
-
-bool sets_up(BenchMachine& m) {
-  for (const Time end = m.now + 4s; m.now < end && !m.loop.client().operational();) m.tick();
-  return m.loop.client().operational();
-}
-
-Reason setup_fails(BenchMachine& m, Duration patience = 4s) {
-  for (const Time end = m.now + patience; m.now < end && !m.loop.client().fault();) m.tick();
-  return m.loop.client().fault();
-}
 
 TEST(NodeSetup, FramesCarryTheIdentifiersOfTheMachineFile) {
   MachineDescription d = test::test_machine();
@@ -53,7 +45,7 @@ TEST(NodeSetup, ValuesAreScaledAsTheMachineFileSays) {
     d.bus.wire.pressure_digits = 1;
     d.bus.wire.encoder_speed_step_mps = 1e-3;
     BenchMachine m(d);
-    ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+    ASSERT_TRUE(m.engage()) << m.setup_failure();
     m.move(JointVector(0.3, 0, 0), 300ms);
     const CanFrame command = m.frames(0x210).back();
     const auto raw = static_cast<std::int16_t>(command.data[2] | command.data[3] << 8);
@@ -76,7 +68,7 @@ TEST(NodeSetup, TheSlopeMayBeATiltSensorsSecondAxis) {
   test::node_in(d.bus, NodeRole::kTilt).channels[0].number = 2;
   BenchMachine m(d);
   m.signals.slope_rad = 0.1;
-  ASSERT_TRUE(sets_up(m)) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  ASSERT_TRUE(m.starts()) << m.setup_failure();
   m.run(100ms);
   const CanFrame frame = m.frames(0x1B8).back();
   ASSERT_EQ(frame.size, 2);
@@ -91,8 +83,7 @@ TEST(NodeSetup, PressureThatIsNoNumberIsNotUsed) {
   ASSERT_TRUE(m.engage());
   ASSERT_TRUE(m.nodes.inject(0x22, sim::NodeFault::kInvalid));
   m.run(100ms);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kSensorInvalid);
-  EXPECT_EQ(m.loop.fault().subject, 0x22);
+  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kSensorInvalid, 0x22));
 }
 
 TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
@@ -102,9 +93,9 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
   BenchMachine m(d);
   ASSERT_TRUE(m.nodes.inject(0x31, sim::NodeFault::kSilent));
   const Time start = m.now;
-  EXPECT_EQ(setup_fails(m).code, ReasonCode::kNodeSetup);
+  EXPECT_TRUE(test::is(m.fails(), ReasonCode::kNodeSetup));
   EXPECT_NEAR(to_seconds(m.now - start), 0.3 + 2 * 0.06 + 2 * 0.06, 0.05) << "boot, and two answers twice";
-  EXPECT_EQ(text(m.loop.client().setup_failure(), m.loop.client().bus()),
+  EXPECT_EQ(m.setup_failure(),
             "arm_encoder (node 0x31): reading 0x1000:00 was not answered: check its power, cable and node id");
   m.run(5ms);
   const std::vector<CanFrame> requests = m.frames(0x631);
@@ -116,33 +107,25 @@ TEST(NodeSetup, SilentNodeIsGivenUpAfterTheFilesPatienceAndToldSo) {
 TEST(NodeSetup, FailureNamesTheObjectAndWhatTheNodeSaid) {
   BenchMachine other_device;
   other_device.nodes.set_product(0x10, 0x77);
-  EXPECT_EQ(setup_fails(other_device).code, ReasonCode::kNodeIdentity);
-  EXPECT_EQ(text(other_device.loop.client().setup_failure(), other_device.loop.client().bus()),
+  EXPECT_TRUE(test::is(other_device.fails(), ReasonCode::kNodeIdentity));
+  EXPECT_EQ(other_device.setup_failure(),
             "boom_valve (node 0x10): reading 0x1018:02 gave 0x77, the machine file says 0x10");
 
   MachineDescription d = test::test_machine();
   test::node_in(d.bus, NodeRole::kTilt).tpdos[0] = 0x601;  // not a PDO's: the node refuses it
   BenchMachine refused(d);
-  EXPECT_EQ(setup_fails(refused).code, ReasonCode::kNodeSetup);
-  EXPECT_EQ(text(refused.loop.client().setup_failure(), refused.loop.client().bus()),
+  EXPECT_TRUE(test::is(refused.fails(), ReasonCode::kNodeSetup));
+  EXPECT_EQ(refused.setup_failure(),
             "tilt (node 0x38): writing 0x1800:01 was refused: value out of range (SDO abort 0x06090030)");
   EXPECT_EQ(text(SetupFailure{}, d.bus), "");
 }
-
-/// A port that takes everything.
-class Sink final : public CanBus {
- public:
-  bool send(const CanFrame&) noexcept override { return true; }
-  bool receive(CanFrame&) noexcept override { return false; }
-  [[nodiscard]] CanState state() const noexcept override { return CanState::kActive; }
-};
 
 TEST(NodeSetup, ARequestThatIsAnsweredOnceMoreIsNoticedAndOneThatSomebodyElseMadeIsNot) {
   using canopen::sdo_uploaded;
   const canopen::Object type = canopen::kDeviceType, vendor = canopen::kVendorId;
   const SdoScript script{{SetupPart::Kind::kIdentity, {{type, 404}}, {}},
                          {SetupPart::Kind::kIdentity, {{vendor, 7}}, {}}};
-  Sink bus;
+  test::KeptBus bus;
   const auto asked = [&] {
     SdoDialogue dialogue(0x22, script, 100ms);
     dialogue.receive(sdo_uploaded(0x22, type, 404, 4));  // of an earlier start
@@ -181,7 +164,7 @@ TEST(NodeSetup, ARequestThatIsAnsweredOnceMoreIsNoticedAndOneThatSomebodyElseMad
 
 TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
   BenchMachine m;
-  ASSERT_TRUE(sets_up(m));
+  ASSERT_TRUE(m.starts());
   ASSERT_TRUE(m.nodes.send_emcy(0x25, 0x5030));
   m.run(10ms);
   const EmergencyLog& log = m.loop.client().emergencies();
@@ -202,7 +185,7 @@ TEST(NodeSetup, EmergenciesAreKeptWithTimeAndMeaning) {
 
 TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
   BenchMachine m;
-  ASSERT_TRUE(sets_up(m));
+  ASSERT_TRUE(m.starts());
   SdoDialogue preset(0x30, preset_script(m.description, kBoom, 0.9), 250ms);
   // The loop empties the port: the answers are read off the wire.
   std::size_t seen = m.wire.size();
@@ -242,6 +225,84 @@ TEST(NodeSetup, EveryNodeOfTheFileHasAScriptThatBeginsWithItsIdentity) {
       EXPECT_EQ(node.script[i].asked.at(0).object, identity[i]);
     }
   }
+}
+
+// Sensors that let nobody change how they send, and send by a timer of their own.
+
+constexpr std::uint8_t kPressureNode = 0x20, kTiltNode = 0x38;
+constexpr std::uint32_t kByTimer = 254;
+
+/// From its delivery on.
+void sends_by_timer(BenchMachine& m, std::uint8_t node, std::uint32_t timer_ms, bool may_set = false,
+                    std::uint32_t type = kByTimer) {
+  sim::NodeProtocol& sensor = *m.nodes.node(node);
+  sensor.replace(canopen::kTpdo1Type, type);
+  sensor.replace(canopen::kTpdo1Timer, timer_ms);
+  sensor.refuse(canopen::kTpdo1Type, canopen::SdoAbort::kReadOnly);
+  if (!may_set) sensor.refuse(canopen::kTpdo1Timer, canopen::SdoAbort::kReadOnly);
+}
+
+std::string failure_of(BenchMachine& m) {
+  (void)m.fails(6s);
+  return m.setup_failure();
+}
+
+TEST(OwnTimer, IsTakenAsItIsAndTheMachineRuns) {
+  BenchMachine m;
+  for (const std::uint8_t node : {kPressureNode, std::uint8_t{0x30}}) sends_by_timer(m, node, 10);
+  sends_by_timer(m, kTiltNode, 25);
+  ASSERT_TRUE(m.engage()) << m.setup_failure();
+  m.wire.clear();
+  m.run(2s);
+  for (const std::uint32_t id : {0x1A0U, 0x1B0U}) EXPECT_EQ(m.frames(id).size(), 200U) << id;
+  EXPECT_EQ(m.frames(0x1B8).size(), 80U);
+  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
+  EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], m.signals.pressure_Pa[0], 2e5);
+}
+
+TEST(OwnTimer, ThatIsNoFasterThanSyncAndNoSlowerThanTheAgeLimitLetsIsRefusedInOneLineElse) {
+  for (const std::uint32_t ms : {5U, 20U}) {
+    BenchMachine m;
+    sends_by_timer(m, kPressureNode, ms);
+    ASSERT_TRUE(m.engage()) << m.setup_failure();
+    m.run(2s);
+    EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << ms << ": " << text(m.loop.fault());
+  }
+  for (const std::uint32_t ms : {0U, 4U, 21U, 100U}) {
+    BenchMachine m;
+    sends_by_timer(m, kPressureNode, ms);
+    EXPECT_EQ(failure_of(m),
+              "boom_head_pressure (node 0x20): its transmission type 0x1800:02 cannot be changed, and its own timer "
+              "0x1800:05 is " +
+                  std::to_string(ms) + " ms: it must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms)");
+    EXPECT_TRUE(test::is(m.loop.client().fault(), ReasonCode::kNodeSetup));
+  }
+  BenchMachine none;
+  sends_by_timer(none, kPressureNode, 10);
+  none.nodes.node(kPressureNode)->remove(canopen::kTpdo1Timer);
+  EXPECT_TRUE(test::says(failure_of(none), "its own timer 0x1800:05 cannot be read: it must be 5 ms to 20 ms"));
+}
+
+TEST(OwnTimer, ThatMayBeSetIsSetAsOftenAsSync) {
+  BenchMachine m;
+  sends_by_timer(m, kPressureNode, 100, true);
+  sends_by_timer(m, kTiltNode, 100, true);
+  ASSERT_TRUE(m.engage()) << m.setup_failure();
+  EXPECT_EQ(m.nodes.node(kPressureNode)->value(canopen::kTpdo1Timer), 5U);
+  EXPECT_EQ(m.nodes.node(kTiltNode)->value(canopen::kTpdo1Timer), 10U);
+}
+
+TEST(OwnTimer, IsNotAskedForWhereTheTransmissionTypeIsAsWanted) {
+  BenchMachine m;
+  ASSERT_TRUE(m.engage()) << m.setup_failure();
+  for (const CanFrame& answer : m.frames(canopen::sdo_response_id(kPressureNode)))
+    EXPECT_NE(canopen::parse_sdo_response(answer)->object, canopen::kTpdo1Timer);
+}
+
+TEST(OwnTimer, DoesNotHelpASensorThatSendsWithAnotherNumberOfSyncs) {
+  BenchMachine m;
+  sends_by_timer(m, kPressureNode, 10, false, 3);
+  EXPECT_TRUE(test::says(failure_of(m), "writing 0x1800:02 was refused"));
 }
 
 }  // namespace

@@ -8,8 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "tests/slave/bench_machine.h"
-#include "tests/slave/lossy_can.h"
+#include "tests/slave/leading.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/no_alloc.h"
 #include "transport/canopen.h"
@@ -18,7 +17,6 @@ namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
-using test::LossyCan;
 
 constexpr Duration kPeriod = 5ms;  // what was queued before the stop has left by then
 
@@ -33,14 +31,10 @@ struct Stopped {
     EXPECT_TRUE(bench.engage()) << text(bench.loop.blocking());
     bench.move(JointVector(0.25, -0.25, -0.3), 400ms);
     moving = bench.nodes.outputs().pilot && bench.loop.commands().cwiseAbs().minCoeff() > 0.12;
-    bench.hung = true;
     bench.wire.clear();
-    can.lost = std::move(lost);
+    bench.can.lost = std::move(lost);
     since = bench.now;
-    while (!stop.done()) {
-      stop.step(bench.now);
-      bench.run(5ms);
-    }
+    test::take_out_of_service(bench, stop);
   }
   [[nodiscard]] std::uint32_t value(std::uint8_t node, canopen::Object object) {
     return bench.nodes.node(node)->value(object);
@@ -62,8 +56,7 @@ struct Stopped {
   }
 
   BenchMachine bench;
-  LossyCan can{bench.bus.port(0)};
-  OrderlyStop stop{bench.description, can};
+  OrderlyStop stop{bench.description, bench.can};
   bool moving = false;
   Time since{};
 };
@@ -109,14 +102,10 @@ TEST(OrderlyStop, NodesThatAllSaidThatTheyAreOffMissNobodyAfterwards) {
 TEST(OrderlyStop, ResetsNoNodeThatAnotherControllerMayLead) {
   BenchMachine bench;
   ASSERT_TRUE(bench.engage()) << text(bench.loop.blocking());
-  bench.hung = true;
   bench.wire.clear();
   bench.bus.port(2).send(canopen::sync_frame());
-  OrderlyStop stop(bench.description, bench.bus.port(0));
-  while (!stop.done()) {
-    stop.step(bench.now);
-    bench.run(5ms);
-  }
+  OrderlyStop stop(bench.description, bench.can);
+  test::take_out_of_service(bench, stop);
   EXPECT_EQ(stop.unconfirmed_valves(), (PerJoint<bool>{}));
   EXPECT_TRUE(bench.frames(canopen::kNmtId).empty());
 }
@@ -174,18 +163,13 @@ struct Resting {
     bench.run(300ms);
     for (const NodeDescription& node : machine.bus.nodes)
       EXPECT_NE(bench.nodes.node(node.id)->operational(), rests(node)) << node.name;
+    bench.can.lost.clear();
     bench.hung = true;
     bench.wire.clear();
   }
-  void take_out_of_service() {
-    while (!stop.done()) {
-      stop.step(bench.now);
-      bench.run(5ms);
-    }
-  }
+  void take_out_of_service() { test::take_out_of_service(bench, stop); }
   test::BenchMachine bench;
-  LossyCan can{bench.bus.port(0)};
-  OrderlyStop stop{bench.description, can};
+  OrderlyStop stop{bench.description, bench.can};
 };
 
 TEST(OrderlyStop, NodesThatWentPreOperationalConfirmBySdo) {
@@ -206,7 +190,7 @@ TEST(OrderlyStop, NodesThatWentPreOperationalConfirmBySdo) {
 TEST(OrderlyStop, ANodeThatWentPreOperationalAndDoesNotSayThatItIsOffIsNotBelievedToBe) {
   Resting resting(test::test_machine(), kArm);
   const BusDescription& bus = resting.bench.description.bus;
-  resting.can.lost = {canopen::sdo_response_id(bus.enable().id)};
+  resting.bench.can.lost = {canopen::sdo_response_id(bus.enable().id)};
   resting.take_out_of_service();
   EXPECT_EQ(resting.stop.unconfirmed_valves(), (PerJoint<bool>{false, true, false}))
       << "it still says that it is active";
@@ -219,9 +203,8 @@ TEST(OrderlyStop, AnAnswerToSomebodyElseConfirmsNothingOfANodeThatIsOperational)
   ASSERT_TRUE(bench.engage()) << text(bench.loop.blocking());
   bench.hung = true;
   const NodeDescription& arm = wires().valve(kArm);
-  LossyCan can{bench.bus.port(0)};
-  can.lost = {arm.tpdo_id()};
-  OrderlyStop stop(bench.description, can);
+  bench.can.lost = {arm.tpdo_id()};
+  OrderlyStop stop(bench.description, bench.can);
   while (!stop.done()) {
     bench.bus.port(2).send(canopen::sdo_uploaded(arm.id, canopen::kValveStatusWord, canopen::kControlDisabled, 2));
     stop.step(bench.now);

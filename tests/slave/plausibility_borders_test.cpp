@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "slave/plausibility.h"
+#include "tests/slave/reasons.h"
 #include "tests/slave/test_machine.h"
 
 namespace knuckle::slave {
@@ -78,8 +79,7 @@ class PlausibilityBorders : public ::testing::Test {
   }
   void open(int joint, bool extends, double stroke) { spool[joint] = extends ? stroke : -stroke; }
   void expect_encoder(int joint, double value, double limit) const {
-    EXPECT_EQ(found.code, ReasonCode::kSensorImplausible) << text(found);
-    EXPECT_EQ(found.subject, 0x30 + joint) << text(found);
+    EXPECT_TRUE(test::is(found, ReasonCode::kSensorImplausible, 0x30 + joint));
     EXPECT_NEAR(found.value, value, 1e-6 * (1 + value)) << text(found);
     EXPECT_NEAR(found.limit, limit, 1e-7) << text(found);
   }
@@ -414,10 +414,8 @@ TEST_F(PlausibilityBorders, ATransmitterThatRepeatsItselfIsFoundOnceItsNeighbour
         live = true;
         ASSERT_EQ(after, std::abs(change_Pa) > 5e5 ? repeats + 1 : 0) << chamber << " " << change_Pa;
         if (after == 0) continue;
-        EXPECT_EQ(found.code, ReasonCode::kSensorImplausible);
-        EXPECT_EQ(found.subject, 0x20 + chamber);
-        EXPECT_EQ(found.value, static_cast<float>(repeats));
-        EXPECT_EQ(found.limit, static_cast<float>(repeats));
+        const int node = 0x20 + static_cast<int>(chamber);
+        test::expect_reason(found, ReasonCode::kSensorImplausible, node, repeats, repeats, 0);
       }
     }
   }

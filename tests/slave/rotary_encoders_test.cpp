@@ -6,10 +6,10 @@
 
 #include "core/error.h"
 #include "machine/kinematics.h"
-#include "slave/jog.h"
 #include "slave/node_setup.h"
 #include "slave/sensors.h"
-#include "tests/slave/bench_machine.h"
+#include "tests/slave/jog_bench.h"
+#include "tests/support/says.h"
 
 namespace knuckle::slave {
 namespace {
@@ -82,20 +82,19 @@ TEST(RotaryEncoders, JumpsAndAnglesOutsideTheJointAreNotBelieved) {
   FedSensors fed;
   fed.feed(0.3);
   fed.feed(0.4, 3);
-  EXPECT_EQ(fed.sensors.fault(fed.now).code, ReasonCode::kSensorInvalid) << "0.1 rad at once";
-  EXPECT_EQ(fed.sensors.fault(fed.now).subject, 0x30);
+  EXPECT_TRUE(test::is(fed.sensors.fault(fed.now), ReasonCode::kSensorInvalid, 0x30)) << "0.1 rad at once";
   EXPECT_NEAR(fed.sensors.measurement()->cylinder_m[kBoom], fed.kinematics.cylinder_at(kBoom, 0.3)->length_m, 2e-4);
   FedSensors out;
   out.feed(0.3);
   out.feed(3, 3);
-  EXPECT_EQ(out.sensors.fault(out.now).code, ReasonCode::kSensorInvalid);
+  EXPECT_TRUE(test::is(out.sensors.fault(out.now), ReasonCode::kSensorInvalid));
   EXPECT_NEAR(std::remainder(out.sensors.fault(out.now).value - 3, kTurn), 0, 1e-3) << "the angle is told";
   EXPECT_FALSE(FedSensors().sensors.measurement());
 }
 
 TEST(RotaryEncoders, AreSetUpAndEngage) {
   BenchMachine m(machine_with_rotary_encoders());
-  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  ASSERT_TRUE(m.engage()) << m.setup_failure();
   m.run(500ms);
   const auto measured = m.loop.sensors().measurement().value();
   for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
@@ -110,8 +109,7 @@ TEST(RotaryEncoders, AFaultIsToldOfTheNode) {
     ASSERT_TRUE(m.engage());
     ASSERT_TRUE(m.nodes.inject(0x31, fault));
     m.run(100ms);
-    EXPECT_EQ(m.loop.fault().code, code) << text(m.loop.fault());
-    EXPECT_EQ(m.loop.fault().subject, 0x31);
+    EXPECT_TRUE(test::is(m.loop.fault(), code, 0x31));
   }
 }
 
@@ -127,15 +125,14 @@ TEST(RotaryEncoders, OfAnotherNumberOfStepsAreRefused) {
     BenchMachine m(machine_with_rotary_encoders());
     m.nodes.node(c.node)->replace(c.object, 8192);
     EXPECT_FALSE(m.engage());
-    const std::string failure = text(m.loop.client().setup_failure(), m.loop.client().bus());
-    EXPECT_NE(failure.find(c.said), std::string::npos) << failure;
+    EXPECT_TRUE(test::says(m.setup_failure(), c.said));
   }
 }
 
 TEST(RotaryEncoders, OfASingleTurnNeedNotSayHowFarTheyCount) {
   BenchMachine m(machine_with_rotary_encoders());
   m.nodes.node(0x30)->remove(canopen::kEncoderRange);
-  EXPECT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  EXPECT_TRUE(m.engage()) << m.setup_failure();
 }
 
 /// 0x6003 of the preset.
@@ -161,45 +158,21 @@ TEST(RotaryEncoders, APresetIsWhatTheyCountWhereTheCylinderHasThisLength) {
   EXPECT_THROW((void)preset_script(machine, kBoom, 2.5), InputError);
 }
 
-/// Frames of the nodes read by a jog, which moves nothing.
-struct JogBeforeMotion {
-  JogBeforeMotion() {
-    const JointVector angles(0.3, -1.5, -0.8);
-    signals.shaft_rad = angles;
-    for (int i = 0; i < kJoints; ++i) length_m[i] = Kinematics(machine).cylinder_at(i, angles[i])->length_m;
-  }
-  void run(Duration time) {
-    for (const Time end = now + time; now < end; now += 1ms) {
-      nodes.step(now, signals);
-      bus.advance(now);
-      if (now.time_since_epoch() / 1ms % 5 == 0) jog.step(now);
-    }
-  }
-  MachineDescription machine = machine_with_rotary_encoders();
-  VirtualCanBus bus{2, machine.bus.bit_rate};
-  sim::CanNodes nodes{machine, {}, bus.port(1), 1};
-  sim::MachineSignals signals;
-  JointVector length_m = JointVector::Zero();
-  Jog jog{machine, bus.port(0)};
-  Time now{1s};
-};
-
 TEST(RotaryEncoders, BeforeAnythingMovesTheyAreReadAndPreset) {
-  JogBeforeMotion rig;
-  rig.nodes.node(0x30)->replace(kOffset, 5000);  // mounted as it came: an angle that the boom cannot have
-  rig.jog.start();
-  rig.run(2s);
-  ASSERT_TRUE(rig.jog.client().operational()) << text(rig.jog.client().setup_failure(), rig.jog.client().bus());
+  JogBench rig(machine_with_rotary_encoders());
+  const JointVector& length_m = rig.bench.signals.cylinder_m;
+  rig.bench.nodes.node(0x30)->replace(kOffset, 5000);  // mounted as it came: an angle that the boom cannot have
+  ASSERT_NO_FATAL_FAILURE(rig.start());
   EXPECT_EQ(rig.jog.sensors().no_length, (std::array{true, false, false}));
-  EXPECT_NEAR(rig.jog.sensors().length_m[kArm], rig.length_m[kArm], 3e-4);
+  EXPECT_NEAR(rig.jog.sensors().length_m[kArm], length_m[kArm], 3e-4);
   rig.jog.hold_pilot(100ms);
   rig.run(50ms);
-  EXPECT_EQ(rig.jog.trouble().code, ReasonCode::kSensorInvalid) << "no pilot pressure where an angle says nothing";
-  EXPECT_EQ(rig.jog.trouble().subject, 0x30);
-  rig.jog.write_objects(0x30, preset_script(rig.machine, kBoom, rig.length_m[kBoom]));
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kSensorInvalid, 0x30))
+      << "no pilot pressure where an angle says nothing";
+  rig.jog.write_objects(0x30, preset_script(rig.bench.description, kBoom, length_m[kBoom]));
   rig.run(200ms);
   EXPECT_EQ(rig.jog.sensors().no_length, (std::array{false, false, false}));
-  EXPECT_NEAR(rig.jog.sensors().length_m[kBoom], rig.length_m[kBoom], 3e-4);
+  EXPECT_NEAR(rig.jog.sensors().length_m[kBoom], length_m[kBoom], 3e-4);
 }
 
 }  // namespace

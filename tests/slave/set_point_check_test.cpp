@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/units.h"
+#include "tests/slave/reasons.h"
 #include "tests/slave/test_machine.h"
 #include "tests/support/no_alloc.h"
 
@@ -62,11 +63,11 @@ TEST(SetPointCheck, PositionBelongsIntoTheWorkingRangeWithADegreeToSpare) {
         const double at = upper ? kMax[joint] + over : kMin[joint] - over;
         Sender s;  // the first message: nothing to compare with
         const Reason reason = s.send(only(joint, at, kMiddle), JointVector::Zero());
-        EXPECT_EQ(reason.code, over > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone) << joint << " " << over;
+        EXPECT_TRUE(test::is(reason, over > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone))
+            << joint << " " << over;
         if (!reason) continue;
-        EXPECT_EQ(reason.subject, joint);
-        EXPECT_NEAR(reason.value, at / kDegree, 1e-3);
-        EXPECT_NEAR(reason.limit, (upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175) / kDegree, 1e-3);
+        const double bound = upper ? kMax[joint] + 0.0175 : kMin[joint] - 0.0175;
+        test::expect_reason(reason, ReasonCode::kSetpointRange, joint, at / kDegree, bound / kDegree, 5e-6);
       }
     }
   }
@@ -80,7 +81,7 @@ TEST(SetPointCheck, MachineThatStandsBeyondItsRangeCanBeLedBackButNoFurther) {
         Sender s;
         s.machine = only(joint, stands, kMiddle);
         const Reason reason = s.send(only(joint, stands + beyond * side, kMiddle), JointVector::Zero());
-        EXPECT_EQ(reason.code, beyond > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone)
+        EXPECT_TRUE(test::is(reason, beyond > 0.0175 ? ReasonCode::kSetpointRange : ReasonCode::kNone))
             << joint << " " << beyond;
       }
     }
@@ -92,11 +93,9 @@ TEST(SetPointCheck, SpeedIsNoneThatAHandHasNot) {
     for (double rate = -60; rate <= 60; rate += 0.25) {
       Sender s;
       const Reason reason = s.send(kMiddle, only(joint, rate));
-      EXPECT_EQ(reason.code, std::abs(rate) > 40 ? ReasonCode::kSetpointSpeed : ReasonCode::kNone) << rate;
+      EXPECT_TRUE(test::is(reason, std::abs(rate) > 40 ? ReasonCode::kSetpointSpeed : ReasonCode::kNone)) << rate;
       if (!reason) continue;
-      EXPECT_EQ(reason.subject, joint);
-      EXPECT_FLOAT_EQ(reason.value, static_cast<float>(std::abs(rate)));
-      EXPECT_EQ(reason.limit, 40);
+      test::expect_reason(reason, ReasonCode::kSetpointSpeed, joint, std::abs(rate), 40, 1e-7);
     }
   }
 }
@@ -109,7 +108,7 @@ TEST(SetPointCheck, PositionChangesNoFasterThanThat) {
       // From the end of the range, where the speed that was sent need not explain it.
       Sender s = Sender::standing(kMax);
       const Reason reason = s.send(only(kBucket, kMax[kBucket] - step, kMax), JointVector::Zero(), gap);
-      EXPECT_EQ(reason.code, step > most ? ReasonCode::kSetpointJump : ReasonCode::kNone)
+      EXPECT_TRUE(test::is(reason, step > most ? ReasonCode::kSetpointJump : ReasonCode::kNone))
           << step << " in " << to_seconds(gap);
     }
   }
@@ -123,11 +122,11 @@ TEST(SetPointCheck, JumpIsOneWhereTheSpeedDoesNotExplainIt) {
     for (double step = -0.16; step <= 0.16; step += 0.0005) {
       Sender s = Sender::standing();
       const Reason reason = s.send(only(joint, kMiddle[joint] + step, kMiddle), JointVector::Zero());
-      EXPECT_EQ(reason.code, std::abs(step) > 0.0873 + kHidden ? ReasonCode::kSetpointJump : ReasonCode::kNone) << step;
+      EXPECT_TRUE(test::is(reason, std::abs(step) > 0.0873 + kHidden ? ReasonCode::kSetpointJump : ReasonCode::kNone))
+          << step;
       if (!reason) continue;
-      EXPECT_EQ(reason.subject, joint);
-      EXPECT_NEAR(reason.value, (std::abs(step) - kHidden) / kDegree, 1e-3);
-      EXPECT_FLOAT_EQ(reason.limit, static_cast<float>(0.0873 / kDegree));
+      const double unexplained_deg = (std::abs(step) - kHidden) / kDegree;
+      test::expect_reason(reason, ReasonCode::kSetpointJump, joint, unexplained_deg, 0.0873 / kDegree, 1e-6);
     }
   }
 }
@@ -198,8 +197,8 @@ TEST(SetPointCheck, ClutchMovesASetPointAnywhereWithinRangeAndSpeed) {
   EXPECT_FALSE(s.send(kMiddle, JointVector::Zero(), 2ms, true));
   EXPECT_FALSE(s.send(far, JointVector::Zero())) << "the first without it";
   EXPECT_TRUE(s.send(kMiddle, JointVector::Zero()));
-  EXPECT_EQ(s.send(kMiddle, JointVector(0, 0, 41), 2ms, true).code, ReasonCode::kSetpointSpeed);
-  EXPECT_EQ(s.send(only(kArm, 0, kMiddle), JointVector::Zero(), 2ms, true).code, ReasonCode::kSetpointRange);
+  EXPECT_TRUE(test::is(s.send(kMiddle, JointVector(0, 0, 41), 2ms, true), ReasonCode::kSetpointSpeed));
+  EXPECT_TRUE(test::is(s.send(only(kArm, 0, kMiddle), JointVector::Zero(), 2ms, true), ReasonCode::kSetpointRange));
 }
 
 TEST(SetPointCheck, NonFiniteOnesAreNone) {

@@ -8,6 +8,7 @@
 
 #include "tests/slave/leading.h"
 #include "tests/support/no_alloc.h"
+#include "tests/support/says.h"
 
 namespace knuckle::slave {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 using test::BenchMachine;
 using test::expect_neutral_within;
 using test::kFast;
-using test::lead;
+using test::LedMachine;
 
 TEST(SlaveLoop, OperatorTakesOverAndTheMachineFollowsTheHand) {
   BenchMachine m;
@@ -42,7 +43,7 @@ TEST(SlaveLoop, NothingMovesBeforeItIsEngaged) {
   m.hand.position_rad += JointVector(0.5, 0.5, 0.5);
   m.run(3s);
   EXPECT_EQ(m.loop.mode(), Mode::kReady);
-  EXPECT_EQ(m.loop.blocking().code, ReasonCode::kEnableHeld);
+  EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kEnableHeld));
   for (int i = 0; i < kJoints; ++i) {
     for (const CanFrame& f : m.frames(canopen::rpdo1_id(static_cast<std::uint8_t>(0x10 + i)))) {
       EXPECT_EQ(canopen::parse_valve_command(f)->set_point, 0);
@@ -52,23 +53,18 @@ TEST(SlaveLoop, NothingMovesBeforeItIsEngaged) {
 }
 
 TEST(SlaveLoop, LinkCutEndsNeutralWithinTheDesignsTimesAndNothingResumes) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const Time cut = m.now;
   m.link_up = false;
   m.run(400ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(m.faulted(ReasonCode::kLinkLost));
   expect_neutral_within(m, cut, 200ms);
   m.link_up = true;
   m.align();
   m.run(2s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   expect_neutral_within(m, cut, 200ms);
-  m.hand.enable = false;
-  m.run(50ms);
-  m.hand.enable = true;
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  EXPECT_TRUE(test::engages_anew(m));
 }
 
 /// What the operator's side sends while it lasts, to be delivered again later.
@@ -82,8 +78,7 @@ std::vector<MasterMessage> sent_while(BenchMachine& m, Duration time) {
 }
 
 TEST(SlaveLoop, LateCopiesEndNoOutage) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const auto sent = sent_while(m, 250ms);
   const Time cut = m.now;
   const MasterMessage newest = m.loop.operator_input().message();
@@ -94,8 +89,7 @@ TEST(SlaveLoop, LateCopiesEndNoOutage) {
     EXPECT_EQ(m.loop.operator_input().message().stamp.sequence, newest.stamp.sequence);
     EXPECT_EQ(m.loop.operator_input().message().position_rad, newest.position_rad);
   }
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(m.faulted(ReasonCode::kLinkLost));
   expect_neutral_within(m, cut, 200ms);
   m.link_up = true;
   m.align();
@@ -105,9 +99,8 @@ TEST(SlaveLoop, LateCopiesEndNoOutage) {
 
 // The next packet comes in exactly when the outage has lasted that long, and is a good one.
 TEST(SlaveLoop, OutageAsLongAsTheLimitLatchesAlsoInTheStepThatEndsIt) {
-  for (const Duration outage : {190ms, 195ms, 200ms, 205ms, 240ms, 600ms}) {
-    BenchMachine m;
-    lead(m);
+  for (const Duration outage : {40ms, 190ms, 195ms, 200ms, 205ms, 240ms, 600ms}) {
+    LedMachine m;
     const Time last = m.loop.operator_input().message_at();
     m.link_up = false;
     while (m.now < last + outage - 5ms) m.run(5ms);
@@ -115,17 +108,16 @@ TEST(SlaveLoop, OutageAsLongAsTheLimitLatchesAlsoInTheStepThatEndsIt) {
     m.run(5ms);
     ASSERT_EQ(m.loop.operator_input().message_at(), last + outage);
     m.run(100ms);
-    EXPECT_EQ(m.loop.mode() == Mode::kFault, outage >= 200ms) << to_seconds(outage);
+    EXPECT_EQ(m.loop.mode(), outage >= 200ms ? Mode::kFault : Mode::kEngaged) << to_seconds(outage);
     if (outage >= 200ms) {
-      EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+      EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kLinkLost));
       expect_neutral_within(m, last, 200ms);
     }
   }
 }
 
 TEST(SlaveLoop, OperatorsSideThatStartedAnewLeadsAgainAfterReleasePressAndAlignment) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const std::uint32_t before = m.hand.stamp.sequence;
   m.link_up = false;
   m.run(1s);
@@ -139,29 +131,15 @@ TEST(SlaveLoop, OperatorsSideThatStartedAnewLeadsAgainAfterReleasePressAndAlignm
   EXPECT_LT(m.loop.operator_input().message().stamp.sequence, before);
   EXPECT_EQ(m.loop.operator_input().message().stamp.sequence, m.hand.stamp.sequence) << "it is heard";
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << "enable is still held";
-  m.hand.enable = false;
-  m.run(50ms);
-  m.hand.enable = true;
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  EXPECT_TRUE(test::engages_anew(m));
 }
 
 TEST(SlaveLoop, EchoOfASilentOperatorGrowsOld) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const Time cut = m.now;
   m.link_up = false;
   m.run(400ms);
   EXPECT_LE(m.loop.message(m.now).stamp.echoed, cut + kMostHeld);
-}
-
-TEST(SlaveLoop, ShortOutageIsBridged) {
-  BenchMachine m;
-  lead(m);
-  m.link_up = false;
-  m.run(40ms);
-  m.link_up = true;
-  m.run(100ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kEngaged);
 }
 
 TEST(SlaveLoop, ANodeThatBreaksIsNamedAndEndsNeutralInTimeAndASingleSpikeDoesNot) {
@@ -178,8 +156,7 @@ TEST(SlaveLoop, ANodeThatBreaksIsNamedAndEndsNeutralInTimeAndASingleSpikeDoesNot
                                {NodeFault::kBrokenWire, {0x30}, 200ms},
                                {NodeFault::kFrozen, {0x30}, 200ms}}) {
     for (const int id : broken.nodes) {
-      BenchMachine m;
-      lead(m);
+      LedMachine m;
       const Time at = m.now;
       ASSERT_TRUE(m.nodes.inject(static_cast<std::uint8_t>(id), broken.fault));
       m.move(kFast, 400ms);
@@ -188,8 +165,7 @@ TEST(SlaveLoop, ANodeThatBreaksIsNamedAndEndsNeutralInTimeAndASingleSpikeDoesNot
       expect_neutral_within(m, at, broken.neutral_within);
     }
   }
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   ASSERT_TRUE(m.nodes.inject(0x32, NodeFault::kSpike));
   m.run(200ms);
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
@@ -203,10 +179,8 @@ TEST(SlaveLoop, ANodeSetToPreOperationalIsToldAsThatWithItsNextHeartbeat) {
     sim::Outbox unused;
     m.nodes.node(id)->receive(canopen::nmt_frame(canopen::NmtCommand::kEnterPreOperational, id), m.now, unused);
     m.run(130ms);
-    EXPECT_EQ(m.loop.mode(), Mode::kFault);
-    EXPECT_EQ(m.loop.fault().code, ReasonCode::kNodeFault) << text(m.loop.fault());
-    EXPECT_EQ(m.loop.fault().subject, id);
-    EXPECT_NE(text(m.loop.fault()).find("it is pre-operational"), std::string::npos) << text(m.loop.fault());
+    EXPECT_TRUE(m.faulted(ReasonCode::kNodeFault, id));
+    EXPECT_TRUE(test::says(text(m.loop.fault()), "it is pre-operational"));
   }
 }
 
@@ -228,8 +202,7 @@ TEST(SlaveLoop, WayMadeDuringASensorGapIsNeitherSpeedNorForce) {
 }
 
 TEST(SlaveLoop, StuckValveEndsNeutral) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const Time at = m.now;
   ASSERT_TRUE(m.nodes.inject(0x11, sim::NodeFault::kStuck));
   m.move(-kFast, 600ms);
@@ -246,9 +219,7 @@ TEST(SlaveLoop, SpoolThatStaysOpenIsAFaultWithoutPilotPressureToo) {
   m.blocked[kArm] = true;  // nothing moves it yet
   m.jammed[kArm] = 0.3;
   m.run(400ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kValveNotFollowing) << text(m.loop.fault());
-  EXPECT_EQ(m.loop.fault().subject, kArm);
+  EXPECT_TRUE(m.faulted(ReasonCode::kValveNotFollowing, kArm));
   for (int i = 0; i < 3; ++i) {  // however often it is tried
     m.hand.enable = false;
     m.run(200ms);
@@ -256,7 +227,7 @@ TEST(SlaveLoop, SpoolThatStaysOpenIsAFaultWithoutPilotPressureToo) {
     m.align();
     m.run(500ms);
     EXPECT_FALSE(m.nodes.outputs().pilot);
-    EXPECT_EQ(m.loop.blocking().code, ReasonCode::kValveNotFollowing) << text(m.loop.blocking());
+    EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kValveNotFollowing));
   }
   m.jammed[kArm].reset();
   m.run(500ms);
@@ -279,8 +250,7 @@ TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
   stays_on(900ms);
   EXPECT_EQ(m.loop.mode(), Mode::kReady) << "it may take a moment to fall";
   stays_on(300ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kPilotStaysOn) << text(m.loop.fault());
+  EXPECT_TRUE(m.faulted(ReasonCode::kPilotStaysOn));
   m.hand.enable = true;
   m.align();
   stays_on(300ms);
@@ -291,20 +261,17 @@ TEST(SlaveLoop, PilotPressureThatNobodyAskedForIsAFault) {
 }
 
 TEST(SlaveLoop, HungLoopIsAFaultWhenItComesBack) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.hung = true;
   m.run(300ms);
   EXPECT_NEAR(m.signals.spool.cwiseAbs().maxCoeff(), 0, 0.02) << "the valves' own watchdogs";
   m.hung = false;
   m.run(20ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLoopOverrun);
+  EXPECT_TRUE(m.faulted(ReasonCode::kLoopOverrun));
 }
 
 TEST(SlaveLoop, EStopDropsEverythingAndCanBeLeftOnPurposeOnly) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const Time at = m.now;
   m.nodes.set_estop(true);
   m.run(300ms);
@@ -313,17 +280,12 @@ TEST(SlaveLoop, EStopDropsEverythingAndCanBeLeftOnPurposeOnly) {
   m.nodes.set_estop(false);
   m.run(2s);
   EXPECT_EQ(m.loop.mode(), Mode::kEStop);
-  m.hand.enable = false;
-  m.run(100ms);
-  m.hand.enable = true;
-  m.align();
-  EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+  EXPECT_TRUE(test::engages_anew(m));
 }
 
 TEST(SlaveLoop, NodeThatComesBackIsSetUpAgainOnceTheOperatorLetsGo) {
   for (const int node : {0x11, 0x30}) {
-    BenchMachine m;
-    lead(m);
+    LedMachine m;
     const auto id = static_cast<std::uint8_t>(node);
     m.nodes.inject(id, sim::NodeFault::kSilent);
     m.run(500ms);
@@ -334,16 +296,13 @@ TEST(SlaveLoop, NodeThatComesBackIsSetUpAgainOnceTheOperatorLetsGo) {
     m.hand.enable = false;
     m.run(3s);
     EXPECT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
-    m.hand.enable = true;
-    m.align();
-    EXPECT_TRUE(m.reaches(Mode::kEngaged, 1s)) << text(m.loop.blocking());
+    EXPECT_TRUE(test::engages_anew(m));
   }
 }
 
 /// Other sensors go on: their frames are no sign that pose and force are of now.
 TEST(SlaveLoop, WhatIsMeasuredIsAsOldAsItsFramesOnceOneSensorIsSilent) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const auto age = [&m] { return m.link.last()->stamp.sent_at - m.link.last()->sensor_at; };
   m.run(100ms);
   EXPECT_LT(age(), 10ms);
@@ -359,8 +318,7 @@ TEST(SlaveLoop, WhatIsMeasuredIsAsOldAsItsFramesOnceOneSensorIsSilent) {
 }
 
 TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   const MasterMessage newest = m.hand;
   m.run(10ms);
   const JointVector taken_rad = m.loop.operator_input().message().position_rad;
@@ -374,8 +332,7 @@ TEST(SlaveLoop, OldAndDoubledPacketsAreNotActedOn) {
 }
 
 TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.link_up = false;
   const Time at = m.now;
   for (int i = 0; i < 60; ++i) {
@@ -385,14 +342,13 @@ TEST(SlaveLoop, DeadLinkWithNonsenseOnItCountsAsLost) {
     m.link.deliver(noise);
     m.run(5ms);
   }
-  EXPECT_EQ(m.loop.fault().code, ReasonCode::kLinkLost);
+  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kLinkLost));
   EXPECT_GE(m.loop.operator_input().malformed(), 50U);
   expect_neutral_within(m, at, 200ms);
 }
 
 TEST(SlaveLoop, LongRoundTripHoldsWithoutFault) {
-  BenchMachine m;
-  lead(m);
+  LedMachine m;
   m.round_trip = 600ms;
   m.run(50ms);
   EXPECT_EQ(m.loop.mode(), Mode::kHold);

@@ -38,6 +38,17 @@ struct ReportingBench {
   void run(Duration time) {
     for (const Time end = m.now + time; m.now < end;) tick();
   }
+  /// Engaged, with a report of the device at an hour; that report is on the valves' wire.
+  void lead_with_report() {
+    m.hand.device_report_at = Time(1h);
+    ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
+    run(100ms);
+    ASSERT_EQ(reporter.sent().acted_report_at, Time(1h));
+  }
+  void expect_nobodys_report() const {
+    EXPECT_EQ(reporter.sent().acted_report_at, kNever);
+    EXPECT_EQ(reporter.sent().acted_ago, 0ns);
+  }
   test::BenchMachine m;
   CanMeter meter;
   Told told;
@@ -168,37 +179,28 @@ TEST(StatusReporter, NobodysReportIsOnTheWireOnceTheMachineIsLetGo) {
   bench.m.hand.device_report_at = Time(1h);
   bench.run(3s);
   EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever) << "not led yet";
-  ASSERT_TRUE(bench.m.engage());
-  bench.run(100ms);
-  EXPECT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
+  ASSERT_NO_FATAL_FAILURE(bench.lead_with_report());
   bench.m.hand.enable = false;
   bench.run(100ms);
-  EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
-  EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
+  bench.expect_nobodys_report();
 }
 
 TEST(StatusReporter, NobodysReportIsOnTheWireOnceNoSetPointLeavesTheController) {
   for (const bool bus_off : {true, false}) {
     ReportingBench bench;
-    bench.m.hand.device_report_at = Time(1h);
-    ASSERT_TRUE(bench.m.engage());
-    bench.run(100ms);
-    ASSERT_EQ(bench.reporter.sent().acted_report_at, Time(1h));
+    ASSERT_NO_FATAL_FAILURE(bench.lead_with_report());
     if (bus_off)
       bench.m.bus.bus_off(0);
     else
       bench.m.bus.take_down(0, true);
     bench.run(100ms);
-    EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
-    EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
+    bench.expect_nobodys_report();
   }
 }
 
 TEST(StatusReporter, AReportIsNoLongerOnTheWireThanTheValvesWatchdogLetsIt) {
   ReportingBench bench;
-  bench.m.hand.device_report_at = Time(1h);
-  ASSERT_TRUE(bench.m.engage());
-  bench.run(100ms);
+  ASSERT_NO_FATAL_FAILURE(bench.lead_with_report());
   const Time sent_at = bench.m.loop.client().set_points_at();
   const Duration watchdog = from_seconds(bench.m.description.bus.valve_watchdog_s);
   bench.reporter.step(sent_at + watchdog, bench.m.loop);
@@ -268,7 +270,7 @@ TEST(StatusReporter, TellsLoadAndLossesOfTheBus) {
 }
 
 TEST(StatusReporter, TellsLoadAndStateOfEachOfTwoBuses) {
-  test::BenchMachine m(calibrated(parse_machine(test::two_buses_text(), "m.toml")));
+  test::BenchMachine m(parse_machine(test::two_buses_text(), "m.toml"));
   CanBuses buses(m.bus.port(0), &m.second.port(0));
   CanMeter meter;
   Told told;

@@ -9,6 +9,8 @@
 #include "core/error.h"
 #include "sim/can_nodes.h"
 #include "slave/canopen_client.h"
+#include "tests/slave/passed.h"
+#include "tests/slave/reasons.h"
 #include "tests/slave/test_machine.h"
 #include "transport/canopen.h"
 #include "transport/virtual_can.h"
@@ -60,9 +62,7 @@ class SupervisedBus : public ::testing::Test {
   /// Up to this phase by the simulated nodes, a step every 5 ms; at most so long.
   bool bring_to(Phase phase, const Filter& arrives = {}, Duration most = 4s) {
     for (const Time end = now + most; now < end;) {
-      now += 1ms;
-      nodes.step(now, {});
-      bus.advance(now);
+      tick();
       if (to_ms(now) % 5 != 0) continue;
       for (CanFrame frame; port.receive(frame);) {
         if (!arrives || arrives(frame)) client.receive(frame, now);
@@ -103,11 +103,14 @@ class SupervisedBus : public ::testing::Test {
     return {0x10, 0x11, 0x12, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25, 0x30, 0x31, 0x32, 0x38, 0x40};
   }
   void expect_fault(ReasonCode code, int subject, double value, double limit) {
-    const Reason& why = client.fault();
-    EXPECT_EQ(why.code, code) << text(why);
-    EXPECT_EQ(why.subject, subject) << text(why);
-    EXPECT_NEAR(why.value, value, 1e-4 * (1 + std::abs(value))) << text(why);
-    EXPECT_NEAR(why.limit, limit, 1e-4 * (1 + std::abs(limit))) << text(why);
+    test::expect_reason(client.fault(), code, subject, value, limit, 1e-4);
+  }
+  /// All is well now; and a step, a nanosecond from now.
+  void step_across_border() {
+    step();
+    EXPECT_TRUE(client.operational()) << text(client.fault());
+    now += 1ns;
+    step();
   }
   /// Operational, everything seen just now, nothing sent yet.
   void up() {
@@ -117,15 +120,20 @@ class SupervisedBus : public ::testing::Test {
     ASSERT_TRUE(client.operational()) << text(client.fault());
     port.sent.clear();
   }
+  void tick() {
+    now += 1ms;
+    nodes.step(now, {});
+    bus.advance(now);
+  }
+  /// They miss their controller, and say so to nobody.
+  void leave_nodes_alone(int ms = 300) {
+    for (int i = 0; i < ms; ++i) tick();
+    for (CanFrame frame; port.receive(frame);) {
+    }
+  }
   /// Up anew: for the next of several ways to fail.
   void up_again() {
-    for (int ms = 0; ms < 300; ++ms) {  // the nodes miss their controller, and say so to nobody
-      now += 1ms;
-      nodes.step(now, {});
-      bus.advance(now);
-      for (CanFrame frame; port.receive(frame);) {
-      }
-    }
+    leave_nodes_alone();
     client.restart();
     ASSERT_EQ(client.phase(), Phase::kIdle);
     up();
@@ -137,16 +145,13 @@ class SupervisedBus : public ::testing::Test {
     }
     return found;
   }
-  /// As a gate lets it pass; at most 0.35.
+  std::vector<CanFrame> sent_to_valve(int joint) const {
+    return sent(canopen::rpdo1_id(static_cast<std::uint8_t>(kValve + joint)));
+  }
   PassedCommands passed(int joint, double value) const {
-    JogState state;
-    state.joint = joint;
-    state.since = state.oldest_at = now;
-    JointVector wanted = JointVector::Zero();
-    wanted[joint] = value;
-    const GateResult r = jog_gate(wanted, state, {wanted, now}, GateLimits(machine), now);
-    EXPECT_EQ(r.commands, wanted) << text(r.fault);
-    return r.commands;
+    const PassedCommands commands = passed_now(machine, joint, value, now);
+    EXPECT_EQ(commands[joint], value);
+    return commands;
   }
 
   MachineDescription machine;

@@ -6,11 +6,9 @@
 #include <array>
 #include <vector>
 
-#include "slave/jog.h"
 #include "slave/node_setup.h"
-#include "slave/orderly_stop.h"
-#include "tests/slave/bench_machine.h"
-#include "tests/slave/lossy_can.h"
+#include "tests/slave/jog_bench.h"
+#include "tests/slave/leading.h"
 #include "tests/slave/supervised_bus.h"
 
 namespace knuckle::slave {
@@ -53,7 +51,7 @@ TEST_P(ValveAxes, AreSetUpEachInItsObjectsAndItsPdosAndWhatIsNotOursIsOff) {
   test::BenchMachine m(joined(test::test_machine(), GetParam()));
   sim::NodeProtocol& node = *m.nodes.node(0x10);
   node.replace({0x1402, 1}, 0x410);  // on as delivered
-  ASSERT_TRUE(m.engage()) << text(m.loop.client().setup_failure(), m.loop.client().bus());
+  ASSERT_TRUE(m.engage()) << m.setup_failure();
   for (std::uint8_t axis = 1; axis <= 4; ++axis) {
     const auto index = [axis](unsigned first) { return static_cast<std::uint16_t>(first + axis - 1U); };
     const bool ours = std::count(GetParam().begin(), GetParam().end(), axis) > 0;
@@ -99,20 +97,13 @@ TEST_P(ValveAxes, EachMovesItsJointAndNoOther) {
 
 TEST_P(ValveAxes, OneThatMissesItsSetPointsIsInFaultAloneAndItsNodeTellsIt) {
   test::BenchMachine m(joined(test::test_machine(), GetParam()));
-  test::LossyCan can(m.bus.port(0));
-  SlaveLoop loop(m.description, can, m.link, m.start);
-  m.hung = true;
-  const auto run = [&](Duration time) {
-    for (const Time end = m.now + time; m.now < end; loop.step(m.now)) m.run(5ms);
-  };
-  run(2s);
-  ASSERT_TRUE(loop.client().operational()) << text(loop.client().fault());
-  can.lost = {told_id(GetParam()[kArm])};
+  m.run(2s);
+  ASSERT_TRUE(m.loop.client().operational()) << text(m.loop.client().fault());
+  m.can.lost = {told_id(GetParam()[kArm])};
   m.wire.clear();
-  run(200ms);
-  const Reason fault = loop.client().fault();
-  EXPECT_EQ(fault.code, ReasonCode::kNodeEmergency) << text(fault);
-  EXPECT_EQ(fault.subject, 0x10);
+  m.run(200ms);
+  const Reason fault = m.loop.client().fault();
+  EXPECT_TRUE(test::is(fault, ReasonCode::kNodeEmergency, 0x10));
   EXPECT_EQ(m.frames(0x090).size(), 1U);
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     const unsigned word = word_in(m.frames(heard_id(GetParam()[joint])).back());
@@ -152,9 +143,7 @@ TEST_P(AxesOnBus, AllAreToldNeutralFromTheFirstFrameOnUntilTheirNodeIsOperationa
   expect_all_neutral(1);
   for (const std::uint8_t axis : GetParam()) EXPECT_EQ(word_in(sent(told_id(axis)).front()), 0U);
   for (int ms = 0; ms < 4000 && !client.operational(); ++ms) {
-    now += 1ms;
-    nodes.step(now, {});
-    bus.advance(now);
+    tick();
     if (to_ms(now) % 5 != 0) continue;
     for (CanFrame frame; port.receive(frame);) client.receive(frame, now);
     client.begin_step(now);
@@ -197,13 +186,7 @@ TEST_P(AxesOnBus, AFaultOfOneIsTheNodesAndTellsAllNeutral) {
     expect_fault(ReasonCode::kNodeFault, 0x10, 0x1, 0xF);
     EXPECT_TRUE(client.says_stopped(0x10));
     expect_all_neutral(2);
-    for (int ms = 0; ms < 300; ++ms) {  // the nodes miss their controller, and say so to nobody
-      now += 1ms;
-      nodes.step(now, {});
-      bus.advance(now);
-      for (CanFrame frame; port.receive(frame);) {
-      }
-    }
+    leave_nodes_alone();
   }
 }
 
@@ -214,16 +197,14 @@ TEST_P(AxesOnBus, OneThatIsNotHeardIsMissedAlthoughTheOthersAre) {
     if (i % 2 == 0) statuses_of_all_but(GetParam()[kBucket]);
     step();
   }
-  EXPECT_EQ(client.fault().code, ReasonCode::kSensorStale) << text(client.fault());
-  EXPECT_EQ(client.fault().subject, signal_subject(kBucket)) << "that axis";
+  EXPECT_TRUE(test::is(client.fault(), ReasonCode::kSensorStale, signal_subject(kBucket))) << "that axis";
 }
 
 TEST_P(AxesOnBus, ASpoolThatCannotBeIsTheFaultOfItsAxis) {
   axes_up();
   client.receive(status_of(GetParam()[kArm], 0xF, 32767), now);
   step();
-  EXPECT_EQ(client.fault().code, ReasonCode::kSensorInvalid) << text(client.fault());
-  EXPECT_EQ(client.fault().subject, signal_subject(kArm)) << "that axis";
+  EXPECT_TRUE(test::is(client.fault(), ReasonCode::kSensorInvalid, signal_subject(kArm))) << "that axis";
 }
 
 TEST_P(AxesOnBus, WhatItsGuardWaitsForIsWithheldForAllItsAxes) {
@@ -237,9 +218,7 @@ TEST_P(AxesOnBus, ARestartLeadsTheAxisThatWasInFaultOutOfItAndAllToActive) {
   ASSERT_TRUE(bring_to(Phase::kOperational)) << text(client.fault());
   const std::uint32_t lost = told_id(GetParam()[kBoom]);
   for (int ms = 0; ms < 100; ++ms) {
-    now += 1ms;
-    nodes.step(now, {});
-    bus.advance(now);
+    tick();
     if (to_ms(now) % 5 != 0) continue;
     for (CanFrame frame; port.receive(frame);) client.receive(frame, now);
     for (const std::uint8_t axis : GetParam())
@@ -273,25 +252,14 @@ TEST(ValveAxesGuard, TheTimerOfOneAxisAloneIsNone) {
 
 TEST(ValveAxesGuard, IsTriedWithOneAxisAfterAnotherAndTheSetPointsOfAllWithheld) {
   for (std::size_t place = 0; place < kJoints; ++place) {
-    test::BenchMachine m(joined(test::test_machine(), kMixed));
-    m.hung = true;
-    Jog jog(m.description, m.bus.port(0));
-    const auto run = [&](int steps) {
-      for (int i = 0; i < steps; ++i) {
-        m.run(5ms);
-        jog.step(m.now);
-      }
-    };
-    jog.start();
-    run(600);
-    ASSERT_TRUE(jog.client().operational()) << text(jog.client().fault());
+    JogBench rig(joined(test::test_machine(), kMixed));
+    const test::BenchMachine& m = rig.bench;
+    rig.start();
     const NodeDescription& node = m.description.bus.valve(kBoom);
     const int opened = node.channels[place].info().index;
-    m.wire.clear();
-    jog.try_guard(node, opened);
-    run(1000);
-    ASSERT_EQ(jog.phase(), Jog::Phase::kRest);
-    const GuardSeen& seen = jog.guard_seen();
+    rig.jog.try_guard(node, opened);
+    rig.finish();
+    const GuardSeen& seen = rig.jog.guard_seen();
     ASSERT_TRUE(seen.tried == GuardSeen::Tried::kYes && seen.told_s && seen.stopped_s) << place;
     EXPECT_FALSE(seen.pilot_off_s);
     EXPECT_EQ(seen.emergency, 0x8250);
@@ -319,17 +287,12 @@ TEST(ValveAxesStop, IsOrderlyForAllAndTheOneThatDidNotConfirmIsNamedAndKeepsItsN
       ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
       m.move(JointVector(0.25, -0.25, -0.3), 400ms);
       ASSERT_GT(m.loop.commands().cwiseAbs().minCoeff(), 0.12);
-      m.hung = true;
       m.wire.clear();
-      test::LossyCan can(m.bus.port(0));
       if (lost >= 0)
-        can.lost = {told_id(axes[static_cast<std::size_t>(lost)]), heard_id(axes[static_cast<std::size_t>(lost)])};
-      OrderlyStop stop(m.description, can);
+        m.can.lost = {told_id(axes[static_cast<std::size_t>(lost)]), heard_id(axes[static_cast<std::size_t>(lost)])};
+      OrderlyStop stop(m.description, m.can);
       const Time since = m.now;
-      while (!stop.done()) {
-        stop.step(m.now);
-        m.run(5ms);
-      }
+      test::take_out_of_service(m, stop);
       const auto open = stop.unconfirmed_valves();
       for (int joint = 0; joint < kJoints; ++joint)
         EXPECT_EQ(open[static_cast<std::size_t>(joint)], joint == lost) << joint << ' ' << lost;

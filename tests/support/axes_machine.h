@@ -3,8 +3,7 @@
 
 #include <string>
 
-#include "machine/file_text.h"
-#include "tests/support/places.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
@@ -12,7 +11,7 @@ inline constexpr const char* kThreeAxes = "{ 1 = \"boom_spool\", 2 = \"arm_spool
 
 /// @param channels of the node; @param keys more of them, in lines.
 inline std::string axes_text(const std::string& channels = kThreeAxes, const std::string& keys = "") {
-  std::string text = whole_file(source_dir() + "/config/machines/solar015.toml", 1);
+  std::string text = shipped_text();
   const std::size_t begin = text.find("[[bus.node]]\nname = \"boom_valve\"");
   const std::size_t end = text.find("[[bus.node]]\nname = \"boom_head_pressure\"");
   const std::string node =

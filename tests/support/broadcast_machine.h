@@ -2,13 +2,11 @@
 // clock; valves and enable are CANopen nodes: the shipped one in other words.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
-#include "machine/file_text.h"
-#include "machine/load.h"
 #include "tests/support/keyed_nodes.h"
-#include "tests/support/places.h"
+#include "tests/support/replaced.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
@@ -49,7 +47,7 @@ slope = { start = 0, bits = 16, type = "signed", scale = 0.01, unit = "deg" }
 /// @param frames in place of kBroadcasts @param with_valves valves and enable; else frames must tell the joints what to
 /// do
 inline std::string broadcast_text(const std::string& frames = kBroadcasts, bool with_valves = true) {
-  std::string text = whole_file(source_dir() + "/config/machines/solar015.toml", 1);
+  std::string text = shipped_text();
   const auto set = [&text](const std::string& key, const std::string& value) {
     const std::size_t at = text.find("\n" + key + " = ") + key.size() + 4;
     text.replace(at, text.find_first_of(" \n", at) - at, value);
@@ -72,10 +70,7 @@ inline std::string broadcast_text(const std::string& frames = kBroadcasts, bool 
 
 /// With `to` in place of the first `from` of its broadcasts.
 inline MachineDescription broadcast_machine(const std::string& from = "", const std::string& to = "") {
-  std::string broadcasts = kBroadcasts;
-  const auto at = broadcasts.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  return parse_machine(broadcast_text(broadcasts.replace(at, from.size(), to)), "m.toml");
+  return parse_machine(broadcast_text(replaced(kBroadcasts, from, to)), "m.toml");
 }
 
 }  // namespace knuckle::test

@@ -1,10 +1,8 @@
 // A machine that is led through its own controller, by frames alone: the shipped one in other words, without a node.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
-#include "machine/load.h"
 #include "tests/support/broadcast_machine.h"
 
 namespace knuckle::test {
@@ -101,11 +99,9 @@ inline std::string command_text(const std::string& commands = kRateCommands,
 }
 
 /// With `to` in place of the first `from` of its commands.
-inline MachineDescription command_machine(std::string commands = kRateCommands, const std::string& from = "",
+inline MachineDescription command_machine(const std::string& commands = kRateCommands, const std::string& from = "",
                                           const std::string& to = "") {
-  const auto at = commands.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  return parse_machine(command_text(commands.replace(at, from.size(), to)), "m.toml");
+  return parse_machine(command_text(replaced(commands, from, to)), "m.toml");
 }
 
 }  // namespace knuckle::test

@@ -4,14 +4,13 @@
 
 #include <string>
 
-#include "machine/file_text.h"
 #include "tests/support/keyed_nodes.h"
-#include "tests/support/places.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
 inline std::string few_nodes_text() {
-  std::string text = whole_file(source_dir() + "/config/machines/solar015.toml", 1);
+  std::string text = shipped_text();
   const auto set = [&text](const std::string& key, const std::string& value) {
     const std::size_t at = text.find("\n" + key + " = ", text.find("\n[bus]"));
     const std::size_t from = at + key.size() + 4;

@@ -2,10 +2,8 @@
 // temperatures, battery, and hours when asked.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
-#include "machine/load.h"
 #include "tests/support/command_machine.h"
 
 namespace knuckle::test {
@@ -65,10 +63,9 @@ inline std::string with_address(std::string text, const std::string& address) {
 /// Valves and enable are nodes; with `to` in place of the first `from` of all that it sends.
 inline std::string j1939_text(const std::string& from = "", const std::string& to = "",
                               const std::string& address = "0xF9") {
-  std::string broadcasts = std::string(kBroadcasts) + kGroups;
-  const auto at = broadcasts.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  const std::string text = broadcast_text(broadcasts.replace(at, from.size(), to));
+  std::string broadcasts = kBroadcasts;
+  broadcasts += kGroups;
+  const std::string text = broadcast_text(replaced(broadcasts, from, to));
   return address.empty() ? text : with_address(text, address);
 }
 inline MachineDescription j1939_machine(const std::string& from = "", const std::string& to = "") {
@@ -78,18 +75,13 @@ inline MachineDescription j1939_machine(const std::string& from = "", const std:
 /// Coolant temperature and fuel level are in a message of three packets, hours in one of two that must be asked for.
 inline std::string packets_text(const std::string& from = "", const std::string& to = "") {
   std::string text = j1939_text();
-  const auto replace = [&text](const std::string& old, const std::string& by) {
-    const auto at = text.find(old);
-    if (at == std::string::npos) throw std::logic_error("no such text: " + old);
-    text.replace(at, old.size(), by);
-  };
+  const auto replace = [&text](const char* old, const char* by) { text = replaced(text, old, by); };
   replace("pgn = 0xFEEE\nbytes = 8", "pgn = 0x1FF60\nbytes = 20");
   replace("coolant_temperature = { start = 0,",
           "fuel_level = { start = 137, bits = 8, scale = 0.4, unit = \"%\" }\ncoolant_temperature = { start = 52,");
   replace("source = 0x00\nbytes = 8\nrequest_every_s = 10", "source = 0x00\nbytes = 12\nrequest_every_s = 10");
   replace("engine_hours = { start = 0,", "engine_hours = { start = 64,");
-  if (!from.empty()) replace(from, to);
-  return text;
+  return replaced(text, from, to);
 }
 
 /// Without a node; its first command frame goes out from the address.
@@ -123,10 +115,7 @@ retract = 100
 /// Without a node, led by these valves from address 0x26; with `to` in place of the first `from` of their commands.
 inline std::string valves_text(const std::string& from = "", const std::string& to = "",
                                const std::string& address = "0x26") {
-  std::string commands = kValveCommands;
-  const auto at = commands.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  const std::string text = command_text(commands.replace(at, from.size(), to));
+  const std::string text = command_text(replaced(kValveCommands, from, to));
   return address.empty() ? text : with_address(text, address);
 }
 inline MachineDescription valves_machine() {

@@ -2,13 +2,11 @@
 // words.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
-#include "machine/file_text.h"
-#include "machine/load.h"
 #include "tests/support/keyed_nodes.h"
-#include "tests/support/places.h"
+#include "tests/support/replaced.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
@@ -75,16 +73,13 @@ inline std::string module_text(const std::string& outputs = kVoltageOutputs, con
       "vendor = 0x4B4E\nproduct = 0x0401\nchannels = { 1 = \"machine_enable\" }\n"
       "[[bus.node]]\nname = \"module\"\nprofile = \"cia401\"\nid = 0x41\ndevice_type = 0x000C0191\n"
       "vendor = 0x4B4E\nproduct = 0x0411\nerror_value_shift = 16\n";
-  return with_nodes(whole_file(source_dir() + "/config/machines/solar015.toml", 1), nodes + outputs + inputs);
+  return with_nodes(shipped_text(), nodes + outputs + inputs);
 }
 
-/// With `to` in place of the first `from` of its text.
+/// With `to` in place of the first `from` of its nodes.
 inline MachineDescription module_machine(const std::string& outputs = kVoltageOutputs, const std::string& from = "",
                                          const std::string& to = "") {
-  std::string text = module_text(outputs);
-  const auto at = text.find(from, text.find("[[bus.node]]"));
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  return parse_machine(text.replace(at, from.size(), to), "m.toml");
+  return parse_machine(replaced(module_text(outputs), from, to, "[[bus.node]]"), "m.toml");
 }
 
 }  // namespace knuckle::test

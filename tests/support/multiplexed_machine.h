@@ -1,18 +1,11 @@
 // Machines whose angles and pressures come under one identifier, told apart by a multiplexer.
 #pragma once
 
-#include <stdexcept>
 #include <string>
 
 #include "tests/support/broadcast_machine.h"
 
 namespace knuckle::test {
-
-inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("no such text: " + from);
-  return text.replace(at, from.size(), to);
-}
 
 /// Of frames as kBroadcasts has them, and the standard200's: byte 7 is 1 where they have angles, 2 where pressures; a
 /// counter runs over both.

@@ -4,7 +4,6 @@
 #include <array>
 #include <string>
 
-#include "machine/load.h"
 #include "tests/support/few_nodes.h"
 
 namespace knuckle::test {
@@ -26,7 +25,7 @@ inline std::string with_rotary_encoders(std::string text) {
 
 /// The default machine, a node for each signal.
 inline std::string rotary_text() {
-  return with_rotary_encoders(whole_file(source_dir() + "/config/machines/solar015.toml", 1));
+  return with_rotary_encoders(shipped_text());
 }
 
 }  // namespace knuckle::test

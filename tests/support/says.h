@@ -1,15 +1,18 @@
-// Whether a text has a part: EXPECT_TRUE(says(run.err, "--can")) shows both where it has not.
+// What a line of text says; a failed assertion shows the line.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace knuckle {
+namespace knuckle::test {
 
-inline testing::AssertionResult says(const std::string& text, const std::string& part) {
-  const bool has_it = text.find(part) != std::string::npos;
-  return (has_it ? testing::AssertionSuccess() : testing::AssertionFailure()) << "\"" << part << "\" in: " << text;
+[[nodiscard]] inline testing::AssertionResult says(const std::string& line, const std::string& part) {
+  return testing::AssertionResult(line.find(part) != std::string::npos) << '"' << part << "\" in \"" << line << '"';
 }
 
-}  // namespace knuckle
+[[nodiscard]] inline testing::AssertionResult begins(const std::string& line, const std::string& part) {
+  return testing::AssertionResult(line.starts_with(part)) << '"' << part << "\" first in \"" << line << '"';
+}
+
+}  // namespace knuckle::test

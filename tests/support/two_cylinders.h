@@ -3,17 +3,12 @@
 
 #include <string>
 
-#include "tests/support/places.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
-inline std::string solar015_text() {
-  return content(source_dir() + "/config/machines/solar015.toml");
-}
-
 /// Its machine file without the two transmitters' nodes, and the key that says so.
-inline std::string without_transmitters(const std::string& joint, std::string text = solar015_text()) {
+inline std::string without_transmitters(const std::string& joint, std::string text = shipped_text()) {
   for (const char* side : {"_head_pressure", "_rod_pressure"}) {
     const std::size_t name = text.find("name = \"" + joint + side + "\"");
     const std::size_t from = text.rfind("[[bus.node]]", name), to = text.find("[[bus.node]]", name);
