@@ -21,8 +21,8 @@ std::string unit_name(const std::string& unit) {
 /// "boom_angle = { start = 0, ... }" @throws InputError where its unit is none that machine files know of it.
 std::string line_of(const DbcFile& dbc, const DbcMessage& message, const DbcSignal& signal,
                     const WantedSignal& wanted) {
-  const std::string bits = fmt::format("{} = {{ {}", wanted.info->name, bits_text(signal.field, signal.first_byte));
-  if (is_yes_or_no(*wanted.info)) return bits + ", on = 1 }";
+  const std::string begin = fmt::format("{} = {{ {}", wanted.info->name, bits_text(signal.field, signal.first_byte));
+  if (is_yes_or_no(*wanted.info)) return begin + ", on = 1 }";
   std::string units, travel;
   bool is_known = false;
   for (const Unit& unit : units_of(*wanted.info)) {
@@ -33,7 +33,7 @@ std::string line_of(const DbcFile& dbc, const DbcMessage& message, const DbcSign
     dbc.refuse(signal.line, fmt::format("signal {} of {} has the unit \"{}\": must be {}", signal.name, message.name,
                                         signal.unit, units));
   if (wanted.shut) travel = fmt::format(", shut = {}, full = {}", number_text(*wanted.shut), number_text(*wanted.full));
-  return fmt::format("{}{}, unit = \"{}\"{} }}", bits, scale_text(signal.field), unit_name(signal.unit), travel);
+  return fmt::format("{}{}, unit = \"{}\"{} }}", begin, scale_text(signal.field), unit_name(signal.unit), travel);
 }
 
 /// The one of Knuckle's signals that is taken from there; nullptr where none is.

@@ -22,13 +22,8 @@ using test::machine;
 using test::made_for;
 using test::refused;
 using test::solar_text;
+using test::with_fixed;
 
-/// A device in which a PDO of the node has this identifier and cannot be moved.
-DeviceFile with_fixed(DeviceFile device, std::uint32_t cob_id, std::int64_t frame) {
-  device.entries[cob_id].access = Access::kReadOnly;
-  device.entries[cob_id].value = Value{frame, true};
-  return device;
-}
 std::string block_of(const std::string& text, const std::string& name) {
   const auto begin = text.rfind("[[bus.node]]", text.find("name = \"" + name + '"'));
   return text.substr(begin, text.find("\n\n", begin) + 1 - begin);
@@ -46,21 +41,20 @@ TEST(BusAddToNodeTables, ChangesWhatDependsOnTheDeviceInTheTableOfTheNodeAndNoth
 }
 
 TEST(BusAddToNodeTables, FindsTheKeysInAnyOrderAndTheNodeByItsSignalAndKeepsLineEnds) {
-  for (const std::string end : {"\n", "\r\n"}) {
-    std::string text = solar_text();
-    const std::string block =
-        "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
-        "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
-    text = changed(text, block_of(text, "tilt"), block);
-    std::string wanted = changed(text, block,
-                                 "[[bus.node]]\nproduct = 0x5678\nchannels.1 = \"slope\"\nvendor = 0x1234\n"
-                                 "id = 0x39\nname = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x19A\n");
-    for (std::string* one : {&text, &wanted})
-      if (end != "\n") *one = all_changed(*one, "\n", end);
-    EXPECT_EQ(with_device(text, "my.toml", "inclination", 0x39, made_for("tilt")), wanted);
-    EXPECT_EQ(with_device(text, "my.toml", "slope", 0x39, made_for("tilt")), wanted);
-    EXPECT_EQ(with_device(wanted, "my.toml", "slope", 0x39, made_for("tilt")), wanted) << "its own id";
-  }
+  const std::string block =
+      "[[bus.node]]\nproduct = 1\nchannels.1 = \"slope\"\nvendor = 0x02\nid = 56\n"
+      "name = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x019A\n";
+  const std::string text = changed(solar_text(), block_of(solar_text(), "tilt"), block);
+  const std::string wanted = changed(text, block,
+                                     "[[bus.node]]\nproduct = 0x5678\nchannels.1 = \"slope\"\nvendor = 0x1234\n"
+                                     "id = 0x39\nname = 'inclination'\nprofile = \"cia410\"\ndevice_type = 0x19A\n");
+  const auto added = [](const std::string& before, const char* node) {
+    return with_device(before, "my.toml", node, 0x39, made_for("tilt"));
+  };
+  EXPECT_EQ(added(text, "inclination"), wanted);
+  EXPECT_EQ(added(text, "slope"), wanted);
+  EXPECT_EQ(added(test::with_crlf(text), "slope"), test::with_crlf(wanted));
+  EXPECT_EQ(added(wanted, "slope"), wanted) << "its own id";
 }
 
 TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMovedAndTakesOutOldOnes) {
@@ -72,8 +66,7 @@ TEST(BusAddToNodeTables, WritesTheProfileOfAValveAndTheIdentifiersThatCannotBeMo
             "[[bus.node]]\nname = \"arm_valve\"\nprofile = \"cia408/pved\"\nchannels = { 1 = \"arm_spool\" }\n"
             "id = 0x11\ndevice_type = 0x198\nvendor = 0x1000019\nproduct = 0x53373235\ntpdo = 0x291\nrpdo = 0x311\n");
   EXPECT_EQ(with_device(text, "my.toml", "arm_valve", 0x11, pved), text) << "once more";
-  EXPECT_EQ(with_device(all_changed(solar_text(), "\n", "\r\n"), "my.toml", "arm_valve", 0x11, pved),
-            all_changed(text, "\n", "\r\n"));
+  EXPECT_EQ(with_device(test::with_crlf(solar_text()), "my.toml", "arm_valve", 0x11, pved), test::with_crlf(text));
   const std::string moved = with_device(text, "my.toml", "arm_valve", 0x13, pved);
   EXPECT_TRUE(has_text(moved, "\ntpdo = 0x293\nrpdo = 0x313\n"));
   const std::string noted = changed(text, "tpdo = 0x291", "tpdo = 0x291  # as delivered");

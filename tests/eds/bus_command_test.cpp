@@ -26,13 +26,10 @@ using test::refused;
 using test::solar_text;
 
 TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
-  DeviceFile device = made_for("tilt");
-  Entry& cob_id = device.entries[0x180001];
-  cob_id.access = Access::kReadOnly;
-  cob_id.value = Value{0x280, true};
-  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0x2B8);
-  cob_id.value = Value{0x180, true};
-  EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], 0);
+  for (const auto& [first, kept] : {std::pair{0x280, 0x2B8}, {0x180, 0}}) {
+    const DeviceFile device = test::with_fixed(made_for("tilt"), 0x180001, first);
+    EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], kept);
+  }
 }
 
 TEST(BusAdd, OfAnOlderFileMakesTheNodesTablesFirst) {

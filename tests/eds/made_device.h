@@ -59,6 +59,12 @@ inline eds::DeviceFile made_for(const std::string& node, const MachineDescriptio
   device.product = 0x5678;
   return device;
 }
+/// A device in which a PDO of the node has this identifier and cannot be moved.
+inline eds::DeviceFile with_fixed(eds::DeviceFile device, std::uint32_t cob_id, std::int64_t frame) {
+  device.entries[cob_id].access = eds::Access::kReadOnly;
+  device.entries[cob_id].value = eds::Value{frame, true};
+  return device;
+}
 inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
                            const std::string& text = solar_text()) {
   return refusal([&] { return eds::with_device(text, "my.toml", node, id, device); });
