@@ -32,7 +32,7 @@ class Budget {
   [[nodiscard]] double load(const BusDescription& bus) const {
     return worst_bus_load(bus) + others_bits_per_s_ / bus.bit_rate;
   }
-  [[nodiscard]] bool fits(const Change& change) const { return load(change.bus) <= kFullestBus; }
+  [[nodiscard]] bool fits(const Change& change) const { return is_within_fullest(load(change.bus)); }
 
   [[nodiscard]] std::optional<Change> fewer_valve_states(Change change) const {
     constexpr int kMostNth = 8;

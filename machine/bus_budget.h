@@ -11,6 +11,10 @@
 namespace knuckle {
 
 inline constexpr double kFullestBus = 0.6;  ///< Share of the bit rate, with worst-case stuffing.
+/// Loads are sums: one at the bound is within it however they were added up.
+[[nodiscard]] constexpr bool is_within_fullest(double load) noexcept {
+  return load <= kFullestBus * (1 + 1e-9);
+}
 inline constexpr std::array kBitRates_kbps{10, 20, 50, 125, 250, 500, 800, 1000};  ///< CiA 301, table 1.
 /// Without a sensor's value or a valve's command, whatever a file says.
 inline constexpr double kLongestBlind_ms = 200;

@@ -64,7 +64,7 @@ void read_bus_lines(std::vector<TomlTable>& files, BusDescription& bus) {
 
 void check_bus_load(const TomlTable& file, const BusDescription& bus, const SensorDescription& sensors) {
   const double load = worst_bus_load(bus) + bus.foreign_load;
-  if (load <= kFullestBus) return;
+  if (is_within_fullest(load)) return;
   const std::string fits = what_fits(bus, sensors, bus.foreign_load * bus.bit_rate);
   file.require(
       false, "bit_rate_kbps",

@@ -20,6 +20,7 @@ struct LossLimits {
   double round_trip_release = 0.9;  ///< A hold for the round trip ends below this part of its limit.
 };
 inline constexpr LossLimits kLossLimits{};
+static_assert(kLossLimits.extrapolate <= kLossLimits.hold && kLossLimits.hold < kLossLimits.ramp);
 
 enum class LossStage : std::uint8_t { kExtrapolate, kHold, kRamp, kZero, kLost };
 

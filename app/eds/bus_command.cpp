@@ -102,7 +102,6 @@ int add(const BusOptions& o) {
   const MachineDescription machine = parse_machine(text, o.machine);
   const std::string node = named_node(machine.bus, o.as, o.machine).name;
   const Fit fit = fit_of(device, machine, node);
-  note_node_tables(before, o.machine);
   print_notes(o.file, device.slips);
   print_notes(o.file, fit.notes);
   if (const std::string lacks = missing_status_text(*machine.bus.find(node), machine); !lacks.empty())
@@ -113,6 +112,7 @@ int add(const BusOptions& o) {
     std::cerr << "knuckle: " << o.machine << " is as it was\n";
     return 2;
   }
+  note_node_tables(before, o.machine);
   return finish(
       o.machine, before, text,
       fmt::format("{} is {} {}, node 0x{:02X}, in {}", node, device.vendor_name, device.product_name, id, o.machine),

@@ -313,6 +313,7 @@ class Importer {
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.ids += *line + '\n';
       for (const char* const key : {"counter", "checksum"})
         if (const auto line = tables_.key_line(Kind::kBroadcast, place, key)) keys.closing += *line + '\n';
+      if (keys.ids.empty()) keys.ids = id_lines(*frame.message, true);  // its own are written otherwise
       return keys;
     }
     keys.ids = id_lines(*frame.message, true);

@@ -301,7 +301,11 @@ class DbcReader {
   /// CM_ "..."; CM_ BO_ IDENTIFIER "..."; CM_ SG_ IDENTIFIER SIGNAL "..."; for people. One without an end would hide
   /// what follows: refused.
   void comment() {
-    for (int words = 0; words < 3 && !scan_.at('"'); ++words) (void)scan_.word();
+    if (!scan_.at('"')) {
+      const std::string_view of = scan_.word();
+      if (of != "BO_" && of != "SG_") return skip();  // of a node or an environment variable
+    }
+    for (int words = 0; words < 2 && !scan_.at('"'); ++words) (void)scan_.word();
     (void)text("a comment", true);
     end();
   }

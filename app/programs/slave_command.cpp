@@ -313,7 +313,7 @@ int run(const Options& o, const DrawCamera& draw) {
   AskedOutput candump("--candump", o.candump);
   ProgramFrame program("knuckle slave", o.run, interrupt);
   ProgramConsole& console = program.console;
-  program.run.outputs.push_back(&candump);
+  program.run.outputs.insert(program.run.outputs.begin(), &candump);
   std::unique_ptr<bringup::OpenInterfaces> interfaces;
   if (!setup.simulation) {
     interfaces = open_interfaces(o, setup.machine, interrupt, console);

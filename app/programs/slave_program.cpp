@@ -88,7 +88,13 @@ class SlaveRunner {
   void ask_to_stop() noexcept { stop_asked_.store(true, std::memory_order_relaxed); }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_.load(std::memory_order_relaxed); }
   [[nodiscard]] bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
-  bool next(SlaveNews& news) noexcept { return news_.pop(news); }
+  bool next(SlaveNews& news) noexcept {
+    if (news_.pop(news)) return true;
+    slave::EmergencyRecord emergency;
+    if (!emergencies_.pop(emergency)) return false;
+    news = emergency;
+    return true;
+  }
   [[nodiscard]] const MachineDescription& machine() const noexcept { return machine_; }
   [[nodiscard]] const BusDescription& bus() const noexcept { return machine_.bus; }
   [[nodiscard]] const SlaveStatus& status() noexcept {
@@ -117,7 +123,8 @@ class SlaveRunner {
   std::uint64_t reads_seen_ = 0;
   Time read_at_ = kNever;
   std::uint64_t j1939_seen_ = 0;
-  Ring<SlaveNews, 2048> news_;  // more than a full bus brings between two looks
+  Ring<SlaveNews, 512> news_;
+  Ring<slave::EmergencyRecord, 1024> emergencies_;  // of their own: a node that floods keeps no fault out
   RowTable<slave::SlaveState> rows_;
   Mailbox<SlaveStatus> status_;
   SlaveStatus shown_;  // the tending thread's
@@ -164,7 +171,7 @@ void SlaveRunner::observe_nodes(Time now) noexcept {
   const std::uint64_t fresh = log.count() - emergencies_seen_;
   emergencies_seen_ = log.count();
   for (auto age = static_cast<std::size_t>(std::min<std::uint64_t>(fresh, log.kept())); age > 0; --age) {
-    news_.push(log.newest(age - 1));
+    emergencies_.push(log.newest(age - 1));
   }
   if (fresh > log.kept()) emergencies_lost_ += fresh - log.kept();
 }
@@ -205,7 +212,8 @@ void SlaveRunner::write(const SlaveRecords& records) {
 
 void SlaveRunner::hand_over(SlaveOutcome& outcome) const {
   outcome.malformed_datagrams = side_.slave.operator_input().malformed();
-  outcome.records_lost += side_.can.lost() + rows_.lost() + news_.dropped() + emergencies_lost_;
+  outcome.records_lost +=
+      side_.can.lost() + rows_.lost() + news_.dropped() + emergencies_.dropped() + emergencies_lost_;
   outcome.readings = side_.slave.sensors().readings(last_.at);
   outcome.commanded = side_.slave.client().commanded();
   if (!outcome.commanded) return;

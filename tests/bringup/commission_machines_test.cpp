@@ -5,7 +5,6 @@
 
 #include "app/bringup/commission_result.h"
 #include "core/error.h"
-#include "machine/command_joints.h"
 #include "machine/room.h"
 #include "slave/j1939_bus.h"
 #include "slave/node_setup.h"

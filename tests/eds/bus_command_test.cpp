@@ -272,6 +272,16 @@ TEST_F(BusAddProgram, SaysThatTheNodesOfAnOlderFileAreTablesFromNowOn) {
   EXPECT_EQ(test::content(folder.file("my.1.toml")), keyed());
 }
 
+TEST_F(BusAddProgram, SaysNothingOfTablesWhereAnOlderFileStaysAsItWas) {
+  std::ofstream(file) << keyed();
+  DeviceFile tilt = made_for("tilt");
+  tilt.entries.erase(0x101700);
+  const auto run = add(tilt, file);
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_FALSE(has_text(run.out, "from now on")) << run.out;
+  EXPECT_EQ(test::content(file), keyed());
+}
+
 TEST_F(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
   std::ofstream(eds) << test::eds_text(made_for("tilt"));
   const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +

@@ -206,6 +206,7 @@ TEST(DbcCommands, WhatCannotBeIsRefusedInOneLine) {
            {{.commands = {"boom=Rates.boom:"}}, "must be such as"},
            {{.commands = {"boom=Rates.boom:extend=1,extend=2"}}, "must be such as"},
            {{.commands = {"boom=Rates.boom:extend=1,speed=2"}}, "must be such as"},
+           {{.commands = {"boom=Rates.boom:extend=0.6,"}}, "must be such as"},
            {{.commands = {"boom=Rates.stick:extend=1"}}, "Rates has no signal stick; it has boom, arm, bucket, slew"},
            {{.commands = {"boom=Rates.boom:extend=0.6,retract=-0.6"}, .constants = {"Rates=0", "Setting=0"}},
             "no field extends the arm"},

@@ -178,7 +178,8 @@ TEST(DbcFile, WhatKnuckleDoesNotKnowIsPassedOverAndNothingElse) {
       "EV_ Switch: 0 [0|1] \"BO_ 5 X: 8 Y\" 0 1 DUMMY_NODE_VECTOR0 Vector__XXX;\nVAL_ Switch 1 \"on\" ;\n"
       "SIG_GROUP_ 256 Group 1 : a b;\nNEW_ 12 \"several\nVAL_ lines; \\\"quoted\\\"\" ;\nBA_REL_ \"x\" BU_BO_REL_ A "
       "256 5;\n"
-      "BA_DEF_ EV_ \"x\" HEX 0 1;\nBA_ \"x\" EV_ Switch 5;\nCM_ EV_ Switch \"y\";\nBO_TX_BU_ 256 : A,B;\n"
+      "BA_DEF_ EV_ \"x\" HEX 0 1;\nBA_ \"x\" EV_ Switch 5;\nCM_ EV_ Switch \"y\";\nCM_ BU_ Remote ;\nCM_ BU_ Remote "
+      "\"y\" more;\nBO_TX_BU_ 256 : A,B;\n"
       "SIG_TYPE_REF_ 256 a : b;\nNO_SEMICOLON_ 1 2 3\nVAL_ 256 a 1 \"one\" ;\n";
   const DbcFile file = parsed_dbc(before + kTwoMessages + after);
   EXPECT_EQ(slips_of(file), "");

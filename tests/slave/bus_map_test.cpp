@@ -68,18 +68,14 @@ TEST(BusMap, CountsTheBytesThatNodesAreToldToSendWhateverTheMachineFileMaps) {
       if (hears == 0) continue;
       EXPECT_EQ(hears, mapped[node.node.rpdo_id()]) << node.node.name;
     }
-    EXPECT_LE(can_load(bus_map(machine.bus), machine.bus.bit_rate).worst_case, worst_bus_load(machine.bus));
   }
 }
 
-/// The check of the machine file may count a little more than travels, never less.
-TEST(BusMap, MachineFilesLoadTheirBusesWithinSixtyPercentAsTheirOwnCheckSays) {
+TEST(BusMap, MachineFilesLoadTheirBusesWithinSixtyPercent) {
   for (const char* name : {"solar015", "compact080"}) {
     const BusDescription bus = load_machine(find_config("machine", name)).bus;
     const CanLoad load = can_load(bus_map(bus), bus.bit_rate);
     EXPECT_LE(load.worst_case, 0.60) << name;
-    EXPECT_LE(load.worst_case, worst_bus_load(bus) + 1e-12) << name;
-    EXPECT_GT(load.worst_case, worst_bus_load(bus) - 0.02) << name;
   }
 }
 
