@@ -48,16 +48,16 @@ Interrupted interrupted_in(const std::string& folder) {
   return all;
 }
 
-TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingItsProgressAndANeutralMachine) {
+TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingANeutralMachineAndProgressToGoOnFrom) {
   const knuckle::test::TemporaryFolder folder;
   const std::string fifo = folder.file("typed"), said = folder.file("said"), out = folder.file("found.toml"),
                     log = folder.file("log");
   fs::create_directory(log);
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  knuckle::test::RunningProgram commission(
-      "/bin/sh", {"-c", "exec " + knuckle::test::program("knuckle") + " commission --simulate --machine solar015 " +
-                            "--seed 7 --out " + out + " --record " + folder.path().string() + " --log " + log + " < " +
-                            fifo + " > " + said});
+  const std::string command = "exec " + knuckle::test::program("knuckle") +
+                              " commission --simulate --machine solar015 --seed 7 --out " + out + " --record " +
+                              folder.path().string();
+  knuckle::test::RunningProgram commission("/bin/sh", {"-c", command + " --log " + log + " < " + fifo + " > " + said});
   std::ofstream typed(fifo);  // stays open: it waits for the next word
   for (const std::string& word : test::first_words(test::kStroked)) typed << word << std::endl;
   const auto has_said = [&] { return knuckle::test::content(said).find("\n6. ") != std::string::npos; };
@@ -79,6 +79,8 @@ TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingItsProgressA
   ASSERT_FALSE(recorded.sent_and_received.empty());
   const Time end = recorded.sent_and_received.back().at + 1ms;
   EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, test::solar(), end - 1ms, end).command);
+  const auto resumed = knuckle::test::run_program("/bin/sh", {"-c", command + " --resume < /dev/null"});
+  EXPECT_TRUE(test::says(resumed.out, "Goes on after step 5 of the run before")) << resumed.err;
 }
 
 }  // namespace
