@@ -49,6 +49,15 @@ void acknowledge(BenchMachine& m) {
   m.run(1500ms);
 }
 
+/// Of the boom, whose transmitter sends invalid values.
+struct OfferedHome : BenchMachine {
+  OfferedHome() {
+    fail_boom(*this, sim::NodeFault::kInvalid);
+    acknowledge(*this);
+    EXPECT_TRUE(loop.home().offered()) << text(loop.blocking());
+  }
+};
+
 void choose(BenchMachine& m) {
   m.home = HomeMessage{{}, 1};
   m.run(1200ms);
@@ -91,9 +100,7 @@ TEST(HomeOnTwo, IsOfferedAfterTheFaultWasAcknowledgedAndTakenOnlyByItsOwnMessage
 }
 
 TEST(HomeOnTwo, MovesSlowlyUntilTheProgramStartsAnewWhateverFailsBetween) {
-  BenchMachine m;
-  fail_boom(m, sim::NodeFault::kInvalid);
-  acknowledge(m);
+  OfferedHome m;
   choose(m);
   EXPECT_TRUE(test::engages_anew(m));
   m.wire.clear();
@@ -115,10 +122,7 @@ TEST(HomeOnTwo, MovesSlowlyUntilTheProgramStartsAnewWhateverFailsBetween) {
 }
 
 TEST(HomeOnTwo, IsNotTakenWhileEnableIsHeldNorForAnotherCylinderNorTooLate) {
-  BenchMachine m;
-  fail_boom(m, sim::NodeFault::kInvalid);
-  acknowledge(m);
-  ASSERT_TRUE(m.loop.home().offered());
+  OfferedHome m;
   m.hand.enable = true;
   m.run(20ms);
   m.home = HomeMessage{{}, 1};
@@ -301,10 +305,7 @@ TEST(HomeOnTwo, IsNotOfferedWhileAnotherNodeHasFailedToo) {
 }
 
 TEST(HomeOnTwo, ASecondCylindersTransmittersAreAStopAndNothingElse) {
-  BenchMachine m;
-  fail_boom(m, sim::NodeFault::kInvalid);
-  acknowledge(m);
-  ASSERT_TRUE(m.loop.home().offered());
+  OfferedHome m;
   m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
   m.run(1500ms);
   choose(m);
@@ -334,12 +335,9 @@ void press_and_release_at_failure_of(BenchMachine& m, std::uint8_t node) {
 TEST(HomeOnTwo, TheTransmittersAreTriedAgainAlsoBesideAnotherFailure) {
   for (const NodeRole role : {NodeRole::kPressure, NodeRole::kEncoder})
     for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent}) {
-      BenchMachine m;
+      OfferedHome m;
       const std::uint8_t other = another_node(m, role, 2);
       SCOPED_TRACE(node_text(other, m.description.bus) + (how == sim::NodeFault::kSilent ? ", silent" : ""));
-      fail_boom(m, sim::NodeFault::kInvalid);
-      acknowledge(m);
-      ASSERT_TRUE(m.loop.home().offered());
       m.nodes.inject(other, how);
       m.run(1500ms);
       ASSERT_FALSE(m.link.last()->home_offered);
@@ -357,9 +355,7 @@ TEST(HomeOnTwo, TheTransmittersAreTriedAgainAlsoBesideAnotherFailure) {
 }
 
 TEST(HomeOnTwo, IsOfferedForTheSecondOfTwoCylindersOnceTheFirstIsSoundAndTriedAgain) {
-  BenchMachine m;
-  fail_boom(m, sim::NodeFault::kInvalid);
-  acknowledge(m);
+  OfferedHome m;
   m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kNone);
   m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
   m.run(1500ms);

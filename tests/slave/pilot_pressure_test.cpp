@@ -19,6 +19,11 @@ struct Piloted : test::BenchMachine {
                    const std::string& state = test::state_with_pilots())
       : Piloted(parse_machine(test::command_text(commands, state), "m.toml")) {}
   explicit Piloted(const MachineDescription& machine) : BenchMachine(machine) {}
+  /// Engaged; then the arm moves like that.
+  void lead_arm(double arm_radps, Duration time) {
+    ASSERT_TRUE(engage()) << fault();
+    move(JointVector(0, arm_radps, 0), time);
+  }
   /// The arm goes on like that. @return until the fault; 3 s where there is none.
   Duration arm_until_fault(double arm_radps) {
     const Time since = now;
@@ -27,8 +32,7 @@ struct Piloted : test::BenchMachine {
   }
   /// The arm goes out, until its pilot valve fails and the hand does something else.
   Duration found_after(bool extend, sim::PilotFault how, double before_radps, double then_radps) {
-    EXPECT_TRUE(engage()) << fault();
-    move(JointVector(0, before_radps, 0), 700ms);
+    lead_arm(before_radps, 700ms);
     EXPECT_EQ(loop.mode(), Mode::kEngaged) << fault();
     EXPECT_TRUE(nodes.inject_pilot(kArm, extend, how));
     return arm_until_fault(then_radps);
@@ -156,8 +160,7 @@ TEST(PilotPressure, APositionSensorThatStandsStillIsNamed) {
   for (const char* commands : {test::kPilotCommands, test::kRateCommands}) {
     for (const bool dithers : {false, true}) {
       Piloted m(commands);
-      ASSERT_TRUE(m.engage()) << m.fault();
-      m.move(JointVector(0, kOut, 0), 400ms);
+      ASSERT_NO_FATAL_FAILURE(m.lead_arm(kOut, 400ms));
       m.blocked[kArm] = true;
       const Time since = m.now;
       for (double sign = 1; m.loop.mode() == Mode::kEngaged && m.now < since + 3s; sign = -sign) {
@@ -174,8 +177,7 @@ TEST(PilotPressure, AnAngleThatFrozeIsNamedHoweverSteadyItsPilotPressureIs) {
   for (const char* commands : {test::kPilotCommands, test::kRateCommands}) {
     for (const double rate : {0.1, kOut, 0.6, kIn}) {
       Piloted m(commands);
-      ASSERT_TRUE(m.engage()) << m.fault();
-      m.move(JointVector(0, rate, 0), 700ms);
+      ASSERT_NO_FATAL_FAILURE(m.lead_arm(rate, 700ms));
       freeze(m, NodeRole::kEncoder, kArm);
       (void)m.arm_until_fault(rate);
       EXPECT_EQ(m.fault(), kWrongAngle) << rate;
@@ -187,8 +189,7 @@ TEST(PilotPressure, AnAngleThatFrozeAsTheOperatorLetGoIsNamed) {
   for (const char* commands : {test::kPilotCommands, test::kRateCommands}) {
     for (const Duration earlier : {0ms, 10ms, 20ms, 30ms}) {
       Piloted m(commands);
-      ASSERT_TRUE(m.engage()) << m.fault();
-      m.move(JointVector(0, 0.8, 0), 700ms);
+      ASSERT_NO_FATAL_FAILURE(m.lead_arm(0.8, 700ms));
       freeze(m, NodeRole::kEncoder, kArm);
       m.move(JointVector(0, 0.8, 0), earlier);
       m.hand.enable = false;
@@ -235,8 +236,7 @@ std::string sent_always() {
 
 TEST(PilotPressure, ThatStaysWhileNobodyLeadsIsAFault) {
   Piloted m(sent_always());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.move(JointVector(0, kIn, 0), 700ms);
+  ASSERT_NO_FATAL_FAILURE(m.lead_arm(kIn, 700ms));
   m.nodes.inject_pilot(kArm, true, sim::PilotFault::kStuck);
   m.hand.enable = false;
   m.run(250ms);

@@ -19,6 +19,10 @@ class Sensors : public ::testing::Test {
     lengths(0.9, arm_m, 0.9);
     tilt(0.02);
   }
+  void send_all_but_tilt() {
+    for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
+    lengths(0.9, 1.1, 0.9);
+  }
   void send_next(double arm_m) {
     now += 5ms;
     send_all(arm_m);
@@ -110,8 +114,7 @@ TEST_F(Sensors, OldestSensorIsNamedOnceItIsOlderThanItsLimit) {
 TEST_F(Sensors, ASlopeMayBeOlderThanTheOthersByAsMuchAsItsNextOneIsLater) {
   send_all();
   now += 25ms;
-  for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-  lengths(0.9, 1.1, 0.9);
+  send_all_but_tilt();
   now += 5ms;
   EXPECT_FALSE(sensors.fault(now));
   now += 1us;
@@ -120,8 +123,7 @@ TEST_F(Sensors, ASlopeMayBeOlderThanTheOthersByAsMuchAsItsNextOneIsLater) {
 }
 
 TEST_F(Sensors, ASlopeThatWasNeverHeardIsStaleAndGivesNoMeasurement) {
-  for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-  lengths(0.9, 1.1, 0.9);
+  send_all_but_tilt();
   EXPECT_FALSE(sensors.measurement());
   EXPECT_EQ(sensors.fault(now).subject, 0x38);
 }
@@ -249,8 +251,7 @@ class BoomTilt : public Sensors {
   BoomTilt() {
     machine.sensors.tilt_mount = SensorDescription::TiltMount::kOnBoom;
     sensors = SensorSet(machine);
-    for (std::uint8_t i = 0; i < 6; ++i) pressure(i, 50e5);
-    lengths(0.9, 1.1, 0.9);
+    send_all_but_tilt();
   }
   void slope(double hull_rad) {
     now += 5ms;
