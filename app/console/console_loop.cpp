@@ -7,8 +7,6 @@
 #include "core/loop_table.h"
 
 namespace knuckle::console {
-namespace {
-
 StationSetup station_setup(const session::SessionSetup& setup) {
   StationSetup station{.side = session::operator_setup(setup),
                        .limb = setup.limb,
@@ -18,8 +16,6 @@ StationSetup station_setup(const session::SessionSetup& setup) {
   station.side.far_end = master::FarEnd::kTellsItsMachine;  // as a real one
   return station;
 }
-
-}  // namespace
 
 LiveSession::LiveSession(const session::SessionSetup& setup, Led led, HidPort* device)
     : network_(setup.to_machine, setup.to_operator, setup.seed),

@@ -26,6 +26,9 @@
 
 namespace knuckle::console {
 
+/// The operator's side of a simulated session.
+[[nodiscard]] StationSetup station_setup(const session::SessionSetup& setup);
+
 // A simulated session that a person leads: the loops and the plant of app/session/session.h in lock-step on virtual
 // time, for as long as anybody likes. A scenario gives the world and the start; what it breaks on a schedule stays
 // whole.

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <sstream>
 
 #include "app/session/session_setup.h"
@@ -18,36 +17,6 @@ namespace knuckle::test {
 namespace {
 
 using Led = console::LiveSession::Led;
-
-/// A window that draws nothing.
-struct Window {
-  console::ConsoleHost& host;
-  console::HeldKeys keys;
-  console::ConsoleInput input;
-  console::EventBook book;
-  /// Where the computer stood still for long enough to make what is held count no more, enable is let go of and pressed
-  /// again, as a person would.
-  bool presses_again = true;
-
-  /// Goes on until it is so. @return false: it never was, for much longer than it can take.
-  bool until(const std::function<bool(const console::ConsoleView&)>& so) {
-    for (int frame = 0; frame < 60 * 120; ++frame) {
-      input.attended = true;
-      input.hand = console::hand_from_keys(keys);
-      if (presses_again && host.view().input.release_enable) input.hand = {};
-      input.at = host.now();
-      host.put(input);
-      for (console::ConsoleEvent event; host.next(event);) book.add(event, {});
-      if (so(host.view())) return true;
-      RealtimeClock clock;
-      clock.sleep_until(clock.now() + 16ms);
-    }
-    return false;
-  }
-  bool until_mode(Mode mode) {
-    return until([mode](const console::ConsoleView& view) { return view.link.heard && view.machine.mode == mode; });
-  }
-};
 
 /// Valve set-points on the wire that ask for motion (RPDO1 of the valve nodes).
 std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const MachineDescription& machine) {
@@ -65,7 +34,7 @@ std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const M
 TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
   std::ostringstream candump;
   console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, &candump);
-  Window window{host, {}, {}, {}};
+  HostWindow window{host};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
   window.keys.enable = true;
@@ -92,7 +61,7 @@ TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
 
 TEST(ConsoleHostThread, BeginsTheSessionAnewAsOftenAsAskedAndWithWhatWasChosen) {
   console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
-  Window window{host, {}, {}, {}};
+  HostWindow window{host};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
   session::SimulateOptions slow = simulated("wall_contact");
@@ -118,14 +87,8 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
     machine_time += 1ms;
     far.step(machine_time, [&] { far.side.step(machine_time); });
   });
-  console::StationSetup station;
-  station.side.start = random_start();
-  station.side.device = setup.device;
-  station.side.machine = setup.machine;
-  station.limb = setup.limb;
-  station.hand_rad = setup.scenario.hand_rad;
-  console::ConsoleHost host(station, operator_end, nullptr);
-  Window window{host, {}, {}, {}};
+  console::ConsoleHost host(console::station_setup(setup), operator_end, nullptr);
+  HostWindow window{host};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
   window.input.stop = true;

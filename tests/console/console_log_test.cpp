@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <functional>
 
 #include "app/console/console_host.h"
 #include "app/session/session_setup.h"
@@ -26,22 +25,6 @@ LogChoice into(const TemporaryFolder& folder) {
   LogChoice log;
   log.options.folder = folder.path().string();
   return log;
-}
-
-/// Goes on, 60 frames a second, until it is so.
-bool until(ConsoleHost& host, console::ConsoleInput& input,
-           const std::function<bool(const console::ConsoleView&)>& so) {
-  for (int frame = 0; frame < 60 * 120; ++frame) {
-    for (console::ConsoleEvent event; host.next(event);) {
-    }
-    if (so(host.view())) return true;
-    input.at = host.now();
-    input.attended = true;
-    host.put(input);
-    RealtimeClock clock;
-    clock.sleep_until(clock.now() + 16ms);
-  }
-  return false;
 }
 
 /// The default folder of recordings, for as long as this lives.
@@ -110,16 +93,15 @@ TEST(ConsoleLog, NothingIsRecordedOfASimulationUnlessAFolderIsNamed) {
 
 TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
   const TemporaryFolder folder;
-  console::ConsoleInput input;
   {
     ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr, into(folder));
+    HostWindow window{host};
     host.begin();
     for (std::uint32_t run = 1; run <= 3; ++run) {
-      ASSERT_TRUE(until(host, input, [run](const auto& v) { return v.run == run && v.simulated_s > 0.5; }));
+      window.input.reset_count = run - 1;
+      ASSERT_TRUE(window.until([run](const auto& v) { return v.run == run && v.simulated_s > 0.5; }));
       host.log().note({run, run, host.view().now, console::Severity::kInfo, "bookmark", std::to_string(run), true});
-      ++input.reset_count;
     }
-    --input.reset_count;
   }
   const std::vector<std::string> files = recorded_in(folder);
   ASSERT_EQ(files.size(), 3u);
@@ -137,18 +119,12 @@ TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
 /// The operator's side of a far machine that never answers, with what a command line says of recording it.
 struct Station {
   explicit Station(LogChoice log) {
-    const session::SessionSetup session = session::load_session(simulated("free_motion")).setup;
-    setup.side.start = random_start();
-    setup.side.device = session.device;
-    setup.side.machine = session.machine;
-    setup.limb = session.limb;
-    setup.hand_rad = session.scenario.hand_rad;
     log.real = true;
     host = std::make_unique<ConsoleHost>(setup, link, nullptr, std::move(log));
   }
   UdpLink machine = UdpLink::listen("127.0.0.1:0");
   UdpLink link = UdpLink::connect("127.0.0.1:" + std::to_string(machine.port()));
-  console::StationSetup setup;
+  console::StationSetup setup = console::station_setup(live_setup());
   std::unique_ptr<ConsoleHost> host;
 };
 
@@ -158,13 +134,13 @@ TEST(ConsoleLogThread, TheOperatorsSideOfAFarMachineIsRecordedByItself) {
   {
     Station station({});
     station.host->begin();
-    console::ConsoleInput input;
-    ASSERT_TRUE(until(*station.host, input, [](const auto& v) { return v.now > Time(400ms); }));
+    HostWindow window{*station.host};
+    ASSERT_TRUE(window.until([](const auto& v) { return v.now > Time(400ms); }));
     EXPECT_EQ(station.host->log().light().state, Light::State::kOn);
-    input.stop = true;
-    input.position_scale = 7;
-    input.assist = {1500, true};
-    ASSERT_TRUE(until(*station.host, input, [](const auto& v) { return v.hand.stop && v.now > Time(800ms); }));
+    window.input.stop = true;
+    window.input.position_scale = 7;
+    window.input.assist = {1500, true};
+    ASSERT_TRUE(window.until([](const auto& v) { return v.hand.stop && v.now > Time(800ms); }));
   }
   ASSERT_EQ(recorded_in(folder).size(), 1u);
   expect_identical(recorded_in(folder).front(), 600);
@@ -235,12 +211,12 @@ TEST(ConsoleLogThread, AFolderThatIsGoneWhenASessionBeginsAnewEndsTheRecordingNo
   log.options.folder = folder.file("log");
   ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr, log);
   host.begin();
-  console::ConsoleInput input;
-  ASSERT_TRUE(until(host, input, [](const auto& v) { return v.simulated_s > 0.2; }));
+  HostWindow window{host};
+  ASSERT_TRUE(window.until([](const auto& v) { return v.simulated_s > 0.2; }));
   std::filesystem::remove_all(log.options.folder);
   std::ofstream(log.options.folder) << "in the way";
-  ++input.reset_count;
-  ASSERT_TRUE(until(host, input, [](const auto& v) { return v.run == 2 && v.simulated_s > 0.2; }));
+  ++window.input.reset_count;
+  ASSERT_TRUE(window.until([](const auto& v) { return v.run == 2 && v.simulated_s > 0.2; }));
   EXPECT_EQ(host.log().light().state, Light::State::kStopped);
   EXPECT_NE(host.log().light().why.find(log.options.folder), std::string::npos);
   const auto news = host.log().news();

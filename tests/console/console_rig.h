@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "app/console/console_host.h"
 #include "app/console/console_loop.h"
 #include "app/console/hand_input.h"
 #include "app/session/frame_log.h"
@@ -109,5 +111,35 @@ inline bool told(const ConsoleRig& rig, console::ConsoleEventKind kind, bool on)
   return std::any_of(rig.events.begin(), rig.events.end(),
                      [&](const console::ConsoleEvent& e) { return e.kind == kind && e.on == on; });
 }
+
+/// A window that draws nothing.
+struct HostWindow {
+  console::ConsoleHost& host;
+  console::HeldKeys keys{};
+  console::ConsoleInput input{};
+  console::EventBook book{};
+  /// Where the computer stood still for long enough to make what is held count no more, enable is let go of and pressed
+  /// again, as a person would.
+  bool presses_again = true;
+
+  /// Goes on until it is so. @return false: it never was, for much longer than it can take.
+  bool until(const std::function<bool(const console::ConsoleView&)>& so) {
+    for (int frame = 0; frame < 60 * 120; ++frame) {
+      input.attended = true;
+      input.hand = console::hand_from_keys(keys);
+      if (presses_again && host.view().input.release_enable) input.hand = {};
+      input.at = host.now();
+      host.put(input);
+      for (console::ConsoleEvent event; host.next(event);) book.add(event, {});
+      if (so(host.view())) return true;
+      RealtimeClock clock;
+      clock.sleep_until(clock.now() + 16ms);
+    }
+    return false;
+  }
+  bool until_mode(Mode mode) {
+    return until([mode](const console::ConsoleView& view) { return view.link.heard && view.machine.mode == mode; });
+  }
+};
 
 }  // namespace knuckle::test

@@ -13,6 +13,20 @@ namespace {
 
 using console::ConsoleEventKind;
 
+/// Enable was held all the while: it counts once it was let go of and is pressed anew.
+void expect_has_to_press_again(ConsoleRig& rig, console::Dropped dropped) {
+  const Time again = rig.now;
+  rig.run(3);
+  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  EXPECT_TRUE(rig.view.input.release_enable);
+  EXPECT_EQ(rig.view.input.dropped, dropped);
+  rig.keys = {};
+  rig.run(0.5);
+  EXPECT_FALSE(rig.view.input.release_enable);
+  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
+}
+
 TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
   ConsoleRig rig;
   lead(rig);
@@ -124,18 +138,9 @@ TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
   rig.attended = false;
   rig.run(1);
   rig.attended = true;
-  const Time again = rig.now;
-  rig.run(3);
-  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
+  expect_has_to_press_again(rig, console::Dropped::kNoFocus);
   EXPECT_FALSE(rig.view.input.unattended);
-  EXPECT_TRUE(rig.view.input.release_enable);
-  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNoFocus);
   EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, true));
-  rig.keys = {};
-  rig.run(0.5);
-  EXPECT_FALSE(rig.view.input.release_enable);
-  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
-  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
 }
 
 /// GLFW lets go of every key when the focus goes, and is not told of one that is held as it comes back.
@@ -166,25 +171,7 @@ TEST(ConsoleWindow, ThatIsTooSmallForAnyScreenHoldsNothingAndDoesNotResumeAsItGr
   EXPECT_TRUE(told(rig, ConsoleEventKind::kTooSmall, true));
   EXPECT_FALSE(told(rig, ConsoleEventKind::kAttended, false)) << "the focus was there";
   rig.input.too_small = false;
-  const Time again = rig.now;
-  rig.run(3);
-  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
-  EXPECT_TRUE(rig.view.input.release_enable);
-  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kTooSmall);
-  rig.keys = {};
-  rig.run(0.5);
-  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
-  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
-}
-
-TEST(ConsoleWindow, ThatIsTooSmallStopsAsEver) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.input.too_small = true;
-  rig.run(0.2);
-  rig.input.stop = true;
-  rig.run(1);
-  EXPECT_EQ(rig.view.machine.fault.code, ReasonCode::kOperatorStop);
+  expect_has_to_press_again(rig, console::Dropped::kTooSmall);
 }
 
 TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
@@ -211,14 +198,7 @@ TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
   rig.stalled = true;
   rig.run(1);
   rig.stalled = false;
-  const Time again = rig.now;
-  rig.run(3);
-  EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, again, rig.now), 0);
-  EXPECT_TRUE(rig.view.input.release_enable);
-  EXPECT_EQ(rig.view.input.dropped, console::Dropped::kStalled);
-  rig.keys = {};
-  rig.run(0.5);
-  EXPECT_TRUE(rig.engage()) << text(rig.view.machine.blocking);
+  expect_has_to_press_again(rig, console::Dropped::kStalled);
 }
 
 TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {

@@ -24,14 +24,8 @@ struct FarRig {
   session::SessionSetup setup;
   ImpairedLink network{{}, {}, 1};
   session::SimulatedMachineSide far{setup.machine, setup.truth, setup.scenario, setup.seed, network.b()};
-  console::ConsoleLoop loop{std::make_unique<console::OperatorStation>(
-      console::StationSetup{
-          .side = {.device = setup.device, .machine = setup.machine, .law = setup.law, .start = {5, 2h}, .assist = {}},
-          .limb = setup.limb,
-          .hand_rad = setup.scenario.hand_rad,
-          .start_rad = setup.scenario.start_rad,
-          .seed = setup.seed},
-      network.a(), nullptr)};
+  console::ConsoleLoop loop{
+      std::make_unique<console::OperatorStation>(console::station_setup(setup), network.a(), nullptr)};
   console::HeldKeys keys;
   console::ConsoleInput input;
   console::ConsoleView view;

@@ -3,26 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include "machine/load.h"
-#include "slave/status_reporter.h"
-#include "tests/console/console_rig.h"
+#include "tests/console/far_rig.h"
 #include "tests/support/overheard.h"
-#include "transport/impaired_link.h"
 
 namespace knuckle::console {
 namespace {
 
 /// A device that somebody holds with enable pressed, and the far end of the link.
 struct StationRig {
-  StationSetup setup = [] {
-    StationSetup s;
-    s.side.machine = load_machine(find_config("machine", "solar015"));
-    s.side.device = load_device(find_config("device", "knuckle1"));
-    s.limb = sim::sample_limb(sim::LimbClass::kNormal, 1);
-    s.hand_rad = JointVector(0.3, -1.4, -0.9);
-    s.side.start = {5, 2h};
-    return s;
-  }();
+  StationSetup setup = station_setup(test::live_setup());
   session::HandSide hand{setup.side.device, setup.limb, 1, setup.hand_rad};
   test::Overheard port{hand.cable.host()};
   ImpairedLink network{{}, {}, 1};
@@ -132,28 +121,18 @@ TEST(OperatorStation, NobodyLeadsAnotherMachine) {
 
 /// Keys that ask for the machine as soon as it can be had, and a machine's side that tells this name.
 bool ever_engages(const std::string& name) {
-  const session::SessionSetup setup = test::live_setup();
-  ImpairedLink network({}, {}, 1);
-  OperatorStation station(
-      {.side = {.device = setup.device, .machine = setup.machine, .law = setup.law, .start = {5, 2h}, .assist = {}},
-       .limb = setup.limb,
-       .hand_rad = setup.scenario.hand_rad,
-       .start_rad = setup.scenario.start_rad,
-       .seed = setup.seed},
-      network.a(), nullptr);
-  session::SimulatedMachineSide far(setup.machine, setup.truth, setup.scenario, setup.seed, network.b());
-  MachineDescription told = setup.machine;
+  test::FarRig rig;
+  MachineDescription told = rig.setup.machine;
   told.name = name;
-  far.side.report_status(told, true);
-  HeldKeys keys;
-  for (Time now{}; now < Time(15s); now += 1ms) {
-    keys.enable = now > Time(5s) && now.time_since_epoch() % 2s > 100ms;
-    network.advance(now);
-    station.step(now, hand_from_keys(keys));
-    far.step(now, [&] { far.side.step(now); });
-    if (far.side.slave.mode() == Mode::kEngaged) return true;
+  rig.far.side.report_status(told, true);
+  rig.run(5s);
+  for (int press = 0; press < 5 && rig.far.side.slave.mode() != Mode::kEngaged; ++press) {
+    rig.keys.enable = false;
+    rig.run(100ms);
+    rig.keys.enable = true;
+    rig.run(1900ms);
   }
-  return false;
+  return rig.far.side.slave.mode() == Mode::kEngaged;
 }
 
 TEST(OperatorStation, AMachineEngagesOnlyWhereBothSidesMeanTheSame) {

@@ -7,19 +7,16 @@
 #include <vector>
 
 #include "recording/events.h"
-#include "recording/file_names.h"
 #include "recording/recording.h"
 #include "recording/replay.h"
+#include "tests/recording/recorded_session.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
 
 /// Paths of parts, or of flight records, the oldest first.
 inline std::vector<std::string> recorded_in(const TemporaryFolder& folder, bool flights = false) {
-  std::vector<std::string> paths;
-  for (const recording::FileOfFolder& file : recording::files_in(folder.path().string()))
-    if (file.flight == flights) paths.push_back(file.path);
-  return paths;
+  return paths_in(folder.path().string(), flights);
 }
 
 inline std::vector<recording::Event> events_of(const std::string& file) {
