@@ -200,19 +200,8 @@ constexpr double kWellWithin = 0.9;  // of the maximum set: a force that hovers 
 
 }  // namespace
 
-ConsoleEvent EventWatch::event(Time now, ConsoleEventKind kind) const noexcept {
-  ConsoleEvent event;
-  event.kind = kind;
-  event.at = now;
-  event.run = run_;
-  return event;
-}
-
-void EventWatch::note(Time now, ConsoleEventKind kind, bool on, double value) noexcept {
-  ConsoleEvent e = event(now, kind);
-  e.on = on;
-  e.value = value;
-  ring_.push(e);
+void EventWatch::note(Time now, ConsoleEventKind kind, bool on, double value, double limit) noexcept {
+  ring_.push({.kind = kind, .at = now, .run = run_, .on = on, .value = value, .limit = limit});
 }
 
 void EventWatch::begin_anew() noexcept {
@@ -237,18 +226,15 @@ void EventWatch::watch_machine(Time now, const Watched& side) noexcept {
   told_.heard = heard;
   if (!heard) return;
   if (machine->mode != told_.mode || !same_cause(machine->fault, told_.fault)) {
-    ConsoleEvent e = event(now, ConsoleEventKind::kMachine);
-    e.mode = told_.mode = machine->mode;
-    e.reason = told_.reason = machine->fault ? machine->fault : machine->blocking;
+    told_.mode = machine->mode;
     told_.fault = machine->fault;
-    ring_.push(e);
+    told_.reason = machine->fault ? machine->fault : machine->blocking;
+    ring_.push(
+        {.kind = ConsoleEventKind::kMachine, .at = now, .run = run_, .mode = told_.mode, .reason = told_.reason});
   }
-  if (machine->contact != told_.contact) {
-    ConsoleEvent e = event(now, ConsoleEventKind::kContact);
-    e.on = told_.contact = machine->contact;
-    e.value = machine->tip_force_N.norm();
-    ring_.push(e);
-  }
+  if (machine->contact != told_.contact)
+    note(now, ConsoleEventKind::kContact, machine->contact, machine->tip_force_N.norm());
+  told_.contact = machine->contact;
   watch_force(now, *machine, side.force_most_N);
   watch_standing(now, machine->blocking);
 }
@@ -258,12 +244,8 @@ void EventWatch::watch_force(Time now, const SlaveMessage& machine, double most_
   const double force_N = machine.tip_force_N.norm();
   if (!(machine.confidence > kLeastConfidence) || !std::isfinite(force_N)) return;
   const bool too_much = force_N > (told_.too_much ? kWellWithin : 1) * most_N;
-  if (too_much == told_.too_much) return;
-  ConsoleEvent e = event(now, ConsoleEventKind::kTooMuch);
-  e.on = told_.too_much = too_much;
-  e.value = force_N;
-  e.limit = most_N;
-  ring_.push(e);
+  if (too_much != told_.too_much) note(now, ConsoleEventKind::kTooMuch, too_much, force_N, most_N);
+  told_.too_much = too_much;
 }
 
 void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
@@ -271,19 +253,14 @@ void EventWatch::watch_standing(Time now, const Reason& reason) noexcept {
   standing_ = reason;
   if (!standing_ || same_cause(standing_, told_.reason) || now - standing_since_ < kStanding) return;
   told_.reason = standing_;
-  ConsoleEvent e = event(now, ConsoleEventKind::kBlocked);
-  e.reason = standing_;
-  ring_.push(e);
+  ring_.push({.kind = ConsoleEventKind::kBlocked, .at = now, .run = run_, .reason = standing_});
 }
 
 void EventWatch::watch_operator(Time now, const Watched& side) noexcept {
   if (side.stop != told_.stop) note(now, ConsoleEventKind::kStop, side.stop);
   told_.stop = side.stop;
   const auto changed = [&](ConsoleEventKind kind, const Reason& reason, Reason& told) {
-    if (same_cause(reason, told)) return;
-    ConsoleEvent e = event(now, kind);
-    e.reason = told = reason;
-    ring_.push(e);
+    if (!same_cause(reason, told)) ring_.push({.kind = kind, .at = now, .run = run_, .reason = told = reason});
   };
   changed(ConsoleEventKind::kDevice, side.device, told_.device);
   changed(ConsoleEventKind::kWarning, side.warning, told_.warning);
@@ -296,10 +273,8 @@ void EventWatch::watch_world(Time now, const sim::WorldEventRing& world) noexcep
     const sim::WorldEvent& happened = world.at(world_read_);
     // What the machine itself measures is reported as contact.
     if (happened.kind == sim::WorldEventKind::kContact || happened.kind == sim::WorldEventKind::kRelease) continue;
-    ConsoleEvent e = event(now, ConsoleEventKind::kPiece);
-    e.piece = happened.kind;
-    e.value = happened.value;
-    ring_.push(e);
+    ring_.push(
+        {.kind = ConsoleEventKind::kPiece, .at = now, .run = run_, .piece = happened.kind, .value = happened.value});
   }
 }
 

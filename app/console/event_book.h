@@ -48,7 +48,7 @@ struct ConsoleEvent {
   std::uint32_t run = 1;  ///< Which session: counts restarts.
   bool on = false;
   Mode mode = Mode::kOff;
-  Reason reason;
+  Reason reason{};
   sim::WorldEventKind piece = sim::WorldEventKind::kPieceBroke;
   double value = 0, limit = 0;
 };
@@ -141,7 +141,7 @@ class EventWatch {
   /// After every step. @param world of a simulated session; nullptr: there is none.
   void step(Time now, const Watched& side, const sim::WorldEventRing* world) noexcept;
   /// What happens in the loop around.
-  void note(Time now, ConsoleEventKind kind, bool on, double value = 0) noexcept;
+  void note(Time now, ConsoleEventKind kind, bool on, double value = 0, double limit = 0) noexcept;
   /// Another session from now on.
   void begin_anew() noexcept;
   [[nodiscard]] std::uint32_t run() const noexcept { return run_; }
@@ -152,7 +152,6 @@ class EventWatch {
   void watch_standing(Time now, const Reason& reason) noexcept;
   void watch_operator(Time now, const Watched& side) noexcept;
   void watch_world(Time now, const sim::WorldEventRing& world) noexcept;
-  [[nodiscard]] ConsoleEvent event(Time now, ConsoleEventKind kind) const noexcept;
 
   /// What was reported last.
   struct Told {
