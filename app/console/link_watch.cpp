@@ -100,6 +100,13 @@ double LinkWatch::loss() const noexcept {
   return numbers_.missing(window, due);
 }
 
+void LinkWatch::show(LinkSide& link) const noexcept {
+  link.round_trip = round_trip();
+  link.arrival_jitter = arrival_jitter();
+  link.hand_to_valve = hand_to_valve();
+  link.loss = loss();
+}
+
 namespace {
 
 LinkQuality quality_of(double value, const QualityBounds& bounds) {

@@ -56,6 +56,8 @@ class LinkWatch {
   /// For every new status. Its own way back, which is not measured, is taken as half of the quickest round trip.
   void note(const MachineStatus& status) noexcept;
 
+  /// Puts in the next four.
+  void show(LinkSide& link) const noexcept;
   // Of the last 10 s; a few thousand additions each: not for every step.
   [[nodiscard]] Histogram round_trip() const noexcept { return round_trip_.recent(now_); }
   /// How far from the machine's period messages come in.

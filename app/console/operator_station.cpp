@@ -151,10 +151,7 @@ void OperatorStation::show(Time now, ConsoleView& view) noexcept {
 void OperatorStation::show_link(Time now, LinkSide& link) noexcept {
   if (now - shown_at_ >= kHistogramPeriod) {
     shown_at_ = now;
-    shown_.round_trip = watch_.round_trip();
-    shown_.arrival_jitter = watch_.arrival_jitter();
-    shown_.hand_to_valve = watch_.hand_to_valve();
-    shown_.loss = watch_.loss();
+    watch_.show(shown_);
   }
   shown_.heard = side_.master.machine().has_value();
   shown_.silence_s = side_.master.silence_s();

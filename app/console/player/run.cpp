@@ -121,10 +121,6 @@ const MachineStep* Run::machine_at(Time at) const noexcept {
   return (receipt->sequence - step.told.stamp.sequence) * data_.machine_period <= kGap ? &step : nullptr;
 }
 
-const HandStep* Run::hand_at(Time at) const noexcept {
-  return newest(data_.hand, at);
-}
-
 Time Run::first_heard() const noexcept {
   const auto heard = [this](const HandStep& step) {
     return data_.standings[step.standing].heard && machine_at(step.at) != nullptr;
@@ -147,7 +143,7 @@ ConsoleView Run::view(Time at) const {
     v.machine.position_rad = machine->told.position_rad;
   if (gap != nullptr) return v;
   if (data_.operator_side) v.link.neutral_after_s = to_seconds(slave::kLossLimits.neutral);
-  if (const HandStep* step = hand_at(at)) {
+  if (const HandStep* step = newest(data_.hand, at)) {
     const HandStanding& standing = data_.standings[step->standing];
     v.hand = standing.hand;
     v.hand.set_point_rad = step->set_point_rad.cast<double>();

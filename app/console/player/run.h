@@ -39,7 +39,6 @@ class Run {
   /// The machine's step whose message is the newest at this time. Where up to 100 ms of steps are missing, the last one
   /// before them. nullptr: none, or not recorded.
   [[nodiscard]] const MachineStep* machine_at(Time at) const noexcept;
-  [[nodiscard]] const HandStep* hand_at(Time at) const noexcept;
 
   /// The loops' steps next to this time; nullopt: there is none.
   [[nodiscard]] std::optional<Time> step_after(Time at) const noexcept;

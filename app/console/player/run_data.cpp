@@ -117,11 +117,4 @@ void LinkFeed::pass(Time at) noexcept {
   watch_.stamp(at);
 }
 
-void LinkFeed::show(LinkSide& link) const noexcept {
-  link.round_trip = watch_.round_trip();
-  link.arrival_jitter = watch_.arrival_jitter();
-  link.hand_to_valve = watch_.hand_to_valve();
-  link.loss = watch_.loss();
-}
-
 }  // namespace knuckle::console::player

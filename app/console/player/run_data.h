@@ -138,7 +138,7 @@ class LinkFeed {
   /// Takes in what came up to this time, which is later than that of the call before.
   void pass(Time at) noexcept;
   /// Puts in what the ten seconds before were.
-  void show(LinkSide& link) const noexcept;
+  void show(LinkSide& link) const noexcept { watch_.show(link); }
 
  private:
   void take_statuses(Time before) noexcept;
