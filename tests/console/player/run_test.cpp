@@ -7,12 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "app/console/console_loop.h"
 #include "app/console/link_watch.h"
 #include "app/console/named_fields.h"
-#include "app/session/session_setup.h"
-#include "recording/recorder.h"
-#include "tests/console/console_rig.h"
 #include "tests/console/player/played_files.h"
 
 namespace knuckle::test {
@@ -124,29 +120,11 @@ TEST(PlayedRun, OfTheOperatorsSideAloneShowsTheMachineAsThatOfBothSides) {
 /// The same session, looked at while it ran and played afterwards.
 TEST(PlayedRun, ShowsWhatTheConsoleShowedAtThatTime) {
   const TemporaryFolder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.loss = 0.05;
-  options.jitter_ms = 8;
-  const session::SessionSetup setup = session::load_session(options).setup;
   std::vector<console::ConsoleView> shown;
-  {
-    recording::RecorderOptions how;
-    how.file = folder.file("live.mcap");
-    recording::Head head = session::session_head(setup, options);
-    head.far_end_is_this_machine = false;
-    recording::Recorder recorder(how, head, setup.machine);
-    console::LiveSession session(setup, console::LiveSession::Led::kByScenario, nullptr);
-    session.record_to(recorder);
-    for (int tick = 1; tick <= 6000; ++tick) {
-      session.step({});
-      if (tick % 50 == 0) recorder.drain();
-      // Histograms are gathered every 200 ms, from the first time on that anybody looks.
-      if (tick % 200 == 0) session.show(shown.emplace_back());
-    }
-    recorder.close();
-  }
-  const player::Played played = player::load({folder.file("live.mcap")});
+  // Histograms are gathered every 200 ms, from the first time on that anybody looks.
+  const player::Played played = player::load({recorded_live(folder, [&](int tick, console::LiveSession& session) {
+    if (tick % 200 == 0) session.show(shown.emplace_back());
+  })});
   for (const console::ConsoleView& was : shown) {
     console::ConsoleView is = played.run.view(was.now);
     played.run.show_link(was.now, is.link);
