@@ -2,14 +2,10 @@
 #include "app/console/event_book.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "app/recordings/csv_cells.h"
 #include "core/error.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::console {
 namespace {
@@ -21,13 +17,6 @@ ConsoleEvent machine_event(Mode mode, ReasonCode code = ReasonCode::kNone) {
   event.reason.code = code;
   return event;
 }
-
-/// A name in the folder for temporary files, gone again at the end.
-struct TemporaryFile {
-  std::string path =
-      (std::filesystem::temp_directory_path() / ("knuckle_events_" + std::to_string(getpid()) + ".csv")).string();
-  ~TemporaryFile() { std::filesystem::remove(path); }
-};
 
 TEST(EventBook, AFaultIsAnAlarmWithItsCodeAndWhatToDo) {
   EventBook book;
@@ -143,15 +132,15 @@ TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
   const std::string awkward = "a \"quoted\" word, a comma\r\nand a second line";
   book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
   book.add(Time(2s), 3, Severity::kWarning, "gamepad", awkward);
-  const TemporaryFile file;
-  book.export_csv(file.path);
-  std::ifstream in(file.path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("events.csv");
+  book.export_csv(file);
+  const std::string text = test::content(file);
   EXPECT_EQ(text.substr(0, text.find('\n') + 1), "number,run,time_s,severity,code,text,acknowledged\r\n");
   EXPECT_NE(text.find("\n2,3,2,warning,gamepad,\"a \"\"quoted\"\" word, a comma\r\nand a second line\",no\r\n"),
             std::string::npos)
       << text;
-  const auto rows = recordings::read_cells(file.path).rows;
+  const auto rows = recordings::read_cells(file).rows;
   ASSERT_GE(rows.size(), 2u);
   EXPECT_EQ(rows[1][4], "sensor_stale");
   EXPECT_EQ(rows[1][2], "1.5");
@@ -160,11 +149,12 @@ TEST(EventBook, ExportsEveryRowAsCsvThatReadsBackWhateverItsText) {
 TEST(EventBook, ExportsWhatTheFilterShowsAndKeepsTheFileBefore) {
   EventBook book;
   book.add(machine_event(Mode::kFault, ReasonCode::kSensorStale), {});
-  const TemporaryFile file;
-  EXPECT_EQ(book.export_csv(file.path), "");
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("events.csv");
+  EXPECT_EQ(book.export_csv(file), "");
   book.add(Time{}, 1, Severity::kWarning, "gamepad", "gamepad is gone");
-  const TemporaryFile kept{book.export_csv(file.path, {Severity::kInfo, "gamepad"})};
-  const auto now = recordings::read_cells(file.path).rows, before = recordings::read_cells(kept.path).rows;
+  const std::string kept = book.export_csv(file, {Severity::kInfo, "gamepad"});
+  const auto now = recordings::read_cells(file).rows, before = recordings::read_cells(kept).rows;
   ASSERT_EQ(now.size(), 2u);
   EXPECT_EQ(now[1][4], "gamepad");
   ASSERT_EQ(before.size(), 2u);
