@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/console/widgets/units.h"
 #include "machine/kinematics.h"
 
 namespace knuckle::console::picture {
@@ -212,12 +213,7 @@ Matrix4d view_projection(const Camera& camera, const Viewport& viewport) {
 Grid grid_of(const Camera& camera, const Viewport& viewport, double unit_m, double zero_m) {
   constexpr double kLeast_px = 64;
   const double m_per_px = 2 * half_shown(camera, viewport).y() / viewport.height_px;
-  const double least = kLeast_px * viewport.line_scale * m_per_px / unit_m;
-  const double decade = std::pow(10, std::floor(std::log10(least)));
-  const double step = least <= decade       ? decade
-                      : least <= 2 * decade ? 2 * decade
-                      : least <= 5 * decade ? 5 * decade
-                                            : 10 * decade;
+  const double step = round_above(kLeast_px * viewport.line_scale * m_per_px / unit_m);
   const PlanarVector centre = camera.shown_m.center();
   const double step_m = step * unit_m;
   return {step_m,

@@ -99,6 +99,13 @@ void GlMesh::draw_lines(GLsizei indices) const {
                  offset(static_cast<std::size_t>(triangle_indices_) * sizeof(std::uint32_t)));
 }
 
+std::vector<std::uint8_t> bound_pixels(int width_px, int height_px) {
+  std::vector<std::uint8_t> all(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px) * 3);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width_px, height_px, GL_RGB, GL_UNSIGNED_BYTE, all.data());
+  return all;
+}
+
 Offscreen::Offscreen(int width_px, int height_px) : width_(width_px), height_(height_px) {
   display_ = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   if (eglInitialize(display_, nullptr, nullptr) == EGL_FALSE)
@@ -122,13 +129,6 @@ Offscreen::~Offscreen() {
   glDeleteRenderbuffers(2, buffers_.data());
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
-}
-
-std::vector<std::uint8_t> Offscreen::pixels() const {
-  std::vector<std::uint8_t> all(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, all.data());
-  return all;
 }
 
 void Offscreen::read_from_above(std::uint8_t* rows) const {

@@ -63,6 +63,9 @@ class GlMesh {
   GLsizei triangle_indices_ = 0, edge_indices_ = 0, round_indices_ = 0;
 };
 
+/// Of the framebuffer that is bound: red, green, blue; rows from below.
+[[nodiscard]] std::vector<std::uint8_t> bound_pixels(int width_px, int height_px);
+
 // An OpenGL context without any window, and a picture in memory to draw into.
 
 /// Mesa's surfaceless platform: needs no display. Current in the thread that makes it, which also ends it.
@@ -74,8 +77,7 @@ class Offscreen {
   Offscreen& operator=(const Offscreen&) = delete;
   ~Offscreen();
 
-  /// Red, green, blue; rows from below.
-  [[nodiscard]] std::vector<std::uint8_t> pixels() const;
+  [[nodiscard]] std::vector<std::uint8_t> pixels() const { return bound_pixels(width_, height_); }
   /// Red, green, blue and one more byte. @param rows of 4 * width bytes, from above.
   void read_from_above(std::uint8_t* rows) const;
 

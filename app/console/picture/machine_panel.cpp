@@ -11,12 +11,6 @@
 namespace knuckle::console::picture {
 namespace {
 
-double reach_of(const MachineDescription& machine) {
-  double reach_m = 0;
-  for (const LinkDescription& link : machine.links) reach_m += link.length_m;
-  return reach_m;
-}
-
 Eigen::Vector2d pixels(ImVec2 v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y)};
 }
@@ -51,7 +45,7 @@ MachinePanel::MachinePanel(const MachineDescription& machine)
       view_(machine),
       side_(side_camera(machine)),
       orbit_(orbit_camera(machine)),
-      scene_(reach_of(machine)) {
+      scene_(reach_m(machine)) {
   scene_.begin({});
 }
 
@@ -115,18 +109,12 @@ MachinePicture MachinePanel::picture_of(const ConsoleView& view, bool stale, con
   MachinePicture p;
   p.measured_rad = view.link.heard || !view.hand.set_point_rad.allFinite() ? m.position_rad : view.hand.set_point_rad;
   p.measured_is_stale = stale;
-  p.commanded_rad = view.hand.set_point_rad;
-  p.hand_rad = view.hand.ghost_rad;
   // Before the machine is led or the device held, both are a loop's initial values: neither commanded nor requested.
-  const bool led_now = !view.hand.device && view.link.heard && led(m.mode);
-  p.show_commanded = led_now && view.hand.set_point_rad.allFinite();
+  const bool usable = !view.hand.device && view.link.heard, leads = usable && led(m.mode);
   // What was not recorded is no number.
-  p.show_hand =
-      (led_now || (!view.hand.device && view.link.heard && view.hand.presence)) && view.hand.ghost_rad.allFinite();
-  if (beside != nullptr && beside->link.heard) {
-    p.beside_rad = beside->machine.position_rad;
-    p.show_beside = true;
-  }
+  if (leads && view.hand.set_point_rad.allFinite()) p.commanded_rad = view.hand.set_point_rad;
+  if ((leads || (usable && view.hand.presence)) && view.hand.ghost_rad.allFinite()) p.hand_rad = view.hand.ghost_rad;
+  if (beside != nullptr && beside->link.heard) p.beside_rad = beside->machine.position_rad;
   const ForceText said = force_text(view);
   if (said.known && !stale) {
     p.tip_force_N = m.tip_force_N;

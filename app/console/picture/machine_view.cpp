@@ -393,13 +393,13 @@ void MachineView::draw(const MachinePicture& picture, const Camera& camera, cons
     const Blended mixed;
     p.seen_things.draw_dust(p.painter, *picture.dust, camera, colours.dust);
   }
-  if (picture.show_hand) p.draw_ghost(places(p.machine, picture.hand_rad), colours.hand);
-  if (picture.show_beside) {
-    const BodyPlaces beside = places(p.machine, picture.beside_rad);
+  if (picture.hand_rad) p.draw_ghost(places(p.machine, *picture.hand_rad), colours.hand);
+  if (picture.beside_rad) {
+    const BodyPlaces beside = places(p.machine, *picture.beside_rad);
     p.draw_ghost(beside, colours.beside);
     p.draw_outline(beside, colours.beside);
   }
-  if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
+  if (picture.commanded_rad) p.draw_outline(places(p.machine, *picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
   leave_as_agreed();
 }
@@ -411,7 +411,7 @@ void MachineView::draw_over(const MachinePicture& picture, const Camera& camera,
   p.painter.begin(view_projection(camera, viewport).cast<float>(), colours);
   p.draw_outline(places(p.machine, picture.measured_rad), Rgb::Ones());
   glClear(GL_STENCIL_BUFFER_BIT);
-  if (picture.show_commanded) p.draw_outline(places(p.machine, picture.commanded_rad), colours.commanded);
+  if (picture.commanded_rad) p.draw_outline(places(p.machine, *picture.commanded_rad), colours.commanded);
   p.draw_force(picture, colours);
   leave_as_agreed();
 }

@@ -19,12 +19,10 @@ namespace knuckle::console::picture {
 struct MachinePicture {
   JointVector measured_rad = JointVector::Zero();  ///< Drawn solid.
   bool measured_is_stale = false;                  ///< Drawn grey.
-  JointVector commanded_rad = JointVector::Zero();
-  bool show_commanded = false;  ///< Outline of the commanded pose.
-  JointVector hand_rad = JointVector::Zero();
-  bool show_hand = false;  ///< Translucent: where the operator's hand asks to be.
-  JointVector beside_rad = JointVector::Zero();
-  bool show_beside = false;  ///< Translucent with an outline: the machine in another run.
+  // Where there is such a pose:
+  std::optional<JointVector> commanded_rad;  ///< Outline.
+  std::optional<JointVector> hand_rad;       ///< Translucent: where the operator's hand asks to be.
+  std::optional<JointVector> beside_rad;     ///< Translucent with an outline: the machine in another run.
   PlanarVector tip_force_N = PlanarVector::Zero();
   std::array<double, 3> covariance_N2{};       ///< xx, xz, zz: drawn as ellipse of 95 %.
   double line_offset_m = 0, line_sigma_m = 0;  ///< Of the force's line of action (SlaveState); 0: at the tip.

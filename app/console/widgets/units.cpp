@@ -154,6 +154,13 @@ std::string fixed(double value, int digits) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, digits);
 }
 
+double round_above(double value) noexcept {
+  const double decade = std::pow(10, std::floor(std::log10(value)));
+  for (const double times : {1.0, 2.0, 5.0})
+    if (times * decade >= value) return times * decade;
+  return 10 * decade;
+}
+
 std::string shown_duration(double seconds) {
   if (!std::isfinite(seconds)) return "-";
   const double size = std::abs(seconds);

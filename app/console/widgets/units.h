@@ -38,6 +38,8 @@ struct Units {
 
 /// So many digits behind the point; a dash where it is no number.
 [[nodiscard]] std::string fixed(double value, int digits);
+/// The next of 1, 2, 5, 10, ...
+[[nodiscard]] double round_above(double value) noexcept;
 /// A duration with the unit that fits: "0.4 ms", "1.2 s", "12 us".
 [[nodiscard]] std::string shown_duration(double seconds);
 

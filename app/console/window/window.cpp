@@ -14,6 +14,7 @@
 
 #include "app/cli/output_file.h"
 #include "app/console/keys.h"
+#include "app/console/picture/gl_program.h"
 #include "core/error.h"
 
 namespace knuckle::console::window {
@@ -226,10 +227,7 @@ void Window::wait(video::Bell& pictures, std::chrono::steady_clock::time_point n
 
 void Window::write_png(const std::string& path) const {
   const auto [width, height] = framebuffer_size();
-  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
-  write_png_file(path, width, height, pixels);
+  write_png_file(path, width, height, picture::bound_pixels(width, height));
 }
 
 void Window::set_light(bool light) {

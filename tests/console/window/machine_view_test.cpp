@@ -32,7 +32,7 @@ class MachineViewPicture : public ::testing::Test {
 
   static picture::MachinePicture at_rest() {
     picture::MachinePicture picture;
-    picture.measured_rad = picture.commanded_rad = picture.hand_rad = {0.5, -1.2, -0.4};
+    picture.measured_rad = {0.5, -1.2, -0.4};
     return picture;
   }
 
@@ -121,22 +121,21 @@ TEST_F(MachineViewPicture, TheEllipseGrowsWithTheUncertainty) {
 
 TEST_F(MachineViewPicture, OutlineOfTheCommandIsSeenWhenWanted) {
   picture::MachinePicture picture = at_rest();
-  picture.commanded_rad += JointVector(0.1, 0.1, 0.1);
   const Drawn without = drawn(picture);
   EXPECT_EQ(share_near(without, colours_.commanded), 0);
-  picture.show_commanded = true;
+  picture.commanded_rad = picture.measured_rad + JointVector(0.1, 0.1, 0.1);
   EXPECT_GT(share_near(drawn(picture), colours_.commanded), 0.001);
 }
 
 TEST_F(MachineViewPicture, GhostOfTheHandIsSeenWhenWantedAndElsewhereThanTheMachine) {
   picture::MachinePicture picture = at_rest();
   const Drawn without = drawn(picture);
-  picture.show_hand = true;
+  picture.hand_rad = picture.measured_rad;
   EXPECT_LT(share_changed(without, drawn(picture)), 0.002) << "in the machine's own place it is hidden";
-  picture.hand_rad += JointVector(0.25, 0.2, 0.2);
+  *picture.hand_rad += JointVector(0.25, 0.2, 0.2);
   const Drawn with = drawn(picture);
   EXPECT_GT(share_changed(without, with), 0.01);
-  picture.show_hand = false;
+  picture.hand_rad.reset();
   EXPECT_EQ(without, drawn(picture));
 }
 
