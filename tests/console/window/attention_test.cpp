@@ -66,21 +66,15 @@ TEST(AttentionText, ThatIsMissingIsSaidInTheBannerWithWhatToDo) {
 }
 
 TEST_F(Attention, OfTheEnableKeyIsGoneWhileTextIsTypedAndUntilItIsPressedAnew) {
-  const auto click = [this](const std::string& place) {
-    for (const std::string& step : {"mousemove " + place, std::string("mousedown 1"), std::string("mouseup 1")}) {
-      ASSERT_TRUE(xdotool(step));
-      (void)input();
-    }
-  };
   console_->state().screen = Screen::kEvents;
   (void)input();
-  click("520 140");  // the filter
+  click(520, 140);  // the filter
   ASSERT_TRUE(console_->state().typing);
   EXPECT_FALSE(console_->state().enable_ignored);
   ASSERT_TRUE(xdotool("keydown Shift_L"));
   EXPECT_FALSE(input().hand.enable);
   EXPECT_TRUE(console_->state().enable_ignored);
-  click("520 700");  // the list
+  click(520, 700);  // the list
   EXPECT_FALSE(console_->state().typing);
   EXPECT_FALSE(input().hand.enable);
   EXPECT_TRUE(console_->state().enable_ignored) << "it was not pressed since";

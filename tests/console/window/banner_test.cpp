@@ -1,10 +1,8 @@
 // What the banner has to say is there whole, with what to do, whatever else stands beside it.
-#include <algorithm>
 #include <string>
 
 #include "app/console/screens/screens.h"
 #include "machine/reason_text.h"
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -23,18 +21,17 @@ class Banner : public ShownConsole {
     view_.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
     view_.paused = false;
     state().sound_problem = "no audio device";
-    does("search --name '^Knuckle$' windowsize 1280 720");
-    frames();
+    resize(1280, 720);
   }
   /// The banner's texts right of the block with the mode.
-  [[nodiscard]] std::vector<DrawnText> drawn() {
-    std::vector<DrawnText> all = texts_of([this] { frames(1); });
+  [[nodiscard]] std::vector<DrawnText> in_banner() {
+    std::vector<DrawnText> all = drawn();
     std::erase_if(all, [](const DrawnText& text) { return text.min.y > 82 || text.min.x < 328; });
     return all;
   }
   void expect_whole(const std::string& words) {
     int seen = 0;
-    for (const DrawnText& text : drawn()) {
+    for (const DrawnText& text : in_banner()) {
       if (text.text.find(words.substr(0, 12)) == std::string::npos) continue;
       ++seen;
       EXPECT_NE(text.text.find(words), std::string::npos) << text.text << "\n is not\n" << words;
@@ -72,12 +69,7 @@ TEST_F(Banner, NamesTheNode) {
   event.reason = view_.machine.fault;
   events_.add(event, console_->facts().machine.bus);
   does("key F6");
-  const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
-  const auto says = [&texts](const std::string& words) {
-    return std::any_of(texts.begin(), texts.end(),
-                       [&words](const DrawnText& text) { return text.text.find(words) != std::string::npos; });
-  };
-  EXPECT_TRUE(says("machine: fault, " + node_text(node) + ": sensor has stopped"));
+  EXPECT_TRUE(draws("machine: fault, " + node_text(node) + ": sensor has stopped"));
 }
 
 TEST_F(Banner, OfALinkThatIsLostShowsWhatTheMachineMayDoWhole) {

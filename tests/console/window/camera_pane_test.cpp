@@ -13,7 +13,6 @@
 #include "app/console/picture/camera.h"
 #include "app/console/screens/picture_pane.h"
 #include "machine/load.h"
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 #include "tests/support/temporary_folder.h"
 
@@ -40,20 +39,7 @@ class CamerasInWindow : public ShownConsole {
     console_->cameras().add({name, [this] { return std::move(next_); }, [this] { return status_; }});
   }
   /// A red picture that was captured so long ago.
-  void picture(Duration ago, int width_px = 64, int red = 255) {
-    const int height_px = width_px * 9 / 16;
-    const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * width_px * height_px);
-    for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = static_cast<std::uint8_t>(red);
-    next_ = std::make_unique<video::Frame>();
-    *next_ = {.width_px = width_px,
-              .height_px = height_px,
-              .row_bytes = 4 * width_px,
-              .pixels = pixels->data(),
-              .memory = pixels,
-              .number = 1,
-              .connection = 1};
-    next_->captured = next_->received = video::now() - ago;
-  }
+  void picture(Duration ago, int width_px = 64, int red = 255) { next_ = red_frame(video::now() - ago, width_px, red); }
   void frames(int n = 3) {
     ShownConsole::frames(n);
     console_->frame(view_, loop_, events_, 0);  // to be read
@@ -72,19 +58,7 @@ class CamerasInWindow : public ShownConsole {
     return static_cast<double>(covered) / all;
   }
   /// How many pixels of the chips at the upper edge of the camera's picture stand out.
-  [[nodiscard]] int marked() const {
-    const ImU32 notice = console_->window().theme().colours.notice;
-    int count = 0;
-    for (int x = 120; x < 700; x += 2)
-      for (int y = 96; y < 134; y += 2) {
-        const Pixel p = at({x, y});
-        const auto near = [&](int value, int shift) {
-          return std::abs(value - static_cast<int>(notice >> shift & 0xFF)) < 8;
-        };
-        count += near(p.red, 0) && near(p.green, 8) && near(p.blue, 16) ? 1 : 0;
-      }
-    return count;
-  }
+  [[nodiscard]] int marked() { return count_near(drawn_pixels(), {120, 96, 700, 134}, theme().colours.notice); }
   [[nodiscard]] std::string last_event() const { return events_.rows().empty() ? "" : events_.rows().back().text; }
 
   std::unique_ptr<video::Frame> next_;
@@ -187,7 +161,7 @@ TEST_F(CamerasInWindow, HaveTheirKeysAndWhatColoursMeanBesideEachOther) {
   picture(kNotYet);
   frames();
   ASSERT_TRUE(console_->cameras().large());
-  const std::vector<DrawnText> all = texts_of([this] { frames(1); });
+  const std::vector<DrawnText> all = drawn();
   const auto hint =
       std::find_if(all.begin(), all.end(), [](const DrawnText& text) { return text.text == "V: view  X: machine"; });
   ASSERT_NE(hint, all.end());
@@ -240,7 +214,7 @@ TEST_F(CamerasInWindow, AreMarkedWherePacketsOfThemWereLost) {
     next_->damaged = true;
     frames(0);
   }
-  EXPECT_GT(marked(), 200);
+  EXPECT_GT(marked(), 800);
   EXPECT_TRUE(at(kLarge).is_red()) << "shown as it came";
   EXPECT_NE(last_event().find("parts of the picture are old"), std::string::npos) << last_event();
 }
@@ -324,12 +298,11 @@ class AlignCamera : public CamerasInWindow {
     const auto [top, bottom] = red(false);
     const auto x = static_cast<int>(std::floor(left + share.x() * (right - left)));
     const auto y = static_cast<int>(std::floor(top + share.y() * (bottom - top)));
-    EXPECT_TRUE(xdotool("mousemove " + std::to_string(x) + " " + std::to_string(y)));
-    show();
-    EXPECT_TRUE(xdotool("mousedown 1"));
-    show();
-    EXPECT_TRUE(xdotool("mouseup 1"));
-    show();
+    for (const std::string& step : {"mousemove " + std::to_string(x) + " " + std::to_string(y),
+                                    std::string("mousedown 1"), std::string("mouseup 1")}) {
+      EXPECT_TRUE(xdotool(step));
+      show();
+    }
     return true;
   }
   /// From where to where the camera's picture is seen, as measured before anything was written on it.
@@ -367,9 +340,7 @@ TEST_F(AlignCamera, FindsItByClicksOnTheTipAndSaysWhatRemains) {
   EXPECT_NE(last_event().find("camera rear: aligned, residual "), std::string::npos) << last_event();
   EXPECT_NE(last_event().find("camera_rear.toml"), std::string::npos) << last_event();
   // Taken into the machine's file, it is where the other one is.
-  std::ifstream block("camera_rear.toml");
-  const std::string text = machine_.text + "\n" + std::string(std::istreambuf_iterator<char>(block), {});
-  std::ofstream("machine.toml") << text;
+  std::ofstream("machine.toml") << machine_.text << "\n" << test::content("camera_rear.toml");
   const MachineDescription with = load_machine("machine.toml");
   ASSERT_EQ(with.cameras.size(), machine_.cameras.size() + 1);
   const CameraDescription &found = with.cameras.back(), &there = machine_.cameras.at(0);
@@ -430,8 +401,7 @@ TEST_F(AlignCamera, KeepsTheFileOfTheTimeBefore) {
   ASSERT_GE(click_poses(), 6);
   press("k");
   EXPECT_NE(last_event().find("the one before in "), std::string::npos) << last_event();
-  std::ifstream kept("camera_rear.1.toml");
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "before");
+  EXPECT_EQ(test::content("camera_rear.1.toml"), "before");
 }
 
 TEST_F(CamerasInWindow, AreDrawnAsSoonAsTheSimulatedMachinesCameraHasAPicture) {

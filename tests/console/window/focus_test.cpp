@@ -39,14 +39,14 @@ class KeyboardFocus : public ShownConsole {
     return {g.NavId, {int(p.x + r.Min.x), int(p.y + r.Min.y), int(p.x + r.Max.x), int(p.y + r.Max.y)}};
   }
   /// Of the item's border the share that has the ring's colour within a few pixels.
-  [[nodiscard]] double ringed(const Pixels& p, const Box& box) const {
+  [[nodiscard]] double ringed(const Pixels& p, const Box& box) {
     constexpr int kWithin = 6;
     int all = 0, seen = 0;
     const auto look = [&](int x, int y, int dx, int dy) {
       ++all;
       for (int i = -kWithin; i <= kWithin; ++i) {
         const int u = x + i * dx, v = y + i * dy;
-        if (u < 0 || v < 0 || u >= p.width || v >= p.height || !p.near(u, v, theme_text(), 30)) continue;
+        if (u < 0 || v < 0 || u >= p.width || v >= p.height || !p.near(u, v, theme().colours.text, 30)) continue;
         ++seen;
         return;
       }
@@ -61,8 +61,6 @@ class KeyboardFocus : public ShownConsole {
     }
     return all == 0 ? 0 : double(seen) / all;
   }
-  [[nodiscard]] ImU32 theme_text() const { return console_->window().theme().colours.text; }
-
   KeyboardWalk walk_{[this](int count) { frames(count); }};
 };
 
@@ -202,7 +200,7 @@ TEST_F(KeyboardFocus, StaysWhereItIsWhileTheMouseLeads) {
       std::find_if(items.begin(), items.end(), [](const auto& one) { return one.second.name == "arm in"; });
   ASSERT_NE(pad, items.end());
   const ImVec2 at = pad->second.box.GetCenter();
-  does("mousemove " + std::to_string(int(at.x)) + " " + std::to_string(int(at.y)));
+  move_mouse(int(at.x), int(at.y));
   does("mousedown 1");
   ASSERT_TRUE(hand().enable);
   const JointVector led = hand().rate_radps;

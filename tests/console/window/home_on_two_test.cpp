@@ -1,5 +1,4 @@
 // The button for going home on two: there only while that is offered, and no longer pressed than it is held.
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -7,11 +6,6 @@ namespace {
 
 class HomeButton : public ShownConsole {
  protected:
-  [[nodiscard]] std::vector<DrawnText> shown(const std::string& words) {
-    std::vector<DrawnText> all = texts_of([this] { frames(1); });
-    std::erase_if(all, [&](const DrawnText& text) { return text.text.find(words) == std::string::npos; });
-    return all;
-  }
   void offer() {
     view_.machine.mode = Mode::kFault;
     view_.machine.fault = {ReasonCode::kSensorStale, 0x20, 60, 50};
@@ -22,12 +16,11 @@ class HomeButton : public ShownConsole {
 };
 
 TEST_F(HomeButton, AsksForAsLongAsItIsHeldAndOnlyWhereItIsOffered) {
-  EXPECT_TRUE(shown("Home on two").empty());
+  EXPECT_FALSE(draws("Home on two"));
   offer();
-  const std::vector<DrawnText> buttons = shown("Home on two");
+  const std::vector<DrawnText> buttons = drawn_with("Home on two");
   ASSERT_EQ(buttons.size(), 1U);
-  const int x = int(buttons[0].min.x) + 20, y = int(buttons[0].min.y) + 8;
-  does("mousemove " + std::to_string(x) + " " + std::to_string(y));
+  move_mouse(int(buttons[0].min.x) + 20, int(buttons[0].min.y) + 8);
   EXPECT_FALSE(console_->input(Time{}).home) << "the pointer is over it, no more";
   does("mousedown 1");
   EXPECT_TRUE(console_->input(Time{}).home);
@@ -46,7 +39,7 @@ TEST_F(HomeButton, IsNotThereWhereTheMachineIsNotHeard) {
   offer();
   view_.link.silence_s = 2;
   frames();
-  EXPECT_TRUE(shown("Home on two").empty());
+  EXPECT_FALSE(draws("Home on two"));
 }
 
 TEST_F(HomeButton, AMachineOnItsWayHomeIsAmberAllTheTime) {
@@ -54,7 +47,7 @@ TEST_F(HomeButton, AMachineOnItsWayHomeIsAmberAllTheTime) {
     view_.machine.mode = mode;
     view_.machine.home_on_two = true;
     frames();
-    EXPECT_EQ(shown("HOME ON TWO").size(), 1U) << name(mode);
+    EXPECT_EQ(draws_exactly("HOME ON TWO"), 1) << name(mode);
   }
 }
 

@@ -1,9 +1,7 @@
 // With imperial units no number is left in metric ones, on any screen, whatever the loops and the machine's side say.
 #include <regex>
-#include <set>
 #include <string>
 
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -11,19 +9,14 @@ namespace {
 
 class Imperial : public ShownConsole {
  protected:
-  [[nodiscard]] std::set<std::string> words() {
-    std::set<std::string> all;
-    for (DrawnText& text : texts_of([this] { frames(2); })) all.insert(std::move(text.text));
-    return all;
-  }
   /// Of what is drawn now.
   [[nodiscard]] std::string metric() {
     // A unit alone, as behind a number of another font; or behind a number.
     static const std::regex kUnit(
         R"((^|[0-9] ?|, |in )(N|kN|kN/m|m|cm|mm|m/s|mm/s|bar|kg|L/min|W|kW|J|N/mm)(:|;|,|\)|\.| |$))");
     std::string found;
-    for (const std::string& text : words())
-      if (std::regex_search(text, kUnit)) found += "'" + text + "' ";
+    for (const DrawnText& text : drawn())
+      if (std::regex_search(text.text, kUnit)) found += "'" + text.text + "' ";
     return found;
   }
 };

@@ -1,10 +1,7 @@
 // What Operate has to say is there whole.
-#include <algorithm>
-
 #include "app/console/screens/screens.h"
 #include "estimation/force_estimator.h"
 #include "machine/load.h"
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
 
@@ -18,51 +15,23 @@ TEST_F(Operate, ShowsEveryLineOfWhyTheForceIsNotKnownBetter) {
     for (const unsigned beside : {0U, unsigned{estimation::kBiasNotLearned}, unsigned{estimation::kStuckFriction}}) {
       view_.status.force_doubts = static_cast<std::uint16_t>(1U << bit | beside);
       const std::string words = screens::confidence_text(view_);
-      int seen = 0;
-      for (const DrawnText& text : texts_of([this] { frames(1); })) {
-        if (text.text.find(words) == std::string::npos) continue;
-        ++seen;
-        EXPECT_LE(text.cut_px, 0) << words;
-      }
-      EXPECT_EQ(seen, 1) << words;
+      const std::vector<DrawnText> seen = drawn_with(words);
+      ASSERT_EQ(seen.size(), 1u) << words;
+      EXPECT_LE(seen[0].cut_px, 0) << words;
     }
   }
 }
 
 TEST_F(Operate, EndsThemWithDotsWhereTheyAreMoreThanItHasRoomFor) {
   view_.status.force_doubts = 0xFF;
-  const std::string begin = screens::confidence_text(view_).substr(0, 20);
-  int seen = 0;
-  for (const DrawnText& text : texts_of([this] { frames(1); })) {
-    if (text.text.find(begin) == std::string::npos) continue;
-    ++seen;
-    EXPECT_LE(text.cut_px, 0);
-    EXPECT_TRUE(text.text.ends_with("...")) << text.text;
-  }
-  EXPECT_EQ(seen, 1);
-}
-
-/// Of everything that is drawn in one frame.
-std::vector<std::string> text_of(const std::vector<DrawnText>& texts) {
-  std::vector<std::string> all;
-  for (const DrawnText& text : texts) all.push_back(text.text);
-  return all;
+  const std::vector<DrawnText> seen = drawn_with(screens::confidence_text(view_).substr(0, 20));
+  ASSERT_EQ(seen.size(), 1u);
+  EXPECT_LE(seen[0].cut_px, 0);
+  EXPECT_TRUE(seen[0].text.ends_with("...")) << seen[0].text;
 }
 
 class Words : public ShownConsole {
  protected:
-  [[nodiscard]] std::vector<std::string> drawn() {
-    return text_of(texts_of([this] { frames(1); }));
-  }
-  [[nodiscard]] bool draws(const std::string& part) {
-    const auto all = drawn();
-    return std::any_of(all.begin(), all.end(),
-                       [&](const std::string& words) { return words.find(part) != std::string::npos; });
-  }
-  [[nodiscard]] std::ptrdiff_t draws_exactly(const std::string& words) {
-    const auto all = drawn();
-    return std::count(all.begin(), all.end(), words);
-  }
   /// The arm pushes out as hard as it can, and nobody knows with which force.
   void press_blindly() {
     view_.machine.confidence = 0.03;
@@ -126,9 +95,9 @@ TEST_F(Words, AJointAtItsEndIsNamedInTheBannerAndAmongTheLimitsAndHasARingInTheP
   EXPECT_TRUE(draws("bucket out: at its end, move it the other way"));
   EXPECT_EQ(draws_exactly("bucket out: at its end"), 1);
   EXPECT_GT(count_near(pixels(), kPicture, theme().colours.notice), before + 50);
-  for (const DrawnText& text : texts_of([this] { frames(1); }))
-    EXPECT_FALSE(text.text.find("at its end") != std::string::npos && text.max.x > kPicture.left &&
-                 text.min.x < kPicture.right && text.max.y > kPicture.top && text.min.y < kPicture.bottom)
+  for (const DrawnText& text : drawn_with("at its end"))
+    EXPECT_FALSE(text.max.x > kPicture.left && text.min.x < kPicture.right && text.max.y > kPicture.top &&
+                 text.min.y < kPicture.bottom)
         << "words lie over the machine: " << text.text;
   view_.link.silence_s = 3;
   EXPECT_FALSE(draws("at its end")) << "nobody knows where it is now";
@@ -163,11 +132,8 @@ TEST_F(Words, AnUncalibratedMachineStandsOutUntilThePersonAcceptsThatByMouseOrKe
   EXPECT_FALSE(state().stop);
   view_.status.machine = MachineName("another");
   EXPECT_EQ(draws_exactly("UNCALIBRATED: OK?"), 1) << "which is not the one that was accepted";
-  for (const DrawnText& text : texts_of([this] { frames(1); })) {
-    if (text.text != "UNCALIBRATED: OK?") continue;
-    click(int(text.min.x + text.max.x) / 2, int(text.min.y + text.max.y) / 2);
-    break;
-  }
+  const DrawnText button = drawn_with("UNCALIBRATED: OK?").at(0);
+  click(int(button.min.x + button.max.x) / 2, int(button.min.y + button.max.y) / 2);
   EXPECT_EQ(draws_exactly("uncalibrated"), 1);
 }
 

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "app/console/machine_text.h"
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/keyboard_walk.h"
 #include "tests/console/window/shown_console.h"
 
@@ -18,27 +17,14 @@ bool apart(const Area& a, ImVec2 min, ImVec2 max) {
 
 class PicturePane : public ShownConsole {
  protected:
-  void resize(int width, int height) {
-    does("search --name '^Knuckle$' windowsize " + std::to_string(width) + " " + std::to_string(height));
-    for (int i = 0; i < 100 && console_->window().framebuffer_size() != std::array{width, height}; ++i) frames(1);
-  }
   void add_camera() {
     console_->cameras().add({"mast", [this] { return std::move(next_); }, [] { return video::CameraStatus{}; }});
-    const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * 64 * 36);
-    next_ = std::make_unique<video::Frame>();
-    *next_ = {.width_px = 64,
-              .height_px = 36,
-              .row_bytes = 4 * 64,
-              .pixels = pixels->data(),
-              .memory = pixels,
-              .number = 1,
-              .connection = 1};
-    next_->captured = next_->received = video::now() + 10s;  // live, however slowly the window is drawn
+    next_ = red_frame(video::now() + 10s);  // live, however slowly the window is drawn
     frames();
   }
   void expect_nothing_over_the_machine() {
     std::vector<DrawnText> texts;
-    const std::map<ImGuiID, DrawnItem> items = items_of([&] { texts = texts_of([this] { frames(1); }); });
+    const std::map<ImGuiID, DrawnItem> items = items_of([&] { texts = drawn(); });
     const Area machine = console_->machine_picture().value();
     EXPECT_GT(machine.width(), 150);
     EXPECT_GT(machine.height(), 80);
@@ -79,7 +65,7 @@ TEST_F(PicturePane, ShowsAllDistancesBesideIt) {
     does(key);
     for (const int height : {720, 800}) {
       resize(1280, height);
-      const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
+      const std::vector<DrawnText> texts = drawn();
       for (const char* label : {"reach", "to the reach limit", "over the grade line"}) {
         const auto found =
             std::find_if(texts.begin(), texts.end(), [label](const DrawnText& text) { return text.text == label; });
@@ -94,7 +80,7 @@ TEST_F(PicturePane, ShowsAllDistancesBesideIt) {
 
 TEST_F(PicturePane, TellsByAnArrowAtItsEdgeWhereTheBucketIsThatHasLeftIt) {
   const auto arrow = [this]() -> std::optional<ImVec2> {
-    for (const DrawnText& text : texts_of([this] { frames(1); }))
+    for (const DrawnText& text : drawn())
       if (text.text == "bucket" && !apart(console_->machine_picture().value(), text.min, text.max))
         return ImVec2{(text.min.x + text.max.x) / 2, (text.min.y + text.max.y) / 2};
     return std::nullopt;
@@ -103,7 +89,7 @@ TEST_F(PicturePane, TellsByAnArrowAtItsEdgeWhereTheBucketIsThatHasLeftIt) {
   const Box box = picture_box();
   const ImVec2 middle{float(box.left + box.right) / 2, float(box.top + box.bottom) / 2};
   EXPECT_FALSE(arrow());
-  does("mousemove " + std::to_string(box.left + 80) + " " + std::to_string(box.bottom - 120));
+  move_mouse(box.left + 80, box.bottom - 120);
   does("click --repeat 12 4");  // closer to the tracks, away from the bucket
   const auto right = arrow();
   ASSERT_TRUE(right);
@@ -112,7 +98,7 @@ TEST_F(PicturePane, TellsByAnArrowAtItsEdgeWhereTheBucketIsThatHasLeftIt) {
   EXPECT_GT(count_near(seen, {box.right - 30, box.top, box.right, box.bottom}, theme().colours.notice), 60);
   does("key z");
   EXPECT_FALSE(arrow());
-  does("mousemove " + std::to_string(box.right - 40) + " " + std::to_string(box.top + 30));
+  move_mouse(box.right - 40, box.top + 30);
   does("click --repeat 12 4");
   const auto left = arrow();
   ASSERT_TRUE(left);
@@ -134,7 +120,7 @@ TEST_F(PicturePane, HasAllLimitsBesideItHoweverManyThereAre) {
     for (const char* screen : {"key F1", "key F4"}) {
       resize(1280, height);
       does(screen);
-      const std::vector<DrawnText> texts = texts_of([this] { frames(1); });
+      const std::vector<DrawnText> texts = drawn();
       for (const std::string& words : all) {
         const std::size_t colon = words.find(": ");
         const std::string last = colon == std::string::npos ? words : words.substr(colon + 2);

@@ -16,7 +16,7 @@ class PulledTip : public ShownConsole {
   void hover() {
     frames(2);
     const Eigen::Vector2d at = seen_at(Kinematics(console_->facts().machine).tip(view_.hand.ghost_rad));
-    does("mousemove " + std::to_string(int(at.x()) + 4) + " " + std::to_string(int(at.y()) - 3));
+    move_mouse(int(at.x()) + 4, int(at.y()) - 3);
   }
 };
 

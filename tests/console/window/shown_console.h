@@ -1,16 +1,19 @@
 // A console's window on a display of the test's own, led by real keys and a real mouse, and its pixels.
 #pragma once
 
-#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "app/console/picture/camera.h"
+#include "app/console/picture/gl_program.h"
 #include "tests/console/window/canned_console.h"
+#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/virtual_display.h"
 
 namespace knuckle::console::window {
@@ -50,6 +53,23 @@ struct Box {
   return count;
 }
 
+/// A red picture of a camera, 16:9, that was captured then.
+inline std::unique_ptr<video::Frame> red_frame(Time captured, int width_px = 64, int red = 255) {
+  const int height_px = width_px * 9 / 16;
+  const auto pixels = std::make_shared<std::vector<std::uint8_t>>(4 * width_px * height_px);
+  for (std::size_t i = 0; i < pixels->size(); i += 4) (*pixels)[i] = static_cast<std::uint8_t>(red);
+  auto frame = std::make_unique<video::Frame>();
+  *frame = {.width_px = width_px,
+            .height_px = height_px,
+            .row_bytes = 4 * width_px,
+            .pixels = pixels->data(),
+            .memory = pixels,
+            .number = 1,
+            .connection = 1};
+  frame->captured = frame->received = captured;
+  return frame;
+}
+
 class ShownConsole : public testing::Test {
  protected:
   void SetUp() override {
@@ -67,17 +87,34 @@ class ShownConsole : public testing::Test {
       console_->show();
     }
   }
-  /// One more frame, not shown yet.
+  /// Of the frame that is drawn and not shown yet.
+  [[nodiscard]] Pixels drawn_pixels() const {
+    const auto [width, height] = console_->window().framebuffer_size();
+    return {width, height, picture::bound_pixels(width, height)};
+  }
+  /// Of one more frame.
   [[nodiscard]] Pixels pixels() {
     console_->frame(view_, loop_, events_, 0);
-    const auto [width, height] = console_->window().framebuffer_size();
-    Pixels p{
-        width, height,
-        std::vector<std::uint8_t>(std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, p.width, p.height, GL_RGB, GL_UNSIGNED_BYTE, p.bytes.data());
+    Pixels p = drawn_pixels();
     console_->show();
     return p;
+  }
+  /// Every text of one more frame.
+  [[nodiscard]] std::vector<DrawnText> drawn() {
+    std::vector<DrawnText> all = texts_of([this] { ShownConsole::frames(1); });
+    std::erase_if(all, [](const DrawnText& text) { return text.text.starts_with("Debug"); });  // ImGui's, never shown
+    return all;
+  }
+  /// Those that have these words in them.
+  [[nodiscard]] std::vector<DrawnText> drawn_with(const std::string& words) {
+    std::vector<DrawnText> all = drawn();
+    std::erase_if(all, [&](const DrawnText& text) { return text.text.find(words) == std::string::npos; });
+    return all;
+  }
+  [[nodiscard]] bool draws(const std::string& words) { return !drawn_with(words).empty(); }
+  /// How many texts are just this.
+  [[nodiscard]] std::ptrdiff_t draws_exactly(const std::string& words) {
+    return std::ranges::count(drawn(), words, &DrawnText::text);
   }
   /// @param words for xdotool.
   void does(const std::string& words) {
@@ -91,8 +128,15 @@ class ShownConsole : public testing::Test {
     ASSERT_TRUE(xdotool("keyup " + key));
     frames(2);
   }
+  void move_mouse(int x, int y) { does("mousemove " + std::to_string(x) + " " + std::to_string(y)); }
+  void resize(int width, int height) {
+    does("search --name '^Knuckle$' windowsize " + std::to_string(width) + " " + std::to_string(height));
+    for (int i = 0; i < 100 && console_->window().framebuffer_size() != std::array{width, height}; ++i) frames(1);
+    ASSERT_EQ(console_->window().framebuffer_size(), (std::array{width, height}));
+    frames(2);
+  }
   void click(int x, int y) {
-    does("mousemove " + std::to_string(x) + " " + std::to_string(y));
+    move_mouse(x, y);
     does("mousedown 1");
     does("mouseup 1");
   }

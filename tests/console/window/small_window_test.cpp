@@ -3,7 +3,6 @@
 #include <array>
 #include <string>
 
-#include "tests/console/window/drawn_texts.h"
 #include "tests/console/window/shown_console.h"
 
 namespace knuckle::console::window {
@@ -26,17 +25,6 @@ TEST(ContentScale, IsByTheWindowUnlessThePersonChoseOneAndNeverLeavesTheLayoutWi
 
 class SmallWindow : public ShownConsole {
  protected:
-  void resize(int width, int height) {
-    does("search --name '^Knuckle$' windowsize " + std::to_string(width) + " " + std::to_string(height));
-    for (int i = 0; i < 100 && console_->window().framebuffer_size() != std::array{width, height}; ++i) frames(1);
-    ASSERT_EQ(console_->window().framebuffer_size(), (std::array{width, height}));
-    frames(2);
-  }
-  [[nodiscard]] std::vector<DrawnText> drawn() {
-    std::vector<DrawnText> all = texts_of([this] { frames(1); });
-    std::erase_if(all, [](const DrawnText& text) { return text.text.starts_with("Debug"); });  // ImGui's, never shown
-    return all;
-  }
   [[nodiscard]] static bool one_sentence(const std::vector<DrawnText>& texts) {
     return texts.size() == 1 && texts[0].text.starts_with("This window is too small");
   }
