@@ -170,6 +170,38 @@ std::size_t put_tags(const Ui& ui, const ConsoleView& view, std::span<const Tag>
   return count;
 }
 
+using State = RecordingLight::State;
+constexpr std::uint64_t kLittle_bytes = 2'000'000'000;  // a few hours of one program's recording
+
+constexpr float kLightIcon_px = 22;  // of the design
+
+float recording_width(const Ui& ui, const RecordingText& text) {
+  const Theme& t = ui.theme;
+  const float light = t.px(kLightIcon_px) + text_width(t.fonts.mono_small, text.light);
+  if (text.note.empty()) return light;
+  return light + t.unit() + text_width(t.fonts.small, text.note);
+}
+
+/// Ends with "..." where the area is too narrow.
+void draw_recording(const Ui& ui, const RecordingLight& light, const RecordingText& text, const Area& area) {
+  const Theme& t = ui.theme;
+  const Palette& c = t.colours;
+  const bool amiss = light.state == State::kStopped || (light.state == State::kOff && light.real);
+  const Icon icon = light.state == State::kOn        ? Icon::kDot
+                    : light.state == State::kStopped ? Icon::kWarning
+                                                     : Icon::kRing;
+  const ImU32 colour = light.state == State::kOn ? c.stop : amiss ? c.notice : c.muted;
+  Area rest = area;
+  const Area place = rest.cut_left(t.px(kLightIcon_px));
+  draw_icon(canvas(), icon, {place.min.x + t.px(8), place.centre().y}, t.px(14), colour);
+  const ImU32 text_colour = light.state == State::kOn ? c.text : colour;
+  const float wide = text_width(t.fonts.mono_small, text.light);
+  put_fitted(t.fonts.mono_small, text_colour, rest.cut_left(std::min(wide + 1, rest.width()), t.unit()), text.light);
+  if (text.note.empty() || rest.width() <= 0) return;
+  const bool noted = light.steps_lost > 0 || light.free_bytes < kLittle_bytes;
+  put_fitted(t.fonts.small, noted ? c.notice : c.muted, rest, text.note);
+}
+
 /// On the right: tags above, the light of the recording below, and beside it the tags that have no room above.
 void draw_tags(const Ui& ui, const ConsoleData& data, UiState& state, Area& area) {
   const Theme& t = ui.theme;
@@ -317,6 +349,22 @@ void draw_reason(const Ui& ui, const Area& area, const std::string& reason) {
 }
 
 }  // namespace
+
+RecordingText recording_text(const RecordingLight& light, double elapsed_s) {
+  RecordingText text;
+  const auto append = [&text](const std::string& more) { text.note += (text.note.empty() ? "" : ", ") + more; };
+  if (light.state == State::kOff) {
+    text.light = "NOT RECORDED";
+  } else if (light.state == State::kStopped) {
+    text.light = "REC STOPPED: " + light.why;
+  } else {
+    const auto s = static_cast<long>(std::clamp(elapsed_s, 0.0, 1e9));
+    text.light = fmt::format("REC {}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+    if (light.free_bytes > 0) append(fmt::format("{:.1f} GB free", 1e-9 * static_cast<double>(light.free_bytes)));
+  }
+  if (light.steps_lost > 0) append(std::to_string(light.steps_lost) + " steps lost");
+  return text;
+}
 
 const ModeLook& look_of(Mode mode) noexcept {
   static constexpr auto kLooks = std::to_array<ModeLook>({{"OFF", Icon::kRing},

@@ -10,66 +10,6 @@
 namespace knuckle::console::screens {
 namespace {
 
-using State = RecordingLight::State;
-constexpr std::uint64_t kLittle_bytes = 2'000'000'000;  // a few hours of one program's recording
-
-float icon_width(const Theme& t) {
-  return t.px(22);
-}
-float note_gap(const Theme& t) {
-  return t.unit();
-}
-
-std::string free_text(std::uint64_t bytes) {
-  return fmt::format("{:.1f} GB free", 1e-9 * static_cast<double>(bytes));
-}
-
-}  // namespace
-
-RecordingText recording_text(const RecordingLight& light, double elapsed_s) {
-  RecordingText text;
-  const auto append = [&text](const std::string& more) { text.note += (text.note.empty() ? "" : ", ") + more; };
-  if (light.state == State::kOff) {
-    text.light = "NOT RECORDED";
-  } else if (light.state == State::kStopped) {
-    text.light = "REC STOPPED: " + light.why;
-  } else {
-    const auto s = static_cast<long>(std::clamp(elapsed_s, 0.0, 1e9));
-    text.light = fmt::format("REC {}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
-    if (light.free_bytes > 0) append(free_text(light.free_bytes));
-  }
-  if (light.steps_lost > 0) append(std::to_string(light.steps_lost) + " steps lost");
-  return text;
-}
-
-float recording_width(const Ui& ui, const RecordingText& text) {
-  const Theme& t = ui.theme;
-  const float light = icon_width(t) + text_width(t.fonts.mono_small, text.light);
-  if (text.note.empty()) return light;
-  return light + note_gap(t) + text_width(t.fonts.small, text.note);
-}
-
-void draw_recording(const Ui& ui, const RecordingLight& light, const RecordingText& text, const Area& area) {
-  const Theme& t = ui.theme;
-  const Palette& c = t.colours;
-  const bool amiss = light.state == State::kStopped || (light.state == State::kOff && light.real);
-  const Icon icon = light.state == State::kOn        ? Icon::kDot
-                    : light.state == State::kStopped ? Icon::kWarning
-                                                     : Icon::kRing;
-  const ImU32 colour = light.state == State::kOn ? c.stop : amiss ? c.notice : c.muted;
-  Area rest = area;
-  const Area place = rest.cut_left(icon_width(t));
-  draw_icon(canvas(), icon, {place.min.x + t.px(8), place.centre().y}, t.px(14), colour);
-  const ImU32 text_colour = light.state == State::kOn ? c.text : colour;
-  const float wide = text_width(t.fonts.mono_small, text.light);
-  put_fitted(t.fonts.mono_small, text_colour, rest.cut_left(std::min(wide + 1, rest.width()), note_gap(t)), text.light);
-  if (text.note.empty() || rest.width() <= 0) return;
-  const bool noted = light.steps_lost > 0 || light.free_bytes < kLittle_bytes;
-  put_fitted(t.fonts.small, noted ? c.notice : c.muted, rest, text.note);
-}
-
-namespace {
-
 /// What the help shows beside the keys of the console itself.
 constexpr std::array<std::pair<const char*, const char*>, 4> kPointing{
     {{"Arrows", "to a neighbour, in a list too"},
@@ -173,8 +113,6 @@ void connection_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   value_row(ui, rest.cut_top(t.px(22)), "Loss", fmt::format("{:.1f}", data.view.link.loss * 100), "%");
 }
 
-}  // namespace
-
 void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area) {
   const Theme& t = ui.theme;
   const float height = std::min(t.px(84), (area.height() - t.px(96)) / static_cast<float>(kScreens.size()));
@@ -265,6 +203,8 @@ void draw_help(const Ui& ui, bool playing, const Area& area) {
   };
   for (const auto& [keys, what] : rows) line(keys, what);
 }
+
+}  // namespace
 
 // Where everything goes: banner on top, rail on the left, hand, session and Stop on the right, the screen between.
 

@@ -51,6 +51,14 @@ class PayloadTotal {
   Time since_ = kNever, seen_ = kNever;  ///< Carried, or released.
 };
 
+/// What a console keeps of a session beside its plots and events.
+struct Kept {
+  explicit Kept(const MachineDescription& machine) : payload(kLeastLoad * machine.payload_full_scale_kg) {}
+  PayloadTotal payload;
+  ContactTrail contacts;
+  LinkHistory link;
+};
+
 class PlayerPanel;
 
 struct ConsoleFacts {
@@ -71,9 +79,7 @@ struct ConsoleData {
   const LoopHealth& loop;
   PlotWindow& plots;
   LivePlots& live_plots;  ///< Of a session that runs: what was shown in plots before.
-  const LinkHistory& link_history;
-  const PayloadTotal& payload;
-  const ContactTrail& contacts;
+  const Kept& kept;
   const picture::MachinePanel& machine;  ///< The picture of it.
   EventBook& events;
   CameraPane& cameras;
@@ -81,10 +87,6 @@ struct ConsoleData {
   PlayerPanel* player = nullptr;  ///< What is shown is a recording; nullptr: it happens now.
 };
 
-/// What the player shows of a time of which modes and limits were not recorded.
-[[nodiscard]] inline bool limits_not_recorded(const ConsoleData& data) {
-  return data.player != nullptr && (data.view.sensors_alone || !data.view.link.heard);
-}
 /// The time that plots and events are looked at: of a recording its cursor; of what runs, once one was chosen.
 [[nodiscard]] std::optional<Time> chosen_time(const ConsoleData& data);
 void choose_time(const ConsoleData& data, Time at);

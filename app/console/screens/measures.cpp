@@ -159,7 +159,7 @@ void draw_distances(const Ui& ui, const ConsoleData& data, const Measures& measu
   const PlanarVector tip_m = data.kinematics.tip(data.view.machine.position_rad);
   const float number = area.min.x + t.px(70), label = number + t.unit();
   float y = area.min.y + t.px(12);
-  for (const Distance& d : distances(tip_m, measures, data.facts.machine.limits, data.contacts)) {
+  for (const Distance& d : distances(tip_m, measures, data.facts.machine.limits, data.kept.contacts)) {
     put_text(t.fonts.mono_small, t.colours.text, {number, y}, Align::kRight,
              fmt::format("{}{}", d.has_sign && d.m >= 0 ? "+" : "", ui.units.text(Quantity::kLength, d.m)));
     put_fitted(t.fonts.small, t.colours.muted, {{label, y - t.px(9)}, {area.max.x, y + t.px(9)}}, d.label);

@@ -207,7 +207,8 @@ void limits_card(const Ui& ui, const ConsoleData& data, const Area& area) {
   const Card card(ui, "ACTIVE LIMITS", area, machine_freshness(data.view));
   if (limit_chips(ui, data, card.inside())) return;
   const ImVec2 at{card.inside().min.x, card.inside().min.y + t.px(13)};
-  if (limits_not_recorded(data)) return put_text(t.fonts.body, t.colours.muted, at, Align::kLeft, "-");
+  const bool recorded = data.player == nullptr || (!data.view.sensors_alone && data.view.link.heard);
+  if (!recorded) return put_text(t.fonts.body, t.colours.muted, at, Align::kLeft, "-");
   draw_icon(canvas(), Icon::kCheck, {at.x + t.px(9), at.y}, t.px(16), ink(t.colours.good));
   put_text(t.fonts.body, t.colours.muted, {at.x + t.px(26), at.y}, Align::kLeft, "none");
 }
@@ -263,18 +264,6 @@ void draw_hold_pad(const Ui& ui, const ConsoleData& data, UiState& state, const 
     if (hold_button(ui, place, pad.label)) state.pad.*pad.held = state.pad.enable = true;
   }
 }
-
-namespace {
-
-/// The next of 1, 2, 5, 10, ...
-double round_above(double value) {
-  const double decade = std::pow(10, std::floor(std::log10(value)));
-  for (const double times : {1.0, 2.0, 5.0})
-    if (times * decade >= value) return times * decade;
-  return 10 * decade;
-}
-
-}  // namespace
 
 void force_plot(const Ui& ui, const ConsoleData& data, const Area& area, double mark_N) {
   const auto force_N = [](const History::Sample& s) { return known_force_N(s.machine); };

@@ -165,7 +165,7 @@ void levels(const Ui& ui, const Measures& measures, const Plane& plane, const Ar
 
 void trail(const Ui& ui, const ConsoleData& data, const Plane& plane) {
   const Theme& t = ui.theme;
-  for (const ContactTrail::Point& point : data.contacts.points()) {
+  for (const ContactTrail::Point& point : data.kept.contacts.points()) {
     const double fresh = ContactTrail::freshness(point, data.view.now);
     if (fresh <= 0) continue;
     if (const auto at = plane.at(point.at_m))

@@ -50,8 +50,8 @@ class LinkLooks {
 }  // namespace
 
 KeptOfRun::KeptOfRun(const player::Run& run, const MachineDescription& machine, const Kinematics& kinematics)
-    : payload_(kLeastLoad * machine.payload_full_scale_kg) {
-  PayloadTotal total = payload_;
+    : kept_(machine) {
+  PayloadTotal total = kept_.payload;
   ContactTrail trail;
   LinkLooks link(run);
   const double reach = reach_m(machine);
@@ -68,32 +68,32 @@ KeptOfRun::KeptOfRun(const player::Run& run, const MachineDescription& machine, 
 void KeptOfRun::show(Time at) {
   const Load* const load = player::newest(loads_, at);
   if (load != nullptr)
-    payload_ = load->total;
+    kept_.payload = load->total;
   else
-    payload_.clear();
+    kept_.payload.clear();
   show_contacts(at);
   show_link(at);
 }
 
 void KeptOfRun::show_contacts(Time at) {
-  contacts_.clear();
+  kept_.contacts.clear();
   const auto end = player::first_after(touches_, at);
   if (end == touches_.begin()) return;
   // The last contact is remembered though its points have faded.
   const auto begin = std::min(player::first_from(touches_, at - ContactTrail::kKept), std::prev(end));
-  std::for_each(begin, end, [this](const ContactTrail::Touch& touch) { contacts_.add(touch); });
+  std::for_each(begin, end, [this](const ContactTrail::Touch& touch) { kept_.contacts.add(touch); });
 }
 
 /// On from where it was, or anew where the time has gone back.
 void KeptOfRun::show_link(Time at) {
   const bool anew = link_at_ == kNever || at < link_at_;
-  if (anew) link_ = {};
+  if (anew) kept_.link = {};
   const auto end = player::first_after(looks_, at);
   for (auto look = player::first_after(looks_, anew ? at - LinkHistory::kKept : link_at_); look != end; ++look) {
-    link_.pass(look->at);
-    link_.add(look->values);
+    kept_.link.pass(look->at);
+    kept_.link.add(look->values);
   }
-  link_.pass(at);
+  kept_.link.pass(at);
   link_at_ = at;
 }
 
@@ -134,11 +134,11 @@ void PlayerPanel::pass(double seconds) {
     beside_view_ = beside_->run.view(there);
   }
   if (!plots_.show(at)) return;
-  const auto of_step = [](std::int64_t step) { return Time(step * from_seconds(History::kStep_s)); };
-  plots_.fill([&](std::int64_t step) { return sample(played_.run, of_step(step)); });
+  plots_.fill([&](std::int64_t step) { return sample(played_.run, History::time_of(step)); });
   if (beside_)
-    plots_.fill_beside(beside_->name.c_str(),
-                       [&](std::int64_t step) { return sample(beside_->run, of_step(step) + beside_->later); });
+    plots_.fill_beside(beside_->name.c_str(), [&](std::int64_t step) {
+      return sample(beside_->run, History::time_of(step) + beside_->later);
+    });
 }
 
 void PlayerPanel::show_loads(Time at) {

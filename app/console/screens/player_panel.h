@@ -30,9 +30,7 @@ class KeptOfRun {
   /// Shows what a console that was there from the beginning has kept by this time.
   void show(Time at);
 
-  [[nodiscard]] const PayloadTotal& payload() const noexcept { return payload_; }
-  [[nodiscard]] const ContactTrail& contacts() const noexcept { return contacts_; }
-  [[nodiscard]] const LinkHistory& link() const noexcept { return link_; }
+  [[nodiscard]] const Kept& shown() const noexcept { return kept_; }
 
  private:
   struct Load {
@@ -49,9 +47,7 @@ class KeptOfRun {
   std::vector<Load> loads_;  ///< Whenever it changed.
   std::vector<ContactTrail::Touch> touches_;
   std::vector<Look> looks_;
-  PayloadTotal payload_;
-  ContactTrail contacts_;
-  LinkHistory link_;
+  Kept kept_;
   Time link_at_ = kNever;
 };
 
@@ -84,12 +80,10 @@ class PlayerPanel {
   [[nodiscard]] const JointLoads& loads() const noexcept { return loads_; }
   /// nullptr: nothing is beside, or not at this time.
   [[nodiscard]] const ConsoleView* beside_view() const noexcept { return beside_here_ ? &beside_view_ : nullptr; }
-  /// The ten seconds around the cursor.
-  [[nodiscard]] const History& history() const noexcept { return plots_.history(); }
-  /// For the plots of a frame; a click moves the time line at the next pass().
+  /// The ten seconds around the cursor; a click moves the time line at the next pass().
   [[nodiscard]] PlotWindow& plots() noexcept { return plots_; }
   /// As a console that was there from the beginning on had it at the cursor.
-  [[nodiscard]] const KeptOfRun& kept() const noexcept { return kept_; }
+  [[nodiscard]] const Kept& kept() const noexcept { return kept_.shown(); }
   /// All of it: those to come, too.
   [[nodiscard]] EventBook& events() noexcept { return events_; }
   /// Nothing was recorded at the cursor.

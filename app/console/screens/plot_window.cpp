@@ -10,10 +10,6 @@ namespace {
 
 constexpr std::int64_t kHalf = History::kSamples / 2;
 
-Time of_step(std::int64_t step) {
-  return Time(step * from_seconds(History::kStep_s));
-}
-
 }  // namespace
 
 std::string ago_text(Duration ago) {
@@ -30,18 +26,18 @@ const EventRow* event_at(const EventBook& events, std::uint32_t run, Time at) {
 
 bool PlotWindow::show(Time middle) {
   const std::int64_t step = History::step_of(middle);
-  cursor_.share = static_cast<float>(0.5 + to_seconds(middle - of_step(step)) / History::kSpan_s);
+  cursor_.share = static_cast<float>(0.5 + to_seconds(middle - History::time_of(step)) / History::kSpan_s);
   return std::exchange(middle_, step) != step;
 }
 
 float PlotWindow::share(Time at) const noexcept {
-  return static_cast<float>(0.5 + to_seconds(at - of_step(middle_)) / History::kSpan_s);
+  return static_cast<float>(0.5 + to_seconds(at - History::time_of(middle_)) / History::kSpan_s);
 }
 
 std::optional<Time> PlotWindow::clicked() {
   const float share = std::exchange(cursor_.clicked, -1.F);
   if (share < 0) return std::nullopt;
-  return of_step(middle_) + from_seconds((static_cast<double>(share) - 0.5) * History::kSpan_s);
+  return History::time_of(middle_) + from_seconds((static_cast<double>(share) - 0.5) * History::kSpan_s);
 }
 
 void PlotWindow::fill(History& history, const SampleAt& sample_at) const {

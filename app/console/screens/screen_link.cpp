@@ -59,7 +59,7 @@ void minutes_card(const Ui& ui, const ConsoleData& data, LinkMeasure measure, co
       "ROUND TRIP: MEDIAN; PALE: EACH; 10 MINUTES", "LOST, 10 MINUTES", "JITTER: 95 % ARE BELOW, 10 MINUTES",
       "WAIT, OF TIME TO NEUTRAL", "EACH ROUND TRIP, 10 MINUTES"};
   const Card card(ui, kTitles[static_cast<std::size_t>(measure)], area);
-  const LinkHistory& history = data.link_history;
+  const LinkHistory& history = data.kept.link;
   const QualityBounds& bounds = bounds_of(measure);
   Bands bands;
   const std::array<double, 3> all{bounds.fair, bounds.poor, bounds.bad};

@@ -119,7 +119,10 @@ void force_card(const Ui& ui, const ConsoleData& data, UiState& state, const Are
   Area top = rest.cut_top(t.px(80), t.unit());
   direction_dial(ui, top.cut_right(t.px(80), t.unit()), m, size.directed && force_N > 2 * sigma_N && force_N > 1);
   const Quantity q = Quantity::kForce;
-  value_large(ui, top, size.open ? "At least" : "Estimated", size.number, ui.units.unit(q));
+  Area lines = top;
+  put_fitted(t.fonts.small, t.colours.muted, lines.cut_top(t.fonts.small->FontSize * 1.1F),
+             size.open ? "At least" : "Estimated");
+  put_large(ui, lines.cut_top(t.fonts.mono_display->FontSize * 1.1F), t.colours.text, size.number, ui.units.unit(q));
   if (size.directed)
     put_text(t.fonts.mono_small, t.colours.muted, {top.min.x, top.max.y - t.px(10)}, Align::kLeft,
              fmt::format("\xC2\xB1 {}", ui.units.text(q, sigma_N)));
@@ -151,10 +154,10 @@ void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
              fmt::format("\xC2\xB1 {}", ui.units.text(q, m.payload_sigma_kg)));
   const Area share = rest.cut_top(t.px(10), t.unit(0.75F));
   if (known) bar(ui, share, 0, static_cast<float>(m.payload_kg / std::max(full_kg, 1.0)), t.colours.accent);
-  const int loads = data.payload.loads();
+  const int loads = data.kept.payload.loads();
   const std::string carried = fmt::format("Carried, {} load{}", loads, loads == 1 ? "" : "s");
   value_row(ui, rest.cut_top(t.px(24)), data.view.sensors_alone ? "Carried" : carried,
-            data.view.sensors_alone ? "-" : ui.units.number(q, data.payload.total_kg()), ui.units.unit(q));
+            data.view.sensors_alone ? "-" : ui.units.number(q, data.kept.payload.total_kg()), ui.units.unit(q));
 }
 
 void pressure_bar(const Ui& ui, const ConsoleData& data, std::size_t chamber, Area area) {

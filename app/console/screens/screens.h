@@ -59,14 +59,6 @@ void limits_card(const Ui& ui, const ConsoleData& data, const Area& area);
 /// Why the force is not known better, in a few words, as reported by the machine's side.
 [[nodiscard]] std::string confidence_text(const ConsoleView& view);
 
-// What surrounds every screen: the rail that leads to the others, and the column with hand, session and Stop.
-
-void draw_rail(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
-void draw_side_column(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
-void draw_stop(const Ui& ui, UiState& state, Area area);
-/// @param playing a recording: its keys.
-void draw_help(const Ui& ui, bool playing, const Area& area);
-
 // The line on top of every screen: mode, the one reason that blocks, and how old all of it is. Nothing ever covers it.
 
 void draw_banner(const Ui& ui, const ConsoleData& data, UiState& state, Area area);
@@ -100,10 +92,6 @@ struct RecordingText {
 };
 /// @param elapsed_s of the recording.
 [[nodiscard]] RecordingText recording_text(const RecordingLight& light, double elapsed_s);
-
-[[nodiscard]] float recording_width(const Ui& ui, const RecordingText& text);
-/// Ends with "..." where the area is too narrow.
-void draw_recording(const Ui& ui, const RecordingLight& light, const RecordingText& text, const Area& area);
 
 // Leading without a keyboard: buttons below the picture that enable and move one joint for as long as they are held, by
 // mouse or touch; and what turns them on.

@@ -57,7 +57,7 @@ struct UiState {
   SimulationChoice simulation;               ///< Chosen for the next session.
   SimulationChoice running{.scenario = -1};  ///< What the one on screen began with.
   EventChoice events;
-  std::string export_path, export_result;
+  std::string export_path = "knuckle-events.csv", export_result;
 };
 
 }  // namespace knuckle::console::screens

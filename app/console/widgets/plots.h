@@ -53,6 +53,7 @@ class History {
   /// Of this step of kStep_s since the session began; nullptr: not kept.
   [[nodiscard]] const Sample* of_step(std::int64_t step) const noexcept;
   [[nodiscard]] static std::int64_t step_of(Time at) noexcept { return at.time_since_epoch() / from_seconds(kStep_s); }
+  [[nodiscard]] static Time time_of(std::int64_t step) noexcept { return Time(step * from_seconds(kStep_s)); }
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   /// 0: the newest.
   [[nodiscard]] const Sample& ago(std::size_t steps) const noexcept {

@@ -97,6 +97,9 @@ void put_label(const Theme& theme, const Area& area, std::string_view text) {
   put_text(theme.fonts.small, theme.colours.muted, area, Align::kLeft, text);
 }
 
+namespace {
+
+/// With "..." for what the area has no room for.
 std::string fitted_lines(const ImFont* font, const Area& area, std::string_view text) {
   const int lines = static_cast<int>(area.height() / font->FontSize);
   if (text_height(font, area.width(), text) <= area.height() || lines < 1) return std::string(text);
@@ -107,6 +110,8 @@ std::string fitted_lines(const ImFont* font, const Area& area, std::string_view 
   }
   return std::string(text.data(), line) + fitted_text(font, area.width(), std::string_view(line, end));
 }
+
+}  // namespace
 
 float put_lines(const ImFont* font, ImU32 colour, const Area& area, std::string_view text) {
   const std::string shown = fitted_lines(font, area, text);
@@ -176,14 +181,6 @@ void put_large(const Ui& ui, const Area& area, ImU32 colour, std::string_view nu
   put_text(t.fonts.mono_display, colour, area, Align::kLeft, number);
   const float x = area.min.x + text_width(t.fonts.mono_display, number) + t.unit();
   put_text(t.fonts.body, t.colours.muted, {x, area.centre().y + t.px(4)}, Align::kLeft, unit);
-}
-
-void value_large(const Ui& ui, const Area& area, std::string_view label, std::string_view number,
-                 std::string_view unit) {
-  const Theme& t = ui.theme;
-  Area rest = area;
-  put_fitted(t.fonts.small, t.colours.muted, rest.cut_top(t.fonts.small->FontSize * 1.1F), label);
-  put_large(ui, rest.cut_top(t.fonts.mono_display->FontSize * 1.1F), t.colours.text, number, unit);
 }
 
 void lamp(const Ui& ui, const Area& area, std::string_view label, bool on, ImU32 colour) {

@@ -117,9 +117,7 @@ void put_text(const ImFont* font, ImU32 colour, ImVec2 at, Align align, std::str
 void put_text(const ImFont* font, ImU32 colour, const Area& area, Align align, std::string_view text);
 /// Small and muted, at the left of an area's middle line: what a value or a slider is called.
 void put_label(const Theme& theme, const Area& area, std::string_view text);
-/// Ends with "..." where it would have more lines, broken at blanks, than the area has room for.
-[[nodiscard]] std::string fitted_lines(const ImFont* font, const Area& area, std::string_view text);
-/// Broken into lines at blanks, as fitted_lines(). @return the height used.
+/// Broken into lines at blanks; ends with "..." where the area has no room for all of them. @return the height used.
 float put_lines(const ImFont* font, ImU32 colour, const Area& area, std::string_view text);
 /// Ends with "..." where it would be wider.
 [[nodiscard]] std::string fitted_text(const ImFont* font, float width, std::string_view text);
@@ -143,10 +141,7 @@ class Card {
 
 /// Label on the left, number in mono on the right, unit behind it.
 void value_row(const Ui& ui, const Area& area, std::string_view label, std::string_view number, std::string_view unit);
-/// The same with a number large enough to be read from two metres.
-void value_large(const Ui& ui, const Area& area, std::string_view label, std::string_view number,
-                 std::string_view unit);
-/// The number and unit alone, on an area's middle line.
+/// Number and unit alone, on an area's middle line, large enough to be read from two metres.
 void put_large(const Ui& ui, const Area& area, ImU32 colour, std::string_view number, std::string_view unit);
 /// Lamp with its word: filled and coloured where on, an empty ring where off.
 void lamp(const Ui& ui, const Area& area, std::string_view label, bool on, ImU32 colour);

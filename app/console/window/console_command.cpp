@@ -1,4 +1,3 @@
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -101,7 +100,6 @@ void set_up(screens::UiState& state, const ConsoleOptions& o, const screens::Con
             const ConsoleHost& host) {
   state.screen = o.first_screen();
   state.units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
-  state.export_path = "knuckle-events.csv";
   const auto chosen = std::find(facts.scenarios.begin(), facts.scenarios.end(), o.session.scenario);
   state.simulation.scenario = static_cast<int>(chosen - facts.scenarios.begin());
   state.simulation.demo = o.demo;

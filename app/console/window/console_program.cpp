@@ -33,6 +33,7 @@ std::int64_t heap_bytes() {
   return static_cast<std::int64_t>(mallinfo2().uordblks);
 }
 
+constexpr std::uint64_t kSettled = 3;              // frames: ImGui lays some things out by the one before
 constexpr const char* kOfRecording = "recording";  // code of rows about it, which it has from its recorder
 
 /// Rows of the book that the recording does not have yet.
@@ -156,7 +157,6 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
   std::int64_t heap_before = heap_bytes();
   bool warm = false, gamepad_there = true, holes_told = false;
   std::uint32_t resets = window.state().reset_count, bookmarks = window.state().bookmarks;
-  constexpr std::uint64_t kSettled = 3;  // ImGui lays some things out by the frame before
   for (bool last = false; !last && !window.closing() && run.keep_on();) {
     last = picture_only ? outcome.frames + 1 >= kSettled : since(begin) >= run.duration_s;
     take_events(host, events, recorded, window.facts());
@@ -207,8 +207,6 @@ ConsoleOutcome run_console(ConsoleWindow& window, ConsoleHost& host, const Conso
 }
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::string name_of(const std::string& file) {
   return std::filesystem::path(file).filename().string();
@@ -304,19 +302,16 @@ int run_player(const ConsoleOptions& o, const std::function<bool()>& keep_on) {
   ConsoleWindow window(o.window(), facts_of(panel.played()));
   window.state().screen = o.first_screen();
   window.state().units = o.imperial ? UnitSystem::kImperial : UnitSystem::kMetric;
-  window.state().export_path = "knuckle-events.csv";
   if (panel.played().world) window.show_world(*panel.played().world);
   window.play(panel);
   const bool picture_only = !o.screenshot.empty() && !o.duration_s;
   if (!o.screenshot.empty()) window.hold_steady();
-  constexpr int kSettled = 3;  // ImGui lays some things out by the frame before
   const Clock::time_point begin = Clock::now();
   Clock::time_point drawn = begin;
   bool last = false;
-  for (int frame = 1; !last && !window.closing() && keep_on(); ++frame) {
+  for (std::uint64_t frame = 1; !last && !window.closing() && keep_on(); ++frame) {
     const Clock::time_point now = Clock::now();
-    const double since_s = std::chrono::duration<double>(now - begin).count();
-    last = picture_only ? frame >= kSettled : o.duration_s && since_s >= *o.duration_s;
+    last = picture_only ? frame >= kSettled : o.duration_s && since(begin) >= *o.duration_s;
     panel.pass(std::chrono::duration<double>(now - drawn).count());
     drawn = now;
     window.frame_of_player();

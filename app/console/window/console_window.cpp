@@ -31,11 +31,7 @@ bool acts_in_text(const KeyBinding& binding, bool number) {
 }  // namespace
 
 ConsoleWindow::ConsoleWindow(const WindowOptions& options, screens::ConsoleFacts facts)
-    : facts_(std::move(facts)),
-      window_(options),
-      kinematics_(facts_.machine),
-      payload_(screens::kLeastLoad * facts_.machine.payload_full_scale_kg),
-      machine_(facts_.machine) {
+    : facts_(std::move(facts)), window_(options), kinematics_(facts_.machine), machine_(facts_.machine) {
   state_.light = options.light;
   // At first what the machine file lets the tip press with; else well above what work is mostly done with.
   const double ceiling_N = facts_.machine.limits.tip_force_N;
@@ -61,19 +57,19 @@ void ConsoleWindow::add_simulated_camera(const CameraDescription& mount) {
 
 void ConsoleWindow::watch(const ConsoleView& view) {
   if (view.simulated_s < drawn_s_) {
-    payload_.clear();
-    contacts_.clear();
+    kept_.payload.clear();
+    kept_.contacts.clear();
   }
   drawn_s_ = view.simulated_s;
   const bool heard = !screens::measured_freshness(view).stale();
   live_plots_.watch(view, heard, !screens::status_freshness(view).stale());
-  link_history_.watch(view);
+  kept_.link.watch(view);
   machine_.watch(view);
   loads_ = screens::measured_loads(view, facts_.machine, kinematics_);
   push_watch_.watch(loads_, view.now);
   if (!heard) return;
-  payload_.watch(view.machine, view.now);
-  contacts_.watch(view, kinematics_, reach_m(facts_.machine));
+  kept_.payload.watch(view.machine, view.now);
+  kept_.contacts.watch(view, kinematics_, reach_m(facts_.machine));
 }
 
 void ConsoleWindow::frame(const ConsoleView& view, const LoopHealth& loop, EventBook& events, double view_age_s) {
@@ -212,9 +208,7 @@ void ConsoleWindow::draw(const ConsoleView& view, const LoopHealth& loop, EventB
   const std::optional<Area> picture = screens::draw_console(
       ui,
       {facts_, kinematics_, view, loads, loop, player_ != nullptr ? player_->plots() : live_plots_.window(),
-       live_plots_, player_ != nullptr ? player_->kept().link() : link_history_,
-       player_ != nullptr ? player_->kept().payload() : payload_,
-       player_ != nullptr ? player_->kept().contacts() : contacts_, machine_, events, cameras_, recording_, player_},
+       live_plots_, player_ != nullptr ? player_->kept() : kept_, machine_, events, cameras_, recording_, player_},
       state_);
   machine_picture_ = picture;
   // The tip of a machine that was recorded cannot be pulled.
@@ -381,39 +375,31 @@ void ConsoleWindow::act(const KeyBinding& binding) {
       zoom_ -= kZoomSteps;
       return;
     case KeyAction::kWhole:
-      machine_.show_whole();
-      return;
+      return machine_.show_whole();
     case KeyAction::kView:
       state_.side_view = !state_.side_view;
       return;
     case KeyAction::kPicture:
-      cameras_.next();
-      return;
+      return cameras_.next();
     case KeyAction::kAlign:
       align_asked_ = state_.screen == Screen::kOperate;
       return;
     case KeyAction::kTheme:
       state_.light = !state_.light;
-      window_.set_light(state_.light);
-      return;
+      return window_.set_light(state_.light);
     case KeyAction::kUnits:
       state_.units = state_.units == UnitSystem::kMetric ? UnitSystem::kImperial : UnitSystem::kMetric;
       return;
     case KeyAction::kFullScreen:
-      window_.toggle_full_screen();
-      return;
+      return window_.toggle_full_screen();
     case KeyAction::kLarger:
-      window_.change_scale(kScaleStep);
-      return;
+      return window_.change_scale(kScaleStep);
     case KeyAction::kSmaller:
-      window_.change_scale(1 / kScaleStep);
-      return;
+      return window_.change_scale(1 / kScaleStep);
     case KeyAction::kFocusOn:
-      focus_.ask(FocusOrder::Move::kOn);
-      return;
+      return focus_.ask(FocusOrder::Move::kOn);
     case KeyAction::kFocusBack:
-      focus_.ask(FocusOrder::Move::kBack);
-      return;
+      return focus_.ask(FocusOrder::Move::kBack);
     case KeyAction::kHelp:
       state_.help = !state_.help;
       return;
@@ -422,8 +408,7 @@ void ConsoleWindow::act(const KeyBinding& binding) {
       live_jump_ = action;
       return;
     case KeyAction::kEnd:
-      live_plots_.choose(std::nullopt);
-      return;
+      return live_plots_.choose(std::nullopt);
     default:
       return;  // held, or the player's
   }

@@ -90,9 +90,7 @@ class ConsoleWindow {
   FocusOrder focus_;
   Kinematics kinematics_;
   screens::LivePlots live_plots_;
-  LinkHistory link_history_;
-  screens::PayloadTotal payload_;
-  screens::ContactTrail contacts_;
+  screens::Kept kept_{facts_.machine};
   JointLoads loads_;  ///< Of the newest view of a session that runs.
   PushWatch push_watch_;
   picture::MachinePanel machine_;

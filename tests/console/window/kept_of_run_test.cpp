@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/console/console_loop.h"
 #include "app/console/screens/console_data.h"
 #include "app/console/screens/player_panel.h"
-#include "app/session/session_setup.h"
 #include "machine/kinematics.h"
-#include "recording/recorder.h"
 #include "tests/console/console_rig.h"
 #include "tests/console/player/played_files.h"
 
@@ -35,43 +32,25 @@ void expect_same(const LinkHistory& is, const LinkHistory& was) {
 /// The same session, looked at while it ran and played afterwards.
 TEST(KeptOfRun, HasTheMinutesOfTheLinkThatTheConsoleHadAtThatTime) {
   const test::TemporaryFolder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.loss = 0.05;
-  options.jitter_ms = 8;
-  const session::SessionSetup setup = session::load_session(options).setup;
   LinkHistory history;
+  ConsoleView view;
   std::vector<std::pair<Time, LinkHistory>> had;
-  {
-    recording::RecorderOptions how;
-    how.file = folder.file("live.mcap");
-    recording::Head head = session::session_head(setup, options);
-    head.far_end_is_this_machine = false;
-    recording::Recorder recorder(how, head, setup.machine);
-    LiveSession session(setup, LiveSession::Led::kByScenario, nullptr);
-    session.record_to(recorder);
-    ConsoleView view;
-    for (int tick = 1; tick <= 6000; ++tick) {
-      session.step({});
-      if (tick % 50 == 0) recorder.drain();
-      if ((tick - 1) % 20 != 0) continue;
-      session.show(view);
-      history.watch(view);
-      if (tick % 1500 < 20) had.emplace_back(view.now, history);
-    }
-    recorder.close();
-  }
-  const player::Played played = player::load({folder.file("live.mcap")});
+  const player::Played played = player::load({test::recorded_live(folder, [&](int tick, LiveSession& session) {
+    if ((tick - 1) % 20 != 0) return;
+    session.show(view);
+    history.watch(view);
+    if (tick % 1500 < 20) had.emplace_back(view.now, history);
+  })});
   const Kinematics kinematics(played.machine);
   KeptOfRun kept(played.run, played.machine, kinematics);
   ASSERT_GT(had.size(), 3u);
   for (const auto& [at, was] : had) {
     SCOPED_TRACE(to_seconds(at));
     kept.show(at);
-    ASSERT_NO_FATAL_FAILURE(expect_same(kept.link(), was));
+    ASSERT_NO_FATAL_FAILURE(expect_same(kept.shown().link, was));
   }
   kept.show(had.front().first);
-  expect_same(kept.link(), had.front().second);
+  expect_same(kept.shown().link, had.front().second);
 }
 
 /// Twelve minutes of a link at ten messages a second, of which one packet is late after 100 s.
@@ -108,16 +87,16 @@ TEST(KeptOfRun, HasTenMinutesOfTheLinkUpToTheCursorAndNothingBehindIt) {
   const auto latest = [&](Time at) {
     kept.show(at);
     float most = 0;
-    for (std::size_t i = 0; i < kept.link().size(); ++i)
-      most = std::fmax(most, kept.link().ago(i, LinkMeasure::kNewestRoundTrip).most);
+    for (std::size_t i = 0; i < kept.shown().link.size(); ++i)
+      most = std::fmax(most, kept.shown().link.ago(i, LinkMeasure::kNewestRoundTrip).most);
     return most;
   };
   EXPECT_FLOAT_EQ(latest(Time(690s)), 0.5F) << "590 s ago";
-  EXPECT_EQ(kept.link().size(), LinkHistory::kSeconds);
-  EXPECT_FLOAT_EQ(kept.link().ago(590, LinkMeasure::kNewestRoundTrip).most, 0.5F);
+  EXPECT_EQ(kept.shown().link.size(), LinkHistory::kSeconds);
+  EXPECT_FLOAT_EQ(kept.shown().link.ago(590, LinkMeasure::kNewestRoundTrip).most, 0.5F);
   EXPECT_FLOAT_EQ(latest(Time(710s)), 0.02F) << "too long ago";
   EXPECT_FLOAT_EQ(latest(Time(99s)), 0.02F) << "yet to come";
-  EXPECT_EQ(kept.link().size(), 100u);
+  EXPECT_EQ(kept.shown().link.size(), 100u);
   EXPECT_FLOAT_EQ(latest(Time(101s)), 0.5F);
 }
 
@@ -127,8 +106,8 @@ TEST(KeptOfRun, HasNoMinutesOfALinkWhoseOperatorsSideWasNotRecorded) {
   const Kinematics kinematics(played.machine);
   KeptOfRun kept(played.run, played.machine, kinematics);
   kept.show(played.run.last());
-  for (std::size_t ago = 0; ago < kept.link().size(); ++ago)
-    EXPECT_TRUE(std::isnan(kept.link().ago(ago, LinkMeasure::kLoss).most));
+  for (std::size_t ago = 0; ago < kept.shown().link.size(); ++ago)
+    EXPECT_TRUE(std::isnan(kept.shown().link.ago(ago, LinkMeasure::kLoss).most));
 }
 
 std::size_t points(const ContactTrail& trail, Time now) {
@@ -152,10 +131,10 @@ TEST(KeptOfRun, HasTheTrailOfContactsUpToTheCursor) {
   std::size_t without = 0;
   const auto check = [&](const auto& one) {
     kept.show(one.first);
-    EXPECT_EQ(points(kept.contacts(), one.first), points(one.second, one.first)) << to_seconds(one.first);
-    ASSERT_EQ(kept.contacts().tip_m().has_value(), one.second.tip_m().has_value());
+    EXPECT_EQ(points(kept.shown().contacts, one.first), points(one.second, one.first)) << to_seconds(one.first);
+    ASSERT_EQ(kept.shown().contacts.tip_m().has_value(), one.second.tip_m().has_value());
     if (one.second.tip_m())
-      EXPECT_EQ(*kept.contacts().tip_m(), *one.second.tip_m());
+      EXPECT_EQ(*kept.shown().contacts.tip_m(), *one.second.tip_m());
     else
       ++without;
   };

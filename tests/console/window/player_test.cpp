@@ -174,7 +174,7 @@ TEST_F(Player, GoesWhereAPlotOrAnEventIsClicked) {
 TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
   panel_->timeline().seek(Time(1s));
   frames(2);
-  const History& history = panel_->history();
+  const History& history = panel_->plots().history();
   ASSERT_EQ(history.size(), History::kSamples);
   EXPECT_TRUE(std::isnan(history.ago(0).status.valve_command[0])) << "five seconds later nothing was recorded";
   int known = 0;
@@ -205,8 +205,7 @@ TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
     window_->frame_of_player();
     window_->write_png(folder.file(name));
     window_->show();
-    std::ifstream file(folder.file(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::content(folder.file(name));
   };
   panel_->timeline().seek(Time(1500ms));
   const std::string sought = picture("sought.png");
@@ -223,11 +222,7 @@ TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
 
 TEST_F(Player, ShowsAReRunBesideItAndSaysWhereItDiffers) {
   const test::TemporaryFolder folder;
-  std::string machine = test::head_of(test::recorded("press")).machine_file;
-  const std::string gain = "\nposition_gain_1ps = 3";
-  machine.replace(machine.find(gain), gain.size(), "\nposition_gain_1ps = 1");
-  std::ofstream(folder.file("slow.toml")) << machine;
-  options_.changes.with = {folder.file("slow.toml")};
+  options_.changes.with = {test::slower_machine(folder, "press")};
   open("press");
   ASSERT_TRUE(panel_->beside());
   ASSERT_TRUE(panel_->beside()->differs_at);
@@ -256,25 +251,24 @@ TEST_F(Player, ShowsAnotherRecordingBesideIt) {
 }
 
 /// A recording that began at this time of its computer's clock.
-std::string begun_at(const test::TemporaryFolder& folder, const std::string& name, std::int64_t unix_ns) {
+std::string begun_at(const test::TemporaryFolder& folder, std::int64_t unix_ns) {
   recording::Head head = test::head_of(test::recorded("press"));
   head.virtual_time = false;
   head.started_unix_ns = unix_ns;
-  test::rewrite(test::recorded("press"), folder.file(name), head, {1}, [](const auto&, auto&) { return true; });
-  return folder.file(name);
+  return test::edited(folder, "press", head);
 }
 
 TEST(Beside, IsOnTheSameClockWhereBothWereRecordedAtTheSameTime) {
   constexpr std::int64_t kBegan_ns = 1'700'000'000'000'000'000;
   const test::TemporaryFolder folder;
-  const player::Played played = player::load({begun_at(folder, "one.mcap", kBegan_ns)});
-  const auto later = [&](const std::string& name, std::int64_t began_ns) {
+  const player::Played played = player::load({begun_at(folder, kBegan_ns)});
+  const auto later = [&](std::int64_t began_ns) {
     ConsoleOptions options;
-    options.beside = {begun_at(folder, name, began_ns)};
+    options.beside = {begun_at(folder, began_ns)};
     return beside_of(options, played)->later;
   };
-  EXPECT_EQ(later("within.mcap", kBegan_ns + 500'000'000), -500ms) << "the same moment is earlier in its own time";
-  EXPECT_EQ(later("hour.mcap", kBegan_ns + 3'600'000'000'000), 0ms) << "of another hour: from the beginnings on";
+  EXPECT_EQ(later(kBegan_ns + 500'000'000), -500ms) << "the same moment is earlier in its own time";
+  EXPECT_EQ(later(kBegan_ns + 3'600'000'000'000), 0ms) << "of another hour: from the beginnings on";
 }
 
 TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
@@ -303,8 +297,7 @@ TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
   const auto picture = [&](const std::string& at, const std::string& name) {
     const Ended ended = console_run(options + at + " --screenshot " + folder.file(name));
     EXPECT_EQ(ended.code, 0) << ended.said;
-    std::ifstream file(folder.file(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
+    return test::content(folder.file(name));
   };
   const std::string one = picture("1.5", "a.png");
   EXPECT_GT(one.size(), 10'000u);
