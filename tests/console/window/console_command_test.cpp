@@ -122,25 +122,44 @@ TEST(DeepConsoleCommand, SaysHowManyFramesAreMissingInALogThatCouldNotBeWritten)
   EXPECT_NE(ended.said.find(" records are missing"), std::string::npos) << ended.said;
 }
 
-/// A led session, on virtual time behind a real window.
-class LedConsole : public testing::Test {
+/// A simulated session behind a real window.
+class HostedConsole : public testing::Test {
  protected:
-  void SetUp() override {
+  /// In real time where a person leads, else on virtual time.
+  void open(const char* scenario, LiveSession::Led led) {
     if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
     session::SimulateOptions options;
-    options.scenario = "wall_contact";
-    host_ = std::make_unique<ConsoleHost>(options, LiveSession::Led::kByScenario, nullptr, nullptr);
-    window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, canned_facts());
+    options.scenario = scenario;
+    host_ = std::make_unique<ConsoleHost>(options, led, nullptr, nullptr);
+    real_time_ = led == LiveSession::Led::kByPerson;
+    window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = !real_time_}, canned_facts());
+  }
+  void frames(int count) {
+    for (int i = 0; i < count; ++i) {
+      window_->frame(host_->view(), host_->health(), events_, real_time_ ? host_->view_age_s() : 0);
+      window_->show();
+      host_->put(window_->input(host_->now()));
+    }
+  }
+
+  VirtualDisplay display_{"1280x800"};
+  std::unique_ptr<ConsoleHost> host_;
+  std::unique_ptr<ConsoleWindow> window_;
+  EventBook events_;
+  bool real_time_ = false;
+};
+
+/// One that its scenario leads.
+class LedConsole : public HostedConsole {
+ protected:
+  void SetUp() override {
+    open("wall_contact", LiveSession::Led::kByScenario);
+    if (IsSkipped()) return;
     for (; host_->view().machine.mode != Mode::kEngaged && at_s_ < 20;) run(0.1);
     run(0.5);
     ASSERT_EQ(host_->view().machine.mode, Mode::kEngaged);
   }
   void run(double seconds) { host_->skip_to(at_s_ += seconds); }
-  void frame() {
-    window_->frame(host_->view(), host_->health(), events_, 0);
-    window_->show();
-    host_->put(window_->input(host_->now()));
-  }
   void expect_stopped() {
     run(0.6);
     EXPECT_EQ(host_->view().machine.mode, Mode::kFault);
@@ -149,33 +168,26 @@ class LedConsole : public testing::Test {
     EXPECT_LT(host_->view().status.spool.cwiseAbs().maxCoeff(), 0.05);
   }
 
-  VirtualDisplay display_{"1280x800"};
-  std::unique_ptr<ConsoleHost> host_;
-  std::unique_ptr<ConsoleWindow> window_;
-  EventBook events_;
   double at_s_ = 0;
 };
 
 TEST_F(LedConsole, StopKeyTakesTheMachineToNeutralAndStaysUntilReleased) {
-  frame();
+  frames(1);
   ASSERT_TRUE(xdotool("key space"));
-  frame();
-  frame();
+  frames(2);
   expect_stopped();
   EXPECT_TRUE(window_->state().stop);
   ASSERT_TRUE(xdotool("key ctrl+BackSpace"));
-  frame();
-  frame();
+  frames(2);
   EXPECT_FALSE(window_->state().stop);
 }
 
 TEST_F(LedConsole, StopKeyActsWhateverElseIsHeld) {
   for (const char* held : {"ctrl", "shift", "ctrl+shift+alt"}) {
     window_->state().stop = false;
-    frame();
+    frames(1);
     ASSERT_TRUE(xdotool(std::string("key ") + held + "+space"));
-    frame();
-    frame();
+    frames(2);
     EXPECT_TRUE(window_->state().stop) << held;
   }
 }
@@ -183,12 +195,12 @@ TEST_F(LedConsole, StopKeyActsWhateverElseIsHeld) {
 TEST_F(LedConsole, ASecondClickWhereStopIsDoesNotReleaseIt) {
   for (const int x : {1060, 1150, 1250}) {
     window_->state().stop = false;
-    frame();
+    frames(1);
     for (int click = 0; click < 2; ++click) {
       ASSERT_TRUE(xdotool("mousemove " + std::to_string(x) + " 740 mousedown 1"));
-      for (int i = 0; i < 3; ++i) frame();
+      frames(3);
       ASSERT_TRUE(xdotool("mouseup 1"));
-      for (int i = 0; i < 3; ++i) frame();
+      frames(3);
       EXPECT_TRUE(window_->state().stop) << x;
     }
   }
@@ -215,60 +227,52 @@ TEST_F(LedConsole, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
 TEST_F(LedConsole, StopButtonActsOnEveryScreenWhereItIs) {
   for (int screen = 1; screen <= 6; ++screen) {
     window_->state().stop = false;
-    frame();
+    frames(1);
     ASSERT_TRUE(xdotool("key F" + std::to_string(screen) + " mousemove 1150 740 mousedown 1"));
-    for (int i = 0; i < 3; ++i) frame();
+    frames(3);
     EXPECT_TRUE(window_->state().stop) << "screen " << screen;
     ASSERT_TRUE(xdotool("mouseup 1 mousemove 500 5"));
-    for (int i = 0; i < 3; ++i) frame();
+    frames(3);
   }
   expect_stopped();
 }
 
 TEST_F(LedConsole, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
   window_->state().screen = Screen::kEvents;
-  frame();
+  frames(1);
   ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
-  for (int i = 0; i < 3; ++i) frame();
+  frames(3);
   ASSERT_TRUE(xdotool("key a space b"));
-  for (int i = 0; i < 4; ++i) frame();
+  frames(4);
   EXPECT_FALSE(window_->state().stop);
   EXPECT_STREQ(window_->state().events.text.data(), "a b");
   ASSERT_TRUE(xdotool("key Escape"));
-  for (int i = 0; i < 3; ++i) frame();
+  frames(3);
   EXPECT_TRUE(window_->state().stop);
   ASSERT_TRUE(xdotool("mousemove 540 140 click 1"));
-  for (int i = 0; i < 3; ++i) frame();
+  frames(3);
   ASSERT_TRUE(xdotool("key ctrl+BackSpace"));
-  for (int i = 0; i < 3; ++i) frame();
+  frames(3);
   EXPECT_TRUE(window_->state().stop) << "deleting a word must not release it";
 }
 
-/// A session that a person leads, in real time behind a real window.
-class PersonAtConsole : public testing::Test {
+/// One that a person leads.
+class PersonAtConsole : public HostedConsole {
  protected:
   void SetUp() override {
-    if (!display_.up()) GTEST_SKIP() << "console: SKIPPED, no Xvfb here (package xvfb)";
-    session::SimulateOptions options;
-    options.scenario = "free_motion";
-    host_ = std::make_unique<ConsoleHost>(options, LiveSession::Led::kByPerson, nullptr, nullptr);
-    window_ = std::make_unique<ConsoleWindow>(WindowOptions{}, canned_facts());
+    open("free_motion", LiveSession::Led::kByPerson);
+    if (IsSkipped()) return;
     host_->begin();
     ASSERT_TRUE(until(mode_is(Mode::kReady)));
-  }
-  void frame() {
-    window_->frame(host_->view(), host_->health(), events_, host_->view_age_s());
-    window_->show();
-    host_->put(window_->input(host_->now()));
   }
   bool until(const std::function<bool()>& reached) {
     constexpr int kMostFrames = 1800;  // half a minute at least; the pace is the loop's
     for (int i = 0; i < kMostFrames && !reached(); ++i) {
-      frame();
+      frames(1);
       if (up_.empty() || !host_->view().input.release_enable) continue;
       // The computer stood still for so long that what is held counts no more: pressed again, as a person would.
       EXPECT_TRUE(xdotool(up_));
-      frame();
+      frames(1);
       EXPECT_TRUE(xdotool(down_));
     }
     return reached();
@@ -289,10 +293,6 @@ class PersonAtConsole : public testing::Test {
   [[nodiscard]] double boom_rad() { return host_->view().machine.position_rad[kBoom]; }
 
   static constexpr double kSeen_rad = 0.05;
-  VirtualDisplay display_{"1280x800"};
-  std::unique_ptr<ConsoleHost> host_;
-  std::unique_ptr<ConsoleWindow> window_;
-  EventBook events_;
   std::string down_, up_;
 };
 
@@ -321,11 +321,11 @@ TEST_F(PersonAtConsole, DrivesByThePointerAlone) {
 
 TEST_F(PersonAtConsole, ThePointerEnablesNothingUnlessItIsMeantTo) {
   ASSERT_TRUE(xdotool("mousemove 400 300 mousedown 1"));
-  for (int i = 0; i < 60; ++i) frame();
+  frames(60);
   EXPECT_TRUE(host_->view().hand.presence);
   EXPECT_FALSE(host_->view().hand.enable);
   ASSERT_TRUE(xdotool("key m"));
-  for (int i = 0; i < 60; ++i) frame();
+  frames(60);
   EXPECT_TRUE(window_->state().hold_to_run);
   EXPECT_FALSE(host_->view().hand.enable) << "turned on while the tip was being pulled";
   ASSERT_TRUE(xdotool("mouseup 1"));

@@ -88,15 +88,11 @@ void expect_solid(const picture::Mesh& mesh, const std::string& what) {
   EXPECT_GT(volume_m3(mesh), 0);
 }
 
-double highest_x(const picture::Mesh& mesh) {
-  float most = -1e9F;
-  for (const picture::MeshVertex& v : mesh.vertices) most = std::max(most, v.position_m.x());
-  return static_cast<double>(most);
-}
-double lowest_x(const picture::Mesh& mesh) {
-  float least = 1e9F;
-  for (const picture::MeshVertex& v : mesh.vertices) least = std::min(least, v.position_m.x());
-  return static_cast<double>(least);
+/// All of its corners are in it.
+Eigen::AlignedBox3d box_of(const picture::Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const picture::MeshVertex& v : mesh.vertices) box.extend(v.position_m.cast<double>());
+  return box;
 }
 
 TEST(Outline, TrianglesCoverItOnce) {
@@ -232,8 +228,9 @@ TEST(MachineMesh, RodsStayInTheirBarrels) {
     for (std::size_t i = 0; i < kJoints; ++i) {
       const picture::Mesh& barrel = bodies[static_cast<std::size_t>(picture::Body::kBoomBarrel) + i];
       const picture::Mesh& rod = bodies[static_cast<std::size_t>(picture::Body::kBoomRod) + i];
-      EXPECT_GT(lowest_x(rod) + m.cylinders[i].min_length_m, 0) << "comes out at the base";
-      EXPECT_LT(lowest_x(rod) + m.cylinders[i].max_length_m, highest_x(barrel)) << "comes out at the front";
+      EXPECT_GT(box_of(rod).min().x() + m.cylinders[i].min_length_m, 0) << "comes out at the base";
+      EXPECT_LT(box_of(rod).min().x() + m.cylinders[i].max_length_m, box_of(barrel).max().x())
+          << "comes out at the front";
     }
   }
 }
@@ -241,7 +238,7 @@ TEST(MachineMesh, RodsStayInTheirBarrels) {
 TEST(MachineMesh, TheTeethEndAtTheTip) {
   for (const char* name : kMachines) {
     const MachineDescription m = machine_named(name);
-    EXPECT_NEAR(highest_x(picture::body_meshes(m)[static_cast<std::size_t>(picture::Body::kBucket)]),
+    EXPECT_NEAR(box_of(picture::body_meshes(m)[static_cast<std::size_t>(picture::Body::kBucket)]).max().x(),
                 m.links[kBucket].length_m, 1e-6);
   }
 }
@@ -254,17 +251,11 @@ TEST(WorldMesh, ShowsAWallOnlyWhileItStands) {
   EXPECT_TRUE(picture::world_meshes({}, 3.2).solids.triangles.empty());
 }
 
-double lowest_of(const picture::Mesh& mesh) {
-  double lowest = 1;
-  for (const picture::MeshVertex& v : mesh.vertices) lowest = std::min(lowest, static_cast<double>(v.position_m.z()));
-  return lowest;
-}
-
 TEST(WorldMesh, WallsStandOnTheGroundAndAreWholeWhereNoneIsKnown) {
   session::Scene scene{{"wall", session::SceneLine::Kind::kWall, {{2, 1}, {2, -9}, {3, -9}, {3, 1}}, true}};
-  EXPECT_NEAR(lowest_of(picture::world_meshes(scene, 3.2).solids), -9, 1e-6);
+  EXPECT_NEAR(box_of(picture::world_meshes(scene, 3.2).solids).min().z(), -9, 1e-6);
   scene.push_back({"ground", session::SceneLine::Kind::kGround, {{-3, -1.9}, {4, -1.9}}});
-  EXPECT_NEAR(lowest_of(picture::world_meshes(scene, 3.2).solids), -1.9, 1e-6);
+  EXPECT_NEAR(box_of(picture::world_meshes(scene, 3.2).solids).min().z(), -1.9, 1e-6);
 }
 
 TEST(WorldMesh, HasGroundWhereTheSceneHasItAndNoneWhereNothingIsKnown) {
@@ -276,10 +267,7 @@ TEST(WorldMesh, HasGroundWhereTheSceneHasItAndNoneWhereNothingIsKnown) {
   const session::Scene low{{"ground", session::SceneLine::Kind::kGround, {{-3, -1.9}, {4, -1.9}}}};
   const picture::WorldMeshes known = picture::world_meshes(low, 3.2);
   ASSERT_FALSE(known.ground.triangles.empty());
-  double highest = -9;
-  for (const picture::MeshVertex& v : known.ground.vertices)
-    highest = std::max(highest, static_cast<double>(v.position_m.z()));
-  EXPECT_NEAR(highest, -1.9, 1e-6) << "at its own height, however low";
+  EXPECT_NEAR(box_of(known.ground).max().z(), -1.9, 1e-6) << "at its own height, however low";
 }
 
 TEST(BucketsLoad, FillsItsShareOfTheRoomFromBelowAndNoMore) {
@@ -292,16 +280,13 @@ TEST(BucketsLoad, FillsItsShareOfTheRoomFromBelowAndNoMore) {
   for (const double turn_rad : {0.0, 1.0, 2.5, -2.0}) {
     picture::Outline turned = room;
     for (PlanarVector& p : turned) p = Eigen::Rotation2Dd(turn_rad) * p;
-    double lowest = 9, highest_filled = -9, lowest_filled = 9;
-    for (const PlanarVector& p : turned) lowest = std::min(lowest, p.y());
+    Eigen::AlignedBox2d whole, part;
+    for (const PlanarVector& p : turned) whole.extend(p);
     const picture::Outline load = picture::filled(turned, 0.3);
-    for (const PlanarVector& p : load) {
-      lowest_filled = std::min(lowest_filled, p.y());
-      highest_filled = std::max(highest_filled, p.y());
-    }
+    for (const PlanarVector& p : load) part.extend(p);
     EXPECT_NEAR(std::abs(picture::signed_area_m2(load)), 0.3 * whole_m2, 1e-3 * whole_m2) << turn_rad;
-    EXPECT_NEAR(lowest_filled, lowest, 1e-9) << turn_rad;
-    EXPECT_GT(std::count_if(load.begin(), load.end(), [&](const auto& p) { return p.y() > highest_filled - 1e-9; }), 1)
+    EXPECT_NEAR(part.min().y(), whole.min().y(), 1e-9) << turn_rad;
+    EXPECT_GT(std::count_if(load.begin(), load.end(), [&](const auto& p) { return p.y() > part.max().y() - 1e-9; }), 1)
         << "its surface is level";
   }
 }
@@ -318,10 +303,7 @@ TEST(WorldMesh, VirtualWallsAreTheLimitsThatTheFileSets) {
   EXPECT_EQ(walls[1].points_m.front().x(), 2.9);
   const picture::WorldMeshes world = picture::world_meshes(walls, 3.2);
   EXPECT_TRUE(world.solids.triangles.empty()) << "nothing solid";
-  double lowest = 0;
-  for (const picture::MeshVertex& v : world.virtual_walls.vertices)
-    lowest = std::min(lowest, static_cast<double>(v.position_m.z()));
-  EXPECT_LT(lowest, -0.51) << "ticks are on the forbidden side";
+  EXPECT_LT(box_of(world.virtual_walls).min().z(), -0.51) << "ticks are on the forbidden side";
 }
 
 TEST(WorldMesh, OnlyBreakableWallsHaveCracks) {
