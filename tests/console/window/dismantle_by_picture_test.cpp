@@ -271,19 +271,5 @@ TEST(DeepDismantleByPictureThreads, AWholeDismantleByKeysAndTheCamerasPictureAlo
   EXPECT_EQ(json.at("faults"), nlohmann::json::array()) << json.at("realtime");
 }
 
-TEST(DeepDismantleByPictureThreads, TheWallIsFoundAndTouchedByTheCamerasPictureAlone) {
-  ByPicture work;
-  ASSERT_TRUE(work.until({}, 60, [&] { return work.sees(); })) << "a picture with the bucket in it";
-  ASSERT_TRUE(work.engage()) << told(work);
-  ASSERT_TRUE(work.move_to({2.0, 0.1}, -40)) << told(work);
-  const auto wall_m = touch(work, 0.1, -40);
-  ASSERT_TRUE(wall_m) << told(work);
-  EXPECT_NEAR(*wall_m, 2.3, 0.1) << "seen, not known; " << told(work);
-  (void)work.until({}, 0.5, [] { return false; });
-  const nlohmann::json json = work.end();
-  EXPECT_GE(json.at("simulated").at("happened").value("contact", 0), 1);
-  EXPECT_EQ(json.at("faults"), nlohmann::json::array()) << json.at("realtime");
-}
-
 }  // namespace
 }  // namespace knuckle::test
