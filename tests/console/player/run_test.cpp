@@ -147,6 +147,7 @@ TEST(PlayedRun, ShowsWhatTheConsoleShowedAtThatTime) {
     EXPECT_EQ(is.status.steps, was.status.steps);
   }
   EXPECT_GT(shown.back().link.hand_to_valve.count(), 10u) << "it moved";
+  EXPECT_GT(shown.back().link.arrival_jitter.count(), 500u);
 }
 
 bool lists_a_lost_link(const player::Played& played) {
