@@ -11,6 +11,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using Names = std::vector<std::string>;
 
 BusDescription one() {
@@ -60,9 +61,9 @@ TEST(CanInterfaces, WhatIsMissingUnknownOrGivenTwiceIsRefusedInOneLine) {
 TEST(CanInterfaces, AFaultOfABusSaysWhich) {
   EXPECT_EQ(parse_fault("bus_cut:machine@3+1", two()).node, 1);
   EXPECT_EQ(parse_fault("babble:valves@usr1", two()).node, 0);
-  EXPECT_TRUE(test::says(test::refusal([] { return parse_fault("bus_cut@3", two()); }), "there are valves, machine"));
-  EXPECT_TRUE(test::says(test::refusal([] { return parse_fault("bus_cut:tracks@3", two()); }), "no bus \"tracks\""));
-  EXPECT_TRUE(test::says(test::refusal([] { return parse_fault("bus_cut:machine@3", one()); }), "takes no node"));
+  EXPECT_TRUE(says(test::refusal([] { return parse_fault("bus_cut@3", two()); }), "there are valves, machine"));
+  EXPECT_TRUE(says(test::refusal([] { return parse_fault("bus_cut:tracks@3", two()); }), "no bus \"tracks\""));
+  EXPECT_TRUE(says(test::refusal([] { return parse_fault("bus_cut:machine@3", one()); }), "takes no node"));
 }
 
 }  // namespace

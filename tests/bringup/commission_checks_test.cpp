@@ -12,6 +12,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using Level = Finding::Level;
 using slave::JogEnd;
 using slave::JogSample;
@@ -35,14 +36,13 @@ TEST(CommissionChecks, DirectionIsRightOnlyWhereEyeValveAndEncoderAgree) {
     const Finding finding = judge_direction(run, seen, solar().bus);
     return finding.level == Level::kFault ? finding.text : "";
   };
-  EXPECT_TRUE(test::says(fault(motion(0.2, -0.015), Seen::kLonger), "counts in the wrong direction"));
-  EXPECT_TRUE(test::says(fault(motion(0.2, -0.015), Seen::kShorter), "moves in the wrong direction"));
-  EXPECT_TRUE(
-      test::says(fault(motion(0.2, 0.015), Seen::kShorter), "encoder measured +15.0 mm, and you saw the opposite"));
-  EXPECT_TRUE(test::says(fault(motion(0.2, 0), Seen::kLonger), "its encoder measured no motion"));
-  EXPECT_TRUE(test::says(fault(motion(0.2, 0.015), Seen::kStill), "encoders are exchanged"));
-  EXPECT_TRUE(test::says(fault(motion(0.2, 0), Seen::kStill), "did not move"));
-  EXPECT_TRUE(test::says(fault(motion(0.2, 0.015), Seen::kAnother), "moves another cylinder"));
+  EXPECT_TRUE(says(fault(motion(0.2, -0.015), Seen::kLonger), "counts in the wrong direction"));
+  EXPECT_TRUE(says(fault(motion(0.2, -0.015), Seen::kShorter), "moves in the wrong direction"));
+  EXPECT_TRUE(says(fault(motion(0.2, 0.015), Seen::kShorter), "encoder measured +15.0 mm, and you saw the opposite"));
+  EXPECT_TRUE(says(fault(motion(0.2, 0), Seen::kLonger), "its encoder measured no motion"));
+  EXPECT_TRUE(says(fault(motion(0.2, 0.015), Seen::kStill), "encoders are exchanged"));
+  EXPECT_TRUE(says(fault(motion(0.2, 0), Seen::kStill), "did not move"));
+  EXPECT_TRUE(says(fault(motion(0.2, 0.015), Seen::kAnother), "moves another cylinder"));
 }
 
 TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
@@ -99,7 +99,7 @@ TEST(CommissionChecks, AGuardIsProvedOnlyByWhatTheNodeDidByItself) {
     const GuardJudged judged = judge_guard(c.node, c.seen);
     EXPECT_EQ(judged.proved, c.proved) << c.text;
     EXPECT_EQ(judged.finding.level, c.level) << c.text;
-    EXPECT_TRUE(test::says(judged.finding.text, c.text));
+    EXPECT_TRUE(says(judged.finding.text, c.text));
   }
   valve.unguarded = "a relay";
   EXPECT_EQ(judge_guard(valve, seen({}, {})).finding.level, Level::kNote);
@@ -117,7 +117,7 @@ TEST(CommissionChecks, AtAStopTheDrivenChamberRisesMost) {
   EXPECT_EQ(judge_sides(*end, kBoom, false).level, Level::kFault);
   const Finding other = judge_sides(*end, kArm, true);
   EXPECT_EQ(other.level, Level::kFault);
-  EXPECT_TRUE(test::says(other.text, "the pressure of boom head rises by 160 bar instead of that of arm head"));
+  EXPECT_TRUE(says(other.text, "the pressure of boom head rises by 160 bar instead of that of arm head"));
   EXPECT_EQ(judge_sides(*stroke_end(motion(0.2, 0.1, JogEnd::kStalled)), kBoom, true).level, Level::kNote);
   EXPECT_FALSE(stroke_end(motion(0.2, 0.1, JogEnd::kTime)));
 }

@@ -17,6 +17,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 TEST(CommissionDialogue, LinesComeWholeFromAPipeAndItsEndIsTold) {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);
@@ -83,8 +84,8 @@ TEST(CommissionDialogue, APersonWhoMistypesIsAskedAgainAndAScriptIsNot) {
   EXPECT_EQ(live.ask("ready?", {"no", "go"}), 1);
   EXPECT_EQ(live.ask_number("tilt?", -30, 30, "degrees"), 30);
   EXPECT_TRUE(person.empty());
-  EXPECT_TRUE(test::says(out.str(), "the answer 'yes' is not one of no | go: nothing moves; once more"));
-  EXPECT_TRUE(test::says(out.str(), "the answer '45' is not a number from -30 to 30"));
+  EXPECT_TRUE(says(out.str(), "the answer 'yes' is not one of no | go: nothing moves; once more"));
+  EXPECT_TRUE(says(out.str(), "the answer '45' is not a number from -30 to 30"));
   typed = {"yes", "go"};
   Dialogue script(terminal(out, next, false), [] {});
   EXPECT_THROW((void)script.ask("ready?", {"no", "go"}), CommissionEnded);

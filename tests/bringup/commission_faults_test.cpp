@@ -10,6 +10,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::commission_with;
 using test::Outcome;
 using test::solar;
@@ -31,7 +32,7 @@ TEST(CommissionFaults, ASensorThatIsInvalidEndsItAndIsNamed) {
         Case{"sensor_invalid:boom_head_pressure@10", "boom_head_pressure (node 0x20) reports an impossible value"}}) {
     const Outcome outcome = commission_with(fault);
     EXPECT_NE(outcome.ended, "") << fault;
-    EXPECT_TRUE(test::says(outcome.told + outcome.ended, text)) << fault;
+    EXPECT_TRUE(says(outcome.told + outcome.ended, text)) << fault;
     EXPECT_EQ(outcome.told.find("configured and started") != std::string::npos, configured) << fault << outcome.told;
     EXPECT_TRUE(outcome.left_neutral) << fault;
   }
@@ -39,9 +40,9 @@ TEST(CommissionFaults, ASensorThatIsInvalidEndsItAndIsNamed) {
 
 TEST(CommissionFaults, ASpoolThatDoesNotFollowIsNamedAndNotThePilotPressureThatItCosts) {
   const Outcome outcome = commission_with("valve_stuck:arm_valve@0");
-  EXPECT_TRUE(test::says(outcome.told, "arm_valve: guard not proved: its spool does not follow a small command"));
-  EXPECT_TRUE(test::says(outcome.ended, "arm_valve (node 0x11): its spool does not follow its command"));
-  EXPECT_FALSE(test::says(outcome.told + outcome.ended, "no pilot pressure"));
+  EXPECT_TRUE(says(outcome.told, "arm_valve: guard not proved: its spool does not follow a small command"));
+  EXPECT_TRUE(says(outcome.ended, "arm_valve (node 0x11): its spool does not follow its command"));
+  EXPECT_FALSE(says(outcome.told + outcome.ended, "no pilot pressure"));
 }
 
 /// A node tells an error while the arm valve's guard is tried: the valve is open, and hears no set-points.
@@ -66,13 +67,13 @@ Outcome commission_with_error_of(std::uint8_t node) {
 
 TEST(CommissionFaults, AnErrorBeforeAGuardCouldActIsNoProofAndTold) {
   const Outcome outcome = commission_with_error_of(solar().bus.valve(kArm).id);
-  EXPECT_TRUE(test::says(outcome.told, "arm_valve: guard not proved: it told error 0xFF00 after"));
-  EXPECT_TRUE(test::says(outcome.told, "before its guard could act (50 ms)"));
-  EXPECT_FALSE(test::says(outcome.told, "arm_valve: guard proved"));
+  EXPECT_TRUE(says(outcome.told, "arm_valve: guard not proved: it told error 0xFF00 after"));
+  EXPECT_TRUE(says(outcome.told, "before its guard could act (50 ms)"));
+  EXPECT_FALSE(says(outcome.told, "arm_valve: guard proved"));
 }
 
 TEST(CommissionFaults, AnErrorThatANodeTellsBesideAGuardsTrialIsTold) {
-  EXPECT_TRUE(test::says(commission_with_error_of(solar().bus.enable().id).told, "enable (node 0x40): 0xFF00"));
+  EXPECT_TRUE(says(commission_with_error_of(solar().bus.enable().id).told, "enable (node 0x40): 0xFF00"));
 }
 
 }  // namespace

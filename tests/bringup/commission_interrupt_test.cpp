@@ -20,6 +20,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 namespace fs = std::filesystem;
 using recording::WireEventKind;
 using namespace std::chrono_literals;
@@ -67,12 +68,12 @@ TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingANeutralMach
   ASSERT_TRUE(commission.ends_within(60s));
   const knuckle::test::ProgramRun ended = commission.wait();
   EXPECT_EQ(ended.exit_code, 130);
-  EXPECT_TRUE(test::says(ended.err, "interrupted; nothing was written to " + out));
-  EXPECT_TRUE(test::says(ended.err, "steps up to 5 are kept in " + out + ".progress"));
+  EXPECT_TRUE(says(ended.err, "interrupted; nothing was written to " + out));
+  EXPECT_TRUE(says(ended.err, "steps up to 5 are kept in " + out + ".progress"));
   EXPECT_TRUE(fs::exists(out + ".progress"));
   EXPECT_FALSE(fs::exists(out));
   for (const auto& file : fs::recursive_directory_iterator(folder.path()))
-    EXPECT_FALSE(test::says(file.path().string(), ".partial"));
+    EXPECT_FALSE(says(file.path().string(), ".partial"));
   const Interrupted recorded = interrupted_in(log);
   EXPECT_TRUE(recorded.complete);
   EXPECT_EQ(recorded.last_event, "interrupted; the machine is neutral");
@@ -80,7 +81,7 @@ TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingANeutralMach
   const Time end = recorded.sent_and_received.back().at + 1ms;
   EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, test::solar(), end - 1ms, end).command);
   const auto resumed = knuckle::test::run_program("/bin/sh", {"-c", command + " --resume < /dev/null"});
-  EXPECT_TRUE(test::says(resumed.out, "Goes on after step 5 of the run before")) << resumed.err;
+  EXPECT_TRUE(says(resumed.out, "Goes on after step 5 of the run before")) << resumed.err;
 }
 
 }  // namespace

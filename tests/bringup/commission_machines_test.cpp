@@ -17,6 +17,7 @@ namespace {
 
 using knuckle::test::command_text;
 using knuckle::test::kRateCommands;
+using knuckle::test::says;
 using test::answers;
 using test::commission;
 using test::kAngles;
@@ -70,7 +71,7 @@ TEST_P(CommissionMachines, ComesToItsEndFindsTheZerosAndProvesWhatEndsMotion) {
   // Every guard is in the file as proved: of nodes, and of the machine's own controller.
   const bool by_own_controller = moves_joints(back.bus, kOwnController);
   EXPECT_EQ(back.bus.commands_guard.proved, by_own_controller);
-  for (const std::string& note : machine_notes(back)) EXPECT_FALSE(test::says(note, "is not proved"));
+  for (const std::string& note : machine_notes(back)) EXPECT_FALSE(says(note, "is not proved"));
   EXPECT_TRUE(slave::guard_lines(back.bus, [](std::uint8_t) { return true; }).empty());
 }
 INSTANTIATE_TEST_SUITE_P(, CommissionMachines, testing::ValuesIn(test::kMachineKinds),
@@ -93,7 +94,7 @@ TEST(CommissionFrames, AnAngleThatCountsTheOtherWayIsFoundByTheFirstSmallMotionA
     const std::string file = with(truth, change.first, change.second);
     const Outcome outcome = commission(machine_of(truth), machine_of(file), answers(words));
     EXPECT_EQ(outcome.ended.rfind("boom: its encoder counts in the wrong direction: ", 0), 0U) << outcome.told;
-    EXPECT_TRUE(test::says(outcome.ended, text));
+    EXPECT_TRUE(says(outcome.ended, text));
     EXPECT_LT(outcome.moved_m, 0.03);
     EXPECT_TRUE(outcome.left_neutral);
   }
@@ -108,8 +109,8 @@ TEST(CommissionFrames, AMachineThatGoesOnWithoutCommandsIsNotTaken) {
     MachineDescription deaf = machine_of(text);
     deaf.bus.valve_watchdog_s = 0.5;
     const Outcome outcome = commission(deaf, machine_of(text), answers(words));
-    EXPECT_TRUE(test::says(outcome.ended, "boom, when command frames end: its cylinder stands after"));
-    EXPECT_TRUE(test::says(outcome.ended, "which is late: valve_watchdog_ms = 50"));
+    EXPECT_TRUE(says(outcome.ended, "boom, when command frames end: its cylinder stands after"));
+    EXPECT_TRUE(says(outcome.ended, "which is late: valve_watchdog_ms = 50"));
   }
 }
 
@@ -151,7 +152,7 @@ TEST(CommissionFrames, WhatNoFrameTellsIsSaidAndTheRestIsDone) {
   script.erase(script.begin() + 2, script.begin() + 4);  // nobody asks for the E-stop
   const Outcome outcome = commission(machine_of(text), machine_of(text), script);
   ASSERT_TRUE(well(outcome));
-  EXPECT_TRUE(test::says(outcome.told, "E-stop: no frame tells of it"));
+  EXPECT_TRUE(says(outcome.told, "E-stop: no frame tells of it"));
 }
 
 TEST(CommissionFrames, NothingMovesByAnAngleThatIsNoneOfTheJoints) {
@@ -160,7 +161,7 @@ TEST(CommissionFrames, NothingMovesByAnAngleThatIsNoneOfTheJoints) {
   words.zero = "keep";
   const std::string wrong = with(text, "zero_rad = 0.12", "zero_rad = 2.5");
   const Outcome outcome = commission(machine_of(text), machine_of(wrong), answers(words));
-  EXPECT_TRUE(test::says(outcome.ended, "its zero must be corrected"));
+  EXPECT_TRUE(says(outcome.ended, "its zero must be corrected"));
   EXPECT_LT(outcome.moved_m, 1e-3);
 }
 
@@ -216,7 +217,7 @@ TEST(CommissionJ1939, AnAddressThatIsLostOrAGroupThatComesTwiceEndsItNeutral) {
       b.nodes_end().shout(address ? j1939::claim_frame(1, 0x05) : other);
     });
     EXPECT_TRUE(moved) << outcome.told;
-    EXPECT_TRUE(test::says(outcome.ended, address ? "J1939 address" : "two devices send"));
+    EXPECT_TRUE(says(outcome.ended, address ? "J1939 address" : "two devices send"));
     EXPECT_TRUE(outcome.left_neutral);
   }
 }

@@ -14,6 +14,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::commission;
 using test::machine_of;
 using test::Outcome;
@@ -79,7 +80,7 @@ std::string motions(const std::string& text) {
 TEST(CommissionModule, WhatMovesNothingIsNeitherTriedNorCalledProved) {
   std::string own_controller = voltages_text();
   own_controller.insert(own_controller.find("\n[limits]"), knuckle::test::kConstants);
-  EXPECT_FALSE(test::says(motions(own_controller), "own controller"));
+  EXPECT_FALSE(says(motions(own_controller), "own controller"));
   const std::string second_module = with(voltages_text(), "[[bus.node]]\nname = \"module\"",
                                          std::string(knuckle::test::kSpareModule) + "[[bus.node]]\nname = \"module\"");
   for (const std::string& text : {own_controller, second_module}) {
@@ -91,14 +92,14 @@ TEST(CommissionModule, WhatMovesNothingIsNeitherTriedNorCalledProved) {
     const NodeDescription* const spare = back.bus.find("spare");
     EXPECT_TRUE(spare == nullptr || spare->guard == GuardProof());
     EXPECT_TRUE(module_in(back).guard.proved);
-    for (const std::string& note : machine_notes(back)) EXPECT_FALSE(test::says(note, "is not proved"));
+    for (const std::string& note : machine_notes(back)) EXPECT_FALSE(says(note, "is not proved"));
   }
 }
 
 TEST(CommissionModule, WhatIsTriedInMotionIsSaidOfWhatMovesAJoint) {
   const std::string own = motions(test::speeds_text());
-  EXPECT_TRUE(test::says(motions(voltages_text()),
-                         "; then its module hears nothing more of what it waits for, and must stop it. An error"));
+  EXPECT_TRUE(says(motions(voltages_text()),
+                   "; then its module hears nothing more of what it waits for, and must stop it. An error"));
   EXPECT_TRUE(own.ends_with("; then no more commands are sent, and the machine's own controller must stop it.")) << own;
   const std::string arm = "2 = { joint = \"arm\", unit = \"V\", scale = 0.001, neutral = 6, extend = 9, retract = 3 }";
   std::string both = with(voltages_text(), arm, "2 = { scale = 0.001, neutral = 6 }");
@@ -106,10 +107,9 @@ TEST(CommissionModule, WhatIsTriedInMotionIsSaidOfWhatMovesAJoint) {
               "\n[[bus.command]]\nname = \"arm\"\nid = 0x18FF0105\nbytes = 2\nperiod_ms = 10\nsend = \"always\"\n"
               "[bus.command.fields]\narm = { start = 0, bits = 16, scale = 0.001, unit = \"V\", joint = \"arm\", "
               "neutral = 6, extend = 9, retract = 3 }\n");
-  EXPECT_TRUE(
-      test::says(motions(both),
-                 "own controller must stop it. Then a module hears nothing more of what it waits for: it must stop "
-                 "its cylinder. An error"));
+  EXPECT_TRUE(says(motions(both),
+                   "own controller must stop it. Then a module hears nothing more of what it waits for: it must stop "
+                   "its cylinder. An error"));
 }
 
 TEST(CommissionModule, WithoutRpdoTimersItsHeartbeatIsWithheldAndTheEnableNodeWaits) {
@@ -117,7 +117,7 @@ TEST(CommissionModule, WithoutRpdoTimersItsHeartbeatIsWithheldAndTheEnableNodeWa
     for (std::uint16_t pdo = 0x1401; pdo <= 0x1403; ++pdo) b.machine().nodes().node(0x41)->remove({pdo, 5});
   });
   ASSERT_TRUE(well(outcome));
-  EXPECT_TRUE(test::says(outcome.told, "module, boom: guard proved: without a heartbeat it told error 0x8130"));
+  EXPECT_TRUE(says(outcome.told, "module, boom: guard proved: without a heartbeat it told error 0x8130"));
 }
 
 TEST(CommissionModule, AProofHoldsOfTheseOutputsAndTimesAlone) {
@@ -145,8 +145,8 @@ TEST(CommissionModule, AnInputThatIsNotOnOneLineIsRefusedBeforeAnythingMoves) {
            "8.signal = \"boom_angle\"\n8.range = \"0.5-4.5V\"\n8.counts_low = 3276\n8.counts_high = 29490\n8.low = "
            "-1.6\n8.high = 2.4\n8.unit = \"rad\"");
   const MachineDescription machine = machine_of(text);
-  EXPECT_TRUE(test::says(knuckle::test::refusal([&] { check_layout(text, machine); }),
-                         "[bus.node.inputs] boom_angle: commissioning needs it on one line"));
+  EXPECT_TRUE(says(knuckle::test::refusal([&] { check_layout(text, machine); }),
+                   "[bus.node.inputs] boom_angle: commissioning needs it on one line"));
 }
 
 }  // namespace

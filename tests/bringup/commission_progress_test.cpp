@@ -13,6 +13,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 const ProgressOf kOf{"can0", "abc123"};
 
 WizardProgress some() {
@@ -57,9 +58,9 @@ TEST_F(ProgressFile, IsReadAsItWasWrittenToTheLastDigit) {
 TEST_F(ProgressFile, IsRefusedInOneLineWhereItIsOfAnotherMachineOrBus) {
   write_progress(file_, some(), kOf);
   const std::string other_machine = refusal({"can0", "another"}), other_bus = refusal({"can1", "abc123"});
-  EXPECT_TRUE(test::says(other_machine, "is of another machine file"));
-  EXPECT_TRUE(test::says(other_bus, "is of the bus can0, not can1"));
-  for (const std::string& why : {other_machine, other_bus}) EXPECT_FALSE(test::says(why, "\n"));
+  EXPECT_TRUE(says(other_machine, "is of another machine file"));
+  EXPECT_TRUE(says(other_bus, "is of the bus can0, not can1"));
+  for (const std::string& why : {other_machine, other_bus}) EXPECT_FALSE(says(why, "\n"));
   EXPECT_EQ(refusal(), "accepted") << "of this one";
 }
 
@@ -74,14 +75,14 @@ TEST_F(ProgressFile, IsRefusedInOneLineWhateverWasChangedInIt) {
     put(changed);
     const std::string why = refusal();
     EXPECT_NE(why, "accepted") << "byte " << i << ": " << changed.substr(i > 20 ? i - 20 : 0, 40);
-    EXPECT_FALSE(test::says(why, "\n"));
+    EXPECT_FALSE(says(why, "\n"));
     ++refused;
   }
   EXPECT_GT(refused, 300);
   for (const std::string& bad :
        {std::string(), std::string("{}"), std::string("[1, 2"), whole.substr(0, whole.size() / 2)}) {
     put(bad);
-    EXPECT_TRUE(test::says(refusal(), "begin anew, without --resume")) << bad;
+    EXPECT_TRUE(says(refusal(), "begin anew, without --resume")) << bad;
   }
   std::remove(file_.c_str());
   EXPECT_EQ(refusal(),

@@ -21,6 +21,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::solar;
 
 TEST(CommissionResult, IsTheMachineFileWithADeadBandThatDiffersAndTheRecordBehindIt) {
@@ -91,7 +92,7 @@ TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
   result.axes[kBucket].dead_band_extend = 0.2;
   const std::string text = commissioned_text(file, machine, result, {});
   EXPECT_EQ(calibrated(parse_machine(text, "found.toml")).cylinders[kBucket].valve.dead_band_extend, 0.2);
-  EXPECT_TRUE(test::says(text, "# was 0.11"));
+  EXPECT_TRUE(says(text, "# was 0.11"));
 }
 
 TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {

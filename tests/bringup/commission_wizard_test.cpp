@@ -16,6 +16,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::all;
 using test::answers;
 using test::commission;
@@ -33,7 +34,7 @@ TEST(CommissionWizard, FindsZeroAndDeadBandsOfADrawnMachineAndPresetsItsEncoders
   const sim::MachineTruth& truth = bus->machine().plant().truth();
   const Outcome outcome = commission(bus, all());
   ASSERT_TRUE(well(outcome));
-  EXPECT_FALSE(test::says(outcome.told, "emergency"));
+  EXPECT_FALSE(says(outcome.told, "emergency"));
   EXPECT_TRUE(outcome.left_neutral);
   bus->advance(bus->now() + 50ms);
   for (std::size_t j = 0; j < kJoints; ++j) {
@@ -55,8 +56,8 @@ TEST(CommissionWizard, OfAMachineWithoutOneCylindersTransmittersComesToItsEndAnd
   const auto bus = simulated_bus(machine, 7);
   const Outcome outcome = commission(bus, all(), machine);
   ASSERT_TRUE(well(outcome));
-  EXPECT_TRUE(test::says(outcome.told, "pressures not measured, spool"));
-  EXPECT_TRUE(test::says(outcome.told, "sides not checked: nobody measures its pressures"));
+  EXPECT_TRUE(says(outcome.told, "pressures not measured, spool"));
+  EXPECT_TRUE(says(outcome.told, "sides not checked: nobody measures its pressures"));
   const ValveDescription& valve = bus->machine().plant().truth().machine.cylinders[kBoom].valve;
   EXPECT_NEAR(outcome.result.axes[kBoom].dead_band_extend.value(), valve.dead_band_extend, 0.015);
 }
@@ -65,7 +66,7 @@ TEST(CommissionWizard, ATapeThatPutsAStopBeyondTheCylinderIsRefused) {
   Script script = all();
   *std::find(script.begin(), script.end(), "tape") = "1000";  // within the cylinder's range, but not where it stands
   const Outcome outcome = commission(simulated_bus(), script);
-  EXPECT_TRUE(test::says(outcome.ended, "1000"));
+  EXPECT_TRUE(says(outcome.ended, "1000"));
   EXPECT_FALSE(outcome.result.axes[kBoom].preset);
 }
 
@@ -88,7 +89,7 @@ TEST(CommissionWizard, PresetsRotaryEncodersBeforeAnythingMovesAndComesToItsEnd)
   const auto bus = as_mounted(machine);
   const Outcome outcome = commission(bus, answers(kRotary), machine);
   ASSERT_TRUE(well(outcome));
-  EXPECT_TRUE(test::says(outcome.told, "no length"));
+  EXPECT_TRUE(says(outcome.told, "no length"));
   bus->advance(bus->now() + 50ms);
   for (std::size_t j = 0; j < kJoints; ++j) {
     EXPECT_TRUE(outcome.result.axes[j].preset);
@@ -107,21 +108,21 @@ TEST(CommissionWizard, FindsARotaryEncoderThatCountsTheOtherWay) {
   RotaryDescription& arm = knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).rotary;
   arm.sign = -arm.sign;
   const Outcome outcome = commission(bus, answers(kRotary), file);
-  EXPECT_TRUE(test::says(outcome.ended, "arm: its encoder counts in the wrong direction"));
+  EXPECT_TRUE(says(outcome.ended, "arm: its encoder counts in the wrong direction"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 
 TEST(CommissionWizard, MovesNothingByAnAngleThatIsNoneOfTheJoints) {
   const auto bus = as_mounted(rotary());
   const Outcome outcome = commission(bus, answers({.zero = "keep", .angles = true}), rotary());
-  EXPECT_TRUE(test::says(outcome.ended, "it must be preset"));
+  EXPECT_TRUE(says(outcome.ended, "it must be preset"));
   EXPECT_FALSE(outcome.powered);
 }
 
 TEST(CommissionWizard, LeavesABusWithWhichADoctorFindsNothingWrong) {
   const auto bus = simulated_bus();
   const Outcome outcome = commission(bus, {"ready", "configure", "pressed", "released", "0", "no"});
-  EXPECT_TRUE(test::says(outcome.told, "Out of service: valves disabled, pilot pressure off."));
+  EXPECT_TRUE(says(outcome.told, "Out of service: valves disabled, pilot pressure off."));
   for (const Finding& one : test::look(bus).findings)
     EXPECT_EQ(one.level, Finding::Level::kOk) << one.about << ": " << one.text;
 }
@@ -140,7 +141,7 @@ TEST(CommissionWizard, AnyOtherAnswerEndsItNeutralAndOnlyThatFar) {
       Script script = first_words(wrong);
       script.push_back(typed);
       const Outcome outcome = commission(simulated_bus(), script);
-      EXPECT_TRUE(test::says(outcome.ended, "'" + std::string(typed) + "' is no"));
+      EXPECT_TRUE(says(outcome.ended, "'" + std::string(typed) + "' is no"));
       EXPECT_TRUE(outcome.left_neutral);
       if (wrong > 1) break;  // the later ones take longer
     }
@@ -159,10 +160,10 @@ TEST(CommissionGuards, AreProvedByWithholdingWhatTheyWaitFor) {
   const Outcome outcome = commission(bus, up_to_guards());
   EXPECT_LT(outcome.moved_m, 1e-3) << "an opening inside the dead band";
   for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"}) {
-    EXPECT_TRUE(test::says(outcome.told, std::string(node) + ": guard proved: without "));
+    EXPECT_TRUE(says(outcome.told, std::string(node) + ": guard proved: without "));
   }
-  EXPECT_TRUE(test::says(outcome.told, "told error 0x8250 after "));
-  EXPECT_TRUE(test::says(outcome.told, "that it also stops without a heartbeat was not tried"));
+  EXPECT_TRUE(says(outcome.told, "told error 0x8250 after "));
+  EXPECT_TRUE(says(outcome.told, "that it also stops without a heartbeat was not tried"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 
@@ -200,8 +201,8 @@ TEST(CommissionGuards, OfNodesThatGoPreOperationalOnACommunicationErrorAreProved
     if (node.is_told()) bus->machine().nodes().node(node.id)->add(canopen::kErrorBehaviour, 1, sim::Access::kReadWrite);
   const Outcome outcome = commission(bus, up_to_guards());
   for (const char* node : {"boom_valve", "arm_valve", "bucket_valve", "enable"})
-    EXPECT_TRUE(test::says(outcome.told, std::string(node) + ": guard proved: "));
-  EXPECT_TRUE(test::says(outcome.told, "(asked by SDO"));
+    EXPECT_TRUE(says(outcome.told, std::string(node) + ": guard proved: "));
+  EXPECT_TRUE(says(outcome.told, "(asked by SDO"));
 }
 
 TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
@@ -211,17 +212,17 @@ TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
   const auto bus = simulated_bus();
   ASSERT_TRUE(bus->machine().inject(solar().bus.valve(kArm).id, sim::NodeFault::kDeadGuard));
   const Outcome outcome = commission(bus, up_to_guards(), file);
-  EXPECT_TRUE(test::says(outcome.told,
-                         "note  arm_valve: guard not proved: without set-points it told nothing, and its spool "
-                         "stayed open"));
-  EXPECT_TRUE(test::says(outcome.told, "bucket_valve: guard proved"));
+  EXPECT_TRUE(says(outcome.told,
+                   "note  arm_valve: guard not proved: without set-points it told nothing, and its spool "
+                   "stayed open"));
+  EXPECT_TRUE(says(outcome.told, "bucket_valve: guard proved"));
 }
 
 TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);
   const Outcome outcome = commission(bus, all());
-  EXPECT_TRUE(test::says(outcome.ended, "nothing was configured or moved"));
+  EXPECT_TRUE(says(outcome.ended, "nothing was configured or moved"));
   EXPECT_EQ(bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
 }
 
@@ -266,7 +267,7 @@ TEST(CommissionWizard, InterruptedInAMotionItLeavesTheMachineNeutral) {
   };
   const Outcome outcome = commission(bus, first_words(test::kStarted + 1), solar(), {}, {}, interrupt);
   EXPECT_TRUE(moved);
-  EXPECT_TRUE(test::says(outcome.ended, "interrupted"));
+  EXPECT_TRUE(says(outcome.ended, "interrupted"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 
@@ -275,7 +276,7 @@ TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
   std::swap(knuckle::test::node_in(file.bus, NodeRole::kEncoder, kBoom).id,
             knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).id);
   const Outcome outcome = commission(simulated_bus(), all(), file);
-  EXPECT_TRUE(test::says(outcome.ended, "the arm cylinder moved by "));
+  EXPECT_TRUE(says(outcome.ended, "the arm cylinder moved by "));
 }
 
 TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
@@ -283,7 +284,7 @@ TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
   std::swap(knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom).id,
             knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom + 1).id);
   const Outcome outcome = commission(simulated_bus(), all(), file);
-  EXPECT_TRUE(test::says(outcome.ended, "at the stop the pressure of boom rod rises by"));
+  EXPECT_TRUE(says(outcome.ended, "at the stop the pressure of boom rod rises by"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 
@@ -305,8 +306,8 @@ TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
   rest.insert(rest.end(), {"go", "go", "go", "finish"});
   const Outcome outcome = commission(bus, rest, solar(), {}, {kept, {}});
   ASSERT_EQ(outcome.ended, "") << outcome.told;
-  EXPECT_FALSE(test::says(outcome.told, "4. done before"));
-  EXPECT_TRUE(test::says(outcome.told, "5. done before: skipped"));
+  EXPECT_FALSE(says(outcome.told, "4. done before"));
+  EXPECT_TRUE(says(outcome.told, "5. done before: skipped"));
   for (std::size_t j = 0; j < kJoints; ++j) {
     const AxisResult &axis = outcome.result.axes[j], &before = kept.axes[j];
     EXPECT_TRUE(axis.preset);
@@ -318,8 +319,7 @@ TEST(CommissionResume, GoesOnAfterTheLastCompletedStepAndComesToTheSameResult) {
   }
   const auto found = [&](const std::string& text) {
     const Findings& all_of = outcome.result.findings;
-    return std::count_if(all_of.begin(), all_of.end(),
-                         [&](const Finding& one) { return bool(test::says(one.text, text)); });
+    return std::count_if(all_of.begin(), all_of.end(), [&](const Finding& one) { return bool(says(one.text, text)); });
   };
   EXPECT_EQ(found("encoder preset"), 3) << "of the run before";
   EXPECT_EQ(found("pressed and released"), 1) << "of this run alone";
@@ -343,7 +343,7 @@ TEST(CommissionResume, ProvesTheSignsAgainBecauseTheRepairMayHaveExchangedThem) 
   script.insert(script.end(), {"go", "go", "go", "finish"});
   const Outcome outcome = commission(simulated_bus(), script, repaired, {}, {up_to_strokes(), {}});
   EXPECT_NE(outcome.ended, "");
-  EXPECT_FALSE(test::says(outcome.told, "6. Dead bands"));
+  EXPECT_FALSE(says(outcome.told, "6. Dead bands"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 
@@ -351,8 +351,8 @@ TEST(CommissionResume, EndsBeforeAnythingIsConfiguredWhereANodeIsAnotherDevice) 
   WizardProgress kept = up_to_strokes();
   kept.serials[solar().bus.encoder(kArm).id] = 4711;  // the simulated ones have no serial number
   const Outcome outcome = commission(simulated_bus(), start(), solar(), {}, {kept, {}});
-  EXPECT_TRUE(test::says(outcome.ended, "serial number none, in the run before 4711: another device"));
-  EXPECT_FALSE(test::says(outcome.told, "2. Nodes"));
+  EXPECT_TRUE(says(outcome.ended, "serial number none, in the run before 4711: another device"));
+  EXPECT_FALSE(says(outcome.told, "2. Nodes"));
 }
 
 TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
@@ -362,7 +362,7 @@ TEST(CommissionResume, StopsWhereAPresetOfTheRunBeforeIsLost) {
   // An encoder that shows another length than any that its cylinder has.
   const auto lost = [](BusAccess& access) { access.tape_m = [](int) { return std::optional(5.0); }; };
   const Outcome outcome = commission(bus, start(), solar(), lost, {kept, {}});
-  EXPECT_TRUE(test::says(outcome.ended, "the preset is lost; begin anew"));
+  EXPECT_TRUE(says(outcome.ended, "the preset is lost; begin anew"));
   EXPECT_TRUE(outcome.left_neutral);
 }
 

@@ -17,6 +17,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 const std::string kFile = knuckle::test::source_dir() + "/config/devices/knuckle1.toml";
 
 /// A device as it was built, in somebody's hand, and a probe at the other end of its cable.
@@ -94,8 +95,8 @@ TEST(DeviceDoctor, NamesWhatDiffersFromTheFile) {
   built.counts_per_turn[2] = 4096;
   Bench bench(built);
   const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
-  EXPECT_TRUE(test::says(lines, "wrist: gear ratio 12, file 15"));
-  EXPECT_TRUE(test::says(lines, "finger: counts per turn 4096, file 8192"));
+  EXPECT_TRUE(says(lines, "wrist: gear ratio 12, file 15"));
+  EXPECT_TRUE(says(lines, "finger: counts per turn 4096, file 8192"));
 }
 
 struct Ailment {
@@ -107,7 +108,7 @@ TEST_P(DeviceDoctorAilments, AreNamed) {
   Bench bench(load_device(kFile));
   bench.faults.emplace(std::vector{programs::parse_device_fault(GetParam().fault)});
   const std::string lines = faults_in(examine_device(bench.probe, load_device(kFile)));
-  EXPECT_TRUE(test::says(lines, GetParam().expected));
+  EXPECT_TRUE(says(lines, GetParam().expected));
 }
 INSTANTIATE_TEST_SUITE_P(
     Faults, DeviceDoctorAilments,
@@ -148,9 +149,9 @@ TEST(DeviceCalibration, KeepsTheFileAsItWasButForWhatItFoundOut) {
   EXPECT_EQ(back.zero_counts, device.zero_counts);
   EXPECT_EQ(back.gear_ratio, device.gear_ratio);
   EXPECT_EQ(back.feel.spring_N_per_m, device.feel.spring_N_per_m);
-  EXPECT_TRUE(test::says(text, "# counts at 0 rad"));
-  EXPECT_FALSE(test::says(text, "# the drive cable is crossed"));  // explained a sign that is another now
-  EXPECT_EQ(calibrated_device_text(text, device), text);           // once more changes nothing
+  EXPECT_TRUE(says(text, "# counts at 0 rad"));
+  EXPECT_FALSE(says(text, "# the drive cable is crossed"));  // explained a sign that is another now
+  EXPECT_EQ(calibrated_device_text(text, device), text);     // once more changes nothing
 }
 
 TEST(DeviceCalibration, RefusesAFileWhoseLayoutItCannotChange) {
@@ -196,7 +197,7 @@ TEST(DeviceCalibration, AsksAgainWhereTheJointWasNotHeldStill) {
                     }});
   EXPECT_EQ(asked, 3);
   ASSERT_EQ(said.size(), 2u);
-  EXPECT_TRUE(test::says(said[0], "while it was sampled, limit 1.1 deg"));
+  EXPECT_TRUE(says(said[0], "while it was sampled, limit 1.1 deg"));
 }
 
 TEST(DeviceCalibration, ComesToNothingWhenThePersonGivesUp) {

@@ -23,6 +23,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using recording::WireEventKind;
 using test::simulated_bus;
 using test::solar;
@@ -115,7 +116,7 @@ TEST(DialogueLog, HoldsEveryFrameOfTheBusAndWhatWasSaidAndAnswered) {
   EXPECT_EQ(recorded.events,
             (std::vector<std::string>{"step 3: dead bands", "boom: 4 %", "next [go | stop]", "go", "a reason"}));
   EXPECT_EQ(recorded.errors, 1u) << "why it ended";
-  EXPECT_TRUE(test::says(logged.told.str(), "boom: 4 %\n")) << "the person hears it all the same";
+  EXPECT_TRUE(says(logged.told.str(), "boom: 4 %\n")) << "the person hears it all the same";
   recording::Recording again({file});
   EXPECT_THROW((void)recording::replay(again, {}), InputError) << "no loop ran";
 }
@@ -156,7 +157,7 @@ TEST(DialogueLog, TellsAPersonAtTheNextQuestionThatTheDiskHasEndedIt) {
     EXPECT_EQ(times_told(), 1u) << "once";
     EXPECT_EQ(person.poll(), "go") << "the commissioning goes on";
   });
-  EXPECT_FALSE(test::says(logged.said.str(), "the recording has ended"));
+  EXPECT_FALSE(says(logged.said.str(), "the recording has ended"));
 }
 
 TEST(DialogueLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {

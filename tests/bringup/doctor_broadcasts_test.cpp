@@ -12,6 +12,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 BusDiagnosis broadcasts_looked_at(const MachineDescription& there, const MachineDescription& file) {
   return test::look(test::nominal_bus(there), file);
 }
@@ -23,9 +24,9 @@ TEST(DoctorBroadcasts, SaysHowOftenEachComes) {
   const BusDiagnosis diagnosis = broadcasts_looked_at(machine, machine);
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
   const std::string all = test::said(diagnosis, Finding::Level::kOk);
-  EXPECT_TRUE(test::says(all, "front_angle (0x18FF1021): comes every 10."));
-  EXPECT_TRUE(test::says(all, "body (0x1A5): comes every 20."));
-  EXPECT_FALSE(test::says(test::said(diagnosis, Finding::Level::kNote), "frames 0x"));
+  EXPECT_TRUE(says(all, "front_angle (0x18FF1021): comes every 10."));
+  EXPECT_TRUE(says(all, "body (0x1A5): comes every 20."));
+  EXPECT_FALSE(says(test::said(diagnosis, Finding::Level::kNote), "frames 0x"));
 }
 
 TEST(DoctorBroadcasts, SaysOfEachMultiplexedFrameHowOftenItComes) {
@@ -34,20 +35,20 @@ TEST(DoctorBroadcasts, SaysOfEachMultiplexedFrameHowOftenItComes) {
   const BusDiagnosis sound = broadcasts_looked_at(there, there);
   EXPECT_TRUE(healthy(sound.findings)) << test::faults(sound);
   const std::string all = test::said(sound, Finding::Level::kOk);
-  EXPECT_TRUE(test::says(all, "front_angle (0x18FF1021): comes every 20."));
-  EXPECT_TRUE(test::says(all, "pressure_1 (0x18FF1021): comes every 10."));
-  EXPECT_TRUE(test::says(all, "arm_angle -1.500 rad"));
+  EXPECT_TRUE(says(all, "front_angle (0x18FF1021): comes every 20."));
+  EXPECT_TRUE(says(all, "pressure_1 (0x18FF1021): comes every 10."));
+  EXPECT_TRUE(says(all, "arm_angle -1.500 rad"));
   const std::string other = test::faults(broadcasts_looked_at(there, multiplexed_machine("value = 2", "value = 3")));
-  EXPECT_TRUE(test::says(other, "pressure_1 (0x18FF1021): not received"));
+  EXPECT_TRUE(says(other, "pressure_1 (0x18FF1021): not received"));
 }
 
 TEST(DoctorBroadcasts, WhatDoesNotComeOrNotAsTheFileSaysIsAFault) {
   const MachineDescription there = broadcast_machine();
   const std::string other_id =
       test::faults(broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")));
-  EXPECT_TRUE(test::says(other_id, "front_angle (0x18FF1022): not received"));
+  EXPECT_TRUE(says(other_id, "front_angle (0x18FF1022): not received"));
   const std::string longer = test::faults(broadcasts_looked_at(there, broadcast_machine("bytes = 6", "bytes = 8")));
-  EXPECT_TRUE(test::says(longer, "with 6 bytes; the file has 8"));
+  EXPECT_TRUE(says(longer, "with 6 bytes; the file has 8"));
   const BusDiagnosis slow = broadcasts_looked_at(broadcast_machine("period_ms = 20", "period_ms = 24"),
                                                  broadcast_machine("period_ms = 20", "period_ms = 20"));
   EXPECT_TRUE(healthy(slow.findings)) << "within half of the age limit";
@@ -62,10 +63,10 @@ TEST(DoctorBroadcasts, OfTwoBusesEachIsLookedAtAloneAndWhatIsSaidOfTheSecondName
   std::vector<BusAccess> access{sim::access_to(bus, 0), sim::access_to(bus, 1)};
   const BusDiagnosis all = together(diagnose_each(access, file, test::brief()), file.bus);
   EXPECT_EQ(all.nodes.size(), there.bus.nodes.size());
-  EXPECT_TRUE(test::says(test::faults(all), "bus machine, front_angle (0x18FF1022): not received"));
+  EXPECT_TRUE(says(test::faults(all), "bus machine, front_angle (0x18FF1022): not received"));
   const std::string good = test::said(all, Finding::Level::kOk);
-  EXPECT_TRUE(test::says(good, "bus machine, body ("));
-  EXPECT_TRUE(test::says(good, "\nnode 0x10 boom_valve: as the machine file requires"));
+  EXPECT_TRUE(says(good, "bus machine, body ("));
+  EXPECT_TRUE(says(good, "\nnode 0x10 boom_valve: as the machine file requires"));
 }
 
 TEST(DoctorBroadcasts, SaysWhatEachValueIs) {
@@ -76,9 +77,9 @@ TEST(DoctorBroadcasts, SaysWhatEachValueIs) {
        {"front_angle (0x18FF1021): comes every 10.", "with 8 bytes: arm_angle -1.500 rad, boom_angle 0.300 rad",
         " bar, ", " bytes: slope ", "e_stop_closed yes, pilot_on no", "engine (PGN 0xF004 of 0x00): comes every 20.",
         ": engine_running yes, engine_speed 1800.0 rpm\n"})
-    EXPECT_TRUE(test::says(all, said));
+    EXPECT_TRUE(says(all, said));
   const std::string notes = test::said(diagnosis, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(notes, "hours (PGN 0xFEE5 of 0x00): comes only when it is asked for"));
+  EXPECT_TRUE(says(notes, "hours (PGN 0xFEE5 of 0x00): comes only when it is asked for"));
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
 }
 
@@ -117,8 +118,8 @@ TEST(DoctorBroadcasts, AFrameOf29BitsThatTheFileDoesNotHaveIsNoted) {
   const MachineDescription there = broadcast_machine();
   const std::string notes = test::said(
       broadcasts_looked_at(there, broadcast_machine("id = 0x18FF1021", "id = 0x18FF1022")), Finding::Level::kNote);
-  EXPECT_TRUE(test::says(notes, "frames 0x18FF1021: "));
-  EXPECT_FALSE(test::says(notes, "possibly an additional PDO"));
+  EXPECT_TRUE(says(notes, "frames 0x18FF1021: "));
+  EXPECT_FALSE(says(notes, "possibly an additional PDO"));
 }
 
 TEST(DoctorBroadcasts, SaysThatItDoesNotPutPacketsTogether) {
@@ -126,8 +127,8 @@ TEST(DoctorBroadcasts, SaysThatItDoesNotPutPacketsTogether) {
   const BusDiagnosis diagnosis = broadcasts_looked_at(machine, machine);
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
   const std::string notes = test::said(diagnosis, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(notes, "coolant (PGN 0x1FF60): comes in 3 packets, which this check does not put together"));
-  EXPECT_FALSE(test::says(notes, "frames 0x1CE"));
+  EXPECT_TRUE(says(notes, "coolant (PGN 0x1FF60): comes in 3 packets, which this check does not put together"));
+  EXPECT_FALSE(says(notes, "frames 0x1CE"));
 }
 
 }  // namespace

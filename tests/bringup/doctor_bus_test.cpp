@@ -21,6 +21,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::brief;
 using test::faults;
 using test::few_nodes;
@@ -42,7 +43,7 @@ TEST(DoctorBus, MachineAsItsFileSaysIsHealthyNodeByNode) {
   EXPECT_EQ(valve.vendor, 0x4B4EU);
   EXPECT_EQ(valve.state, "no heartbeat");  // not configured
   EXPECT_EQ(valve.reading, "INIT, spool 0.0 %");
-  EXPECT_TRUE(test::says(line(diagnosis, 0x20).reading, " bar"));
+  EXPECT_TRUE(says(line(diagnosis, 0x20).reading, " bar"));
   EXPECT_EQ(line(diagnosis, 0x40).reading, "E-stop chain closed, pilot off");
   EXPECT_LT(*valve.settings_as_file, *valve.settings);  // watchdogs are off until start-up writes them
 }
@@ -101,10 +102,9 @@ TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
   std::swap(knuckle::test::node_in(exchanged.bus, NodeRole::kValve).id,
             knuckle::test::node_in(exchanged.bus, NodeRole::kTilt).id);
   const std::string told = faults(look(simulated_bus(), exchanged));
-  EXPECT_TRUE(
-      test::says(told,
-                 "node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file requires "
-                 "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"));
+  EXPECT_TRUE(says(told,
+                   "node 0x38 boom_valve: device type 0x0000019A (CiA 410, inclinometer), the machine file requires "
+                   "0x00000198 (CiA 408, hydraulic valve): two node ids may be exchanged"));
 }
 
 TEST(DoctorBus, OfANodeWithSeveralChannelsTheBadOneIsNamed) {
@@ -133,8 +133,8 @@ TEST(DoctorBus, NotesPressuresThatComeWithoutStatusAndWhatThatCosts) {
       "node 0x22 arm_head_pressure: sends arm_head_pressure without status (0x6150): a broken transmitter is found "
       "only "
       "where the value leaves its range or contradicts the others\n";
-  EXPECT_TRUE(test::says(said(diagnose(running(file), &file), Finding::Level::kNote), note));
-  EXPECT_FALSE(test::says(said(diagnose(running(), &solar()), Finding::Level::kNote), "status"));
+  EXPECT_TRUE(says(said(diagnose(running(file), &file), Finding::Level::kNote), note));
+  EXPECT_FALSE(says(said(diagnose(running(), &solar()), Finding::Level::kNote), "status"));
 }
 
 TEST(DoctorBus, WhereOthersLeaveTooLittleRoomItIsSaidWhatWouldFit) {
@@ -144,28 +144,26 @@ TEST(DoctorBus, WhereOthersLeaveTooLittleRoomItIsSaidWhatWouldFit) {
     survey.heard[id].bits = static_cast<std::uint64_t>(share * survey.listened_s * solar().bus.bit_rate);
     return said(diagnose(survey, &solar()), Finding::Level::kNote);
   };
-  EXPECT_FALSE(test::says(with_others(0.001, 0x2F0), "would fit"));
+  EXPECT_FALSE(says(with_others(0.001, 0x2F0), "would fit"));
   const std::string notes = with_others(0.2, 0x2F0);
-  EXPECT_TRUE(
-      test::says(notes,
-                 "simulated bus: 20.0 % are frames that the machine file does not have; with those that it has it "
-                 "can become 79.6 %, limit 60 %; would fit: "));
-  EXPECT_TRUE(test::says(notes, "bit_rate_kbps = 800 ("));
-  EXPECT_TRUE(test::says(with_others(0.2, canopen::heartbeat_id(0x7E)), "would fit")) << "of a stranger";
+  EXPECT_TRUE(says(notes,
+                   "simulated bus: 20.0 % are frames that the machine file does not have; with those that it has it "
+                   "can become 79.6 %, limit 60 %; would fit: "));
+  EXPECT_TRUE(says(notes, "bit_rate_kbps = 800 ("));
+  EXPECT_TRUE(says(with_others(0.2, canopen::heartbeat_id(0x7E)), "would fit")) << "of a stranger";
   for (const std::uint32_t own : {0x1A2U, 0x080U, 0x722U, 0x701U, 0x0A2U})
-    EXPECT_FALSE(test::says(with_others(0.2, own), "would fit")) << own;
+    EXPECT_FALSE(says(with_others(0.2, own), "would fit")) << own;
 }
 
 TEST(DoctorBus, MissingNodeIsFoundUnderTheWrongId) {
   MachineDescription file = solar();
   knuckle::test::node_in(file.bus, NodeRole::kEncoder, kBucket).id = 0x33;
   const BusDiagnosis diagnosis = look(simulated_bus(), file);
-  EXPECT_TRUE(test::says(faults(diagnosis), "node 0x33 bucket_encoder: does not answer"));
+  EXPECT_TRUE(says(faults(diagnosis), "node 0x33 bucket_encoder: does not answer"));
   const std::string notes = said(diagnosis, Finding::Level::kNote);
-  EXPECT_TRUE(
-      test::says(notes,
-                 "node 0x32: is not in the machine file (CiA 406, encoder, vendor 0x00004B4E, product 0x00000406)"
-                 ": possibly bucket_encoder, expected with node id 0x33"));
+  EXPECT_TRUE(says(notes,
+                   "node 0x32: is not in the machine file (CiA 406, encoder, vendor 0x00004B4E, product 0x00000406)"
+                   ": possibly bucket_encoder, expected with node id 0x33"));
 }
 
 TEST(DoctorBus, ADeviceThatTheFileHasNotIsListedWithItsSerialAndTheNodesThatItMayBe) {
@@ -177,22 +175,22 @@ TEST(DoctorBus, ADeviceThatTheFileHasNotIsListedWithItsSerialAndTheNodesThatItMa
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_EQ(line(diagnosis, 0x7F).serial, 4711U);
   const std::string notes = said(diagnosis, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(notes,
-                         "node 0x7F: is not in the machine file (CiA 408, hydraulic valve, vendor 0x00004B4E, product "
-                         "0x00000408, serial 4711): possibly arm_valve, expected with node id 0x11, or bucket_valve, "
-                         "expected with node id 0x12; knuckle bus assign-id --from 0x7F gives it that id\n"));
+  EXPECT_TRUE(says(notes,
+                   "node 0x7F: is not in the machine file (CiA 408, hydraulic valve, vendor 0x00004B4E, product "
+                   "0x00000408, serial 4711): possibly arm_valve, expected with node id 0x11, or bucket_valve, "
+                   "expected with node id 0x12; knuckle bus assign-id --from 0x7F gives it that id\n"));
 }
 
 TEST(DoctorBus, ADeviceWithoutANodeIdIsNoted) {
   const std::string note =
       "simulated bus: a device without a node id is on the bus, perhaps several: knuckle bus "
       "assign-id gives it one\n";
-  EXPECT_FALSE(test::says(said(look(simulated_bus()), Finding::Level::kNote), note));
+  EXPECT_FALSE(says(said(look(simulated_bus()), Finding::Level::kNote), note));
   const auto bus = simulated_bus();
   bus->machine().nodes().node(0x12)->start_as(lss::kNoNodeId);
   const BusDiagnosis diagnosis = look(bus);
-  EXPECT_TRUE(test::says(said(diagnosis, Finding::Level::kNote), note));
-  EXPECT_TRUE(test::says(faults(diagnosis), "node 0x12 bucket_valve: does not answer"));
+  EXPECT_TRUE(says(said(diagnosis, Finding::Level::kNote), note));
+  EXPECT_TRUE(says(faults(diagnosis), "node 0x12 bucket_valve: does not answer"));
 }
 
 TEST(DoctorBus, SaysOfEachNodeThatMovesSomethingWhatStopsItAsItIsSet) {
@@ -215,10 +213,10 @@ TEST(DoctorBus, WhatStartUpRequiresMustBeSo) {
   bus->machine().nodes().node(0x30)->replace(canopen::kEncoderStep, 50000);
   bus->machine().nodes().node(0x11)->replace(canopen::kValveControlMode, 2);
   const std::string told = faults(look(bus));
-  EXPECT_TRUE(test::says(told,
-                         "node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file requires 0x186A0: set it with "
-                         "the manufacturer's tool, or correct the machine file"));
-  EXPECT_TRUE(test::says(told, "node 0x11 arm_valve: 0x6042:00 is 0x2"));
+  EXPECT_TRUE(says(told,
+                   "node 0x30 boom_encoder: 0x6005:01 is 0xC350, the machine file requires 0x186A0: set it with "
+                   "the manufacturer's tool, or correct the machine file"));
+  EXPECT_TRUE(says(told, "node 0x11 arm_valve: 0x6042:00 is 0x2"));
 }
 
 TEST(DoctorBus, RotaryEncodersAreReadAsLengthAndAngleOrAreToBePreset) {
@@ -234,7 +232,7 @@ TEST(DoctorBus, RotaryEncodersAreReadAsLengthAndAngleOrAreToBePreset) {
   const BusDiagnosis as_mounted = look(bus, machine);
   EXPECT_EQ(line(as_mounted, 0x30).reading.find("no length, "), 0U) << line(as_mounted, 0x30).reading;
   const std::string notes = said(as_mounted, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(notes, "node 0x30 boom_encoder: reads no length that its cylinder can have"));
+  EXPECT_TRUE(says(notes, "node 0x30 boom_encoder: reads no length that its cylinder can have"));
 }
 
 TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
@@ -248,8 +246,8 @@ TEST(DoctorBus, ErrorRegisterAndEmergencyAreToldInWords) {
   };
   const BusDiagnosis diagnosis = look(bus);
   const std::string told = faults(diagnosis);
-  EXPECT_TRUE(test::says(told, "node 0x25 bucket_rod_pressure: error register 0x05 (generic, voltage)"));
-  EXPECT_TRUE(test::says(told, "node 0x12 bucket_valve: reports the emergency 0x4210 device temperature (1 received)"));
+  EXPECT_TRUE(says(told, "node 0x25 bucket_rod_pressure: error register 0x05 (generic, voltage)"));
+  EXPECT_TRUE(says(told, "node 0x12 bucket_valve: reports the emergency 0x4210 device temperature (1 received)"));
   EXPECT_EQ(line(diagnosis, 0x12).emergency, 0x4210);
 }
 
@@ -260,7 +258,7 @@ TEST(DoctorBus, UnpluggedBusIsToldOnce) {
             "simulated bus: no frame received, no node answers: check the nodes' power, the plug and the bit rate\n");
   const auto off = simulated_bus();
   off->bus().bus_off(sim::MachineOnBus::kControllerPort);
-  EXPECT_TRUE(test::says(faults(look(off)), "the CAN controller is bus off"));
+  EXPECT_TRUE(says(faults(look(off)), "the CAN controller is bus off"));
 }
 
 TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
@@ -277,7 +275,7 @@ TEST(DoctorBus, AsksNobodyWhileSomebodyElseAsks) {
   };
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_EQ(count.reads, 1);
-  EXPECT_TRUE(test::says(faults(diagnosis), "another program uses SDO"));
+  EXPECT_TRUE(says(faults(diagnosis), "another program uses SDO"));
 }
 
 TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {
@@ -290,7 +288,7 @@ TEST(DoctorBus, LoadIsThatOfTheFramesHeard) {
   };
   const BusDiagnosis diagnosis = look(bus);
   EXPECT_NEAR(diagnosis.load, 1000.0 * worst_case_bits(8) / solar().bus.bit_rate, 0.005);
-  EXPECT_TRUE(test::says(said(diagnosis, Finding::Level::kNote), "frames 0x2F0: "));
+  EXPECT_TRUE(says(said(diagnosis, Finding::Level::kNote), "frames 0x2F0: "));
 }
 
 TEST(DoctorBus, WithoutAMachineFileWhoeverIsThereIsListed) {

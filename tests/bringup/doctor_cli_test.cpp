@@ -43,7 +43,7 @@ TEST_F(HardwareCli, DoctorOfTheSimulatedBusIsWellAndSaysSoToTools) {
       run_program(knuckle::test::program("knuckle"),
                   {"doctor", "--simulate", "--machine", "solar015", "--listen", "0.2", "--json", path("d.json")});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_TRUE(test::says(run.out, "nothing wrong"));
+  EXPECT_TRUE(says(run.out, "nothing wrong"));
   std::ifstream file(path("d.json"));
   const auto json = nlohmann::json::parse(file);
   EXPECT_EQ(json["schema"], "knuckle-doctor/2");
@@ -142,8 +142,8 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
       (void)cli::parse_command_line({"knuckle", "", "", {bringup::doctor_entry(), bringup::commission_entry()}}, given)
           .run();
     });
-    EXPECT_TRUE(test::says(said, part)) << line;
-    EXPECT_FALSE(test::says(said, "\n"));
+    EXPECT_TRUE(says(said, part)) << line;
+    EXPECT_FALSE(says(said, "\n"));
   }
   EXPECT_FALSE(fs::exists(path("r.toml")));
   EXPECT_EQ(fs::file_size(path("d.json")), 5U);
@@ -152,7 +152,7 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
 TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
   const ProgramRun run = commission({"ready", "configure", "no"});
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_TRUE(test::says(run.err, "machine neutral, nothing written"));
+  EXPECT_TRUE(says(run.err, "machine neutral, nothing written"));
   EXPECT_FALSE(fs::exists(path("result.toml")));
   EXPECT_EQ(folder_.count(), 1) << "the answers alone: the folder of recordings is made for them";
 }
@@ -160,14 +160,14 @@ TEST_F(HardwareCli, CommissioningThatEndsEarlyWritesNothing) {
 TEST_F(HardwareCli, ADeadGuardCanBePractisedOnTheSimulatedMachine) {
   const ProgramRun run = commission(all(), "solar015", " --fault guard_dead:arm_valve@0");
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_TRUE(test::says(run.err, "arm_valve: guard not proved: "));
+  EXPECT_TRUE(says(run.err, "arm_valve: guard not proved: "));
 }
 
 TEST_F(HardwareCli, AnOutputThatNobodyCanReadEndsItBeforeAnythingIsConfigured) {
   for (const char* where : {" > /dev/full", " >&-"}) {
     const ProgramRun run = commission(all(), "solar015", where);
     EXPECT_EQ(run.exit_code, 2) << where << run.err;
-    EXPECT_TRUE(test::says(run.err, "standard output: cannot be written")) << where;
+    EXPECT_TRUE(says(run.err, "standard output: cannot be written")) << where;
     EXPECT_FALSE(fs::exists(path("result.toml"))) << where;
   }
 }
@@ -178,8 +178,8 @@ TEST_F(HardwareCli, CommissioningThatHasEndedGoesOnWithResumeAndWritesAMachineFi
   std::ofstream(path("result.toml")) << "mine\n";
   const ProgramRun ended = commission(ended_in_step_6, "solar015", " --log " + path("log"));
   EXPECT_EQ(ended.exit_code, 1) << ended.err;
-  EXPECT_TRUE(test::says(ended.err, "with --resume goes on"));
-  EXPECT_TRUE(test::says(ended.out, "recorded in " + path("log")));
+  EXPECT_TRUE(says(ended.err, "with --resume goes on"));
+  EXPECT_TRUE(says(ended.out, "recorded in " + path("log")));
   EXPECT_TRUE(fs::exists(path("result.toml.progress")));
   EXPECT_EQ(fs::file_size(path("result.toml")), 5U) << "not written yet";
   Script rest = bringup::test::first_words(bringup::test::kSigned);

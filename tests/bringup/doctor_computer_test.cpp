@@ -9,6 +9,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 ComputerFacts good() {
   ComputerFacts facts;
   facts.fifo_granted = facts.memory_lock_granted = facts.realtime_kernel = true;
@@ -29,7 +30,7 @@ std::string text_of(const ComputerFacts& facts, Finding::Level level) {
 TEST(DoctorComputer, ComputerWithEverythingIsWell) {
   EXPECT_TRUE(healthy(judge_computer(good())));
   EXPECT_EQ(text_of(good(), Finding::Level::kNote), "");
-  EXPECT_TRUE(test::says(text_of(good(), Finding::Level::kOk), "can0, can1; next: knuckle doctor --can can0"));
+  EXPECT_TRUE(says(text_of(good(), Finding::Level::kOk), "can0, can1; next: knuckle doctor --can can0"));
 }
 
 TEST(DoctorComputer, EachThingMissingIsToldWithItsRemedy) {
@@ -38,16 +39,16 @@ TEST(DoctorComputer, EachThingMissingIsToldWithItsRemedy) {
     change(facts);
     return text_of(facts, Finding::Level::kFault);
   };
-  EXPECT_TRUE(test::says(fault([](auto& f) { f.fifo_granted = false; }), "rtprio"));
-  EXPECT_TRUE(test::says(fault([](auto& f) { f.memory_lock_granted = false; }), "memlock"));
-  EXPECT_TRUE(test::says(fault([](auto& f) {
-                           f.can_in_kernel = false;
-                           f.can_error = 97;
-                         }),
-                         "this kernel has no CAN sockets: Address family not supported"));
-  EXPECT_TRUE(test::says(fault([](auto& f) { f.can_interfaces.clear(); }), "no CAN interface"));
-  EXPECT_TRUE(test::says(fault([](auto& f) { f.hidraw_in_kernel = false; }), "hidraw"));
-  EXPECT_TRUE(test::says(fault([](auto& f) { f.usb_files = false; }), "/dev/bus/usb"));
+  EXPECT_TRUE(says(fault([](auto& f) { f.fifo_granted = false; }), "rtprio"));
+  EXPECT_TRUE(says(fault([](auto& f) { f.memory_lock_granted = false; }), "memlock"));
+  EXPECT_TRUE(says(fault([](auto& f) {
+                     f.can_in_kernel = false;
+                     f.can_error = 97;
+                   }),
+                   "this kernel has no CAN sockets: Address family not supported"));
+  EXPECT_TRUE(says(fault([](auto& f) { f.can_interfaces.clear(); }), "no CAN interface"));
+  EXPECT_TRUE(says(fault([](auto& f) { f.hidraw_in_kernel = false; }), "hidraw"));
+  EXPECT_TRUE(says(fault([](auto& f) { f.usb_files = false; }), "/dev/bus/usb"));
 }
 
 TEST(DoctorComputer, WhatOnlyCostsEvennessIsANote) {
@@ -57,7 +58,7 @@ TEST(DoctorComputer, WhatOnlyCostsEvennessIsANote) {
   facts.hidraw[0].usable = false;
   EXPECT_TRUE(healthy(judge_computer(facts)));
   const std::string notes = text_of(facts, Finding::Level::kNote);
-  for (const char* part : {"PREEMPT_RT", "powersave", "udev rule"}) EXPECT_TRUE(test::says(notes, part));
+  for (const char* part : {"PREEMPT_RT", "powersave", "udev rule"}) EXPECT_TRUE(says(notes, part));
 }
 
 TEST(DoctorComputer, FactsAreThoseOfThisComputerWhateverItIs) {

@@ -18,6 +18,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using secure::Identity;
 using secure::Peer;
 using secure::SecureLink;
@@ -87,9 +88,9 @@ TEST_F(DoctorLinkThreads, SaysThatAllIsWellAndTakesNoControl) {
   Machine there(machine(), {peer(desk)});
   pair_with(peer(machine()));
   const std::string text = doctor(there.address());
-  EXPECT_TRUE(test::says(text, "ok link " + there.address() + ": handshake succeeded with site arm ("));
-  EXPECT_TRUE(test::says(text, "nobody has control there"));
-  EXPECT_FALSE(test::says(text, "FAULT"));
+  EXPECT_TRUE(says(text, "ok link " + there.address() + ": handshake succeeded with site arm ("));
+  EXPECT_TRUE(says(text, "nobody has control there"));
+  EXPECT_FALSE(says(text, "FAULT"));
   EXPECT_EQ(there.connected(), 0);
 }
 
@@ -107,34 +108,33 @@ TEST_F(DoctorLinkThreads, NamesWhoHasControl) {
     }
   });
   for (int i = 0; i < 12'000 && there.heard() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  EXPECT_TRUE(
-      test::says(doctor(there.address()), "note link " + there.address() + ": handshake succeeded with site arm ("));
-  EXPECT_TRUE(test::says(doctor(there.address()), "desk 2 has control there now"));
+  EXPECT_TRUE(says(doctor(there.address()), "note link " + there.address() + ": handshake succeeded with site arm ("));
+  EXPECT_TRUE(says(doctor(there.address()), "desk 2 has control there now"));
   EXPECT_EQ(there.connected(), 1);
   ending = true;
   loop.join();
 }
 
 TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongHere) {
-  EXPECT_TRUE(test::says(doctor("127.0.0.1:9"), "FAULT pairing: this computer is paired with nobody: knuckle pair"));
+  EXPECT_TRUE(says(doctor("127.0.0.1:9"), "FAULT pairing: this computer is paired with nobody: knuckle pair"));
   pair_with(peer(machine()));
   ::chmod(folder.key_file().c_str(), 0644);
-  EXPECT_TRUE(test::says(doctor("127.0.0.1:9"), "mode 0644 lets others at the private key"));
+  EXPECT_TRUE(says(doctor("127.0.0.1:9"), "mode 0644 lets others at the private key"));
   std::filesystem::remove(folder.key_file());
-  EXPECT_TRUE(test::says(doctor("127.0.0.1:9"), "knuckle pair makes this computer's key"));
+  EXPECT_TRUE(says(doctor("127.0.0.1:9"), "knuckle pair makes this computer's key"));
   pairing::write_private_file(folder.key_file(), secure::make_identity("old", -1).pem(), pairing::Existing::kRefuse);
-  EXPECT_TRUE(test::says(doctor("127.0.0.1:9"), "expired on"));
+  EXPECT_TRUE(says(doctor("127.0.0.1:9"), "expired on"));
   const Identity later = secure::make_identity("from tomorrow");
   X509_time_adj_ex(X509_getm_notBefore(later.certificate.get()), 1, 0, nullptr);
   X509_sign(later.certificate.get(), later.key.get(), EVP_sha256());
   pairing::write_private_file(folder.key_file(), later.pem(), pairing::Existing::kReplace);
-  EXPECT_TRUE(test::says(doctor("127.0.0.1:9"), "this computer's clock is behind"));
+  EXPECT_TRUE(says(doctor("127.0.0.1:9"), "this computer's clock is behind"));
 }
 
 TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongThere) {
   pair_with(peer(machine()));
-  EXPECT_TRUE(test::says(doctor_of(machine(), {}), "the far end does not know this computer"));
-  EXPECT_TRUE(test::says(doctor_of(machine(), {peer(desk, true)}), "the far end has revoked this computer's pairing"));
+  EXPECT_TRUE(says(doctor_of(machine(), {}), "the far end does not know this computer"));
+  EXPECT_TRUE(says(doctor_of(machine(), {peer(desk, true)}), "the far end has revoked this computer's pairing"));
 }
 
 TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongWithTheFarEndsKey) {
@@ -142,12 +142,12 @@ TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongWithTheFarEndsKey) {
                  revoked = secure::make_identity("sold arm");
   pair_with({expired.fingerprint(), "old arm", false, false, "2031-01-01T00:00:00Z"});
   pair_with(peer(revoked, true));
-  EXPECT_TRUE(test::says(doctor_of(expired, {peer(desk)}),
-                         "the far end's certificate has expired, or one of the two clocks is wrong"));
+  EXPECT_TRUE(says(doctor_of(expired, {peer(desk)}),
+                   "the far end's certificate has expired, or one of the two clocks is wrong"));
   const std::string text = doctor_of(stranger, {peer(desk)});
-  EXPECT_TRUE(test::says(text, "the far end is not paired with this computer"));
-  EXPECT_TRUE(test::says(text, "it calls itself another arm"));
-  EXPECT_TRUE(test::says(doctor_of(revoked, {peer(desk)}), "the far end's pairing was revoked here"));
+  EXPECT_TRUE(says(text, "the far end is not paired with this computer"));
+  EXPECT_TRUE(says(text, "it calls itself another arm"));
+  EXPECT_TRUE(says(doctor_of(revoked, {peer(desk)}), "the far end's pairing was revoked here"));
 }
 
 /// An end that answers every datagram with the same bytes, or not at all.
@@ -188,16 +188,16 @@ TEST_F(DoctorLinkThreads, TellsAClosedPortFromSilenceAndFromAnotherProtocol) {
   {
     const Answering silent({});
     closed = silent.address();
-    EXPECT_TRUE(test::says(doctor(silent.address(), 200ms), "no answer: is the program running there"));
+    EXPECT_TRUE(says(doctor(silent.address(), 200ms), "no answer: is the program running there"));
   }
-  EXPECT_TRUE(test::says(doctor(closed), "no program listens on this port"));
+  EXPECT_TRUE(says(doctor(closed), "no program listens on this port"));
   const Answering echo({'H', 'T', 'T', 'P'});
-  EXPECT_TRUE(test::says(doctor(echo.address(), 200ms), "something answers there, but not in DTLS"));
+  EXPECT_TRUE(says(doctor(echo.address(), 200ms), "something answers there, but not in DTLS"));
   const Answering alert({21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 45});  // fatal, certificate_expired
-  EXPECT_TRUE(test::says(doctor(alert.address()),
-                         "this computer's certificate has expired, or one of the two clocks is wrong"));
+  EXPECT_TRUE(
+      says(doctor(alert.address()), "this computer's certificate has expired, or one of the two clocks is wrong"));
   const Answering version({21, 0xFE, 0xFD, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 70});  // fatal, protocol_version
-  EXPECT_TRUE(test::says(doctor(version.address()), "no DTLS 1.2 handshake with this version's cipher was possible"));
+  EXPECT_TRUE(says(doctor(version.address()), "no DTLS 1.2 handshake with this version's cipher was possible"));
 }
 
 TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
@@ -214,12 +214,12 @@ TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
                                   go_on = false;
                                 }));
   });
-  EXPECT_TRUE(test::says(doctor(text(address)),
-                         "FAULT link " + text(address) + ": knuckle pair runs there, not knuckle slave"));
+  EXPECT_TRUE(
+      says(doctor(text(address)), "FAULT link " + text(address) + ": knuckle pair runs there, not knuckle slave"));
   for (int i = 0; i < 12'000 && go_on; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   go_on = false;
   pair.join();
-  EXPECT_TRUE(test::says(told, "another program than knuckle pair asks here"));
+  EXPECT_TRUE(says(told, "another program than knuckle pair asks here"));
 }
 
 TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {
@@ -227,12 +227,12 @@ TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {
   soon.expires_utc = secure::make_identity("x", 12).expires_utc();
   pair_with(soon);
   Machine there(machine(), {peer(desk)});
-  EXPECT_TRUE(test::says(doctor(there.address()), "note expiry: site arm's key expires on"));
+  EXPECT_TRUE(says(doctor(there.address()), "note expiry: site arm's key expires on"));
 }
 
 TEST_F(DoctorLinkThreads, SaysWhatIsWrongWithTheAddress) {
   pair_with(peer(machine()));
-  EXPECT_TRUE(test::says(doctor("no such name:5683"), "FAULT link: "));
+  EXPECT_TRUE(says(doctor("no such name:5683"), "FAULT link: "));
 }
 
 TEST_F(DoctorLinkThreads, ANameIsWellWhereOneOfItsAddressesIs) {
@@ -252,9 +252,9 @@ TEST_F(DoctorLinkThreads, ANameIsWellWhereOneOfItsAddressesIs) {
   ASSERT_EQ(well.size(), 3U);
   EXPECT_TRUE(healthy(well));
   EXPECT_EQ(well[0].level, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(well[0].text, "cannot reach 255.255.255.255:5683"));
+  EXPECT_TRUE(says(well[0].text, "cannot reach 255.255.255.255:5683"));
   EXPECT_EQ(well[1].level, Finding::Level::kNote);
-  EXPECT_TRUE(test::says(well[1].text, "no program listens on this port"));
+  EXPECT_TRUE(says(well[1].text, "no program listens on this port"));
   EXPECT_EQ(well[2].level, Finding::Level::kOk);
   const Findings none = findings({unreachable, closed});
   ASSERT_EQ(none.size(), 2U);

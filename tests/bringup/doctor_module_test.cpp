@@ -9,6 +9,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 constexpr std::uint8_t kModule = 0x41;
 
 BusDiagnosis module_looked_at(sim::NodeFault fault = sim::NodeFault::kNone) {
@@ -23,12 +24,12 @@ TEST(DoctorModule, ReadsItsInputs) {
   EXPECT_TRUE(healthy(diagnosis.findings)) << test::faults(diagnosis);
   const std::string reading = test::line(diagnosis, kModule).reading;
   EXPECT_EQ(reading.rfind("boom_head_pressure ", 0), 0U) << reading;
-  EXPECT_TRUE(test::says(reading, ", boom_angle 0.300 rad, arm_angle -1.5"));
+  EXPECT_TRUE(says(reading, ", boom_angle 0.300 rad, arm_angle -1.5"));
 }
 
 TEST(DoctorModule, ABrokenWireIsAFault) {
   const std::string faults = test::faults(module_looked_at(sim::NodeFault::kInvalid));
-  EXPECT_TRUE(test::says(faults, "boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"));
+  EXPECT_TRUE(says(faults, "boom_head_pressure: its wire is broken or has a short circuit: outside 4-20mA"));
 }
 
 }  // namespace

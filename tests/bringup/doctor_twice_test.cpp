@@ -17,6 +17,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::brief;
 using test::faults;
 using test::few_nodes;
@@ -41,8 +42,8 @@ TEST(DoctorBus, ANodeIdThatTwoDevicesAnswerToIsAFaultThatNamesIt) {
     const std::string told = faults(diagnosis);
     EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << told;
     EXPECT_EQ(told.find("node 0x" + fmt::format("{:02X}", id)), 0U) << told;
-    EXPECT_TRUE(test::says(told, "two devices have this node id ("));
-    EXPECT_TRUE(test::says(told, " of its answers came once more"));
+    EXPECT_TRUE(says(told, "two devices have this node id ("));
+    EXPECT_TRUE(says(told, " of its answers came once more"));
   }
 }
 
@@ -248,7 +249,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
   BusSurvey booted = running();
   booted.heard[0x722] = beats(3, 500ms);
   booted.nodes[0x22].booted = true;
-  EXPECT_FALSE(test::says(said(diagnose(booted, &solar()), Finding::Level::kNote), "heartbeat"));
+  EXPECT_FALSE(says(said(diagnose(booted, &solar()), Finding::Level::kNote), "heartbeat"));
 }
 
 TEST(DoctorBus, TheHeartbeatsPeriodIsThatOfTheFramesHeard) {

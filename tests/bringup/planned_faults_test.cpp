@@ -17,6 +17,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::solar;
 
 TEST(NodeFaults, AreReadWithTheirNodeTimeAndLength) {
@@ -43,7 +44,7 @@ TEST(NodeFaults, OfFramesAreByTheFramesOrTheSignalsName) {
         {"frame_silent:head@1", "no frame or signal \"head\"; there are boom_head_pressure, "},
         {"frame_checksum:front_angle@1", "the frame has no checksum"}}) {
     const std::string line = knuckle::test::refusal([&] { return parse_fault(bad, bus); });
-    EXPECT_TRUE(test::says(line, said));
+    EXPECT_TRUE(says(line, said));
   }
 }
 

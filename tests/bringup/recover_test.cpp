@@ -14,6 +14,7 @@
 namespace knuckle::bringup {
 namespace {
 
+using knuckle::test::says;
 using test::Script;
 using test::solar;
 
@@ -75,7 +76,7 @@ TEST(Recover, BringsTheNamedJointInFromEitherEndAndMovesNothingElse) {
         above ? site.most_m[kBoom] - site.before_m[kBoom] : site.before_m[kBoom] - site.least_m[kBoom];
     EXPECT_LT(outward_m, kRock_m);
     EXPECT_FALSE(site.bus->machine().nodes().outputs().pilot);
-    EXPECT_TRUE(test::says(site.told, "Out of service: valves disabled, pilot pressure off."));
+    EXPECT_TRUE(says(site.told, "Out of service: valves disabled, pilot pressure off."));
   }
 }
 
@@ -89,8 +90,8 @@ TEST(Recover, BringsAJointInWhateverItsBusIs) {
     const double angle_rad = site.bus->plant().joint_rad[kBoom], most_rad = machine.links[kBoom].max_rad;
     EXPECT_LT(angle_rad, most_rad) << site.told;
     EXPECT_GT(angle_rad, most_rad - 0.3);
-    EXPECT_TRUE(test::says(site.told, "Out of service: "));
-    EXPECT_FALSE(test::says(site.told, "not confirmed"));
+    EXPECT_TRUE(says(site.told, "Out of service: "));
+    EXPECT_FALSE(says(site.told, "not confirmed"));
   }
 }
 
@@ -102,8 +103,8 @@ TEST(Recover, LeavesAMachineThatAnotherControllerLeadsAlone) {
       if (b.now().time_since_epoch() % 50ms == 0ms) b.nodes_end().shout(frame);
     };
     site.recover_boom(narrower(true));
-    EXPECT_TRUE(test::says(site.ended, "another controller is on the bus: heard "));
-    EXPECT_FALSE(test::says(site.told, "ready")) << "before anybody is asked to be";
+    EXPECT_TRUE(says(site.ended, "another controller is on the bus: heard "));
+    EXPECT_FALSE(says(site.told, "ready")) << "before anybody is asked to be";
     EXPECT_FALSE(site.powered);
     EXPECT_EQ(site.bus->machine().nodes().node(0x10)->value(canopen::kProducerHeartbeat), 0U);
   }
