@@ -20,8 +20,8 @@ struct Import {
 };
 /// The machine file's text with these signals and commands in place of the nodes that had them; all else as it was. A
 /// frame that the file has already gets what it has not, and of the rest what the DBC says anew: its comments, period,
-/// sign, zero, neutral and all else that a DBC does not say stay. A signal that another frame had is moved, with them. An
-/// older file has its nodes in tables then (with_node_tables()).
+/// sign, zero, neutral and all else that a DBC does not say stay. A signal that another frame had is moved, with them.
+/// An older file has its nodes in tables then (with_node_tables()).
 /// @throws InputError, one line, where the DBC has no such signal, or one without a fixed place, period or unit, where
 /// a node would lose but some of its channels, or where the result is no machine file.
 [[nodiscard]] Import with_frames(const std::string& machine_text, const std::string& machine_source, const DbcFile& dbc,

@@ -132,10 +132,10 @@ TEST(PapersPage, SaysWhyAMachineCouldNotBeIdentified) {
   std::ostringstream out;
   write_papers_page(papers, {}, out);
   const std::string page = out.str();
-  for (const std::string& part : {std::string("(solar015, worn, seed 3)"),
-                                  "Not repeated: this machine could not be identified.</b> " + papers.malaguti.why_not,
-                                  "Not repeated: this machine could not be identified.</b> " + papers.kim.why_not,
-                                  std::string("</html>")})
+  for (const std::string& part :
+       {std::string("(solar015, worn, seed 3)"),
+        "Not repeated: this machine could not be identified.</b> " + papers.malaguti.why_not,
+        "Not repeated: this machine could not be identified.</b> " + papers.kim.why_not, std::string("</html>")})
     EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 
