@@ -257,6 +257,9 @@ TEST(LinkStory, SetPointThatNoHandMakesHoldsUntilEnableIsLetGo) {
     EXPECT_TRUE(test::is(m.loop.blocking(), c.code));
     expect_neutral_within(m, at, 10ms);
     EXPECT_LT((m.angles() - before).cwiseAbs().maxCoeff(), 0.05) << "what was on its way";
+    m.hand.enable = false;
+    m.run(100ms);
+    EXPECT_EQ(m.loop.mode(), Mode::kReady);
     EXPECT_TRUE(test::engages_anew(m));
   }
 }
