@@ -44,7 +44,7 @@ FrameChecksum read_checksum(TomlTable file, std::uint8_t frame_bytes) {
   const bool is_crc =
       checksum.kind == FrameChecksum::Kind::kCrc8J1850 || checksum.kind == FrameChecksum::Kind::kCrc8H2f;
   file.require(!is_crc || checksum.field.bits >= kByte, "bits", "must be 8 of a CRC", {"kind"});
-  const std::uint8_t own = checksum.field.start_bit / kByte;
+  const auto own = static_cast<std::uint8_t>(checksum.field.start_bit / kByte);
   std::vector<double> bytes;
   if (file.has("bytes")) {
     bytes = file.list("bytes", 1, 8, 0, frame_bytes - 1.0);

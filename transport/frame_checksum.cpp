@@ -14,8 +14,10 @@ std::uint8_t with_byte(Kind kind, std::uint8_t sum, std::uint8_t byte) noexcept 
   sum ^= byte;
   if (kind == Kind::kXor) return sum;
   const unsigned polynomial = kind == Kind::kCrc8J1850 ? 0x1D : 0x2F;
-  for (int bit = 0; bit < 8; ++bit)
-    sum = static_cast<std::uint8_t>((sum & 0x80U) != 0 ? sum << 1U ^ polynomial : sum << 1U);
+  for (int bit = 0; bit < 8; ++bit) {
+    const unsigned shifted = unsigned{sum} << 1U;
+    sum = static_cast<std::uint8_t>((sum & 0x80U) != 0 ? shifted ^ polynomial : shifted);
+  }
   return sum;
 }
 
