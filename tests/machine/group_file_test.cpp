@@ -49,9 +49,9 @@ TEST(GroupFile, WhatIsNoneMayBeSaidOtherwise) {
   EXPECT_EQ(none_of(", invalid = \"j1939\""), 0xFBU);
   EXPECT_EQ(none_of(", invalid_from = 0xFE"), 0xFEU);
   EXPECT_EQ(none_of(", invalid = \"none\""), std::nullopt);
-  const auto angle =
-      test::j1939_machine("sign = -1, zero_rad = 0.12", "sign = -1, zero_rad = 0.12, invalid = \"j1939\"")
-          .bus.broadcast(NodeRole::kEncoder, kBoom);
+  const MachineDescription machine =
+      test::j1939_machine("sign = -1, zero_rad = 0.12", "sign = -1, zero_rad = 0.12, invalid = \"j1939\"");
+  const auto angle = machine.bus.broadcast(NodeRole::kEncoder, kBoom);
   EXPECT_EQ(angle.field->invalid_from, 0xFB00U) << "also where the frame is no group";
 }
 

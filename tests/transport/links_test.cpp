@@ -269,11 +269,11 @@ TEST(UdpLink, OnlyWhatAnOperatorsSideSaysClaimsAListeningEndOrKeepsIt) {
   const std::string address = "127.0.0.1:" + std::to_string(slave.port());
   UdpLink master = UdpLink::connect(address), stranger = UdpLink::connect(address);
   Datagram datagram;
-  const Datagram machines = encode(SlaveMessage{});
+  const Datagram machines = encode(SlaveMessage{}), operators = claim();
   const std::array<std::uint8_t, 1> junk{7};
   for (const std::span<const std::uint8_t> bytes :
        {std::span<const std::uint8_t>{}, std::span<const std::uint8_t>(junk), machines.view(),
-        claim().view().first(20)}) {
+        operators.view().first(20)}) {
     ASSERT_TRUE(stranger.send(bytes));
     ::poll(nullptr, 0, 20);
     EXPECT_FALSE(comes(slave, datagram)) << bytes.size();
