@@ -18,17 +18,17 @@
 namespace knuckle::eds {
 namespace {
 
-using test::has_text;
 using test::keyed;
 using test::machine;
 using test::made_for;
 using test::refused;
-using test::solar_text;
+using test::says;
+using test::shipped_text;
 
 TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
   for (const auto& [first, kept] : {std::pair{0x280, 0x2B8}, {0x180, 0}}) {
     const DeviceFile device = test::with_fixed(made_for("tilt"), 0x180001, first);
-    EXPECT_EQ(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], kept);
+    EXPECT_EQ(parse_machine(with_device(shipped_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], kept);
   }
 }
 
@@ -50,33 +50,33 @@ void set_map(DeviceFile& device, std::uint32_t number, const std::vector<std::ui
 TEST(BusAdd, TakesAMappingThatCannotBeChangedAsItIs) {
   DeviceFile device = made_for("tilt");
   set_map(device, 0, {0x60100010});
-  EXPECT_TRUE(parse_machine(with_device(solar_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
+  EXPECT_TRUE(parse_machine(with_device(shipped_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdo_maps.empty());
   set_map(device, 0, {0x60200010, 0x60100010});
-  const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
-  EXPECT_TRUE(has_text(text, "tpdo_map = [0x60200010, 0x60100010]"));
+  const std::string text = with_device(shipped_text(), "m", "tilt", 0x38, device);
+  EXPECT_TRUE(says(text, "tpdo_map = [0x60200010, 0x60100010]"));
   const MachineDescription after = parse_machine(text, "m");
   EXPECT_EQ(after.bus.tilt().tpdo_maps, (std::vector<std::vector<std::uint32_t>>{{0x60200010, 0x60100010}}));
   EXPECT_TRUE(fit_of(device, after, "tilt").obstacles.empty());
   // The next device in its place leaves none of it behind.
-  EXPECT_FALSE(has_text(with_device(text, "m", "tilt", 0x38, made_for("tilt")), "tpdo_map"));
+  EXPECT_FALSE(says(with_device(text, "m", "tilt", 0x38, made_for("tilt")), "tpdo_map"));
   set_map(device, 0, {0x60200010});
-  EXPECT_TRUE(has_text(refused("tilt", 0x38, device), "must have 0x60100010"));
+  EXPECT_TRUE(says(refused("tilt", 0x38, device), "must have 0x60100010"));
 }
 
 TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
   DeviceFile device = made_for("tilt");
   set_map(device, 0, {0x60100010});
   for (const std::uint32_t pdo : {1U, 2U, 3U}) set_map(device, pdo, {});
-  const auto added = [&] { return with_device(solar_text(), "m", "tilt", 0x38, device); };
-  EXPECT_FALSE(has_text(added(), "_map = ")) << "as start-up wants it";
+  const auto added = [&] { return with_device(shipped_text(), "m", "tilt", 0x38, device); };
+  EXPECT_FALSE(says(added(), "_map = ")) << "as start-up wants it";
   set_map(device, 0, {0x60200010, 0x60100010});
-  EXPECT_TRUE(has_text(added(), "tpdo_map = [0x60200010, 0x60100010]"));
-  EXPECT_FALSE(has_text(added(), "tpdo2_map"));
+  EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]"));
+  EXPECT_FALSE(says(added(), "tpdo2_map"));
   EXPECT_TRUE(fit_of(device, parse_machine(added(), "m"), "tilt").obstacles.empty());
   for (const std::uint32_t count : {9U, 0xFEU, 0xFFU, 0x100U}) {  // those from 0xFE on are no lists
     device.entries[0x1A0100].value = Value{count, false};
-    EXPECT_TRUE(has_text(added(), "tpdo_map = [0x60200010, 0x60100010]")) << count;
-    EXPECT_FALSE(has_text(added(), "tpdo2_map")) << count;
+    EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]")) << count;
+    EXPECT_FALSE(says(added(), "tpdo2_map")) << count;
   }
 }
 
@@ -89,15 +89,15 @@ TEST(BusAdd, TellsOfAMappingThatAMachineFileCannotSay) {
   set_map(unknown, 0, {0x60200010, 0x60100010});
   unknown.entries[0x1A0002].value.reset();
   for (const DeviceFile& device : {gap, unknown}) {
-    const std::string text = with_device(solar_text(), "m", "tilt", 0x38, device);
-    EXPECT_FALSE(has_text(text, "_map = "));
-    EXPECT_TRUE(has_text(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
+    const std::string text = with_device(shipped_text(), "m", "tilt", 0x38, device);
+    EXPECT_FALSE(says(text, "_map = "));
+    EXPECT_TRUE(says(fit_of(device, parse_machine(text, "m"), "tilt").obstacles, "which can only be read"));
   }
 }
 
 TEST(BusAdd, RefusesWhatIsNoMachineFileAfterwards) {
   const DeviceFile valve = made_for("boom_valve");
-  EXPECT_TRUE(has_text(refused("swing_valve", 0x11, valve), "has no node 'swing_valve'; its nodes: boom_valve"));
+  EXPECT_TRUE(says(refused("swing_valve", 0x11, valve), "has no node 'swing_valve'; its nodes: boom_valve"));
   EXPECT_EQ(refused("tilt", 0x38, valve),
             "a.eds: 0x1000:00 = 0x198: is a device of CiA 408; tilt must be one of CiA 410");
   DeviceFile of_no_profile = made_for("tilt");
@@ -125,14 +125,14 @@ TEST(BusAdd, NamesEverythingAtWhichStartUpWouldFail) {
   device.entries[0x604200].value = Value{2, false};
   const Fit fit = fit_of(device, machine(), "boom_valve");
   EXPECT_EQ(fit.obstacles.size(), 5U);
-  EXPECT_TRUE(has_text(fit.obstacles, "the bus has 500 kbit/s"));
-  EXPECT_TRUE(has_text(fit.obstacles, "start-up reads 0x1017:00, which the device does not have"));
-  EXPECT_TRUE(has_text(fit.obstacles, "start-up writes 0x1800:02, which can only be read"));
-  EXPECT_TRUE(has_text(fit.obstacles, "without its controller it would not stop"));
-  EXPECT_TRUE(has_text(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
+  EXPECT_TRUE(says(fit.obstacles, "the bus has 500 kbit/s"));
+  EXPECT_TRUE(says(fit.obstacles, "start-up reads 0x1017:00, which the device does not have"));
+  EXPECT_TRUE(says(fit.obstacles, "start-up writes 0x1800:02, which can only be read"));
+  EXPECT_TRUE(says(fit.obstacles, "without its controller it would not stop"));
+  EXPECT_TRUE(says(fit.obstacles, "0x6042:00 must be 1 and is always 2"));
   device.entries[0x604200].access = Access::kReadWrite;
-  EXPECT_TRUE(has_text(fit_of(device, machine(), "boom_valve").to_set,
-                       "set 0x6042:00 of the device to 1: it is delivered with 2"));
+  EXPECT_TRUE(
+      says(fit_of(device, machine(), "boom_valve").to_set, "set 0x6042:00 of the device to 1: it is delivered with 2"));
 }
 
 TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
@@ -147,10 +147,10 @@ TEST(BusAdd, TakesASensorsOwnTimerWhereItsTransmissionTypeCannotBeChanged) {
   };
   EXPECT_TRUE(obstacles(10, Access::kReadOnly).empty());
   EXPECT_TRUE(obstacles(100, Access::kReadWrite).empty());
-  EXPECT_TRUE(has_text(obstacles(100, Access::kReadOnly),
-                       "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
+  EXPECT_TRUE(says(obstacles(100, Access::kReadOnly),
+                   "0x1800:05 must be 5 ms to 20 ms (sync_Hz, sensor_age_limit_ms) and is always 100 ms"));
   device.entries[0x180002].value = Value{3, false};
-  EXPECT_TRUE(has_text(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
+  EXPECT_TRUE(says(obstacles(10, Access::kReadOnly), "start-up writes 0x1800:02, which can only be read"));
   device.entries[0x180002].value = Value{1, false};
   EXPECT_TRUE(obstacles(100, Access::kReadOnly).empty()) << "it is not used";
 }
@@ -201,7 +201,7 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
   tilt.entries[0x1A0000].value = Value{2, false};  // more than is wanted
   EXPECT_TRUE(fit_of(tilt, machine(), "tilt").obstacles.empty());
   tilt.entries[0x1A0001].value = Value{0x60200010, false};
-  EXPECT_TRUE(has_text(fit_of(tilt, machine(), "tilt").obstacles, "start-up writes 0x1800:01"));
+  EXPECT_TRUE(says(fit_of(tilt, machine(), "tilt").obstacles, "start-up writes 0x1800:01"));
   for (const std::uint32_t guard : {0x101601U, 0x140005U}) {
     DeviceFile valve = made_for("boom_valve");
     valve.entries.erase(guard);
@@ -211,7 +211,7 @@ TEST(BusAdd, TakesWhatCanOnlyBeReadWhereItIsAsWantedAndOneGuardOfTwo) {
 
 TEST(BusAdd, TakesATiltSensorOfTwoAxesAsItIsDeliveredForEither) {
   for (const std::string channel : {"1", "2"}) {
-    const std::string shipped = solar_text(), from = "{ 1 = \"slope\" }", to = "{ " + channel + " = \"slope\" }";
+    const std::string shipped = shipped_text(), from = "{ 1 = \"slope\" }", to = "{ " + channel + " = \"slope\" }";
     const std::string text = std::string(shipped).replace(shipped.find(from), from.size(), to);
     const auto fit = [&text](const DeviceFile& device) {
       return fit_of(device, parse_machine(with_device(text, "my.toml", "tilt", 0x38, device), "my.toml"), "tilt");
@@ -239,20 +239,20 @@ struct BusAddProgram : ::testing::Test {
     return test::run_program(test::program("knuckle"),
                              {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", machine});
   }
-  void SetUp() override { std::ofstream(file) << solar_text(); }
+  void SetUp() override { std::ofstream(file) << shipped_text(); }
 };
 
 TEST_F(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
   const auto run = add(made_for("tilt"), file);
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(has_text(run.out, "tilt is Maker Device, node 0x39, in " + file));
+  EXPECT_TRUE(says(run.out, "tilt is Maker Device, node 0x39, in " + file));
   EXPECT_EQ(parse_machine(test::content(file), file).bus.tilt().id, 0x39);
-  EXPECT_EQ(test::content(folder.file("my.1.toml")), solar_text()) << "as it was before";
+  EXPECT_EQ(test::content(folder.file("my.1.toml")), shipped_text()) << "as it was before";
   const auto again = add(made_for("tilt"), file);
-  EXPECT_TRUE(has_text(again.out, "nothing changed"));
+  EXPECT_TRUE(says(again.out, "nothing changed"));
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
   const auto stock = add(made_for("tilt"), "solar015");
-  EXPECT_TRUE(has_text(stock.err, "--machine solar015: is a machine that comes with Knuckle: copy its file first"));
+  EXPECT_TRUE(says(stock.err, "--machine solar015: is a machine that comes with Knuckle: copy its file first"));
 }
 
 TEST_F(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
@@ -260,15 +260,15 @@ TEST_F(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   tilt.entries.erase(0x101700);
   const auto run = add(tilt, file);
   EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
-  EXPECT_TRUE(has_text(run.err, "0x1017:00, which the device does not have"));
-  EXPECT_EQ(test::content(file), solar_text());
+  EXPECT_TRUE(says(run.err, "0x1017:00, which the device does not have"));
+  EXPECT_EQ(test::content(file), shipped_text());
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
 }
 
 TEST_F(BusAddProgram, SaysThatTheNodesOfAnOlderFileAreTablesFromNowOn) {
   std::ofstream(file) << keyed();
   const auto run = add(made_for("tilt"), file);
-  EXPECT_TRUE(has_text(run.out, "note: " + file + ": its nodes are [[bus.node]] tables from now on\n"));
+  EXPECT_TRUE(says(run.out, "note: " + file + ": its nodes are [[bus.node]] tables from now on\n"));
   EXPECT_EQ(test::content(folder.file("my.1.toml")), keyed());
 }
 
@@ -278,7 +278,7 @@ TEST_F(BusAddProgram, SaysNothingOfTablesWhereAnOlderFileStaysAsItWas) {
   tilt.entries.erase(0x101700);
   const auto run = add(tilt, file);
   EXPECT_EQ(run.exit_code, 2) << run.err;
-  EXPECT_FALSE(has_text(run.out, "from now on")) << run.out;
+  EXPECT_FALSE(says(run.out, "from now on")) << run.out;
   EXPECT_EQ(test::content(file), keyed());
 }
 
@@ -287,14 +287,14 @@ TEST_F(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
   const auto run = test::run_program("/bin/sh", {"-c", test::program("knuckle") + " bus add " + eds +
                                                            " --id 0x39 --as tilt --machine " + file + " > /dev/full"});
   EXPECT_EQ(run.exit_code, 2) << run.err;
-  EXPECT_TRUE(has_text(run.err, "standard output: cannot be written; " + file + " has been changed (before: "));
+  EXPECT_TRUE(says(run.err, "standard output: cannot be written; " + file + " has been changed (before: "));
   EXPECT_EQ(load_machine(file).bus.tilt().id, 0x39);
 }
 
 TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
   const test::TemporaryFolder folder;
   const std::string file = folder.file("my.toml");
-  std::ofstream(file) << solar_text();
+  std::ofstream(file) << shipped_text();
   struct Case {
     std::vector<std::string> arguments;
     const char* told;
@@ -326,10 +326,10 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
     all.insert(all.end(), arguments.begin(), arguments.end());
     const auto run = test::run_program(test::program("knuckle"), all);
     EXPECT_EQ(run.exit_code, 2);
-    EXPECT_TRUE(has_text(run.err, told));
+    EXPECT_TRUE(says(run.err, told));
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
-  EXPECT_EQ(test::content(file), solar_text());
+  EXPECT_EQ(test::content(file), shipped_text());
 }
 
 }  // namespace

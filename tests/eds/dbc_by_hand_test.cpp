@@ -12,9 +12,9 @@ namespace knuckle::eds {
 namespace {
 
 using test::bus_of;
-using test::changed;
 using test::has_line;
-using test::has_text;
+using test::replaced;
+using test::says;
 
 /// Beside standard200.dbc: what else could tell it, what else it could send, and what signals are (SigType).
 constexpr const char* kMoreDbc = R"(
@@ -105,15 +105,15 @@ TEST(DbcByHand, AChecksumIsNoCounterWhateverTheDbcSays) {
 
 TEST(DbcByHand, AConstantThatBecomesAJointKeepsItsNeutral) {
   std::string machine = of_standard200("toml"), dbc = dbc_with();
-  for (int n = 0; n < 4; ++n) dbc = changed(dbc, "(0.0005,-16) [0|0] \"rad/s\"", "(0.01,0) [0|0] \"%\"");
+  for (int n = 0; n < 4; ++n) dbc = replaced(dbc, "(0.0005,-16) [0|0] \"rad/s\"", "(0.01,0) [0|0] \"%\"");
   for (const auto& [old, is] : {std::pair{"neutral = 0, extend = 0.37, retract = -0.37", "100, retract = 0"},
                                 {"neutral = 0, extend = -0.6, retract = 0.6", "0, retract = 100"},
                                 {"neutral = 0, extend = -1.0, retract = 1.0", "0, retract = 100"}}) {
-    machine = changed(machine, old, std::string("neutral = 50, extend = ") + is);
-    machine = changed(machine, "scale = 0.0005, offset = -16, unit = \"rad/s\"", "scale = 0.01, unit = \"%\"");
+    machine = replaced(machine, old, std::string("neutral = 50, extend = ") + is);
+    machine = replaced(machine, "scale = 0.0005, offset = -16, unit = \"rad/s\"", "scale = 0.01, unit = \"%\"");
   }
-  machine = changed(machine, "scale = 0.0005, offset = -16, neutral = 0 }", "scale = 0.01, neutral = 50 }");
-  machine = changed(machine, "[[bus.broadcast]]", R"([[bus.command]]
+  machine = replaced(machine, "scale = 0.0005, offset = -16, neutral = 0 }", "scale = 0.01, neutral = 50 }");
+  machine = replaced(machine, "[[bus.broadcast]]", R"([[bus.command]]
 name = "aux"
 id = 0x18FF0605
 bytes = 8
@@ -129,9 +129,9 @@ up = { start = 0, bits = 16, scale = 0.01, neutral = 20 }   # stands open a bit
 BA_ "GenMsgCycleTime" BO_ 2566850053 10;
 )";
   const Import import = by_hand({.commands = {"boom=aux.up:extend=100", "boom=aux.down:retract=100"}}, dbc, machine);
-  EXPECT_TRUE(has_text(import.text,
-                       "up = { start = 0, bits = 16, scale = 0.01, unit = \"%\", joint = \"boom\", neutral = 20, "
-                       "extend = 100 }   # stands open a bit\n"));
+  EXPECT_TRUE(says(import.text,
+                   "up = { start = 0, bits = 16, scale = 0.01, unit = \"%\", joint = \"boom\", neutral = 20, "
+                   "extend = 100 }   # stands open a bit\n"));
   EXPECT_TRUE(has_line(import.to_do, "up in aux: its neutral stays: set it where that moves the boom"));
   EXPECT_TRUE(has_line(import.to_do, "down in aux: its neutral is 0: set it where that moves the boom"));
 }
@@ -146,11 +146,11 @@ TEST(DbcByHand, WhichWayAFieldWentGetsANameOfItsOwn) {
           "\"arm\", neutral = 0, extend = -0.6, retract = 0.6 }\n",
       slew = "slew_rate = { start = 48, bits = 16, scale = 0.0005, offset = -16, neutral = 0 }   # not used\n";
   const auto with_way = [](std::string line, int start) {
-    line = changed(line, "\", neutral",
-                   fmt::format("\", direction = {{ start = {}, bits = 4, neutral = 3, extend = 1, "
-                               "retract = 2 }}, neutral",
-                               start));
-    return changed(line, " = -0.", " = 0.");
+    line = replaced(line, "\", neutral",
+                    fmt::format("\", direction = {{ start = {}, bits = 4, neutral = 3, extend = 1, "
+                                "retract = 2 }}, neutral",
+                                start));
+    return replaced(line, " = -0.", " = 0.");
   };
   const ImportOptions both{.commands = {kBoomBySpeeds, "arm=Speeds.arm_speed:extend=-0.6,retract=0.6"},
                            .constants = {"Speeds=0"}};
@@ -160,14 +160,14 @@ TEST(DbcByHand, WhichWayAFieldWentGetsANameOfItsOwn) {
       if (field.bits.start_bit == start) return field.neutral;
     return -1.0;
   };
-  std::string machine = changed(of_standard200("toml"), boom, with_way(boom, 48));
-  machine = changed(machine, slew, "boom_rate_way = { start = 56, bits = 4, neutral = 5 }\n");
+  std::string machine = replaced(of_standard200("toml"), boom, with_way(boom, 48));
+  machine = replaced(machine, slew, "boom_rate_way = { start = 56, bits = 4, neutral = 5 }\n");
   const Import taken = by_hand(both, dbc_with(), machine);
   EXPECT_EQ(at(taken, 48), 3);
   EXPECT_EQ(at(taken, 56), 5);
   const std::string name = "a_very_long_name_of_a_field_xxx";
-  machine = changed(of_standard200("toml"), boom, changed(with_way(boom, 48), "boom_rate", name + "1"));
-  machine = changed(changed(machine, arm, changed(with_way(arm, 52), "arm_rate", name + "2")), slew, "");
+  machine = replaced(of_standard200("toml"), boom, replaced(with_way(boom, 48), "boom_rate", name + "1"));
+  machine = replaced(replaced(machine, arm, replaced(with_way(arm, 52), "arm_rate", name + "2")), slew, "");
   const Import alike = by_hand(both, dbc_with(), machine);
   EXPECT_EQ(at(alike, 48), 3);
   EXPECT_EQ(at(alike, 52), 3);
@@ -177,11 +177,11 @@ TEST(DbcByHand, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
   const std::string line = "boom_rate = { start = 0, bits = 16, scale = 0.0005, offset = -16, ",
                     speeds = "neutral = 0, extend = 0.37, retract = -0.37 }";
   const Import import = by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}}, dbc_with(),
-                                changed(of_standard200("toml"), speeds, speeds + " # fast"));
+                                replaced(of_standard200("toml"), speeds, speeds + " # fast"));
   const BusDescription bus = bus_of(import);
   ASSERT_EQ(bus.commands.size(), 3U);
   EXPECT_EQ(bus.command(kBoom, true)->name, "boom_speed");
-  EXPECT_TRUE(has_text(import.text, line + "neutral = 0 } # fast\n"))
+  EXPECT_TRUE(says(import.text, line + "neutral = 0 } # fast\n"))
       << "in no field it would be sent as raw 0, 16 rad/s backwards";
   EXPECT_EQ(import.at_rest, std::vector<std::string>{"boom_rate in front_rate"});
   EXPECT_TRUE(import.gone_frames.empty());
@@ -189,7 +189,7 @@ TEST(DbcByHand, AJointThatAnotherMessageCommandsRestsInItsOldFrame) {
 
 TEST(DbcByHand, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
   const std::string next = "[[bus.command]]\nname = \"machine_setting\"", noted = "# of another frame\n" + next,
-                    before = changed(of_standard200("toml"), next, noted);
+                    before = replaced(of_standard200("toml"), next, noted);
   const Import import = by_hand(kAllBySpeeds, dbc_with(), before);
   const BusDescription bus = bus_of(import), was = parse_machine(before, "m.toml").bus;
   ASSERT_EQ(bus.commands.size(), 2U);
@@ -197,8 +197,8 @@ TEST(DbcByHand, AFrameThatMovesNoJointAnyMoreGoesWithItsConstants) {
   EXPECT_EQ(bus.commands[1].name, "Speeds");
   EXPECT_EQ(import.gone_frames, std::vector<std::string>{"front_rate (with its constant slew_rate)"});
   EXPECT_TRUE(import.at_rest.empty());
-  EXPECT_TRUE(has_text(import.text, noted));
-  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "no gap";
+  EXPECT_TRUE(says(import.text, noted));
+  EXPECT_FALSE(says(import.text, "\n\n\n")) << "no gap";
   EXPECT_EQ(by_hand(kAllBySpeeds, dbc_with(), import.text).text, import.text) << "once more changes nothing";
   ImportOptions named = kAllBySpeeds;
   named.constants.emplace_back("front_rate.slew_rate=0");
@@ -215,10 +215,10 @@ TEST(DbcByHand, AValveThatWasToldInShortGoes) {
 }
 
 TEST(DbcByHand, AFrameWithConstantsThatTheDbcDoesNotSayStays) {
-  const std::string unknown = changed(of_standard200("toml"), "id = 0x18FF0105", "id = 0x18FF0995"),
-                    damaged = changed(dbc_with(), "arm_rate : 16|16", "arm_rate : 8|16"),
+  const std::string unknown = replaced(of_standard200("toml"), "id = 0x18FF0105", "id = 0x18FF0995"),
+                    damaged = replaced(dbc_with(), "arm_rate : 16|16", "arm_rate : 8|16"),
                     slew = " SG_ slew_rate : 48|16@1+ (0.0005,-16) [0|0] \"rad/s\" Machine\n",
-                    narrow = changed(dbc_with(), slew, "");
+                    narrow = replaced(dbc_with(), slew, "");
   for (const Import& import :
        {by_hand(kAllBySpeeds, dbc_with(), unknown), by_hand(kAllBySpeeds, damaged), by_hand(kAllBySpeeds, narrow)}) {
     const BusDescription bus = bus_of(import);
@@ -240,12 +240,12 @@ TEST(DbcByHand, ACounterThatCannotBeOneIsLeftOutAndNamed) {
   EXPECT_TRUE(has_line(multiplexer.to_do, "service.item" + left_out));
   const Import multiplexed = by_hand({.signals = {"fuel_level=service.fuel"}}, dbc_with({"2566869025 hours 2"}));
   EXPECT_TRUE(has_line(multiplexed.to_do, "service.hours" + left_out));
-  const std::string wide = changed(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
-                                   "alive : 16|33@1+ (1,0) [0|0] \"\" Remote");
+  const std::string wide = replaced(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
+                                    "alive : 16|33@1+ (1,0) [0|0] \"\" Remote");
   EXPECT_TRUE(has_line(by_hand({.signals = {"boom_angle=Angle.boom"}}, wide).to_do, "Angle.alive" + left_out));
   const std::string dbc = dbc_with({"2566849797 alive 2"});
   for (const std::string& other :
-       {changed(dbc, "alive : 48|4@1+ (1,0) [0|0] \"\" M", "alive : 48|4@1- (1,0) [0|0] \"\" M"),
+       {replaced(dbc, "alive : 48|4@1+ (1,0) [0|0] \"\" M", "alive : 48|4@1- (1,0) [0|0] \"\" M"),
         dbc_with({"2566849797 bucket_speed 2"})}) {
     const Import import = by_hand({.commands = {kBoomBySpeeds}, .constants = {"Speeds=0"}}, other);
     EXPECT_FALSE(closing_of(import, "Speeds").counter);
@@ -270,8 +270,8 @@ TEST(DbcByHand, AChecksumThatTheDbcSaysIsNoConstantUnlessAPersonSaysSo) {
 
 TEST(DbcByHand, ACounterCountsAsFarAsItsRange) {
   const auto modulus_with = [](const std::string& range) {
-    const std::string dbc = changed(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
-                                    "alive : 48|4@1+ (1,0) " + range + " \"\" Remote");
+    const std::string dbc = replaced(dbc_with({"2566870000 alive 2"}), "alive : 48|4@1+ (1,0) [0|0] \"\" Remote",
+                                     "alive : 48|4@1+ (1,0) " + range + " \"\" Remote");
     return closing_of(by_hand({.signals = {"boom_angle=Angle.boom"}}, dbc), "Angle").counter.value().modulus;
   };
   EXPECT_EQ(modulus_with("[0|14]"), 15U);

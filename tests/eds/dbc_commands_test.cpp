@@ -13,9 +13,9 @@ namespace knuckle::eds {
 namespace {
 
 using test::bus_of;
-using test::changed;
-using test::has_text;
 using test::imported;
+using test::replaced;
+using test::says;
 
 constexpr const char* kToldDbc = R"(VERSION ""
 BU_: Machine Knuckle
@@ -40,7 +40,7 @@ BA_ "GenMsgCycleTime" BO_ 424 20;
 )";
 
 std::string slow_solar_text() {
-  std::string text = test::solar_text();
+  std::string text = test::shipped_text();
   for (const auto& [key, value] : {std::pair<std::string, std::string>{"sensor_age_limit_ms", "50"},
                                    {"valve_watchdog_ms", "100"},
                                    {"pressure_step_bar", "2"},
@@ -87,16 +87,16 @@ TEST(DbcCommands, TakeThePlaceOfValvesAndEnable) {
 
 TEST(DbcCommands, OneMoreConstantGoesIntoTheFrameThatIsThere) {
   const std::string before =
-      changed(told(told_with({"Rates.slew=0", "Setting=3"})).text, "period_ms = 20\nsend = \"always\"",
-              "period_ms = 20\nsend = \"while_led\"   # tried");
+      replaced(told(told_with({"Rates.slew=0", "Setting=3"})).text, "period_ms = 20\nsend = \"always\"",
+               "period_ms = 20\nsend = \"while_led\"   # tried");
   const std::string mode = "mode = { start = 8, bits = 4, scale = 1, neutral = 3 }";
   EXPECT_EQ(told({.constants = {"Setting.mode=0,2"}}, before).text,
-            changed(before, mode, "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
-  EXPECT_TRUE(has_text(told({.constants = {"Setting.mode=0,2"}}, changed(before, mode + "\n", "")).text,
-                       "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
-  const std::string renamed = changed(before, mode, "front_by_bus = { start = 8, bits = 4, neutral = 3 }   # by hand");
+            replaced(before, mode, "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
+  EXPECT_TRUE(says(told({.constants = {"Setting.mode=0,2"}}, replaced(before, mode + "\n", "")).text,
+                   "mode = { start = 8, bits = 4, scale = 1, neutral = 0, led = 2 }"));
+  const std::string renamed = replaced(before, mode, "front_by_bus = { start = 8, bits = 4, neutral = 3 }   # by hand");
   EXPECT_EQ(told({.constants = {"Setting.mode=1"}}, renamed).text,
-            changed(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
+            replaced(renamed, "bits = 4, neutral = 3 }", "bits = 4, scale = 1, neutral = 1 }"))
       << "it keeps the name that it was given";
 }
 
@@ -124,23 +124,23 @@ TEST(DbcCommands, CounterAndChecksumKeepWhatAPersonSet) {
   ImportOptions said = told_with({"Rates.slew=0", "Setting.mode=0"});
   said.checksums = {"Setting.horn=xor"};
   std::string before = told(said).text;
-  before = changed(before, "counter = { start = 48, bits = 8 }",
-                   "counter = { start = 48, bits = 8, modulus = 15 }  # to 14");
+  before = replaced(before, "counter = { start = 48, bits = 8 }",
+                    "counter = { start = 48, bits = 8, modulus = 15 }  # to 14");
   const std::string sum = "checksum = { kind = \"xor\", start = 16, bits = 2";
-  before = changed(before, sum + " }", sum + ", bytes = [0, 1, 3], data_id = [0x2A], data_id_first = true }   # mine");
+  before = replaced(before, sum + " }", sum + ", bytes = [0, 1, 3], data_id = [0x2A], data_id_first = true }   # mine");
   said.commands = {};
   said.constants = {"Setting.mode=0"};
   EXPECT_EQ(told(said, before).text, before);
   said.checksums = {"Setting.horn=sum"};
-  EXPECT_EQ(told(said, before).text, changed(before, "kind = \"xor\"", "kind = \"sum\""));
+  EXPECT_EQ(told(said, before).text, replaced(before, "kind = \"xor\"", "kind = \"sum\""));
 }
 
 TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
   std::string dbc = kToldDbc;
   for (const char* const signal : {"boom : 0|16", "arm : 16|16"})
-    dbc = changed(dbc, std::string(signal) + "@1+ (0.0005,-16) [-16|16] \"rad/s\"",
-                  std::string(signal) + "@1- (0.001,0) [0|0] \"V\"");
-  dbc = changed(dbc, "(0.1,0) [-100|100] \"deg/s\"", "(0.001,0) [0|0] \"V\"");
+    dbc = replaced(dbc, std::string(signal) + "@1+ (0.0005,-16) [-16|16] \"rad/s\"",
+                   std::string(signal) + "@1- (0.001,0) [0|0] \"V\"");
+  dbc = replaced(dbc, "(0.1,0) [-100|100] \"deg/s\"", "(0.001,0) [0|0] \"V\"");
   ImportOptions volts = kTold;
   volts.commands = {"boom=Rates.boom:extend=9,retract=-9", "arm=Rates.arm:extend=9,retract=-9",
                     "bucket=Rates.bucket:extend=9,retract=-9"};
@@ -148,7 +148,7 @@ TEST(DbcCommands, AJointsValueKeepsTheNeutralThatAPersonFound) {
       test::all_changed(imported(volts, dbc, slow_solar_text()).text, "neutral = 0, extend = 9, retract = -9",
                         "neutral = 6, extend = 9, retract = 3");
   const Import again = imported({.commands = {"boom=Rates.boom:extend=8.5,retract=3"}}, dbc, before);
-  EXPECT_EQ(again.text, changed(before, "neutral = 6, extend = 9", "neutral = 6, extend = 8.5"));
+  EXPECT_EQ(again.text, replaced(before, "neutral = 6, extend = 9", "neutral = 6, extend = 8.5"));
   EXPECT_EQ(again.frames, std::vector<std::string>{"Rates (0x18FF0105): boom, in the table that was there"});
   EXPECT_TRUE(again.to_do.empty());
 }
@@ -158,14 +158,14 @@ TEST(DbcCommands, ACounterThatWasForgottenIsAdded) {
   first.counters = {};
   const std::string before = told(first).text, alive = "alive = { start = 48, bits = 8, scale = 1, neutral = 0 }\n";
   const Import again = told({.counters = {"Setting.alive"}}, before);
-  EXPECT_TRUE(has_text(before, alive));
-  EXPECT_FALSE(has_text(again.text, alive)) << "what was a constant";
+  EXPECT_TRUE(says(before, alive));
+  EXPECT_FALSE(says(again.text, alive)) << "what was a constant";
   EXPECT_EQ(bus_of(again).commands[1].closing.counter->field.start_bit, 48);
 }
 
 TEST(DbcCommands, WhereItWouldBeNoTomlTheLineSaysThatTheFileIsAsItWas) {
   const std::string before =
-      changed(told().text, "counter = { start = 48, bits = 8 }", "counter.start = 48\ncounter.bits = 8");
+      replaced(told().text, "counter = { start = 48, bits = 8 }", "counter.start = 48\ncounter.bits = 8");
   const auto again = [&] { return told({.counters = {"Setting.alive"}}, before); };
   test::expect_refused(again, "m.toml: is as it was: with these frames of m.dbc it would be refused: ");
   test::expect_refused(again, "counter");
@@ -173,7 +173,7 @@ TEST(DbcCommands, WhereItWouldBeNoTomlTheLineSaysThatTheFileIsAsItWas) {
 
 TEST(DbcCommands, WhatTheSenderOfAFrameInTheFileSendsIsRefused) {
   std::string dbc = kToldDbc;
-  dbc = changed(
+  dbc = replaced(
       dbc, "BO_ 424 Own: 8 Machine\n",
       "BO_ 425 Body: 2 Machine\n SG_ slope : 0|16@1- (0.01,0) [-90|90] \"deg\" Knuckle\nBO_ 424 Own: 8 Machine\n");
   dbc += "BA_ \"GenMsgCycleTime\" BO_ 425 10;\n";
@@ -183,11 +183,11 @@ TEST(DbcCommands, WhatTheSenderOfAFrameInTheFileSendsIsRefused) {
   const std::string before = imported(both, dbc, slow_solar_text()).text;
   EXPECT_EQ(test::refusal([&] { (void)imported(own, dbc, before); }),
             "m.dbc: Own is sent by Machine, who sends Body as well: Knuckle must not send it");
-  const std::string wrong = changed(dbc, "BO_ 425 Body: 2 Machine", "BO_ 425 Body: 2 Knuckle");
+  const std::string wrong = replaced(dbc, "BO_ 425 Body: 2 Machine", "BO_ 425 Body: 2 Knuckle");
   test::expect_refused([&] { return imported(slope, wrong, told().text); },
                        "is sent by Knuckle, who sends Body as well");
   const std::string nobody =
-      changed(changed(dbc, "Body: 2 Machine", "Body: 2 Vector__XXX"), "Own: 8 Machine", "Own: 8 Vector__XXX");
+      replaced(replaced(dbc, "Body: 2 Machine", "Body: 2 Vector__XXX"), "Own: 8 Machine", "Own: 8 Vector__XXX");
   EXPECT_NO_THROW((void)imported(own, nobody, before)) << "of a DBC that does not say who sends";
 }
 
@@ -262,7 +262,7 @@ TEST(DbcCommands, Standard200IsWhatItsMakersDbcSays) {
   EXPECT_TRUE(bus.nodes.empty());
   ASSERT_EQ(bus.commands.size(), 2U);
   EXPECT_EQ(bus.commands[1].closing, before.commands[1].closing);
-  EXPECT_FALSE(has_text(import.text, "\n\n\n")) << "nodes that are gone leave no gaps";
+  EXPECT_FALSE(says(import.text, "\n\n\n")) << "nodes that are gone leave no gaps";
 }
 
 TEST(DbcCommands, AWholeMachineIsThereByTheDbcOfOneThatIsSold) {

@@ -14,8 +14,8 @@ namespace knuckle::eds {
 namespace {
 
 using test::all_changed;
-using test::changed;
-using test::has_text;
+using test::replaced;
+using test::says;
 using Type = BitField::Type;
 using Order = BitField::Order;
 
@@ -168,7 +168,7 @@ TEST(DbcFile, IsReadWithTheLineEndsAndBytesOfOtherComputers) {
   EXPECT_EQ(everything_in(parsed_dbc(all_changed(text, "\n", "\r"))), expected);
   EXPECT_EQ(everything_in(parsed_dbc("\xEF\xBB\xBF" + text + '\x1A')), expected);
   EXPECT_EQ(everything_in(parsed_dbc(all_changed(text, " : ", ":"))), expected);
-  const std::string degrees = changed(kTwoMessages, "\"bar\"", "\"\xB0\"");
+  const std::string degrees = replaced(kTwoMessages, "\"bar\"", "\"\xB0\"");
   EXPECT_EQ(parsed_dbc(degrees).messages[0].signals[0].unit, "\xC2\xB0");
 }
 
@@ -235,14 +235,14 @@ TEST(DbcFile, MakesOnlyTheMessageUnusableThatIsNotUnderstood) {
            {"BO_ 300 D: 8 Y\n", "line 6: BO_ D: has the identifier of C of line 5"},
        }) {
     const std::string text = kTwoMessages + c + one.text;
-    EXPECT_TRUE(has_text(said_of(text, "C"), one.said));
+    EXPECT_TRUE(says(said_of(text, "C"), one.said));
     EXPECT_EQ(said_of(text, "C").find("a.dbc: line "), 0U);
     EXPECT_EQ(said_of(text, "A"), "accepted") << one.text;
-    EXPECT_TRUE(has_text(parsed_dbc(text).slips, one.said));
+    EXPECT_TRUE(says(parsed_dbc(text).slips, one.said));
     for (const DbcMessage& message : parsed_dbc(text).messages)
       EXPECT_TRUE(message.unusable.empty() || message.signals.empty()) << one.text;
   }
-  EXPECT_TRUE(has_text(said_of(kTwoMessages + c + "BO_ 300 D: 8 Y\n", "D"), "has the identifier of C"));
+  EXPECT_TRUE(says(said_of(kTwoMessages + c + "BO_ 300 D: 8 Y\n", "D"), "has the identifier of C"));
 }
 
 TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
@@ -284,7 +284,7 @@ TEST(DbcFile, RefusesMultiplexersThatDoNotTellSignalsApart) {
            {sg("c m1M", "8|8@1+") + "SG_MUL_VAL_ 300 c c 1-1;\n",
             "line 7: SG_ c of C: depends on itself, or on more than 8 multiplexers"}}) {
     const std::string said = said_of(kTwoMessages + m + one.text, "C");
-    EXPECT_TRUE(has_text(said, one.said)) << one.text;
+    EXPECT_TRUE(says(said, one.said)) << one.text;
   }
 }
 
@@ -325,7 +325,7 @@ TEST(DbcFile, TellsEverySlipWithItsLineAndReadsOn) {
             "line 6: SG_ c of C: its least value is above its most"},
            {"nonsense;\n", "line 5: nonsense: begins nothing that DBC files have: passed over"}}) {
     const DbcFile file = parsed_dbc(kTwoMessages + c.more + "BA_ \"GenMsgCycleTime\" BO_ 256 70;\n");
-    EXPECT_TRUE(has_text(file.slips, c.told)) << c.more;
+    EXPECT_TRUE(says(file.slips, c.told)) << c.more;
     EXPECT_EQ(file.slips.size(), 1U) << c.more << slips_of(file);
     EXPECT_EQ(file.usable("A").period_s, 0.07) << c.more << "is read on";
   }
@@ -356,7 +356,7 @@ TEST(DbcFile, RefusesWhatItCannotUnderstandAtAll) {
            {kTwoMessages + "CM_ SG_ 256 a \"without end;\nCM_ SG_ 256 b \"x\";\n", "expected at 'x\";'"},
            {kTwoMessages + all_changed(std::string(10001, '.'), ".", "x;\n"),
             "a.dbc: is not a DBC file: more than 10000 slips"}}) {
-    EXPECT_TRUE(has_text(dbc_refused(c.text), c.said)) << c.text.substr(0, 300);
+    EXPECT_TRUE(says(dbc_refused(c.text), c.said)) << c.text.substr(0, 300);
     EXPECT_EQ(dbc_refused(c.text).find("a.dbc: "), 0U);
   }
 }
@@ -367,9 +367,9 @@ TEST(DbcFile, BoundsWhatIsHeldAgainstEachOther) {
     many += " SG_ s" + std::to_string(n) + " m" + std::to_string(n) + " : 16|8@1+ (1,0) [0|0] \"\" X\n";
   for (int n = 1; n < 255; ++n) ranges += ", " + std::to_string(1000 + 2 * n) + "-" + std::to_string(1000 + 2 * n);
   EXPECT_EQ(said_of(many + ranges + ";\n", "C"), "accepted");
-  EXPECT_TRUE(has_text(said_of(many + ranges + ", 5000-5000;\n", "C"), "must be fewer than 256 ranges"));
+  EXPECT_TRUE(says(said_of(many + ranges + ", 5000-5000;\n", "C"), "must be fewer than 256 ranges"));
   EXPECT_TRUE(
-      has_text(said_of(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C"), "SG_ x of C: is one of more than 1000"));
+      says(said_of(many + " SG_ x : 24|8@1+ (1,0) [0|0] \"\" X\n", "C"), "SG_ x of C: is one of more than 1000"));
 }
 
 TEST(DbcFile, IsAskedForAMessageByItsName) {
@@ -382,7 +382,7 @@ TEST(DbcFile, CutOffAnywhereIsReadOrRefusedInOneLine) {
   const std::string text = test::content(kExcavator);
   for (std::size_t size = 0; size < text.size(); size += 23) {
     const std::string said = dbc_refused(text.substr(0, size));
-    EXPECT_FALSE(has_text(said, "\n"));
+    EXPECT_FALSE(says(said, "\n"));
   }
 }
 

@@ -14,9 +14,9 @@ namespace knuckle::eds {
 namespace {
 
 using test::bus_of;
-using test::changed;
-using test::has_text;
+using test::replaced;
 using test::roomy_text;
+using test::says;
 
 Import imported_into(const std::vector<std::string>& signals, const std::string& machine = roomy_text(),
                      const std::string& bus = "", const std::string& dbc = test::kSentDbc) {
@@ -49,7 +49,7 @@ TEST(DbcImport, FramesTakeThePlaceOfTheNodesThatHadTheirSignals) {
 TEST(DbcImport, WhatPeopleAreToldComesFromJ1939Groups) {
   const Import import = imported_into({"engine_speed=Engine.turns"});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_TRUE(has_text(import.text, "name = \"Engine\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"));
+  EXPECT_TRUE(says(import.text, "name = \"Engine\"\npgn = 0xF004\nbytes = 8\nperiod_ms = 100\n"));
   const BusDescription bus = bus_of(import);
   const auto [frame, speed] = bus.broadcast(NodeRole::kReading, 0);
   EXPECT_TRUE(frame->is_group());
@@ -62,7 +62,7 @@ TEST(DbcImport, AllElseStaysAsItWas) {
   EXPECT_EQ(after.substr(0, node), before.substr(0, node));
   EXPECT_EQ(after.substr(after.find("\n[limits]")), before.substr(before.find("\n[limits]")));
   const std::string enable = before.substr(next, before.find("\n[limits]") - next);
-  EXPECT_TRUE(has_text(after, enable));
+  EXPECT_TRUE(says(after, enable));
 }
 
 TEST(DbcImport, AMultiplexedSignalIsOfTheFramesInWhichItsMultiplexerHasItsValue) {
@@ -82,35 +82,35 @@ TEST(DbcImport, AMultiplexedSignalIsOfTheFramesInWhichItsMultiplexerHasItsValue)
 
 TEST(DbcImport, OneMoreSignalIsPutIntoTheFrameThatIsThereAlready) {
   std::string once = imported_into({"boom_angle=Front.boom"}).text;
-  once = changed(once, "period_ms = 10\n[bus.broadcast.signals]\n",
-                 "period_ms = 8   # measured\ncounter = { start = 56, bits = 4 }\n[bus.broadcast.signals]\n");
+  once = replaced(once, "period_ms = 10\n[bus.broadcast.signals]\n",
+                  "period_ms = 8   # measured\ncounter = { start = 56, bits = 4 }\n[bus.broadcast.signals]\n");
   const std::string boom = "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\"";
-  once = changed(once, boom + " }", boom + ", sign = -1, zero_rad = 0.12 }   # as mounted");
+  once = replaced(once, boom + " }", boom + ", sign = -1, zero_rad = 0.12 }   # as mounted");
   const Import second = imported_into({"arm_angle=Front.arm"}, once);
   const std::string arm = "arm_angle = { start = 16, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }\n";
   const auto node = second.text.find("name = \"arm_encoder\"");
   EXPECT_EQ(node, std::string::npos) << "its node is gone";
-  EXPECT_TRUE(has_text(second.text, boom + ", sign = -1, zero_rad = 0.12 }   # as mounted\n" + arm));
-  EXPECT_TRUE(has_text(second.text, "period_ms = 8   # measured\ncounter"));
+  EXPECT_TRUE(says(second.text, boom + ", sign = -1, zero_rad = 0.12 }   # as mounted\n" + arm));
+  EXPECT_TRUE(says(second.text, "period_ms = 8   # measured\ncounter"));
   EXPECT_EQ(bus_of(second).broadcasts.size(), 1U);
 }
 
 TEST(DbcImport, ASignalThatWasWrongGetsTheDbcsBitsAndKeepsWhatAPersonSet) {
   std::string once = imported_into(kAngleSignals).text;
-  once = changed(once, "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }",
-                 "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign = -1, "
-                 "zero_rad = 0.12, invalid_from = 0xF000 } # mine");
-  const std::string dbc = changed(test::kSentDbc, "boom : 0|16@1+ (0.0004,-10)", "boom : 48|16@1+ (0.0005,-16)");
+  once = replaced(once, "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\" }",
+                  "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign = -1, "
+                  "zero_rad = 0.12, invalid_from = 0xF000 } # mine");
+  const std::string dbc = replaced(test::kSentDbc, "boom : 0|16@1+ (0.0004,-10)", "boom : 48|16@1+ (0.0005,-16)");
   const Import again = imported_into({"boom_angle=Front.boom"}, once, "", dbc);
-  EXPECT_EQ(again.text, changed(once, "start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign",
-                                "start = 48, bits = 16, scale = 0.0005, offset = -16, unit = \"rad\", sign"));
+  EXPECT_EQ(again.text, replaced(once, "start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign",
+                                 "start = 48, bits = 16, scale = 0.0005, offset = -16, unit = \"rad\", sign"));
   EXPECT_TRUE(again.to_do.empty()) << again.to_do.front();
 }
 
 TEST(DbcImport, ASignalThatAnotherFrameHadIsMovedWithWhatAPersonSet) {
   const std::string slope = "slope = { start = 0, bits = 16, type = \"signed\", scale = 0.01, unit = \"deg\"";
-  const std::string once = changed(imported_into({"slope=Body.slope"}, roomy_text()).text, slope + " }",
-                                   slope + ", sign = -1, zero_rad = 0.02 }   # as mounted");
+  const std::string once = replaced(imported_into({"slope=Body.slope"}, roomy_text()).text, slope + " }",
+                                    slope + ", sign = -1, zero_rad = 0.02 }   # as mounted");
   const Import other = imported_into({"slope=Small.slope"}, once);
   const BusDescription bus = bus_of(other);
   EXPECT_EQ(bus.broadcast(NodeRole::kTilt, 0).frame->id, 0x21U | kExtendedId) << "29 bits, however small";
@@ -119,15 +119,15 @@ TEST(DbcImport, ASignalThatAnotherFrameHadIsMovedWithWhatAPersonSet) {
   EXPECT_EQ(other.frames, std::vector<std::string>{"Small (0x00000021): slope (moved from Body)"});
   EXPECT_EQ(other.gone_frames, std::vector<std::string>{"Body"});
   const std::string moved = ", unit = \"rad\", sign = -1, zero_rad = 0.02 }   # as mounted\n";
-  EXPECT_TRUE(has_text(other.text, "bits = 32, type = \"float\", scale = 1" + moved));
+  EXPECT_TRUE(says(other.text, "bits = 32, type = \"float\", scale = 1" + moved));
   ASSERT_EQ(other.to_do.size(), 1U);
   EXPECT_TRUE(other.to_do.front().starts_with("Small: set invalid_from")) << "of the frame, not the signal";
 }
 
 TEST(DbcImport, SignalsOfTwoFramesAreExchanged) {
   const std::string one = "BO_ 426 Body: 8 Machine\n";
-  const std::string dbc = changed(
-      changed(test::kSentDbc, one, "BO_ 427 Other: 2 Machine\n SG_ angle : 0|16@1- (0.01,0) [0|0] \"deg\" X\n" + one),
+  const std::string dbc = replaced(
+      replaced(test::kSentDbc, one, "BO_ 427 Other: 2 Machine\n SG_ angle : 0|16@1- (0.01,0) [0|0] \"deg\" X\n" + one),
       "BA_ \"GenMsgCycleTime\" BO_ 426 10;",
       "BA_ \"GenMsgCycleTime\" BO_ 426 10;\nBA_ \"GenMsgCycleTime\" BO_ 427 10;");
   const std::string wrong =
@@ -141,13 +141,13 @@ TEST(DbcImport, SignalsOfTwoFramesAreExchanged) {
 
 TEST(DbcImport, OneMoreValueOfAMultiplexerHasWhatItsFramesHave) {
   std::string once = imported_into({"slope=Mixed.slope"}, roomy_text()).text;
-  once = changed(once, "[bus.broadcast.signals]",
-                 "counter = { start = 60, bits = 4, modulus = 15 }\n[bus.broadcast.signals]");
+  once = replaced(once, "[bus.broadcast.signals]",
+                  "counter = { start = 60, bits = 4, modulus = 15 }\n[bus.broadcast.signals]");
   const BusDescription bus = bus_of(imported_into({"arm_angle=Mixed.arm"}, once));
   EXPECT_EQ(bus.broadcast(NodeRole::kEncoder, kArm).frame->closing, bus.broadcast(NodeRole::kTilt, 0).frame->closing);
   const std::string dbc =
-      changed(changed(test::kSentDbc, "BO_ 500 Mixed", "BO_ 2566852881 Mixed"), "BA_ \"GenMsgCycleTime\" BO_ 500 5;",
-              "BA_ \"GenMsgCycleTime\" BO_ 2566852881 5;\nBA_ \"VFrameFormat\" BO_ 2566852881 3;");
+      replaced(replaced(test::kSentDbc, "BO_ 500 Mixed", "BO_ 2566852881 Mixed"), "BA_ \"GenMsgCycleTime\" BO_ 500 5;",
+               "BA_ \"GenMsgCycleTime\" BO_ 2566852881 5;\nBA_ \"VFrameFormat\" BO_ 2566852881 3;");
   std::string group = imported_into({"slope=Mixed.slope"}, roomy_text(), "", dbc).text;
   const auto pgn = group.find("pgn = "), end = group.find('\n', pgn);
   ASSERT_NE(pgn, std::string::npos);
@@ -191,10 +191,10 @@ TEST(DbcImport, KeepsLineEndsAndRefusesHeadersThatItDoesNotFind) {
   const std::string after = imported_into({"slope=Body.slope"}, test::with_crlf(roomy_text())).text;
   EXPECT_EQ(after, test::with_crlf(imported_into({"slope=Body.slope"}).text));
   const std::string commented =
-      changed(roomy_text(), "[[bus.node]]\nname = \"tilt\"", "[[bus.node]] # [old]\nname = \"tilt\"");
+      replaced(roomy_text(), "[[bus.node]]\nname = \"tilt\"", "[[bus.node]] # [old]\nname = \"tilt\"");
   EXPECT_EQ(bus_of(imported_into({"slope=Body.slope"}, commented)).nodes.size(), 13U);
   for (const char* const header : {"[[bus.node]]", "[limits]"}) {
-    const std::string indented = changed(roomy_text(), header, std::string("  ") + header);
+    const std::string indented = replaced(roomy_text(), header, std::string("  ") + header);
     test::expect_refused([&] { return imported_into({"slope=Body.slope"}, indented); },
                          std::string("headers must each begin a line: ") + header);
   }
@@ -206,7 +206,7 @@ TEST(DbcImport, OfAnOlderFileMakesTheNodesTablesFirst) {
 }
 
 TEST(DbcImport, ANodeIsGoneWithItsTables) {
-  std::string before = changed(roomy_text(), "channels = { 1 = \"slope\" }\n", "");
+  std::string before = replaced(roomy_text(), "channels = { 1 = \"slope\" }\n", "");
   before.insert(before.find("\n[[bus.node]]\nname = \"enable\""), "[bus.node.channels]\n1 = \"slope\"\n");
   ASSERT_EQ(parse_machine(before, "m.toml").bus, parse_machine(roomy_text(), "m.toml").bus);
   EXPECT_EQ(imported_into({"slope=Body.slope"}, before).text, imported_into({"slope=Body.slope"}).text);
@@ -238,7 +238,7 @@ TEST(DbcImport, WhatCannotBeReadIsRefusedInOneLine) {
         {{"boom_length=Front.boom"}, "has the unit \"rad\": must be mm, m"}}) {
     test::expect_refused([&] { return imported_into(c.wanted); }, c.said);
   }
-  const std::string pressure = changed(test::kSentDbc, "[-10|10] \"rad\"", "[-10|10] \"bar\"");
+  const std::string pressure = replaced(test::kSentDbc, "[-10|10] \"rad\"", "[-10|10] \"bar\"");
   test::expect_refused(
       [&] { return imported_into({"boom_head_pressure=Front.boom"}, test::few_nodes_text(), "", pressure); },
       "node 'pressures' also has ");

@@ -6,7 +6,7 @@
 namespace knuckle::eds {
 namespace {
 
-using test::has_text;
+using test::says;
 
 constexpr const char* kPacketsDbc = R"(VERSION ""
 BU_: Machine
@@ -35,15 +35,15 @@ BA_ "VFrameFormat" BO_ 2583651070 1;
 )";
 
 Import packets_import(const ImportOptions& said) {
-  return test::imported(said, kPacketsDbc, test::solar_text());
+  return test::imported(said, kPacketsDbc, test::shipped_text());
 }
 
 TEST(DbcPackets, ReadingsOfAGroupInSeveralPacketsAreTaken) {
   const Import import =
       packets_import({.signals = {"coolant_temperature=Coolant.temperature", "fuel_level=Coolant.level"}});
   EXPECT_TRUE(import.gone_nodes.empty());
-  EXPECT_TRUE(has_text(import.text, "name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"));
-  EXPECT_TRUE(has_text(import.text, "fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"));
+  EXPECT_TRUE(says(import.text, "name = \"Coolant\"\npgn = 0x1FF60\nbytes = 20\nperiod_ms = 1000\n"));
+  EXPECT_TRUE(says(import.text, "fuel_level = { start = 134, bits = 8, scale = 0.4, unit = \"%\" }"));
   const BroadcastFrame frame = test::bus_of(import).broadcasts.at(0);
   ASSERT_EQ(frame.fields.size(), 2U);
   EXPECT_EQ(frame.fields[0].first_byte, 6) << "temperature";

@@ -7,9 +7,9 @@ namespace knuckle::eds {
 namespace {
 
 using test::bus_of;
-using test::changed;
-using test::has_text;
+using test::replaced;
 using test::roomy_text;
+using test::says;
 
 Import said_import(const ImportOptions& said, const std::string& machine = roomy_text(),
                    const std::string& dbc = test::kSentDbc) {
@@ -37,10 +37,10 @@ TEST(DbcSaid, ACounterIsAddedToTheTableThatIsThere) {
   const std::string before = said_import({.signals = {"slope=Body.slope"}}).text;
   const Import all = said_import({.counters = {"Body.alive"}}, before);
   EXPECT_EQ(closing_of_slope(all).counter->modulus, 0U) << "all that its bits can count";
-  const std::string by_hand = changed(all.text, "bits = 4 }", "bits = 4, modulus = 15 }   # it does");
+  const std::string by_hand = replaced(all.text, "bits = 4 }", "bits = 4, modulus = 15 }   # it does");
   EXPECT_EQ(said_import({.counters = {"Body.alive"}}, by_hand).text, by_hand);
   EXPECT_EQ(said_import({.counters = {"Body.alive=14"}}, by_hand).text,
-            changed(by_hand, "modulus = 15", "modulus = 14"));
+            replaced(by_hand, "modulus = 15", "modulus = 14"));
 }
 
 TEST(DbcSaid, FramesUnderOneIdentifierHaveOneCounter) {
@@ -81,7 +81,7 @@ TEST(DbcSaid, TheCounterThatTheDbcSaysIsTakenWhereTheMessageIsNew) {
 
 TEST(DbcSaid, APeriodStandsInForTheOneThatTheDbcLacks) {
   const Import import = said_import({.signals = {"slope=Rare.slope"}, .periods = {"Rare=12.5"}});
-  EXPECT_TRUE(has_text(import.text, "name = \"Rare\"\nid = 0x1F5\nbytes = 2\nperiod_ms = 12.5\n"));
+  EXPECT_TRUE(says(import.text, "name = \"Rare\"\nid = 0x1F5\nbytes = 2\nperiod_ms = 12.5\n"));
   const Import two = said_import({.signals = {"slope=Mixed.slope", "arm_angle=Mixed.arm"}, .periods = {"Mixed=4"}});
   EXPECT_EQ(bus_of(two).broadcasts[0].period_s, 0.008) << "two frames in turn";
 }

@@ -11,7 +11,7 @@
 namespace knuckle::eds {
 namespace {
 
-using test::has_text;
+using test::says;
 
 const std::string kHead = R"([DeviceInfo]
 VendorName=Maker
@@ -93,11 +93,11 @@ TEST(DeviceFile, DoesNotGuessWhatANumberIs) {
   for (const char* text : {"010", "0x", "12 34", "1.5", "0x1FFFFFFFF", "$NODEID-1", "$NODEIDx", "five", "+5"}) {
     const DeviceFile file = with_default(text);
     EXPECT_FALSE(file.find({0x1800, 1})->value) << text;
-    EXPECT_TRUE(has_text(file.slips, "DefaultValue of [1800sub1]")) << text;
+    EXPECT_TRUE(says(file.slips, "DefaultValue of [1800sub1]")) << text;
   }
   const DeviceFile named = with_default("a name", "0x0009");  // a text has no number, and that is no slip
   EXPECT_FALSE(named.find({0x1800, 1})->value);
-  EXPECT_TRUE(has_text(named.slips, "0x1800 has a section") || named.slips.empty());
+  EXPECT_TRUE(says(named.slips, "0x1800 has a section") || named.slips.empty());
 }
 
 TEST(DeviceFile, OfCompactSubObjectsHasEachWithItsOwnValueAndName) {
@@ -166,13 +166,13 @@ TEST(DeviceFile, TellsEverySlipWithItsLine) {
            {"[1A01sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x33010010\n", "0x1A01:01 maps 0x3301:00"},
            {"[1018sub2]\n[DeviceInfo]\nProductNumber=5\n", "ProductNumber stands twice"}}) {
     const DeviceFile file = parse(kHead + c.more);
-    ASSERT_TRUE(has_text(file.slips, c.told)) << c.more;
+    ASSERT_TRUE(says(file.slips, c.told)) << c.more;
     EXPECT_EQ(file.slips[0].rfind("line ", 0), 0U) << file.slips[0];
     EXPECT_EQ(file.vendor, 0x19U) << c.more;
   }
   const DeviceFile skipped = parse(kHead + "[1600sub0]\nDataType=5\nAccessType=rw\nDefaultValue=1\n" +
                                    "[1600sub1]\nDataType=7\nAccessType=rw\nDefaultValue=0x00030010\n");
-  EXPECT_FALSE(has_text(skipped.slips, " maps ")) << "neither the count nor two bytes to skip, an entry of CiA 301";
+  EXPECT_FALSE(says(skipped.slips, " maps ")) << "neither the count nor two bytes to skip, an entry of CiA 301";
 }
 
 TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
@@ -180,7 +180,7 @@ TEST(DeviceFile, TakesTheObjectsIdentityBeforeTheHeads) {
   text.replace(text.find("ProductNumber=0x408"), 19, "ProductNumber=0x409");
   const DeviceFile other = parse(text);
   EXPECT_EQ(other.product, 0x408U);
-  EXPECT_TRUE(has_text(other.slips, "ProductNumber is 0x409, and 0x408 in 0x1018:02"));
+  EXPECT_TRUE(says(other.slips, "ProductNumber is 0x409, and 0x408 in 0x1018:02"));
   text = kHead;
   text.erase(text.rfind("DefaultValue=0x408"));
   EXPECT_EQ(parse(text).product, 0x408U) << "what an object does not say, the head does";

@@ -9,7 +9,7 @@
 namespace knuckle::eds {
 namespace {
 
-using test::has_text;
+using test::says;
 
 using Lines = std::vector<std::string>;
 
@@ -32,7 +32,7 @@ TEST(DeviceFit, WhatNoneCanReadOrWriteOrMapIsTold) {
            {"boom_valve", 0x630001, is(Access::kWriteOnly), "start-up reads 0x6300:01, which can only be written"},
            {"boom_valve", 0x604100, is(Access::kWriteOnly), "AccessType of 0x6041:00 is that of what can only be wri"},
        }) {
-    EXPECT_TRUE(has_text(obstacles_with(c.node, c.key, c.spoil), c.said));
+    EXPECT_TRUE(says(obstacles_with(c.node, c.key, c.spoil), c.said));
   }
 }
 
@@ -49,7 +49,7 @@ TEST(DeviceFit, WhatCannotBeMappedMustBeMappedAsDelivered) {
     EXPECT_EQ(fit_of(device, test::machine(), c.node).obstacles, Lines());
     device.entries.at(c.place).value = Value{0, false};
     const Lines told = fit_of(device, test::machine(), c.node).obstacles;
-    EXPECT_TRUE(has_text(told, c.said));
+    EXPECT_TRUE(says(told, c.said));
   }
 }
 
@@ -61,9 +61,9 @@ TEST(DeviceFit, LimitsThatExcludeWhatStartUpWritesAreTold) {
       entry.most = most;
     });
   };
-  EXPECT_TRUE(has_text(with(0x101700, 500, 1000),
-                       "start-up writes 100 to 0x1017:00, which takes 500 (LowLimit) to 1000 (HighL"));
-  EXPECT_TRUE(has_text(with(0x101700, {}, 99), "which takes 99 (HighLimit)"));
+  EXPECT_TRUE(
+      says(with(0x101700, 500, 1000), "start-up writes 100 to 0x1017:00, which takes 500 (LowLimit) to 1000 (HighL"));
+  EXPECT_TRUE(says(with(0x101700, {}, 99), "which takes 99 (HighLimit)"));
   EXPECT_EQ(with(0x101700, 100, 1000), Lines());
   EXPECT_EQ(with(0x101700, 0, 0), Lines()) << "as tools write it that know no limits";
   EXPECT_EQ(with(0x630001, -100, 100), Lines());
@@ -73,24 +73,24 @@ TEST(DeviceFit, LimitsThatExcludeWhatStartUpWritesAreTold) {
   device.entries.at(0x140005).lowest = 100;
   const Fit fit = fit_of(device, test::machine(), "boom_valve");
   EXPECT_EQ(fit.obstacles, Lines()) << "the heartbeat guards it";
-  EXPECT_TRUE(has_text(fit.notes, "one of its two guards is not used: start-up writes 50 to 0x1400:05"));
+  EXPECT_TRUE(says(fit.notes, "one of its two guards is not used: start-up writes 50 to 0x1400:05"));
   device.entries.erase(0x101601);
-  EXPECT_TRUE(has_text(fit_of(device, test::machine(), "boom_valve").obstacles,
-                       "it would not stop (start-up writes 50 to 0x14"));
+  EXPECT_TRUE(
+      says(fit_of(device, test::machine(), "boom_valve").obstacles, "it would not stop (start-up writes 50 to 0x14"));
 }
 
 TEST(DeviceFit, WhatIsToBeSetOfTheDeviceOrInTheFileIsToldWithItsKey) {
   DeviceFile device = test::made_for("tilt");
   device.entries.at(0x600000).value = Value{10, false};
   device.entries.at(0x600000).access = Access::kReadWrite;
-  EXPECT_TRUE(has_text(fit_of(device, test::machine(), "tilt").to_set,
-                       "it is delivered with 10; or in [sensors] of the machine file tilt_step_deg = 0.01"));
+  EXPECT_TRUE(says(fit_of(device, test::machine(), "tilt").to_set,
+                   "it is delivered with 10; or in [sensors] of the machine file tilt_step_deg = 0.01"));
   device.entries.at(0x600000).value = Value{1, false};  // 16 bits would not reach far enough
-  EXPECT_FALSE(has_text(fit_of(device, test::machine(), "tilt").to_set, "machine file"));
+  EXPECT_FALSE(says(fit_of(device, test::machine(), "tilt").to_set, "machine file"));
 }
 
 TEST(BusAdd, TakesAMachineFileWithRecordsOfGuards) {
-  const std::string text = test::solar_text() +
+  const std::string text = test::shipped_text() +
                            "\n[commissioning]\nmachine_sha256 = \"\"\n[[commissioning.guards]]\nnode = \"boom_valve\"\n"
                            "vendor = 0x4B4E\nproduct = 0x0408\nproved = true\ndate = \"2026-01-02\"\nseen = \"it\"\n";
   const MachineDescription after =
@@ -115,9 +115,9 @@ TEST(DeviceFile, AnIdentityBelowZeroIsRefusedAndAVendorOfNobodyIsTold) {
   ASSERT_NE(at, std::string::npos);
   text.replace(at, text.find('\n', at + type.size()) - at, type.substr(0, type.size() - 2) + "-1");
   const std::string line = test::refusal([&] { return parse_device_file(text, "a.eds"); });
-  EXPECT_TRUE(has_text(line, "DefaultValue of 0x1000:00: must be a whole number from 0 to 0xFFFFFFFF"));
+  EXPECT_TRUE(says(line, "DefaultValue of 0x1000:00: must be a whole number from 0 to 0xFFFFFFFF"));
   device.vendor = 0;
-  EXPECT_TRUE(has_text(parse_device_file(test::eds_text(device), "a.eds").slips, "vendor id 0"));
+  EXPECT_TRUE(says(parse_device_file(test::eds_text(device), "a.eds").slips, "vendor id 0"));
 }
 
 TEST(DeviceFile, LimitsOfSignedObjectsMayBeGivenByTheirBits) {

@@ -68,7 +68,7 @@ SG_MUL_VAL_ 502 wide outer 3-4;
 
 /// On its bus for a frame more than the shipped machine has.
 inline std::string roomy_text() {
-  return changed(solar_text(), "\nvalve_status_every_nth_sync = 4", "\nvalve_status_every_nth_sync = 8");
+  return replaced(shipped_text(), "\nvalve_status_every_nth_sync = 4", "\nvalve_status_every_nth_sync = 8");
 }
 
 inline eds::Import imported(const eds::ImportOptions& said, const std::string& dbc, const std::string& machine) {
@@ -86,8 +86,8 @@ inline bool has_line(const std::vector<std::string>& lines, const std::string& l
 template <typename Act>
 void expect_refused(const Act& act, const std::string& said) {
   const std::string line = refusal(act);
-  EXPECT_TRUE(has_text(line, said));
-  EXPECT_FALSE(has_text(line, "\n"));
+  EXPECT_TRUE(says(line, said));
+  EXPECT_FALSE(says(line, "\n"));
 }
 
 }  // namespace knuckle::test

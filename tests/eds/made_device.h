@@ -19,7 +19,7 @@
 namespace knuckle::test {
 
 inline MachineDescription machine() {
-  return parse_machine(solar_text(), "my.toml");
+  return parse_machine(shipped_text(), "my.toml");
 }
 
 /// As CiA 301 numbers it.
@@ -66,7 +66,7 @@ inline eds::DeviceFile with_fixed(eds::DeviceFile device, std::uint32_t cob_id, 
   return device;
 }
 inline std::string refused(const std::string& node, std::uint8_t id, const eds::DeviceFile& device,
-                           const std::string& text = solar_text()) {
+                           const std::string& text = shipped_text()) {
   return refusal([&] { return eds::with_device(text, "my.toml", node, id, device); });
 }
 

@@ -17,10 +17,10 @@
 namespace knuckle::eds {
 namespace {
 
-using test::changed;
-using test::has_text;
 using test::keyed;
-using test::solar_text;
+using test::replaced;
+using test::says;
+using test::shipped_text;
 using test::with_crlf;
 
 std::string migrated(const std::string& text) {
@@ -64,11 +64,11 @@ std::vector<std::pair<std::string, std::string>> older_files() {
     if (file.path().extension() == ".mcap")
       all.emplace_back(file.path().filename(),
                        test::with_keyed_nodes(recording::Recording({file.path().string()}).head().machine_file));
-  std::string full = changed(keyed(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
-  full = changed(full, "id = 0x12, ", "id = 0x12, profile = 'cia408/pved', ");
-  full = changed(full, "id = 0x38, ", "id = 5_6, tpdo = 0x2B8,");
-  full =
-      changed(full, "[bus.nodes]\n", "[bus.wire]\nvalve_full_stroke = 1000\npressure_value = \"float\"\n[bus.nodes]\n");
+  std::string full = replaced(keyed(), "id = 0x11, ", "tpdo = 0x2A1, rpdo = 0x321, id = 0x11, profile = \"cia408\", ");
+  full = replaced(full, "id = 0x12, ", "id = 0x12, profile = 'cia408/pved', ");
+  full = replaced(full, "id = 0x38, ", "id = 5_6, tpdo = 0x2B8,");
+  full = replaced(full, "[bus.nodes]\n",
+                  "[bus.wire]\nvalve_full_stroke = 1000\npressure_value = \"float\"\n[bus.nodes]\n");
   all.emplace_back("with profiles, frames and scalings", full);
   return all;
 }
@@ -80,7 +80,7 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
     const std::string after = migrated(text);
     EXPECT_EQ(parse_machine(after, "my.toml").bus, parse_machine(text, "my.toml").bus) << name;
     EXPECT_EQ(comments_of(after), comments_of(text)) << name;
-    EXPECT_FALSE(has_text(after, "bus.nodes")) << name;
+    EXPECT_FALSE(says(after, "bus.nodes")) << name;
     EXPECT_EQ(migrated(after), after) << name;
     const auto begin = text.find("[bus.nodes]"), end = text.find("\n[limits]");
     EXPECT_EQ(after.substr(0, begin), text.substr(0, begin)) << name;
@@ -90,30 +90,30 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
 
 TEST(BusMigrate, WritesATableForEachNodeInItsPlaceWithItsNumbersAsTheyWere) {
   const std::string before = keyed(), after = migrated(before);
-  EXPECT_TRUE(has_text(after, "controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"));
+  EXPECT_TRUE(says(after, "controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"));
   EXPECT_EQ(std::count(after.begin(), after.end(), '\n') - std::count(before.begin(), before.end(), '\n'),
             -1 + 14 * 7 + 13);
 }
 
 TEST(BusMigrate, KeepsCommentsWhereTheyStood) {
-  std::string text = changed(keyed(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
-  text = changed(text, kBoom, "boom_valve={vendor=0x4b4E,id=0x10 ,product= 0x0408,device_type=408} # a } # b\n");
-  text = changed(text, kTilt, kTilt + "  # the last\n");
-  EXPECT_TRUE(has_text(migrated(text),
-                       "controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
-                       "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
-                       "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
-                       "device_type = 408\n\n[[bus.node]]\n"));
-  EXPECT_TRUE(has_text(migrated(text), "product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"));
+  std::string text = replaced(keyed(), "[bus.nodes]\n", "[bus.nodes]   # as wired\n# Valves { first = 1 }\n\n");
+  text = replaced(text, kBoom, "boom_valve={vendor=0x4b4E,id=0x10 ,product= 0x0408,device_type=408} # a } # b\n");
+  text = replaced(text, kTilt, kTilt + "  # the last\n");
+  EXPECT_TRUE(says(migrated(text),
+                   "controller_id = 1\n# as wired\n# Valves { first = 1 }\n\n[[bus.node]]\n"
+                   "name = \"boom_valve\"  # a } # b\nprofile = \"cia408\"\n"
+                   "channels = { 1 = \"boom_spool\" }\nvendor = 0x4b4E\nid = 0x10\nproduct = 0x0408\n"
+                   "device_type = 408\n\n[[bus.node]]\n"));
+  EXPECT_TRUE(says(migrated(text), "product = 0x0410\n\n  # the last\n[[bus.node]]\nname = \"enable\"\n"));
   EXPECT_EQ(comments_of(migrated(text)), comments_of(text));
 }
 
 TEST(BusMigrate, KeepsLineEndsTheMissingLastOneAndRecordsBehind) {
   EXPECT_EQ(migrated(with_crlf(keyed())), with_crlf(migrated(keyed())));
-  const std::string commented =
-      changed(keyed(), "[bus.nodes]\n" + kBoom, "[bus.nodes]  # all\n# one\n\n" + changed(kBoom, "}\n", "}  # two\n"));
+  const std::string commented = replaced(keyed(), "[bus.nodes]\n" + kBoom,
+                                         "[bus.nodes]  # all\n# one\n\n" + replaced(kBoom, "}\n", "}  # two\n"));
   EXPECT_EQ(migrated(with_crlf(commented)), with_crlf(migrated(commented)));
-  const std::string own = changed(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve]  # own\n" + kBoomKeys;
+  const std::string own = replaced(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve]  # own\n" + kBoomKeys;
   EXPECT_EQ(migrated(with_crlf(own)), with_crlf(migrated(own)));
   const std::string record =
       "\n[commissioning]\nbus = \"can0\"\n[[commissioning.nodes]]\nid = 0x10\nname = \"boom_valve\"";
@@ -131,7 +131,7 @@ TEST(BusMigrate, TakesANodeThatIsATableOfItsOwnWithItsKeysAndComments) {
   const std::string keys =
       "\n# wired last\nid = 0x10   # switches\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
   const std::string opening = "name = \"boom_valve\"\n", channels = "channels = { 1 = \"boom_spool\" }\n";
-  std::string text = changed(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve] # [own]\n" + keys;
+  std::string text = replaced(keyed(), kBoom, "") + "\n[bus.nodes.boom_valve] # [own]\n" + keys;
   EXPECT_TRUE(
       migrated(text).ends_with("\n[[bus.node]] # [own]\n" + opening + "profile = \"cia408\"\n" + channels + keys))
       << migrated(text);
@@ -147,22 +147,22 @@ TEST(BusMigrate, RefusesInOneLineWhatItCannotRewrite) {
   std::string dotted = keyed(), keys;
   std::istringstream lines(kBoomKeys);
   for (std::string line; std::getline(lines, line);) keys += "boom_valve." + line + '\n';
-  dotted = changed(dotted, kBoom, keys);
+  dotted = replaced(dotted, kBoom, keys);
   const auto line = std::count(dotted.begin(), dotted.begin() + static_cast<std::ptrdiff_t>(dotted.find(keys)), '\n');
   EXPECT_EQ(refusal_of(dotted), "my.toml: line " + std::to_string(line + 1) + ": " + needs);
-  std::string in_bus = changed(keyed(), "[bus.nodes]\n", "");
+  std::string in_bus = replaced(keyed(), "[bus.nodes]\n", "");
   for (const NodeDescription& node : parse_machine(keyed(), "my.toml").bus.nodes)
-    in_bus = changed(in_bus, "\n" + node.name + " ", "\nnodes." + node.name + " ");
+    in_bus = replaced(in_bus, "\n" + node.name + " ", "\nnodes." + node.name + " ");
   EXPECT_EQ(parse_machine(in_bus, "my.toml").bus, parse_machine(keyed(), "my.toml").bus);
   EXPECT_EQ(refusal_of(in_bus), "my.toml: " + needs);
   // A text of many lines that looks like nodes is none.
-  EXPECT_TRUE(has_text(refusal_of(keyed() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n"), "my.toml: line "));
-  EXPECT_TRUE(has_text(refusal_of("name = \"a\"\n"), "my.toml"));
+  EXPECT_TRUE(says(refusal_of(keyed() + "\n[commissioning]\nnote = '''\n[bus.nodes]\n'''\n"), "my.toml: line "));
+  EXPECT_TRUE(says(refusal_of("name = \"a\"\n"), "my.toml"));
 }
 
 TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
   EXPECT_EQ(migrated(test::few_nodes_text()), test::few_nodes_text());
-  EXPECT_EQ(migrated(solar_text()), solar_text());
+  EXPECT_EQ(migrated(shipped_text()), shipped_text());
 }
 
 TEST(BusMigrate, TheOlderWordsOfAShippedFileSayTheSameBus) {
@@ -191,12 +191,12 @@ TEST(BusMigrateProgram, ChangesTheFileAndKeepsTheOlderOne) {
 
 TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
   const test::TemporaryFolder folder;
-  const std::string file = folder.file("my.toml"), bad = changed(keyed(), "id = 0x10", "id = 0x80");
+  const std::string file = folder.file("my.toml"), bad = replaced(keyed(), "id = 0x10", "id = 0x80");
   std::ofstream(file) << bad;
   const auto refused = [](const std::string& machine, const std::string& why) {
     const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
     EXPECT_EQ(ran.exit_code, 2) << machine;
-    EXPECT_TRUE(has_text(ran.err, why));
+    EXPECT_TRUE(says(ran.err, why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
   };
   refused(file, "key 'bus.nodes.boom_valve.id' = 0x80: must be a whole number within [1, 127]");

@@ -16,7 +16,7 @@ namespace knuckle::eds {
 namespace {
 
 using test::machine;
-using test::solar_text;
+using test::shipped_text;
 
 const std::string kDevices = test::source_dir() + "/../shared/data/devices/";
 
@@ -30,7 +30,7 @@ TEST(BusAdd, FindsNothingAgainstDevicesThatAreSold) {
 
 /// The shipped machine with devices that are sold in place of its valves and its tilt sensor.
 MachineDescription machine_of_sold_parts(const DeviceFile& valve, const DeviceFile& tilt) {
-  std::string text = solar_text();
+  std::string text = shipped_text();
   for (const auto& [node, id] : {std::pair{"boom_valve", 0x10}, {"arm_valve", 0x11}, {"bucket_valve", 0x12}})
     text = with_device(text, "my.toml", node, static_cast<std::uint8_t>(id), valve);
   text = with_device(text, "my.toml", "tilt", 0x38, tilt);
