@@ -72,7 +72,7 @@ function(knuckle_library name)
 endfunction()
 
 function(knuckle_tests folder)
-  cmake_parse_arguments(PARSE_ARGV 1 tests "" "LABEL" "")
+  cmake_parse_arguments(PARSE_ARGV 1 tests "" "LABEL;SHARDS" "")
   get_filename_component(name ${folder} NAME)
   if(NOT tests_LABEL)
     set(tests_LABEL ${name})
@@ -86,11 +86,19 @@ function(knuckle_tests folder)
   target_link_libraries(test_${name} PRIVATE ${tests_UNPARSED_ARGUMENTS} knuckle_no_alloc knuckle_test_places
                         GTest::gtest_main)
   target_precompile_headers(test_${name} REUSE_FROM knuckle_precompiled_tests)
-  # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well. One label a
-  # test: the discovery of CMake 3.25 passes no lists on; `ctest -R '^${name}[.]'` selects a folder whole.
+  # The suite's name says where it runs: Deep* in `scripts/test --deep` only, *Thread* under TSan as well; each of these
+  # tests in a process of its own. The others share SHARDS processes: starting one for each test, with its window or
+  # program, costs as much as many of the tests. `ctest -R '^${name}[.]'` selects a folder whole.
+  if(NOT tests_SHARDS)
+    set(tests_SHARDS 2)
+  endif()
+  math(EXPR last "${tests_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    add_test(NAME ${name}.${shard} COMMAND test_${name} --gtest_filter=-Deep*:*Thread*.*)
+    set_tests_properties(${name}.${shard} PROPERTIES LABELS ${tests_LABEL} COST ${tests_SHARDS} TIMEOUT 600
+                         ENVIRONMENT "GTEST_TOTAL_SHARDS=${tests_SHARDS};GTEST_SHARD_INDEX=${shard}")
+  endforeach()
   set(common TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)
-  gtest_discover_tests(test_${name} ${common} TEST_FILTER "-Deep*:*Thread*.*" TEST_LIST ${name}_tests
-                       PROPERTIES LABELS ${tests_LABEL})
   gtest_discover_tests(test_${name} ${common} TEST_FILTER "Deep*" TEST_LIST ${name}_deep_tests
                        PROPERTIES LABELS deep)
   gtest_discover_tests(test_${name} ${common} TEST_FILTER "*Thread*.*:-Deep*" TEST_LIST ${name}_thread_tests

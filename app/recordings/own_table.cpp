@@ -120,7 +120,7 @@ std::vector<double> values_of(const slave::SlaveState& state) {
   for (const double angle_rad : state.joint_rad) values.push_back(angle_rad);
   if (!state.measured) std::fill(values.begin(), values.end(), kUnknown);
   for (std::size_t c = 0; c < kPressureChannels; ++c)
-    if ((state.unknown_torques >> c / 2 & 1U) != 0) values[c] = kUnknown;
+    if ((state.unknown_torques >> c / 2 & 1) != 0) values[c] = kUnknown;
   for (const double command : state.valve_command) values.push_back(command);
   return values;
 }

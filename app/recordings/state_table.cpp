@@ -53,7 +53,7 @@ std::vector<std::string> column_names(const Field& field) {
 void show_unknown(slave::SlaveState& state) noexcept {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < kJoints; ++i)
-    if ((state.unknown_torques >> i & 1U) != 0) state.pressure_Pa[2 * i] = state.pressure_Pa[2 * i + 1] = kUnknown;
+    if ((state.unknown_torques >> i & 1) != 0) state.pressure_Pa[2 * i] = state.pressure_Pa[2 * i + 1] = kUnknown;
   if (state.line_sigma_m == 0) state.line_offset_m = state.line_sigma_m = kUnknown;
 }
 

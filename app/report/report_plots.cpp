@@ -69,7 +69,7 @@ PageFigure angles(const session::SessionRecord& record, const Marks& marks) {
 /// Gaps where nobody measures it.
 Signal pressure_bar(std::size_t chamber) {
   return [chamber](const session::Sample& s) {
-    const bool known = s.machine.measured && (s.machine.unknown_torques >> chamber / 2 & 1U) == 0;
+    const bool known = s.machine.measured && (s.machine.unknown_torques >> chamber / 2 & 1) == 0;
     return known ? s.machine.pressure_Pa[chamber] * 1e-5 : std::nan("");
   };
 }

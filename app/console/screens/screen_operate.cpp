@@ -163,7 +163,7 @@ void payload_card(const Ui& ui, const ConsoleData& data, const Area& area) {
 void pressure_bar(const Ui& ui, const ConsoleData& data, std::size_t chamber, Area area) {
   const Theme& t = ui.theme;
   const HydraulicsDescription& h = data.facts.machine.hydraulics;
-  const bool measured = (data.view.machine.unknown_torques >> (chamber / 2) & 1U) == 0;
+  const bool measured = (data.view.machine.unknown_torques >> (chamber / 2) & 1) == 0;
   const double pressure = measured ? data.view.machine.pressure_Pa[chamber] : std::numeric_limits<double>::quiet_NaN();
   const double full = 1.1 * std::max(h.port_relief_Pa, h.main_relief_Pa);
   const Area side = area.cut_bottom(t.px(20));
