@@ -99,7 +99,7 @@ Signal valve_state(std::string name, std::string about) {
 
 unsigned bit_of(std::uint16_t mask) {
   unsigned bit = 0;
-  while ((mask >> bit & 1U) == 0) ++bit;
+  while ((mask >> bit & 1) == 0) ++bit;
   return bit;
 }
 
