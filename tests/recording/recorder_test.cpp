@@ -24,6 +24,7 @@
 #include "tests/recording/recorded_session.h"
 #include "tests/support/no_alloc.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/small_disk.h"
 #include "tests/support/temporary_folder.h"
 
@@ -78,20 +79,6 @@ double record_until_killed(const std::string& folder, double until_s) {
   const double reached_s = *drained_s;
   ::munmap(const_cast<double*>(drained_s), sizeof(double));
   return reached_s;
-}
-
-TEST(Recorder, RecordedSessionRunsAgainBitByBit) {
-  TemporaryFolder folder;
-  RecorderOptions how;
-  how.file = folder.file("press.mcap");
-  const RecorderStatus status = record(short_session("wall_contact", 12), how);
-  EXPECT_EQ(status.file, how.file);
-  EXPECT_EQ(status.problem, "");
-  EXPECT_EQ(status.steps_lost, 0u);
-  const recording::ReplayResult result = replayed({how.file});
-  EXPECT_TRUE(result.identical());
-  EXPECT_EQ(result.sides[0].steps, 12'000u);
-  EXPECT_EQ(result.sides[1].steps, 2'400u);
 }
 
 TEST(Recorder, RecordingChangesNothingInTheSession) {
@@ -149,27 +136,17 @@ TEST(Recorder, PartsFollowEachOtherAndRunAgainAsOne) {
   TemporaryFolder folder;
   RecorderOptions how = into(folder.path().string());
   how.part = 3s;
-  (void)record(short_session("wall_contact", 10), how);
+  const RecorderStatus status = record(short_session("wall_contact", 10), how);
+  EXPECT_EQ(status.problem, "");
+  EXPECT_EQ(status.steps_lost, 0u);
   const auto parts = paths_in(folder.path().string(), false);
   ASSERT_EQ(parts.size(), 4u);
-  EXPECT_TRUE(replayed(parts).identical());
+  const recording::ReplayResult result = replayed(parts);
+  EXPECT_TRUE(result.identical());
+  EXPECT_EQ(result.sides[0].steps, 10'000u);
+  EXPECT_EQ(result.sides[1].steps, 2'000u);
   EXPECT_THROW(Recording({parts[0], parts[2]}), InputError);  // one is missing
   EXPECT_THROW((void)replayed({parts[1]}), InputError);       // begins in the middle
-}
-
-TEST(Recorder, FolderStaysWithinItsBoundAndTheOldestPartsGo) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.part = 1s;
-  how.folder_bytes = 1'000'000;
-  (void)record(short_session("wall_contact", 12), how);
-  std::uint64_t total = 0;
-  const auto files = recording::files_in(folder.path().string());
-  for (const auto& file : files) total += file.bytes;
-  EXPECT_LE(total, how.folder_bytes + 600'000);  // and the part that is being written
-  ASSERT_FALSE(files.empty());
-  EXPECT_NE(files.back().path.find("part01"), std::string::npos) << files.back().path;  // a tenth part at least
-  EXPECT_EQ(files.front().path.find("part001.mcap"), std::string::npos);
 }
 
 TEST(Recorder, OtherFilesInTheFolderAreLeftAlone) {
@@ -337,8 +314,7 @@ TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
   const RecorderStatus status = record(short_session("bus_faults", 20), how);
   EXPECT_TRUE(status.flights.empty());
   ASSERT_FALSE(status.notices.empty());
-  EXPECT_NE(status.notices[0].find("could not be written: No space left on device"), std::string::npos)
-      << status.notices[0];
+  EXPECT_TRUE(says(status.notices[0], "could not be written: No space left on device"));
   const std::set<std::string> different(status.notices.begin(), status.notices.end());
   EXPECT_EQ(different.size(), status.notices.size()) << "nothing is said twice";
   const auto files = paths_in(disk.path(), true);
@@ -347,7 +323,7 @@ TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
   while (recording.next()) {
   }
   EXPECT_FALSE(recording.complete());
-  EXPECT_NE(recording::defects(recording).back().find("the disk refused the rest"), std::string::npos);
+  EXPECT_TRUE(says(recording::defects(recording).back(), "the disk refused the rest"));
 }
 
 TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {
@@ -368,31 +344,30 @@ TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {
 TEST(Recorder, FolderThatCannotBeWrittenIsRefusedInOneLine) {
   TemporaryFolder folder;
   std::ofstream(folder.file("file")) << "x";
-  const std::string said =
-      test::refusal([&] { (void)record(short_session("free_motion", 1), into(folder.file("file") + "/inside")); });
-  EXPECT_NE(said.find("Not a directory"), std::string::npos) << said;
+  const auto act = [&] { (void)record(short_session("free_motion", 1), into(folder.file("file") + "/inside")); };
+  EXPECT_TRUE(says(refusal(act), "Not a directory"));
 }
 
 TEST(Recorder, StepsThatHaveNoRoomAreCountedAndTheReplayNamesThem) {
   TemporaryFolder folder;
   RecorderOptions how;
   how.file = folder.file("x.mcap");
-  RecordedSession recorded(short_session("wall_contact", 30), how);
+  how.ring_bytes = std::size_t{1} << 17;
+  RecordedSession recorded(short_session("wall_contact", 4), how);
   auto& [recorder, session] = recorded;
   while (!session.done()) {  // the recorder sleeps for most of the session
     session.step();
-    if (session.elapsed_s() < 1 || session.elapsed_s() > 29) recorder.drain();
+    if (session.elapsed_s() < 1 || session.elapsed_s() > 3) recorder.drain();
   }
   recorder.close();
   EXPECT_GT(recorder.status().steps_lost, 0u);
   const recording::ReplayResult result = replayed({how.file});
   EXPECT_EQ(result.sides[0].missing + result.sides[1].missing, recorder.status().steps_lost);
   ASSERT_TRUE(result.sides[0].first);
-  EXPECT_NE(result.sides[0].first->what[0].find("are missing in the recording"), std::string::npos);
-  bool told = false;
-  for (const recording::Event& event : events_in({how.file}))
-    told = told || event.text.find("are missing: the recorder was too slow") != std::string::npos;
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(says(result.sides[0].first->what[0], "are missing in the recording"));
+  std::string events;
+  for (const recording::Event& event : events_in({how.file})) events += event.text + '\n';
+  EXPECT_TRUE(says(events, "are missing: the recorder was too slow"));
 }
 
 TEST(Replay, OfWhatCannotBeReadIsNotIdentical) {
@@ -454,7 +429,7 @@ void expect_killed_recordings_open(int kills, unsigned seed) {
     recording::Replay run(recording::setup_of(recording));
     while (const auto entry = recording.next()) run.take(*entry);
     for (const std::string& damage : recording.damages())
-      EXPECT_NE(damage.find("cut off"), std::string::npos) << damage;  // killed while it wrote
+      EXPECT_TRUE(says(damage, "cut off")) << "killed while it wrote";
     EXPECT_TRUE(run.result().identical());
     EXPECT_FALSE(recording.complete());
     ASSERT_TRUE(recording.span());
