@@ -81,7 +81,7 @@ double record_until_killed(const std::string& folder, double until_s) {
   return reached_s;
 }
 
-TEST(Recorder, RecordingChangesNothingInTheSession) {
+TEST(Recorder, RecordingChangesNothingInTheSessionAndAllocatesNothingInItsSteps) {
   TemporaryFolder folder;
   const auto digest = [](bool recorded, const std::string& file) {
     const session::SimulateOptions options = short_session("wall_contact", 6);
@@ -91,29 +91,18 @@ TEST(Recorder, RecordingChangesNothingInTheSession) {
     Recorder recorder(how, session::session_head(loaded.setup, options), loaded.setup.machine);
     session::Session session(loaded.setup);
     if (recorded) session.record_to(recorder);
+    std::uint64_t allocations = 0;
     while (!session.done()) {
+      const NoAllocScope scope;
       session.step();
+      allocations += scope.allocations();
       recorder.drain();
     }
+    EXPECT_EQ(allocations, 0u);
     const session::SessionOutcome outcome = session.take_outcome();
     return session::digest_of(outcome.record.samples, outcome.frames).whole;
   };
   EXPECT_EQ(digest(true, folder.file("a.mcap")), digest(false, folder.file("b.mcap")));
-}
-
-TEST(Recorder, StepThatIsRecordedAllocatesNothing) {
-  TemporaryFolder folder;
-  RecorderOptions how;
-  how.file = folder.file("x.mcap");
-  RecordedSession recorded(short_session("wall_contact", 4), how);
-  std::uint64_t allocations = 0;
-  while (!recorded.session.done()) {
-    const NoAllocScope scope;
-    recorded.session.step();
-    allocations += scope.allocations();
-    recorded.recorder.drain();
-  }
-  EXPECT_EQ(allocations, 0u);
 }
 
 TEST(Recorder, FileThatWasNamedIsThereOnlyOnceItIsComplete) {
@@ -232,29 +221,21 @@ class WithoutRights {
   bool root_ = geteuid() == 0;
 };
 
-TEST(Recorder, AFileThatMayNotBeOpenedIsDeletedInItsTurnAndSavesTheNewerOnes) {
+TEST(Recorder, AFileThatMayNotBeOpenedIsDeletedInItsTurnAndStaysWhileItIsAboutAsNewAsTheNewest) {
   TemporaryFolder folder;
-  std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
+  const std::string path = folder.path().string();
+  std::filesystem::permissions(path, std::filesystem::perms::all);
+  constexpr auto kYears = std::chrono::seconds(std::chrono::years(50));  // the clock is behind
   const std::string closed = put_part(folder, "2026-11-25T10-00-00Z", -2h),
-                    own = put_part(folder, "2026-11-25T11-00-00Z", -1h);
-  std::filesystem::permissions(closed, std::filesystem::perms::none);
+                    old = put_part(folder, "2076-11-25T10-00-00Z", kYears - 1h),
+                    written = put_part(folder, "2076-11-25T11-00-00Z", kYears),  // another account's, that goes on
+      newest = put_part(folder, "2076-11-25T11-00-02Z", kYears + 2s);
+  for (const std::string& file : {closed, written}) std::filesystem::permissions(file, std::filesystem::perms::none);
   const WithoutRights nobody;
   ASSERT_FALSE(std::ifstream(closed).is_open());
-  EXPECT_EQ(recording::make_room(folder.path().string(), 600'000), std::vector{closed});
-  EXPECT_TRUE(std::filesystem::exists(own));
-}
-
-TEST(Recorder, AFileThatMayNotBeOpenedStaysWhileItIsAboutAsNewAsTheNewest) {
-  TemporaryFolder folder;
-  std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
-  constexpr auto kYears = std::chrono::seconds(std::chrono::years(50));  // the clock is behind
-  const std::string closed = put_part(folder, "2076-11-25T11-00-00Z", kYears),
-                    newest = put_part(folder, "2076-11-25T11-00-02Z", kYears + 2s),
-                    old = put_part(folder, "2076-11-25T10-00-00Z", kYears - 1h);
-  std::filesystem::permissions(closed, std::filesystem::perms::none);  // another account's, that still writes it
-  const WithoutRights nobody;
-  EXPECT_EQ(recording::make_room(folder.path().string(), 0), (std::vector{old, newest}));
-  EXPECT_TRUE(std::filesystem::exists(closed));
+  EXPECT_EQ(recording::make_room(path, 3 * 600'000), std::vector{closed});
+  EXPECT_EQ(recording::make_room(path, 0), (std::vector{old, newest}));
+  EXPECT_TRUE(std::filesystem::exists(written));
 }
 
 TEST(Recorder, WhatIsBeingWrittenStaysAlsoWhereThereAreNoLocks) {
