@@ -103,8 +103,7 @@ TEST(BusMessages, SignalsFitIntoTheirFramesAndNamesAreUniqueAndNoLongerThanDbcAl
 
 /// Identifiers of 29 bits have bit 31.
 TEST(Dbc, SaysOfEachKindOfBusWhatReadersOfItNeed) {
-  MachineDescription quoted = load_machine(test::machine_file("solar015")),
-                     fast = load_machine(test::machine_file("compact080"));
+  MachineDescription quoted = test::shipped("solar015"), fast = test::shipped("compact080");
   quoted.name = "the \"big\" one\\";
   fast.bus.sync_Hz = 400;
   struct Said {

@@ -42,7 +42,7 @@ TEST(ExportCommand, WritesEachRecordedPictureIntoItsFolderAndNowhereElse) {
   {
     recording::RecorderOptions how;
     how.file = file;
-    recording::Recorder recorder(how, {}, load_machine(test::machine_file("solar015")));
+    recording::Recorder recorder(how, {}, test::shipped("solar015"));
     recorder.camera(recording::CameraPicture{Time(12'345ms), "mast", {1, 2, 3}});
     recorder.camera(recording::CameraPicture{Time(13s), "../../x", {4}});
   }
@@ -72,7 +72,7 @@ TEST(ExportCommand, FailsAsExplainDoesOfADamagedRecordingAndShowsWhatCouldBeRead
 TEST(ExportCommand, OverwritesNoInputAndNoOtherOutput) {
   const TemporaryFolder folder;
   const std::string machine = folder.file("machine.txt"), file = folder.file("out");
-  std::filesystem::copy_file(test::machine_file("solar015"), machine);
+  std::filesystem::copy_file(test::shipped_file("solar015"), machine);
   const std::string before = content(machine);
   expect_refused({"--machine", machine, "--dbc", machine}, "--dbc " + machine + ": already taken by --machine");
   EXPECT_EQ(content(machine), before);
@@ -87,7 +87,7 @@ TEST(ExportCommand, LeavesNothingBehindWhereAnOutputOrAMachineFileIsRefused) {
   const TemporaryFolder folder;
   const std::string plain = folder.file("plain"), machine = folder.file("machine.toml"), urdf = folder.file("arm.urdf");
   std::ofstream(plain) << "no folder";
-  std::ofstream(machine) << content(test::machine_file("solar015")) << "\n[colour]\n";
+  std::ofstream(machine) << content(test::shipped_file("solar015")) << "\n[colour]\n";
   for (const ProgramRun& run : {run_export({"--machine", "solar015", "--urdf", urdf, "--dbc", plain + "/bus.dbc"}),
                                 run_export({"--machine", machine, "--urdf", urdf})}) {
     EXPECT_EQ(run.exit_code, 2);

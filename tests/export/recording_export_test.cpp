@@ -139,7 +139,7 @@ TEST(RecordingExport, ColumnsAreCalledAsInTheOtherTables) {
 }
 
 TEST(RecordingExport, TableOfASessionIsARecordingOfItsSensorsToo) {
-  const MachineDescription machine = calibrated(load_machine(test::machine_file("solar015")));
+  const MachineDescription machine = calibrated(test::shipped("solar015"));
   EXPECT_EQ(recordings::read_recording(recorded_session().csv, "", machine).recording.step_s, 0.005);
 }
 
@@ -279,7 +279,7 @@ TEST_F(Hdf5Export, H5pyReadsEveryNumberAsRecorded) {
   EXPECT_EQ(second["machine/joint_radps"], "rad/s");
   EXPECT_EQ(second["machine/confidence"], "1");
   EXPECT_EQ(second["machine/mode"], "");
-  EXPECT_EQ(second["files/machine_toml"], std::to_string(content(test::machine_file("solar015")).size()));
+  EXPECT_EQ(second["files/machine_toml"], std::to_string(content(test::shipped_file("solar015")).size()));
 }
 
 TEST_F(Hdf5Export, OctaveReadsEveryNumberAsRecorded) {

@@ -27,8 +27,7 @@ std::string urdf_of(const MachineDescription& machine) {
 }
 
 std::vector<MachineDescription> machines() {
-  return {load_machine(test::machine_file("solar015")), load_machine(test::machine_file("compact080")),
-          calibrated_machine()};
+  return {test::shipped("solar015"), test::shipped("compact080"), calibrated_machine()};
 }
 
 /// Angles in the working range, and what moves there.
@@ -142,7 +141,7 @@ TEST(Urdf, LimitsAreTheMachineFilesAndEffortIsWhatTheCylinderTurnsWithAtTheMainR
 }
 
 TEST(Urdf, MassesOfIdentifiedParametersStayTheDrawingsWhereSteelOfThemExists) {
-  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  MachineDescription machine = test::shipped("solar015");
   const JointVector drawn_kg = estimation::lumped_masses_kg(machine);
   machine.dynamics_calibration.emplace();
   machine.dynamics_calibration->parameters.head<kBaseCount>() = 1.02 * estimation::lumped_parameters(machine);
@@ -153,7 +152,7 @@ TEST(Urdf, MassesOfIdentifiedParametersStayTheDrawingsWhereSteelOfThemExists) {
 
 /// A bucket whose inertia came out so small that no 67 kg have its moments.
 MachineDescription with_bucket_inertia(double kgm2) {
-  MachineDescription machine = load_machine(test::machine_file("solar015"));
+  MachineDescription machine = test::shipped("solar015");
   machine.dynamics_calibration.emplace();
   auto& parameters = machine.dynamics_calibration->parameters;
   parameters.head<kBaseCount>() = estimation::lumped_parameters(machine);
@@ -182,7 +181,7 @@ TEST(Urdf, OfWhatNoSteelHasIsRefusedWithOneLine) {
 }
 
 TEST(Urdf, SaysWhoseItIsWhateverTheNameAndWhetherItIsTheDrawingOrWasIdentified) {
-  MachineDescription drawn = load_machine(test::machine_file("solar015"));
+  MachineDescription drawn = test::shipped("solar015");
   drawn.name = "Ann's <\"big\" & small>";
   EXPECT_EQ(test::parsed_urdf(urdf_of(drawn))->getName(), drawn.name);
   EXPECT_TRUE(test::says(urdf_of(drawn), "not identified on the machine"));
