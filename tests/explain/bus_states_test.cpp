@@ -10,6 +10,7 @@
 #include "app/explain/timeline.h"
 #include "machine/load.h"
 #include "recording/wire_events.h"
+#include "tests/support/says.h"
 #include "tests/support/two_buses.h"
 
 namespace knuckle::explain {
@@ -17,58 +18,52 @@ namespace {
 
 using recording::WireEventKind;
 
-bool says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::says;
 
-/// What explain says of a controller that answers so at each of its times, until a stop at 1 s. Every step asks.
-std::string inputs_by(const MachineDescription& machine,
-                      const std::map<Duration, std::array<CanState, 2>>& from_then_on) {
+/// What explain says of a stop at 1 s where CAN states were recorded so. @param told by its time, as recorded
+std::string inputs_of(const MachineDescription& machine, const std::map<Time, std::uint32_t>& told) {
   Stop stop;
   stop.at = Time(1s);
   Window window;
   window.to = Time(1400ms);
-  for (Time at = Time(500ms); at < window.to; at += 5ms) {
-    window.machine_steps.push_back({at, 0});
-    const auto [since, states] = *std::prev(from_then_on.upper_bound(at.time_since_epoch()));
-    window.changes.push_back({at, WireEventKind::kCanState, recording::can_states_value(states)});
-  }
+  for (Time at = Time(500ms); at < window.to; at += 5ms) window.machine_steps.push_back({at, 0});
+  for (const auto& [at, value] : told) window.changes.push_back({at, WireEventKind::kCanState, value});
   std::string text;
   for (const std::string& line : last_inputs(stop, window, evidence_of(stop, window, machine), machine.bus))
     text += line + "\n";
   return text;
 }
 
+/// Of a controller that answers so at each of its times. Every step asks.
+std::string inputs_by(const MachineDescription& machine,
+                      const std::map<Duration, std::array<CanState, 2>>& from_then_on) {
+  std::map<Time, std::uint32_t> told;
+  for (Time at = Time(500ms); at < Time(1400ms); at += 5ms)
+    told[at] = recording::can_states_value(std::prev(from_then_on.upper_bound(at.time_since_epoch()))->second);
+  return inputs_of(machine, told);
+}
+
 TEST(Explain, SaysInWhichStateEachOfTwoBusesIsAndTheWorseOneSinceWhen) {
   const MachineDescription machine = parse_machine(test::two_buses_text(), "m.toml");
   const CanState sound = CanState::kActive, passive = CanState::kPassive, off = CanState::kBusOff;
   const std::string second = inputs_by(machine, {{0s, {sound, sound}}, {900ms, {sound, passive}}});
-  EXPECT_TRUE(says(second, "controller of bus machine error-passive since 0.900 s, of bus valves sound;")) << second;
-  EXPECT_TRUE(says(second, "changed first: CAN controller of bus machine error-passive at 0.900 s")) << second;
+  EXPECT_TRUE(says(second, "controller of bus machine error-passive since 0.900 s, of bus valves sound;"));
+  EXPECT_TRUE(says(second, "changed first: CAN controller of bus machine error-passive at 0.900 s"));
   const std::string both = inputs_by(machine, {{0s, {sound, sound}}, {900ms, {off, sound}}, {950ms, {off, passive}}});
-  EXPECT_TRUE(says(both, "controller of bus valves bus-off since 0.900 s, of bus machine error-passive;")) << both;
+  EXPECT_TRUE(says(both, "controller of bus valves bus-off since 0.900 s, of bus machine error-passive;"));
 }
 
 TEST(Explain, SaysOfTheOtherBusNothingThatAnOlderRecordingDoesNotTell) {
-  const MachineDescription machine = parse_machine(test::two_buses_text(), "m.toml");
-  Stop stop;
-  stop.at = Time(1s);
-  Window window;
-  window.to = Time(1400ms);
-  for (Time at = Time(500ms); at < window.to; at += 5ms) window.machine_steps.push_back({at, 0});
-  window.changes.push_back({Time(900ms), WireEventKind::kCanState,
-                            static_cast<std::uint32_t>(CanState::kPassive) | 1U << recording::kStateOfBit});
-  std::string text;
-  for (const std::string& line : last_inputs(stop, window, evidence_of(stop, window, machine), machine.bus))
-    text += line + "\n";
-  EXPECT_TRUE(says(text, "controller of bus machine error-passive since 0.900 s;")) << text;
-  EXPECT_FALSE(says(text, "bus valves")) << text;
+  const std::uint32_t passive = static_cast<std::uint32_t>(CanState::kPassive) | 1U << recording::kStateOfBit;
+  const std::string text = inputs_of(parse_machine(test::two_buses_text(), "m.toml"), {{Time(900ms), passive}});
+  EXPECT_TRUE(says(text, "controller of bus machine error-passive since 0.900 s;"));
+  EXPECT_FALSE(says(text, "bus valves"));
 }
 
 TEST(Explain, DoesNotTakeASoundControllerForASign) {
   const std::string inputs = inputs_by(load_machine(find_config("machine", "solar015")), {{0s, {}}});
-  EXPECT_TRUE(says(inputs, "controller sound;")) << inputs;
-  EXPECT_FALSE(says(inputs, "CAN controller")) << inputs;
+  EXPECT_TRUE(says(inputs, "controller sound;"));
+  EXPECT_FALSE(says(inputs, "CAN controller"));
 }
 
 }  // namespace

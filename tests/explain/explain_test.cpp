@@ -22,16 +22,15 @@
 #include "tests/explain/faulted_session.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::explain {
 namespace {
 
 using recording::WireEventKind;
+using test::says;
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 std::string joined(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
@@ -41,9 +40,9 @@ std::string joined(const std::vector<std::string>& lines) {
 /// Of a session of its own.
 class Explained {
  public:
-  explicit Explained(const std::string& fault, double after_s = 1.3, double length_s = 2, Sides sides = {}) {
+  explicit Explained(const std::string& fault, double after_s = 1.3, double length_s = 2) {
     record_session(faulted_scenario(fault, after_s, length_s), file());
-    report = of(file(), sides);
+    report = of(file());
   }
   static Report of(const std::string& file, Sides sides = {}) {
     recording::Recording recording({file});
@@ -59,23 +58,33 @@ class Explained {
   test::TemporaryFolder folder_;
 };
 
-TEST(Explain, NamesTheNodeThatFellSilentAndSince) {
+TEST(Explain, NamesTheNodeThatFellSilentAndSinceAlsoWhereTheRecordingIsCutOff) {
   const Explained run("kind = \"node_silent\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6");
   ASSERT_EQ(run.report.timelines.size(), 1U);
   const Timeline& timeline = run.timeline();
   EXPECT_EQ(timeline.cause.id, "node_silent");
-  EXPECT_TRUE(contains(timeline.cause.text, "arm_head_pressure (node 0x22)")) << timeline.cause.text;
-  EXPECT_TRUE(contains(timeline.headline, "while engaged")) << timeline.headline;
+  EXPECT_TRUE(says(timeline.cause.text, "arm_head_pressure (node 0x22)"));
+  EXPECT_TRUE(says(timeline.headline, "while engaged"));
   const Duration before = timeline.stop.at - timeline.cause.since;
   EXPECT_GE(before, 25ms);
   EXPECT_LE(before, 40ms);
-  EXPECT_TRUE(contains(joined(timeline.inputs), "13 of 14 nodes sent in time")) << joined(timeline.inputs);
+  EXPECT_TRUE(says(joined(timeline.inputs), "13 of 14 nodes sent in time"));
+  const auto whole = std::filesystem::file_size(run.file());
+  std::filesystem::resize_file(run.file(), whole - whole / 10);
+  const Report cut = Explained::of(run.file());
+  ASSERT_EQ(cut.timelines.size(), 1U);
+  EXPECT_EQ(cut.timelines[0].cause.id, "node_silent");
+  EXPECT_LT(cut.survey.last, run.report.survey.last);
+  // Before the stop nothing has stopped.
+  std::filesystem::resize_file(run.file(), whole / 4);
+  EXPECT_TRUE(Explained::of(run.file()).timelines.empty());
 }
 
 /// A fault of scenarios, and what explain calls it.
 struct Told {
   const char *fault, *id, *text = "";
   double after_s = 1.3, length_s = 2;
+  const char* support = "";
 };
 
 TEST(Explain, TellsTroublesApartThatStopTheMachineAlike) {
@@ -98,39 +107,26 @@ TEST(Explain, TellsTroublesApartThatStopTheMachineAlike) {
         Told{"kind = \"device_bad_crc\"\nduration_s = 0.6", "device_reports_damaged"},
         Told{"kind = \"device_truncated\"\nduration_s = 0.6", "device_reports_cut_short"},
         Told{"kind = \"device_wild\"\nduration_s = 0.6", "device_values_impossible"},
-        Told{"kind = \"link_cut\"\nduration_s = 0.6", "link_cut"},
         Told{"kind = \"link_nan\"\nduration_s = 0.6", "link_content_damaged"},
-        Told{"kind = \"loop_hung\"\nduration_s = 0.6", "machine_loop_paused"}}) {
+        Told{"kind = \"loop_hung\"\nduration_s = 0.6", "machine_loop_paused"},
+        Told{"kind = \"other_controller\"\nduration_s = 0.6", "other_controller", "another controller", 1.3, 2,
+             "SYNC 0x080 arrived"},
+        Told{"kind = \"foreign_sender\"\nnode = \"arm_valve\"\nduration_s = 0.6", "foreign_sender",
+             "arm_valve (node 0x11) is commanded by somebody else", 1.3, 2, "set-point 0x211 arrived"},
+        Told{"kind = \"node_id_twice\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6", "node_id_twice",
+             "node id of arm_head_pressure (node 0x22)", 1.3, 2, "0x1A2 arrived"}}) {
     const Explained run(told.fault, told.after_s, told.length_s);
     ASSERT_FALSE(run.report.timelines.empty()) << told.id;
     const Timeline& timeline = run.timeline();
     EXPECT_EQ(timeline.cause.id, told.id) << timeline.cause.text;
-    EXPECT_TRUE(contains(timeline.cause.text, told.text)) << timeline.cause.text;
+    EXPECT_TRUE(says(timeline.cause.text, told.text));
+    const std::string support = told.support;
+    EXPECT_TRUE(says(joined(timeline.cause.supports), support));
+    EXPECT_TRUE(support.empty() || timeline.stop.at - timeline.cause.since <= 10ms) << told.id << ": seen at once";
     EXPECT_LE(5 + timeline.cause.supports.size() + timeline.cause.against.size() + timeline.inputs.size() +
                   timeline.before.size() + timeline.after.size(),
               40U)
         << told.id << ": fits on a screen";
-  }
-}
-
-TEST(Explain, NamesWhoElseSpeaksOnTheBusAndSince) {
-  struct Story {
-    const char *fault, *id, *text, *support;
-  };
-  for (const auto& [fault, id, text, support] :
-       {Story{"kind = \"other_controller\"\nduration_s = 0.6", "other_controller", "another controller",
-              "SYNC 0x080 arrived"},
-        Story{"kind = \"foreign_sender\"\nnode = \"arm_valve\"\nduration_s = 0.6", "foreign_sender",
-              "arm_valve (node 0x11) is commanded by somebody else", "set-point 0x211 arrived"},
-        Story{"kind = \"node_id_twice\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6", "node_id_twice",
-              "node id of arm_head_pressure (node 0x22)", "0x1A2 arrived"}}) {
-    const Explained run(fault);
-    ASSERT_FALSE(run.report.timelines.empty()) << id;
-    const Cause& cause = run.timeline().cause;
-    EXPECT_EQ(cause.id, id) << cause.text;
-    EXPECT_TRUE(contains(cause.text, text)) << cause.text;
-    EXPECT_TRUE(contains(joined(cause.supports), support)) << joined(cause.supports);
-    EXPECT_LE(run.timeline().stop.at - cause.since, 10ms) << "seen at the first frame";
   }
 }
 
@@ -150,19 +146,28 @@ TEST(Explain, OfANodeIdThatTwoUseCountsTheFramesThatTheMachineFileGivesIt) {
 }
 
 TEST(Explain, OfALostLinkTheMachinesSideAloneClaimsNoMoreThanItCanKnow) {
-  const Explained run("kind = \"link_cut\"\nduration_s = 0.6", 1.3, 2, {.operator_side = false});
-  const Cause& cause = run.timeline().cause;
+  const Explained run("kind = \"link_cut\"\nduration_s = 0.6");
+  EXPECT_EQ(run.timeline().cause.id, "link_cut");
+  const Cause cause = Explained::of(run.file(), {.operator_side = false}).timelines.at(0).cause;
   EXPECT_EQ(cause.id, "link_cut");
-  EXPECT_TRUE(contains(cause.text, "or the operator's program")) << cause.text;
+  EXPECT_TRUE(says(cause.text, "or the operator's program"));
   EXPECT_FALSE(cause.against.empty());
 }
 
-TEST(Explain, AMachineThatIsNotHeardAnyMoreIsAStop) {
-  const Explained run("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5);
-  ASSERT_FALSE(run.report.timelines.empty());
-  EXPECT_EQ(run.report.timelines.size(), 1U);
-  EXPECT_TRUE(run.timeline().stop.machine_unheard);
-  EXPECT_EQ(run.timeline().cause.id, "machine_program_gone") << run.timeline().cause.text;
+TEST(Explain, AMachineThatIsNotHeardAnyMoreIsAStopAndHasAFlightRecord) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.file("run.mcap");
+  record_session(faulted_scenario("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5), file, folder.file("flights"));
+  const std::filesystem::directory_iterator flights(folder.file("flights"));
+  ASSERT_NE(flights, std::filesystem::directory_iterator());
+  for (const std::string& read : {file, flights->path().string()}) {
+    const Report report = Explained::of(read);
+    ASSERT_FALSE(report.timelines.empty()) << read;
+    EXPECT_TRUE(report.timelines[0].stop.machine_unheard) << read;
+  }
+  const Report whole = Explained::of(file);
+  EXPECT_EQ(whole.timelines.size(), 1U);
+  EXPECT_EQ(whole.timelines[0].cause.id, "machine_program_gone") << whole.timelines[0].cause.text;
 }
 
 TEST(Explain, NamesTheEStopAndWhenTheMachineWasNeutralAndMovedAgain) {
@@ -189,8 +194,8 @@ TEST(Explain, SaysThatTheOperatorWentOnWithoutTheCylinderAndNotThatItsFaultHadPa
   EXPECT_LT(*followed.home, *followed.resumed);
   EXPECT_FALSE(followed.cause_gone);
   const std::string after = joined(report.timelines[0].after), inputs = joined(report.timelines[0].inputs);
-  EXPECT_TRUE(contains(after, "to go home without that cylinder's pressures")) << after;
-  EXPECT_TRUE(contains(inputs, "where this view ends")) << inputs;
+  EXPECT_TRUE(says(after, "to go home without that cylinder's pressures"));
+  EXPECT_TRUE(says(inputs, "where this view ends"));
 }
 
 TEST(Explain, SaysOfARecordingWithoutStopsThatThereIsNone) {
@@ -202,20 +207,7 @@ TEST(Explain, SaysOfARecordingWithoutStopsThatThereIsNone) {
 TEST(Explain, NotesAFloodedBusThatStoppedNothing) {
   const Explained run("kind = \"babble\"\nduration_s = 1");
   EXPECT_TRUE(run.report.timelines.empty());
-  EXPECT_TRUE(contains(joined(run.report.notes), "floods the bus")) << joined(run.report.notes);
-}
-
-TEST(Explain, OfATruncatedRecordingTellsWhatIsLeft) {
-  const Explained run("kind = \"node_silent\"\nnode = \"arm_head_pressure\"\nduration_s = 0.6");
-  const auto whole = std::filesystem::file_size(run.file());
-  std::filesystem::resize_file(run.file(), whole - whole / 10);
-  const Report report = Explained::of(run.file());
-  ASSERT_EQ(report.timelines.size(), 1U);
-  EXPECT_EQ(report.timelines[0].cause.id, "node_silent");
-  EXPECT_LT(report.survey.last, run.report.survey.last);
-  // Before the stop nothing has stopped.
-  std::filesystem::resize_file(run.file(), whole / 4);
-  EXPECT_TRUE(Explained::of(run.file()).timelines.empty());
+  EXPECT_TRUE(says(joined(run.report.notes), "floods the bus"));
 }
 
 TEST(Explain, DoesNotTakeStepsThatTheRecordingLostForAPauseOfTheLoop) {
@@ -229,17 +221,6 @@ TEST(Explain, DoesNotTakeStepsThatTheRecordingLostForAPauseOfTheLoop) {
   window.machine_steps[1].number = 200;
   window.machine_steps[2].number = 201;
   EXPECT_FALSE(evidence_of(stop, window, machine).machine_pause.has_value());
-}
-
-TEST(Explain, HasAFlightRecordOfAMachineThatIsNotHeardAnyMore) {
-  const test::TemporaryFolder folder;
-  record_session(faulted_scenario("kind = \"loop_hung\"\nduration_s = 3600", 1.3, 5), folder.file("run.mcap"),
-                 folder.file("flights"));
-  const std::filesystem::directory_iterator flights(folder.file("flights"));
-  ASSERT_NE(flights, std::filesystem::directory_iterator());
-  const Report report = Explained::of(flights->path().string());
-  ASSERT_FALSE(report.timelines.empty());
-  EXPECT_TRUE(report.timelines[0].stop.machine_unheard);
 }
 
 /// A machine's side whose steps are made by hand, without wires.
@@ -297,8 +278,7 @@ TEST(Explain, NamesTheOperatorsStop) {
   const Report report = run.report();
   ASSERT_EQ(report.timelines.size(), 1U);
   EXPECT_EQ(report.timelines[0].cause.id, "operator_stop");
-  EXPECT_TRUE(contains(joined(report.timelines[0].before), "stop on since 1.005 s"))
-      << joined(report.timelines[0].before);
+  EXPECT_TRUE(says(joined(report.timelines[0].before), "stop on since 1.005 s"));
 }
 
 TEST(Explain, OfANodeMissedBeforeItSaysWhyCountsOneStopWithTheBetterReason) {
@@ -313,19 +293,6 @@ TEST(Explain, OfANodeMissedBeforeItSaysWhyCountsOneStopWithTheBetterReason) {
   EXPECT_EQ(report.timelines[0].stop.reason.code, ReasonCode::kNodeFault);
   EXPECT_EQ(report.timelines[0].stop.before, Mode::kEngaged);
   EXPECT_EQ(report.timelines[0].stop.at, Time(55ms)) << "when it stopped";
-}
-
-TEST(Explain, SaysThatANodesFramesAreShorterThanMapped) {
-  HandMade run;
-  run.step(10);
-  run.stop({ReasonCode::kFrameShort, 0x31, 4, 6});
-  run.step(10);
-  const Report report = run.report();
-  ASSERT_EQ(report.timelines.size(), 1U);
-  EXPECT_EQ(report.timelines[0].cause.id, "frame_short");
-  EXPECT_TRUE(contains(report.timelines[0].cause.text,
-                       "arm_encoder (node 0x31) sent process data of 4 bytes, of which 6 are mapped"))
-      << report.timelines[0].cause.text;
 }
 
 TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
@@ -346,8 +313,7 @@ TEST(Explain, NamesANodeThatSaysItIsPreOperational) {
   }
   const Cause cause = likely_cause(stop, window, evidence_of(stop, window, machine), machine);
   EXPECT_EQ(cause.id, "node_not_operational") << cause.text;
-  EXPECT_TRUE(contains(cause.text, "arm_head_pressure (node 0x22) said at 1.000 s to be pre-operational"))
-      << cause.text;
+  EXPECT_TRUE(says(cause.text, "arm_head_pressure (node 0x22) said at 1.000 s to be pre-operational"));
 }
 
 /// A machine whose six pressures are one node's, in three TPDOs. All send in time and change, but for what a test says;
@@ -410,22 +376,14 @@ TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatFroze) {
   EXPECT_EQ(cause.text,
             "the pressure transmitter pressures (node 0x20), arm_head_pressure, froze: it repeated the same value 21 "
             "times, for 200 ms, since 0.800 s");
-  EXPECT_TRUE(contains(joined(cause.supports), "the cylinder moved by 20 mm")) << joined(cause.supports);
-}
-
-TEST(Explain, OfANodeWithSeveralPdosNamesTheOneThatIsMissing) {
-  FewNodes few;
-  few.missing(0x3A0);
-  const Cause cause = few.cause(ReasonCode::kSensorStale);
-  EXPECT_EQ(cause.id, "process_data_missing") << cause.text;
-  EXPECT_EQ(cause.text, "pressures (node 0x20) sent no TPDO3 since 0.960 s, although it lives: its heartbeat went on");
+  EXPECT_TRUE(says(joined(cause.supports), "the cylinder moved by 20 mm"));
 }
 
 TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatTheLoopRefuses) {
   FewNodes few;
   const Cause none = few.cause(ReasonCode::kSensorInvalid);
   EXPECT_EQ(none.id, "sensor_broken");
-  EXPECT_FALSE(contains(none.text, "_pressure")) << none.text;
+  EXPECT_FALSE(says(none.text, "_pressure"));
   struct Case {
     const char* signal;
     double bar;
@@ -439,7 +397,7 @@ TEST(Explain, OfANodeWithSeveralChannelsNamesTheOneThatTheLoopRefuses) {
     const Cause cause = few.cause(ReasonCode::kSensorInvalid);
     EXPECT_EQ(cause.text, "pressures (node 0x20), " + std::string(signal) +
                               ", sends a pressure that cannot be: check sensor and wiring");
-    EXPECT_TRUE(contains(joined(cause.supports), told)) << joined(cause.supports);
+    EXPECT_TRUE(says(joined(cause.supports), told));
     EXPECT_EQ(cause.since, Time(900ms));
     few.stands(signal, 410);
   }
@@ -450,15 +408,19 @@ TEST(Explain, OfANodeWithSeveralChannelsBelievesTheSignalThatTheStopNames) {
   few.stands("arm_head_pressure", 80, Time(800ms));
   few.stands("arm_rod_pressure", 90, Time(700ms));
   const auto told = [&few](ReasonCode code, int chamber) { return few.cause(code, chamber).text; };
-  EXPECT_TRUE(contains(told(ReasonCode::kSensorImplausible, 2), "(node 0x20), arm_head_pressure, froze"));
-  EXPECT_TRUE(contains(told(ReasonCode::kSensorImplausible, 3), "(node 0x20), arm_rod_pressure, froze"));
+  EXPECT_TRUE(says(told(ReasonCode::kSensorImplausible, 2), "(node 0x20), arm_head_pressure, froze"));
+  EXPECT_TRUE(says(told(ReasonCode::kSensorImplausible, 3), "(node 0x20), arm_rod_pressure, froze"));
   few.stands("arm_head_pressure", -100);
   few.stands("arm_rod_pressure", -100);
-  EXPECT_TRUE(contains(told(ReasonCode::kSensorInvalid, 2), "(node 0x20), arm_head_pressure, sends a pressure"));
-  EXPECT_TRUE(contains(told(ReasonCode::kSensorInvalid, 3), "(node 0x20), arm_rod_pressure, sends a pressure"));
-  EXPECT_TRUE(contains(told(ReasonCode::kFrameShort, 3), "pressures (node 0x20) sent process data of 4 bytes"));
+  EXPECT_TRUE(says(told(ReasonCode::kSensorInvalid, 2), "(node 0x20), arm_head_pressure, sends a pressure"));
+  EXPECT_TRUE(says(told(ReasonCode::kSensorInvalid, 3), "(node 0x20), arm_rod_pressure, sends a pressure"));
+  EXPECT_TRUE(says(told(ReasonCode::kFrameShort, 3), "pressures (node 0x20) sent process data of 4 bytes"));
   few.missing(0x3A0);
-  EXPECT_EQ(few.cause(ReasonCode::kSensorStale, 3).id, "process_data_missing");
+  for (const std::optional<int>& chamber : {std::optional<int>(3), std::optional<int>()}) {
+    const Cause missing = few.cause(ReasonCode::kSensorStale, chamber);
+    EXPECT_EQ(missing.id, "process_data_missing");
+    EXPECT_TRUE(says(missing.text, "pressures (node 0x20) sent no TPDO3 since 0.960 s"));
+  }
 }
 
 TEST(Explain, CountsAFaultThatFollowsAnotherAndNotOneThatStays) {
@@ -501,7 +463,7 @@ TEST(Explain, DoesNotTakeAStopFromBeforeTheRecordingForOneInIt) {
 TEST(Explain, RefusesARecordingWithoutStepsInOneLine) {
   HandMade run;
   const std::string said = test::refusal([&] { (void)run.report(); });
-  EXPECT_TRUE(contains(said, "made.mcap: holds no step of any loop")) << said;
+  EXPECT_TRUE(says(said, "made.mcap: holds no step of any loop"));
 }
 
 }  // namespace

@@ -8,10 +8,13 @@
 #include "core/frame_words.h"
 #include "machine/reason_text.h"
 #include "tests/support/command_machine.h"
+#include "tests/support/says.h"
 #include "tests/support/two_buses.h"
 
 namespace knuckle::explain {
 namespace {
+
+using test::says;
 
 /// Each of the machine's frames as often as it comes, for two seconds until the stop and half a second from then on.
 struct OwnFrames {
@@ -63,35 +66,26 @@ TEST(ExplainFrames, NamesTheFrameThatDoesNotComeAndSinceWhen) {
   bus.stopped_by(ReasonCode::kSensorStale, NodeRole::kEncoder, kBoom, 45, 40);
   const Cause cause = bus.cause();
   EXPECT_EQ(cause.id, "frame_missing");
-  EXPECT_EQ(cause.text,
-            "front_angle (0x18FF1021) did not come since 99.950 s: what sends it is off, or sends it no more");
+  EXPECT_TRUE(says(cause.text, "front_angle (0x18FF1021) did not come since 99.950 s"));
   EXPECT_EQ(cause.since, Time(99950ms));
   const std::string inputs = bus.inputs();
-  EXPECT_NE(inputs.find("CAN: 3 of 4 frames of the machine came in time; controller sound; "), std::string::npos)
-      << inputs;
-  EXPECT_NE(inputs.find("  front_angle (0x18FF1021): 50 ms old (usual every 10 ms), not again by 100.500 s"),
-            std::string::npos)
-      << inputs;
-  EXPECT_NE(inputs.find("changed first: front_angle (0x18FF1021) missed its turn at 99.960 s"), std::string::npos)
-      << inputs;
-  EXPECT_EQ(inputs.find("node"), std::string::npos) << inputs;
+  for (const char* said : {"3 of 4 frames of the machine came in time; controller sound; ",
+                           "front_angle (0x18FF1021): 50 ms old (usual every 10 ms), not again by 100.500 s",
+                           "changed first: front_angle (0x18FF1021) missed its turn at 99.960 s"})
+    EXPECT_TRUE(says(inputs, said));
+  EXPECT_FALSE(says(inputs, "node"));
 }
 
-TEST(ExplainFrames, OfAllThatStoppedAtOnceBlamesNoSingleOne) {
-  OwnFrames bus(test::command_machine());
-  bus.come("all", Time(99960ms));
-  bus.stopped_by(ReasonCode::kSensorStale, NodeRole::kEncoder, kBoom, 45, 40);
-  EXPECT_EQ(bus.cause().id, "frames_missing");
-}
-
-TEST(ExplainFrames, OneThatWasNotDueSpeaksNotForItsBus) {
-  MachineDescription machine = test::command_machine();
-  for (BroadcastFrame& frame : machine.bus.broadcasts)
-    if (frame.name == "body_slope") frame.period_s = 1;
-  OwnFrames bus(machine);
-  bus.come("all", Time(99960ms));
-  bus.stopped_by(ReasonCode::kSensorStale, NodeRole::kEncoder, kBoom, 45, 40);
-  EXPECT_EQ(bus.cause().id, "frames_missing");
+TEST(ExplainFrames, OfAllThatStoppedAtOnceBlamesNoSingleOneNorOneThatWasNotDue) {
+  for (const double slope_period_s : {0.02, 1.0}) {
+    MachineDescription machine = test::command_machine();
+    for (BroadcastFrame& frame : machine.bus.broadcasts)
+      if (frame.name == "body") frame.period_s = slope_period_s;
+    OwnFrames bus(machine);
+    bus.come("all", Time(99960ms));
+    bus.stopped_by(ReasonCode::kSensorStale, NodeRole::kEncoder, kBoom, 45, 40);
+    EXPECT_EQ(bus.cause().id, "frames_missing") << slope_period_s;
+  }
 }
 
 TEST(ExplainFrames, SaysSinceWhenACounterStands) {
@@ -101,9 +95,7 @@ TEST(ExplainFrames, SaysSinceWhenACounterStands) {
   bus.stopped_by(ReasonCode::kSensorInvalid, NodeRole::kEnable, kPilotOnIndex, 0, kCounterStands);
   const Cause cause = bus.cause();
   EXPECT_EQ(cause.id, "frame_repeated");
-  EXPECT_EQ(cause.text,
-            "machine_state (0x18FF4021): its counter stands since 99.900 s: what sends it hangs and repeats its last "
-            "frame, or does not count as the machine file says");
+  EXPECT_TRUE(says(cause.text, "machine_state (0x18FF4021): its counter stands since 99.900 s"));
   EXPECT_EQ(cause.since, Time(99900ms));
 }
 
@@ -113,7 +105,7 @@ TEST(ExplainFrames, OfAFrameThatIsTooShortSpeaksOfNoPdo) {
   bus.stopped_by(ReasonCode::kFrameShort, NodeRole::kEncoder, kArm, 7, 8);
   const Cause cause = bus.cause();
   EXPECT_EQ(cause.id, "frame_short");
-  EXPECT_EQ(cause.text.find("PDO"), std::string::npos) << cause.text;
+  EXPECT_FALSE(says(cause.text, "PDO"));
 }
 
 /// The controller there sends nothing that anybody could acknowledge, and no node is on it.
@@ -125,10 +117,9 @@ TEST(ExplainFrames, OfACutBusWithoutNodesSpeaksOfItsFramesAlone) {
                                 static_cast<std::uint32_t>(CanState::kPassive) | 1U << recording::kStateOfBit});
   const Cause cause = bus.cause();
   EXPECT_EQ(cause.id, "bus_cut");
-  EXPECT_EQ(cause.text,
-            "bus machine is cut, or what sends on it lost power: from 100.000 s on no frame of it was heard");
-  EXPECT_NE(bus.inputs().find("controller of bus machine error-passive since 100.000 s"), std::string::npos)
-      << bus.inputs();
+  EXPECT_TRUE(says(cause.text, "bus machine is cut"));
+  EXPECT_TRUE(says(cause.text, "from 100.000 s on no frame of it was heard"));
+  EXPECT_TRUE(says(bus.inputs(), "controller of bus machine error-passive since 100.000 s"));
 }
 
 /// It is asked for the first time when something stops.
@@ -147,13 +138,10 @@ TEST(ExplainFrames, SaysWhatEndsMotionWhereNoCommandFrameGoesOut) {
   bus.window.machine_steps = {{Time(99s), 1}, {Time(100s), 2}};
   const Cause cause = bus.cause();
   EXPECT_EQ(cause.id, "machine_loop_paused");
-  const std::string ends =
-      "the machine's own controller ends all motion 50 ms after the last one, which is not proved: knuckle commission "
-      "proves it";
-  EXPECT_NE(text_of(cause.supports).find("no command frame was sent meanwhile: " + ends), std::string::npos)
-      << text_of(cause.supports);
+  const std::string ends = "the machine's own controller ends all motion 50 ms after the last one, which is not proved";
+  EXPECT_TRUE(says(text_of(cause.supports), "no command frame was sent meanwhile: " + ends));
   const WhatFollowed after = what_followed(bus.stop, bus.window, bus.machine);
-  EXPECT_EQ(lines_of(after, bus.stop).front(), "valves: no command got onto the wire any more: " + ends);
+  EXPECT_TRUE(says(lines_of(after, bus.stop).front(), "no command got onto the wire any more: " + ends));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "app/explain/timeline.h"
 #include "machine/reason_text.h"
 #include "tests/support/j1939_machine.h"
+#include "tests/support/says.h"
 #include "transport/j1939_packets.h"
 
 namespace knuckle::explain {
@@ -39,7 +40,7 @@ TEST(ExplainJ1939, NamesBothSendersOfAGroupAndSinceWhenThereIsASecond) {
   const Cause cause =
       bus.cause({ReasonCode::kGroupTwice, subject_of(NodeRole::kEncoder, kArm, machine.bus), 0x77, 0x21}, machine);
   EXPECT_EQ(cause.id, "group_twice");
-  EXPECT_NE(cause.text.find("front_angle (PGN 0xFF10), arm_angle: two devices send"), std::string::npos) << cause.text;
+  EXPECT_TRUE(test::says(cause.text, "front_angle (PGN 0xFF10), arm_angle: two devices send"));
   EXPECT_EQ(lines_of(cause.supports),
             "0x21 sent it 6 times, first at 100.000 s\n0x77 sent it 1 times, first at 100.050 s\n");
   EXPECT_EQ(cause.since, Time(100050ms));
@@ -65,12 +66,9 @@ TEST(ExplainJ1939, NotesLostPacketsAndOtherDevicesAndKnowsPacketsForTheMachines)
   bus.hears(j1939::claim_frame(0x17, 0x21));
   bus.hears(j1939::claim_frame(0x18, 0x21));
   const std::string notes = lines_of(j1939_notes(bus.window, machine));
-  EXPECT_NE(notes.find("J1939, at 100.010 s: coolant (PGN 0x1FF60): packet 1 of 3 from 0x21 did not come"),
-            std::string::npos)
-      << notes;
-  EXPECT_NE(notes.find("J1939, at 100.030 s: coolant (PGN 0x1FF60): its sender's address 0x21 is claimed by another"),
-            std::string::npos)
-      << notes;
+  EXPECT_TRUE(test::says(notes, "at 100.010 s: coolant (PGN 0x1FF60): packet 1 of 3 from 0x21 did not come"));
+  EXPECT_TRUE(
+      test::says(notes, "at 100.030 s: coolant (PGN 0x1FF60): its sender's address 0x21 is claimed by another"));
   Stop stop;
   stop.at = bus.now;
   EXPECT_TRUE(evidence_of(stop, bus.window, machine).foreign.empty());

@@ -92,44 +92,30 @@ TEST(BusRoundTrip, AGroupInSeveralPacketsComesBackAsItWas) {
   EXPECT_EQ(coolant(parse_machine(text, "m.toml").bus.broadcasts), coolant(machine.bus.broadcasts));
 }
 
-TEST(BusRoundTrip, FramesThatAMultiplexerTellsApartAreOneMessage) {
-  std::ostringstream out;
-  write_dbc(test::multiplexed_machine(), out);
-  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
-  const eds::DbcMessage& message = dbc.usable("front_angle");
-  EXPECT_EQ(message.period_s, 0.005);
-  ASSERT_EQ(message.signals.size(), 1U + 3 + 6 + 1) << "multiplexer, angles, pressures and one counter";
-  EXPECT_TRUE(message.signals[0].is_multiplexer);
-  EXPECT_EQ(message.find("arm_angle")->condition->values.front().first, 1U);
-  EXPECT_EQ(message.find("bucket_rod_pressure")->condition->values.front().first, 2U);
-  EXPECT_FALSE(message.find("counter")->condition);
-}
-
-/// A name for each message, or nobody reads the file.
-TEST(BusRoundTrip, AMultiplexedFrameKeepsItsNameWhereWithoutTheValueItIsAnothers) {
+/// A name for each message, or nobody reads the file. Frames that a multiplexer tells apart are called as the first one
+/// without the multiplexer's value.
+TEST(BusRoundTrip, MessagesHaveNamesOfTheirOwnAlsoWhereWithoutTheMultiplexersValueTheyWouldNot) {
+  const auto dbc_of_frames = [](const std::string& broadcasts) {
+    std::ostringstream out;
+    write_dbc(parse_machine(test::broadcast_text(broadcasts), "m.toml"), out);
+    const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
+    EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
+    return dbc;
+  };
   std::string text = test::replaced(test::multiplexed(test::kBroadcasts), "\"front_angle\"", "\"front_1\"");
-  text = test::replaced(text, "\"body\"", "\"front\"");
-  std::ostringstream out;
-  write_dbc(parse_machine(test::broadcast_text(text), "m.toml"), out);
-  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
-  EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
-  EXPECT_NE(dbc.usable("front").find("slope"), nullptr);
-  EXPECT_NE(dbc.usable("front_1").find("boom_angle"), nullptr);
-  EXPECT_NE(dbc.usable("front_1").find("boom_head_pressure"), nullptr);
-}
+  const eds::DbcFile one = dbc_of_frames(test::replaced(text, "\"body\"", "\"front\""));  // "front" is another's
+  EXPECT_NE(one.usable("front").find("slope"), nullptr);
+  EXPECT_NE(one.usable("front_1").find("boom_angle"), nullptr);
+  EXPECT_NE(one.usable("front_1").find("boom_head_pressure"), nullptr);
 
-TEST(BusRoundTrip, TwoMultiplexedFramesOfOneNameWithoutTheValueAreTwoMessages) {
-  const std::string bits = "multiplexer = { start = 56, bits = 8, value = ";
-  std::string text = test::replaced(test::kBroadcasts, "\"front_angle\"", "\"front_1\"");
+  const std::string bits = "multiplexer = { start = 56, bits = 8, value = ";  // two messages, "front" both
+  text = test::replaced(test::kBroadcasts, "\"front_angle\"", "\"front_1\"");
   text = test::replaced(text, "id = 0x18FF1021\n", "id = 0x18FF1021\n" + bits + "1 }\n");
   text = test::replaced(text, "\"pressure_1\"", "\"front_2\"");
   text = test::replaced(text, "id = 0x18FF2021\nbytes = 6\n", "id = 0x18FF2021\nbytes = 8\n" + bits + "2 }\n");
-  std::ostringstream out;
-  write_dbc(parse_machine(test::broadcast_text(text), "m.toml"), out);
-  const eds::DbcFile dbc = eds::parse_dbc(out.str(), "ours.dbc");
-  EXPECT_TRUE(dbc.slips.empty()) << dbc.slips.front();
-  EXPECT_NE(dbc.usable("front").find("boom_angle"), nullptr);
-  EXPECT_NE(dbc.usable("front_2").find("boom_head_pressure"), nullptr);
+  const eds::DbcFile two = dbc_of_frames(text);
+  EXPECT_NE(two.usable("front").find("boom_angle"), nullptr);
+  EXPECT_NE(two.usable("front_2").find("boom_head_pressure"), nullptr);
 }
 
 }  // namespace

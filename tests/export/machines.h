@@ -10,18 +10,14 @@
 #include "tests/support/axes_machine.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/few_nodes.h"
-#include "tests/support/places.h"
 #include "tests/support/rotary_machine.h"
+#include "tests/support/shipped.h"
 
 namespace knuckle::test {
 
-inline std::string machine_file(const std::string& name) {
-  return source_dir() + "/config/machines/" + name + ".toml";
-}
-
 /// Lengths and parameters of an arm like the shipped one's, but different in each number.
 inline MachineDescription calibrated_machine() {
-  MachineDescription machine = load_machine(machine_file("solar015"));
+  MachineDescription machine = shipped("solar015");
   GeometryCalibration geometry;
   geometry.length_m = {1.757, 0.943, 0.508};
   geometry.boom_parent_pin_m = machine.boom_mount.parent_pin_m;
@@ -45,7 +41,7 @@ inline MachineDescription calibrated_machine() {
 
 /// Every choice that a machine file has about its wire, other than the shipped one's.
 inline MachineDescription other_wire() {
-  MachineDescription machine = load_machine(machine_file("compact080"));
+  MachineDescription machine = shipped("compact080");
   machine.name = "other_wire";
   machine.bus.wire = {
       .valve_full_stroke = 10000, .pressure = WireDescription::Pressure::kFloat, .encoder_speed_step_mps = 1e-3};
@@ -58,7 +54,7 @@ inline MachineDescription other_wire() {
 }
 
 inline MachineDescription coarse_pressures() {
-  MachineDescription machine = load_machine(machine_file("solar015"));
+  MachineDescription machine = shipped("solar015");
   machine.name = "coarse_pressures";
   machine.bus.wire.pressure_digits = 0;
   return machine;
@@ -73,8 +69,8 @@ inline MachineDescription one_transmitter() {
 
 /// The shipped ones, an identified one, those three, one with rotary encoders, and one with a node for all valves.
 inline std::vector<MachineDescription> machines_of_every_wire() {
-  return {load_machine(machine_file("solar015")),
-          load_machine(machine_file("compact080")),
+  return {shipped("solar015"),
+          shipped("compact080"),
           other_wire(),
           coarse_pressures(),
           one_transmitter(),

@@ -20,11 +20,13 @@ namespace knuckle::test {
 
 struct RecordedSession {
   TemporaryFolder folder;
-  std::string recording = folder.file("session.mcap"), candump = folder.file("session.log");
+  std::string recording = folder.file("session.mcap"), candump = folder.file("session.log"),
+              csv = folder.file("session.csv");
 
   RecordedSession() {
-    const ProgramRun run = run_program(program("knuckle"), {"simulate", "--scenario", "wall_contact", "--duration",
-                                                            "1.5", "--log", recording, "--candump", candump});
+    const ProgramRun run =
+        run_program(program("knuckle"), {"simulate", "--scenario", "wall_contact", "--duration", "1.5", "--log",
+                                         recording, "--candump", candump, "--csv", csv});
     EXPECT_NE(run.exit_code, 2) << run.err;
   }
 };

@@ -1,7 +1,6 @@
 // Recordings of simulated operators, for studies.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,17 +8,16 @@
 
 namespace knuckle::test {
 
-/// Runs a scenario given as TOML. @param bookmarks are in it. @param change of the head, such as which side it has.
+/// Runs a scenario given as TOML. @param bookmarks are in it.
 inline void record(const std::string& scenario, const std::string& file,
-                   const std::vector<recording::Event>& bookmarks = {},
-                   const std::function<void(recording::Head&)>& change = {}) {
+                   const std::vector<recording::Event>& bookmarks = {}) {
   session::SimulateOptions options;
   options.scenario = "written_in_the_test";
   options.scenario_text = scenario;
   recording::RecorderOptions how;
   how.file = file;
   how.compression = {1};
-  RecordedSession recorded(options, how, change);
+  RecordedSession recorded(options, how);
   recorded.run();
   for (const recording::Event& bookmark : bookmarks) recorded.recorder.event(bookmark);
   recorded.recorder.close();

@@ -198,8 +198,11 @@ TEST(TaskMetrics, OfARecordedPressAreItsForceWhicheverSideRecordedIt) {
   const std::vector<recording::Event> marks{{at_s(4), recording::Severity::kInfo, "bookmark", "task start"},
                                             {at_s(6), recording::Severity::kInfo, "bookmark", "task end"}};
   test::record(scenario, folder.file("both.mcap"), marks);
-  test::record(scenario, folder.file("operator.mcap"), marks, [](recording::Head& head) { head.has_machine = false; });
-  test::record(scenario, folder.file("machine.mcap"), marks, [](recording::Head& head) { head.has_operator = false; });
+  const auto all = [](const std::string&, auto&) { return true; };
+  recording::Head operators = recording::Recording({folder.file("both.mcap")}).head(), machines = operators;
+  operators.has_machine = machines.has_operator = false;
+  test::rewrite(folder.file("both.mcap"), folder.file("operator.mcap"), operators, {1}, all);
+  test::rewrite(folder.file("both.mcap"), folder.file("machine.mcap"), machines, {1}, all);
   const TaskMetrics both = measure(read_task(folder.file("both.mcap")));
   EXPECT_NEAR(both.mean_contact_force_N.value(), 2000, 200);
   EXPECT_NEAR(both.bookmarked_time_s.value(), 2, 1e-9);

@@ -8,6 +8,7 @@
 #include "recording/recording.h"
 #include "recording/tapped_wires.h"
 #include "tests/recording/recorded_session.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
@@ -39,61 +40,69 @@ TEST(FlightRecorder, EveryStopLeavesTheSecondsBeforeAndAfterItAlsoWithoutARecord
   }
 }
 
-TEST(FlightRecorder, SecondSessionOfTheSameNameKeepsBoth) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  for (int i = 0; i < 2; ++i) {
-    const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
-    EXPECT_EQ(status.flights.size(), 1u);
+/// A machine's side that only stops, and keeps flight records alone.
+class Stopping {
+ public:
+  explicit Stopping(RecorderOptions how) : recorder_(flights_alone(std::move(how)), head_, loaded_.setup.machine) {
+    tap_.record_to(recorder_.machine_steps());
   }
-  EXPECT_EQ(paths_in(folder.path().string(), true).size(), 2u);
+  void fault_at(Duration at, ReasonCode why) {
+    step(at, why);
+    for (const Duration later : {1s, 7s}) step(at + later, ReasonCode::kNone);
+  }
+  /// At the session's end.
+  RecorderStatus status() {
+    recorder_.close();
+    return recorder_.status();
+  }
+
+ private:
+  static RecorderOptions flights_alone(RecorderOptions how) {
+    how.keep = false;
+    return how;
+  }
+  void step(Duration at, ReasonCode alarm) {
+    tap_.end_step(Time(at), alarm);
+    recorder_.drain();
+  }
+  session::LoadedSession loaded_ = session::load_session(short_session("free_motion", 1));
+  recording::Head head_ = session::session_head(loaded_.setup, {});
+  Recorder recorder_;
+  recording::LoopTap tap_;
+};
+
+TEST(FlightRecorder, IsNamedByTheReasonAndASecondSessionKeepsBoth) {
+  TemporaryFolder folder;
+  for (int i = 0; i < 2; ++i) {
+    Stopping session(into(folder.path().string()));
+    session.fault_at(10s, ReasonCode::kLinkLost);
+    EXPECT_EQ(session.status().flights.size(), 1u);
+  }
+  const auto flights = paths_in(folder.path().string(), true);
+  ASSERT_EQ(flights.size(), 2u);
+  EXPECT_TRUE(says(flights[0], "_simulate_link_lost"));
 }
 
 TEST(FlightRecorder, FaultThatComesAndGoesGetsNoMoreThanItsShareOfTheFolder) {
   TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  const session::LoadedSession loaded = session::load_session(short_session("free_motion", 1));
-  Recorder recorder(how, session::session_head(loaded.setup, {}), loaded.setup.machine);
-  recording::LoopTap tap;
-  tap.record_to(recorder.machine_steps());
+  Stopping session(into(folder.path().string()));
   constexpr int kMost = recording::FlightRecorder::kMostPerHour;
-  const auto fault_at = [&](Duration at) {
-    tap.end_step(Time(at), ReasonCode::kEmergencyStop);
-    recorder.drain();
-    for (const Duration later : {1s, 7s}) {
-      tap.end_step(Time(at + later), ReasonCode::kNone);
-      recorder.drain();
-    }
-  };
-  for (int i = 0; i < kMost + 3; ++i) fault_at(i * 90s);
-  EXPECT_EQ(recorder.status().notices.size(), 3u);
-  fault_at(std::chrono::hours(1) + 5s);  // the first of the hour before counts no more
-  recorder.close();
-  EXPECT_EQ(recorder.status().flights.size(), kMost + 1u);
+  for (int i = 0; i < kMost + 3; ++i) session.fault_at(i * 90s, ReasonCode::kEmergencyStop);
+  session.fault_at(std::chrono::hours(1) + 5s, ReasonCode::kEmergencyStop);  // the first one of all counts no more
+  const RecorderStatus status = session.status();
+  EXPECT_EQ(status.notices.size(), 3u);
+  EXPECT_EQ(status.flights.size(), kMost + 1u);
 }
 
 TEST(FlightRecorder, OneThatCannotBeWrittenIsToldWithItsReason) {
   TemporaryFolder folder;
   std::ofstream(folder.file("file")) << "x";
-  RecorderOptions how = into(folder.file("file") + "/inside");
-  how.keep = false;
-  const RecorderStatus status = record(short_session("fault_in_contact", 60), how);
+  Stopping session(into(folder.file("file") + "/inside"));
+  session.fault_at(10s, ReasonCode::kLinkLost);
+  const RecorderStatus status = session.status();
   EXPECT_TRUE(status.flights.empty());
-  ASSERT_GE(status.notices.size(), 2u);  // at the start, and whenever one was needed
-  for (const std::string& notice : status.notices)
-    EXPECT_NE(notice.find("Not a directory"), std::string::npos) << notice;
-}
-
-TEST(FlightRecorder, NamesTheReason) {
-  TemporaryFolder folder;
-  RecorderOptions how = into(folder.path().string());
-  how.keep = false;
-  (void)record(short_session("fault_in_contact", 60), how);
-  const auto flights = paths_in(folder.path().string(), true);
-  ASSERT_EQ(flights.size(), 1u);
-  EXPECT_NE(flights[0].find("_simulate_link_lost.mcap"), std::string::npos) << flights[0];
+  ASSERT_GE(status.notices.size(), 2u);  // at the start, and when one was needed
+  for (const std::string& notice : status.notices) EXPECT_TRUE(says(notice, "Not a directory"));
 }
 
 }  // namespace

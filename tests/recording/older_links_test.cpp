@@ -58,43 +58,26 @@ TEST(OlderLinks, ASetPointOfVersion7LosesItsEnergyAndWaveAndNothingElse) {
   }
 }
 
-TEST(OlderLinks, AReportOfVersion7LosesItsEnergyAndWaveAndAStatusNothing) {
-  SlaveMessage message;
-  message.mode = Mode::kEngaged;
-  auto old = bytes(encode(message));
-  old.resize(old.size() - kSinceVersion9);
-  old[2] = 7;
-  for (const std::uint8_t byte : test::hex(kEnergy + kWave)) old.push_back(byte);
-  ASSERT_EQ(old.size(), 314u);
-  const auto report = from_older_link(old);
-  ASSERT_TRUE(report);
-  EXPECT_EQ(report->bytes, bytes(encode(message)));
-
-  EXPECT_EQ(report->made_up, kSinceVersion9);
-
-  MachineStatus told;
-  told.force_doubts = 0x85;
-  told.buses[0].load = 0.4;
-  told.can_errors = 3;
-  told.machine = MachineName("solar015");
-  const auto status = older_status(told, 7, 1);
-  ASSERT_EQ(status.size(), 239u);
-  ASSERT_TRUE(from_older_link(status));
-  EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told)));
-}
-
-TEST(OlderLinks, AReportOfVersion8TellsNoTorqueAndNothingElseOfItChanges) {
+TEST(OlderLinks, ReportsLoseTheirEnergyAndWaveAndTellNoTorqueThatTheyDidNotHave) {
   SlaveMessage message;
   message.mode = Mode::kEngaged;
   message.payload_kg = 12;
-  auto old = bytes(encode(message));
-  old.resize(old.size() - kSinceVersion9);
-  old[2] = 8;
-  const auto report = from_older_link(old);
-  ASSERT_TRUE(report);
-  EXPECT_EQ(report->bytes, bytes(encode(message)));
-  EXPECT_TRUE(decode_slave(report->bytes));
-
+  struct Version {
+    std::uint8_t number;
+    std::size_t lacks;  // bytes at its end
+    std::string besides;
+  };
+  for (const Version& version : {Version{7, kSinceVersion9, kEnergy + kWave}, {8, kSinceVersion9, ""}, {9, 0, ""}}) {
+    auto old = bytes(encode(message));
+    old.resize(old.size() - version.lacks);
+    old[2] = version.number;
+    for (const std::uint8_t byte : test::hex(version.besides)) old.push_back(byte);
+    const auto report = from_older_link(old);
+    ASSERT_TRUE(report) << int{version.number};
+    EXPECT_EQ(report->bytes, bytes(encode(message))) << int{version.number};
+    EXPECT_EQ(report->made_up, version.lacks) << int{version.number};
+    EXPECT_TRUE(decode_slave(report->bytes)) << int{version.number};
+  }
   auto set_point = test::hex(kMaster);
   set_point[2] = 8;
   ASSERT_TRUE(from_older_link(set_point));
@@ -102,28 +85,17 @@ TEST(OlderLinks, AReportOfVersion8TellsNoTorqueAndNothingElseOfItChanges) {
   EXPECT_EQ(from_older_link(set_point)->made_up, 0u);
 }
 
-TEST(OlderLinks, WhatVersion9SaidIsReadAsItIs) {
-  SlaveMessage message;
-  message.mode = Mode::kEngaged;
-  message.tip_torque_Nm = 12;
-  auto old = bytes(encode(message));
-  old[2] = 9;
-  const auto report = from_older_link(old);
-  ASSERT_TRUE(report);
-  EXPECT_EQ(report->bytes, bytes(encode(message)));
-  EXPECT_EQ(report->made_up, 0u);
-}
-
-TEST(OlderLinks, AStatusOfVersion10TellsTheLoadOfOneBus) {
+TEST(OlderLinks, AStatusTellsTheLoadOfOneBus) {
   MachineStatus told;
+  told.force_doubts = 0x85;
   told.buses[0].load = 0.4;
   told.can_errors = 3;
   told.machine = MachineName("solar015");
-  for (const std::uint8_t version : {std::uint8_t{9}, std::uint8_t{10}}) {
-    const auto status = older_status(told, version);
-    ASSERT_EQ(status.size(), 240u);
+  for (const int version : {7, 9, 10}) {
+    const auto status = older_status(told, static_cast<std::uint8_t>(version), version == 7 ? 1 : 2);
+    ASSERT_EQ(status.size(), version == 7 ? 239u : 240u);
     ASSERT_TRUE(from_older_link(status));
-    EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told)));
+    EXPECT_EQ(from_older_link(status)->bytes, bytes(encode(told))) << version;
   }
 }
 

@@ -18,6 +18,7 @@
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recording {
@@ -104,6 +105,13 @@ class OlderStates : public testing::Test {
     while (recording.next()) continue;
     return remarks(recording);
   }
+  /// How its replay differs: all of it on a processor whose last bits are others, nothing on that of the recording.
+  static std::string divergence(const std::string& file) {
+    Recording recording({file});
+    const ReplayResult result = replay(recording, setup_of(recording));
+    EXPECT_GT(result.sides[1].steps, 500u);
+    return test::words(result);
+  }
   /// Their numbers, as bytes.
   static std::vector<std::uint8_t> bytes(const slave::SlaveState& state) {
     return message_of(state, schema_lines<slave::SlaveState>().first);
@@ -128,26 +136,16 @@ TEST_F(OlderStates, WithFewerBitsOfDoubtHaveTheOnesTheyHad) {
 }
 
 TEST_F(OlderStates, WithMoreFieldsAndInAnotherOrderAreReadAndRunAgainAsIfTheyWereOfToday) {
-  const std::array<std::function<void(Lines&)>, 3> changes{
-      [](Lines& lines) {
-        lines.insert(lines.begin() + 3, {"uint8 gone", "float64[3] gone_as_well"});
-      },
-      [](Lines& lines) { std::reverse(lines.begin(), lines.end()); },
-      [](Lines& lines) {
-        std::rotate(lines.begin(), lines.begin() + 5, lines.end());
-        lines.insert(lines.begin(), "uint8 gone");
-      }};
-  const auto original = machine_states(press_);
+  const std::string file = changed([](Lines& lines) {
+    std::reverse(lines.begin(), lines.end());
+    lines.insert(lines.begin() + 3, {"uint8 gone", "float64[3] gone_as_well"});
+  });
+  const auto original = machine_states(press_), states = machine_states(file);
   ASSERT_GT(original.size(), 500u);
-  for (const auto& change : changes) {
-    const std::string file = changed(change);
-    const auto states = machine_states(file);
-    ASSERT_EQ(states.size(), original.size());
-    for (std::size_t i = 0; i < states.size(); ++i) ASSERT_EQ(bytes(states[i]), bytes(original[i])) << i;
-    EXPECT_EQ(notes(file), Lines());
-    Recording as_it_was({press_}), recording({file});
-    EXPECT_EQ(test::words(replay(recording, setup_of(recording))), test::words(replay(as_it_was, setup_of(as_it_was))));
-  }
+  ASSERT_EQ(states.size(), original.size());
+  for (std::size_t i = 0; i < states.size(); ++i) ASSERT_EQ(bytes(states[i]), bytes(original[i])) << i;
+  EXPECT_EQ(notes(file), Lines());
+  EXPECT_EQ(divergence(file), divergence(press_));
 }
 
 TEST_F(OlderStates, WithoutAFieldHaveItsInitialValueAndSaySoAndAreRunAgainWithoutComparingIt) {
@@ -168,24 +166,17 @@ TEST_F(OlderStates, WithoutAFieldHaveItsInitialValueAndSaySoAndAreRunAgainWithou
       "fault.code, fault.subject, fault.value, fault.limit, round_trip_s, tip_force_n, confidence";
   const auto told = notes(file);
   ASSERT_EQ(told.size(), 2u);
-  EXPECT_TRUE(std::count(told.begin(), told.end(),
-                         file + ": /machine/state: recorded by another version of Knuckle, without " + lacks))
-      << told[0] << '\n'
-      << told[1];
-  Recording as_it_was({press_}), recording({file});
-  const ReplayResult result = replay(recording, setup_of(recording));
-  EXPECT_EQ(result.sides[1].steps, original.size());
-  EXPECT_EQ(test::words(result), test::words(replay(as_it_was, setup_of(as_it_was))));
+  EXPECT_TRUE(test::says(told[0] + '\n' + told[1],
+                         ": /machine/state: recorded by another version of Knuckle, without " + lacks));
+  EXPECT_EQ(divergence(file), divergence(press_));
 }
 
 TEST_F(OlderStates, WithAFieldOfAnotherTypeAreRefusedInOneLine) {
   const std::string file = changed([](Lines& lines) {
     std::replace(lines.begin(), lines.end(), std::string("float64 confidence"), std::string("uint8 confidence"));
   });
-  EXPECT_EQ(test::refusal([&] { (void)machine_states(file); }),
-            file +
-                ": /operator/state: confidence is recorded as uint8, and is float64 in this version of Knuckle: "
-                "cannot be read");
+  EXPECT_TRUE(test::begins(test::refusal([&] { (void)machine_states(file); }),
+                           file + ": /operator/state: confidence is recorded as uint8, and is float64"));
 }
 
 TEST_F(OlderStates, WithAModeOrACodeThatNobodyKnowsAreNoStates) {
@@ -231,7 +222,7 @@ TEST(StateTranslation, RefusesASchemaThatIsNoStatesNamingFileAndField) {
         "float64[99999999999999999999] x", "float64[70000] x", "a/Inner[2] why", "a/Other why", "float64[2]] x"}) {
     const std::string said =
         test::refusal([&] { StateTranslation(field + " x\n" + kInner, "uint8 x\n", {}, "f: /t"); });
-    EXPECT_EQ(said.rfind("f: /t: schema: ", 0), 0u) << field << ": " << said;
+    EXPECT_TRUE(test::begins(said, "f: /t: schema: ")) << field;
   }
   const std::string circle = "a/A x\n" + std::string(80, '=') + "\nMSG: a/A\na/A x\na/A y\n";
   EXPECT_NE(test::refusal([&] { StateTranslation(circle, "uint8 x\n", {}, "f"); }), "accepted");

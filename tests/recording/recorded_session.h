@@ -24,10 +24,8 @@ namespace knuckle::test {
 
 /// A session and its recorder, before the first step.
 struct RecordedSession {
-  /// @param change of the head, such as which sides it has; may be empty.
-  RecordedSession(const session::SimulateOptions& options, const recording::RecorderOptions& how,
-                  const std::function<void(recording::Head&)>& change = {})
-      : RecordedSession(options, how, session::load_session(options).setup, change) {}
+  RecordedSession(const session::SimulateOptions& options, const recording::RecorderOptions& how)
+      : RecordedSession(how, session::load_session(options).setup, options) {}
 
   /// To the session's end; the recorder takes what there is every 50 ms. @param each_tick called after every
   /// millisecond; may be empty.
@@ -43,16 +41,10 @@ struct RecordedSession {
   session::Session session;
 
  private:
-  RecordedSession(const session::SimulateOptions& options, const recording::RecorderOptions& how,
-                  const session::SessionSetup& setup, const std::function<void(recording::Head&)>& change)
-      : recorder(how, head_of(options, setup, change), setup.machine), session(setup) {
+  RecordedSession(const recording::RecorderOptions& how, const session::SessionSetup& setup,
+                  const session::SimulateOptions& options)
+      : recorder(how, session::session_head(setup, options), setup.machine), session(setup) {
     session.record_to(recorder);
-  }
-  static recording::Head head_of(const session::SimulateOptions& options, const session::SessionSetup& setup,
-                                 const std::function<void(recording::Head&)>& change) {
-    recording::Head head = session::session_head(setup, options);
-    if (change) change(head);
-    return head;
   }
 };
 

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "recording/recording.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 
 namespace knuckle::test {
 namespace {
@@ -28,15 +29,13 @@ TEST(RecordingHead, ForeignOrDamagedOnesAreRefusedWithTheirKey) {
     if (key == "imported") continue;  // recordings from before there were imports have none
     mcap::Metadata missing = good;
     missing.values.erase(key);
-    const std::string said = test::refusal([&] { (void)recording::head_of(missing, "FILE"); });
-    EXPECT_NE(said.find(key), std::string::npos) << said;
+    EXPECT_TRUE(says(refusal([&] { (void)recording::head_of(missing, "FILE"); }), key));
   }
   for (const char* version : {"6", "12"}) {
     mcap::Metadata other = good;
     other.values["link_version"] = version;
-    const std::string said = test::refusal([&] { (void)recording::head_of(other, "FILE"); });
-    const std::string both = std::string("link_version = ") + version + ": must be 7 to 11";
-    EXPECT_NE(said.find(both), std::string::npos) << said;
+    EXPECT_TRUE(says(refusal([&] { (void)recording::head_of(other, "FILE"); }),
+                     std::string("link_version = ") + version + ": must be 7 to 11"));
   }
   mcap::Metadata older = good;
   older.values["link_version"] = "7";

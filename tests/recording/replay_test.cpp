@@ -19,6 +19,7 @@
 #include "tests/recording/rewrite.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/link_header.h"
 
@@ -196,20 +197,32 @@ TEST_F(ReplayOfAPress, WithAChangedGainDiffersFromTheFirstForceOnAndNotBefore) {
   expect_first_at({Side::kOperator, first_force, 0, 0}, result, "spring");
 }
 
-/// Bits 0, 97, 194, ... of what a kind of input is made of, one in each copy. The check sum of the step's events is
-/// what it was, as where a disk or a person altered the file.
-TEST_F(ReplayOfAPress, ReportsAFlippedBitOfAnInputInItsStep) {
+/// The check sum of the step's events is what it was, as where a disk or a person altered the file.
+TEST_F(ReplayOfAPress, ReportsAnInputThatWasAlteredOrDroppedInItsStep) {
   for (const Kind& kind : kInputs) {
     std::size_t bit = 0;
-    for (const Place& place : some_places(kind, 8)) {
-      const ReplayResult result = replay_with_flipped_bit(place, bit % place.bits, false);
-      expect_first_at(place, result, std::string(kind.name) + ", bit " + std::to_string(bit % place.bits));
+    for (const Place& place : some_places(kind, 4)) {
+      expect_first_at(place, replay_with_flipped_bit(place, bit % place.bits, false), kind.name);
       bit += 97;
     }
+    for (const Place& place : some_places(kind, 1)) expect_first_at(place, replay_without(place, false), kind.name);
   }
 }
 
-/// Where the check sum was made anew, only what the loop does can tell: never before the step of the change.
+TEST_F(ReplayOfAPress, ReportsAnOutputThatWasAlteredOrDroppedInItsStep) {
+  for (const Kind& kind : kOutputs) {
+    std::size_t bit = 0;
+    for (const Place& place : some_places(kind, 6)) {
+      const ReplayResult result = replay_with_flipped_bit(place, bit % place.bits, true);
+      expect_first_at(place, result, std::string(kind.name) + ", bit " + std::to_string(bit % place.bits));
+      bit += 97;
+    }
+    for (const Place& place : some_places(kind, 2)) expect_first_at(place, replay_without(place, true), kind.name);
+  }
+}
+
+/// Bits 0, 97, 194, ... of what a kind of input is made of, one in each copy. Where the check sum was made anew, only
+/// what the loop does can tell: never before the step of the change.
 TEST_F(ReplayOfAPress, DoesNotDifferBeforeTheStepOfAnInputThatWasForged) {
   for (const Kind& kind : kInputs) {
     std::size_t bit = 0, at_once = 0;
@@ -225,32 +238,9 @@ TEST_F(ReplayOfAPress, DoesNotDifferBeforeTheStepOfAnInputThatWasForged) {
   }
 }
 
-TEST_F(ReplayOfAPress, ReportsAFlippedBitOfAnOutputInItsStep) {
-  for (const Kind& kind : kOutputs) {
-    std::size_t bit = 0;
-    for (const Place& place : some_places(kind, 6)) {
-      const ReplayResult result = replay_with_flipped_bit(place, bit % place.bits, true);
-      expect_first_at(place, result, std::string(kind.name) + ", bit " + std::to_string(bit % place.bits));
-      bit += 97;
-    }
-  }
-}
-
-TEST_F(ReplayOfAPress, ReportsADroppedInputInItsStep) {
-  for (const Kind& kind : kInputs) {
-    for (const Place& place : some_places(kind, 4)) expect_first_at(place, replay_without(place, false), kind.name);
-  }
-}
-
-TEST_F(ReplayOfAPress, ReportsADroppedOutputInItsStep) {
-  for (const Kind& kind : kOutputs) {
-    for (const Place& place : some_places(kind, 4)) expect_first_at(place, replay_without(place, true), kind.name);
-  }
-}
-
 TEST_F(ReplayOfAPress, ReportsADroppedStepAtTheNextOne) {
   for (const Side side : {Side::kOperator, Side::kMachine}) {
-    for (const std::uint32_t dropped : {1U, 150U, 333U}) {
+    for (const std::uint32_t dropped : {1U, 333U}) {
       bool without = false;
       const ReplayResult result = replay_with([&](const std::string& topic, std::vector<std::uint8_t>& message) {
         if (topic == wires_topic(side)) without = decode_wires(message, kLinkVersion)->step == dropped;
@@ -289,58 +279,9 @@ TEST_F(ReplayOfAPress, ANegativeZeroIsADifferenceOfTheSameLoopsOnly) {
 TEST_F(ReplayOfAPress, OfAFlightRecordIsRefusedWithoutNamingAFirstPart) {
   head_.part = 0;
   const std::string said = test::refusal([&] { (void)replay_with([](const auto&, auto&) { return true; }); });
-  EXPECT_NE(said.find("(a flight record): "), std::string::npos) << said;
-  EXPECT_NE(said.find("`knuckle explain` reads it"), std::string::npos) << said;
-  EXPECT_EQ(said.find("part 1"), std::string::npos) << said;
-}
-
-TEST_F(ReplayOfAPress, ChunksInAnyOrderAndTwiceMakeNoDifference) {
-  const std::string copy = folder_->file("shuffled.mcap");
-  mcap::Reader reader(original_);
-  std::vector<mcap::Chunk> chunks;
-  mcap::ChunkBuilder builder;
-  for (int messages = 1; const auto message = reader.next(); ++messages) {
-    builder.add(message->channel_id, message->sequence, message->log_time_ns, message->publish_time_ns, message->data);
-    if (messages % 700 == 0) chunks.push_back(builder.finish(kFast));
-  }
-  chunks.push_back(builder.finish(kFast));
-  ASSERT_GE(chunks.size(), 5u);
-  mcap::FileWriter writer;
-  ASSERT_TRUE(writer.open(copy, reader.topics()));
-  ASSERT_TRUE(writer.note(metadata_of(head_)));
-  for (const mcap::Attachment& attachment : attachments_of(head_)) ASSERT_TRUE(writer.attach(attachment));
-  for (const std::size_t chunk : {2U, 0U, 3U, 1U, 3U}) ASSERT_TRUE(writer.append(chunks[chunk]));
-  for (std::size_t chunk = 4; chunk < chunks.size(); ++chunk) ASSERT_TRUE(writer.append(chunks[chunk]));
-  ASSERT_TRUE(writer.close());
-  const ReplayResult whole = replayed(original_), shuffled = replayed(copy);
-  EXPECT_TRUE(shuffled.identical());
-  for (const Side side : {Side::kOperator, Side::kMachine}) EXPECT_EQ(of(side, shuffled).steps, of(side, whole).steps);
-  Recording recording({copy});
-  while (recording.next()) {
-  }
-  const std::vector<std::string> notes = recording.order_notes();
-  ASSERT_EQ(notes.size(), 2u);
-  EXPECT_NE(notes[0].find(": not in the order of time, first at "), std::string::npos) << notes[0];
-  EXPECT_NE(notes[1].find(": 700 messages stand twice in it"), std::string::npos) << notes[1];
-}
-
-/// Files of others, as they failed in the field.
-TEST_F(ReplayOfAPress, WhatFailedInTheFieldIsReadWhole) {
-  const std::string folder = test::source_dir() + "/../shared/data/field-faults/";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
-  for (const char* file : {"lz4.mcap", "swapchunks.mcap"}) {
-    Recording recording({folder + file});
-    std::array<int, 2> steps{};
-    Time last{};
-    while (const auto entry = recording.next()) {
-      EXPECT_GE(entry->at, last) << file;
-      last = entry->at;
-      steps[0] += entry->topic == Topic::kOperatorState ? 1 : 0;
-      steps[1] += entry->topic == Topic::kMachineState ? 1 : 0;
-    }
-    EXPECT_EQ(steps, (std::array{4000, 800})) << file;
-    EXPECT_EQ(defects(recording), std::vector<std::string>()) << file;
-  }
+  EXPECT_TRUE(test::says(said, "(a flight record): "));
+  EXPECT_TRUE(test::says(said, "`knuckle explain` reads it"));
+  EXPECT_FALSE(test::says(said, "part 1"));
 }
 
 }  // namespace

@@ -34,45 +34,17 @@ TEST(TappedCan, TellsTheShareOfTimeThatFramesBothWaysTook) {
   EXPECT_GT(bits / (0.050 * kBitRate), 0.2);
   EXPECT_EQ(can.meter().take_loads(Time(1100ms), kBitRate)[0], 0) << "nothing since";
   EXPECT_EQ(can.meter().take_loads(Time(1100ms), kBitRate)[0], 0) << "no time since";
-}
-
-TEST(TappedCan, DoesNotCountWhatDidNotGoOut) {
-  VirtualCanBus bus(2, kBitRate);
-  LoopTap off;
-  TappedCan can(bus.port(0), off);
-  (void)can.meter().take_loads(Time(0s), kBitRate);
   bus.take_down(0, true);
-  EXPECT_FALSE(can.send({.id = 1}));
+  EXPECT_FALSE(can.send(out));
   EXPECT_EQ(can.state(), CanState::kDown);
-  EXPECT_EQ(can.meter().take_loads(Time(1s), kBitRate)[0], 0);
+  EXPECT_EQ(can.meter().take_loads(Time(1200ms), kBitRate)[0], 0) << "it did not go out";
 }
 
-TEST(TappedCan, KeepsCopiesOfWhatPassedWithTheTimeOfTheStepWhereAskedTo) {
-  VirtualCanBus bus(2, kBitRate);
-  LoopTap off;
-  TappedCan can(bus.port(0), off), only_metered(bus.port(1), off);
-  can.keep_copies();
-  can.stamp(Time(1500ms));
-  ASSERT_TRUE(can.send({.id = 0x185, .size = 2, .data = {0x00, 0x11}}));
-  ASSERT_TRUE(only_metered.send({.id = 0x080}));
-  bus.advance(Time(1501ms));
-  can.stamp(Time(1505ms));
-  CanFrame heard;
-  ASSERT_TRUE(can.receive(heard));
-  ASSERT_FALSE(can.receive(heard));
-  std::ostringstream log, nothing;
-  can.write(log, "vcan7");
-  EXPECT_EQ(log.str(), "(0000000001.500000) vcan7 185#0011\n(0000000001.505000) vcan7 080#\n");
-  can.write(nothing, "vcan7");
-  only_metered.write(nothing, "vcan7");
-  EXPECT_EQ(nothing.str(), "");
-}
-
-TEST(TappedCan, OfTwoBusesLogsBothMetersEachAndRecordsTheStateOfEach) {
+TEST(TappedCan, OfTwoBusesLogsWhatPassedMetersEachAndRecordsTheStateOfEach) {
   VirtualCanBus first(2, kBitRate), second(2, kBitRate / 2);
   CanBuses both(first.port(0), &second.port(0));
   LoopTap off;
-  TappedCan can(both, off);
+  TappedCan can(both, off), only_metered(first.port(1), off);
   can.keep_copies();
   can.stamp(Time(1s));
   (void)can.meter().take_loads(Time(1s), kBitRate, kBitRate / 2);
@@ -82,9 +54,19 @@ TEST(TappedCan, OfTwoBusesLogsBothMetersEachAndRecordsTheStateOfEach) {
   const std::array<double, 2> loads = can.meter().take_loads(Time(1100ms), kBitRate, kBitRate / 2);
   EXPECT_DOUBLE_EQ(loads[0], frame_bits({.id = 0x080}) / (0.1 * kBitRate));
   EXPECT_DOUBLE_EQ(loads[1], frame_bits(frame) / (0.1 * kBitRate / 2));
-  std::ostringstream log;
+  ASSERT_TRUE(only_metered.send({.id = 0x185, .size = 2, .data = {0x00, 0x11}}));
+  first.advance(Time(1101ms));
+  can.stamp(Time(1105ms));
+  CanFrame heard;
+  ASSERT_TRUE(can.receive(heard));
+  std::ostringstream log, nothing;
   can.write(log, "can0", "can3");
-  EXPECT_EQ(log.str(), "(0000000001.000000) can3 18FF0105#AB\n(0000000001.000000) can0 080#\n");
+  EXPECT_EQ(log.str(),
+            "(0000000001.000000) can3 18FF0105#AB\n(0000000001.000000) can0 080#\n"
+            "(0000000001.105000) can0 185#0011\n");
+  can.write(nothing, "can0", "can3");
+  only_metered.write(nothing, "can0");
+  EXPECT_EQ(nothing.str(), "") << "once, and only where copies are kept";
   second.disturb(0, true);
   EXPECT_EQ(can.state(), CanState::kPassive);
   EXPECT_EQ(can.state_of(), 1);
@@ -111,7 +93,7 @@ TEST(ReplayedCan, SaysOfWhichOfTwoBusesAFrameAndAStateAre) {
   EXPECT_EQ(wires.can().states(), (std::array{CanState::kPassive, CanState::kDown}));
 }
 
-TEST(CanStates, OfTwoBusesAreOneNumberAndBack) {
+TEST(CanStates, OfTwoBusesAreOneNumberAndBackAndWhatIsNoneIsDown) {
   for (const unsigned first : {0U, 1U, 2U, 3U}) {
     for (const unsigned second : {0U, 1U, 2U, 3U}) {
       const std::array states{static_cast<CanState>(first), static_cast<CanState>(second)};
@@ -120,12 +102,9 @@ TEST(CanStates, OfTwoBusesAreOneNumberAndBack) {
       EXPECT_TRUE(both_told(can_states_value(states)));
     }
   }
-}
-
-TEST(CanStates, WhatIsNoneInADamagedRecordingIsDown) {
-  for (const std::uint32_t value : {0xFFU, 0x04U, 0xFFFFFFFFU}) {
-    EXPECT_EQ(can_state(value), CanState::kDown) << value;
-    for (const CanState state : can_states(value)) EXPECT_LE(state, CanState::kDown) << value;
+  for (const std::uint32_t damaged : {0xFFU, 0x04U, 0xFFFFFFFFU}) {
+    EXPECT_EQ(can_state(damaged), CanState::kDown) << damaged;
+    for (const CanState state : can_states(damaged)) EXPECT_LE(state, CanState::kDown) << damaged;
   }
 }
 

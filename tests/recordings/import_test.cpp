@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
 
 #include "app/recordings/own_table.h"
@@ -17,8 +19,9 @@
 #include "recording/replay.h"
 #include "slave/slave_state.h"
 #include "tests/identify/recorded_motion.h"
-#include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
+#include "tests/support/shipped.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
@@ -125,8 +128,8 @@ TEST_F(Import, MakesUpNoFramesAndIsNotReplayed) {
   }
   EXPECT_EQ(events, table_.notes);
   EXPECT_GE(events.size(), 2U);
-  const std::string said = test::refusal([&] { (void)recording::replay(recording, {}); });
-  EXPECT_EQ(said.find(mcap_ + ": was imported from a table"), 0U) << said;
+  EXPECT_TRUE(test::begins(test::refusal([&] { (void)recording::replay(recording, {}); }),
+                           mcap_ + ": was imported from a table"));
 }
 
 TEST_F(Import, OfARecordingNeedsNoMapping) {
@@ -134,60 +137,61 @@ TEST_F(Import, OfARecordingNeedsNoMapping) {
   EXPECT_THROW((void)read_recording(folder_.file("none.mcap"), "", machine_), InputError);
 }
 
-std::string refusal(const RecordedFile& table, const MachineDescription& machine, const std::string& to) {
-  return test::refusal([&] { (void)write_imported(table, {}, machine, to); });
+/// A change of a table, and what its refusal says: where it begins, and the bound that is broken.
+struct Impossible {
+  std::function<void(RecordedFile&)> change;
+  std::string column, bound;
+};
+
+/// All samples changed.
+std::function<void(RecordedFile&)> each(const std::function<void(estimation::Measurement&)>& change) {
+  return [change](RecordedFile& table) {
+    for (estimation::Measurement& sample : table.recording.samples) change(sample);
+  };
 }
 
-TEST_F(Import, IsRefusedWhereTheTableCannotBeOfThisMachine) {
-  const MachineDescription other = load_machine(test::source_dir() + "/config/machines/compact080.toml");
-  const std::string to = folder_.file("other.mcap"), said = refusal(table_, other, to);
-  EXPECT_EQ(said.find(csv_ + ": column 'boom_cylinder_m': 100 % of it is outside what is possible at machine "), 0U)
-      << said;
-  EXPECT_NE(said.find("compact080, 1.45 to 2.32 m (most of all 0."), std::string::npos) << said;
-  EXPECT_EQ(said.find('\n'), std::string::npos);
-  EXPECT_FALSE(std::filesystem::exists(to));
-  EXPECT_NE(said.find("; at most 20 % may be: "), std::string::npos) << said;
-  RecordedFile tenfold = table_;
-  for (auto& sample : tenfold.recording.samples)
-    for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= 10;
-  EXPECT_NE(refusal(tenfold, machine_, to).find("column 'boom_head_Pa': "), std::string::npos);
-}
-
-TEST_F(Import, IsRefusedWhereItsPressuresAreInBarAndAreReadAsPa) {
-  const std::string to = folder_.file("bar.mcap");
-  for (auto& sample : table_.recording.samples)
-    for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= 1e-5;
-  const std::string said = refusal(table_, machine_, to);
-  EXPECT_EQ(said.find(csv_ + ": no pressure of the table reaches 2 bar (the highest is 0.00"), 0U) << said;
-  EXPECT_NE(said.find(" bar, in row "), std::string::npos) << said;
-  EXPECT_FALSE(std::filesystem::exists(to));
-}
-
-TEST_F(Import, RefusalNamesTheMostExtremeValueItsRowAndTheBound) {
-  const std::size_t usable = static_cast<std::size_t>(
+TEST_F(Import, IsRefusedWithColumnRowAndBoundWhereTheMachineCannotHaveMeasuredIt) {
+  const std::string row = std::to_string(table_.rows[7]);
+  const auto usable = static_cast<std::size_t>(
       std::count(table_.recording.usable.begin(), table_.recording.usable.end(), std::uint8_t{1}));
-  const std::size_t changed = usable / 5 + 1;  // the median stays possible
-  ASSERT_LT(changed, 300U) << "before the hole";
-  for (std::size_t i = 0; i < changed; ++i) table_.recording.samples[i].cylinder_m[kArm] = 3;
-  table_.recording.samples[7].cylinder_m[kArm] = 4;
-  const std::string said = refusal(table_, machine_, folder_.file("many.mcap"));
-  EXPECT_EQ(said.find(csv_ + ": column 'arm_cylinder_m': 20."), 0U) << said;
-  EXPECT_NE(said.find("0.843 to 1.373 m (most of all 4 in row " + std::to_string(table_.rows[7]) +
-                      "); at most 20 % may be: "),
-            std::string::npos)
-      << said;
+  const std::size_t more_than_a_fifth = usable / 5 + 1;  // the median stays possible
+  ASSERT_LT(more_than_a_fifth, 300U) << "before the hole";
+  const auto factor = [](double of) {
+    return each([of](estimation::Measurement& sample) {
+      for (double& pressure_Pa : sample.pressure_Pa) pressure_Pa *= of;
+    });
+  };
+  const std::string to = folder_.file("refused.mcap");
+  for (const Impossible& is :
+       {Impossible{factor(10), "column 'boom_head_Pa': ", "; at most 20 % may be: "},
+        {factor(1e-5), "no pressure of the table reaches 2 bar (the highest is 0.00", " bar, in row "},
+        {[](RecordedFile& table) {
+           each([](auto& sample) { sample.hull_pitch_rad = 3.5; })(table);
+           table.recording.samples[7].hull_pitch_rad = 100;
+         },
+         "column 'hull_pitch_rad': 100 % of it is outside what is possible at machine ",
+         ", -0.35 to 0.35 rad (most of all 100 in row " + row + ")"},
+        {[&](RecordedFile& table) {
+           for (std::size_t i = 0; i < more_than_a_fifth; ++i) table.recording.samples[i].cylinder_m[kArm] = 3;
+           table.recording.samples[7].cylinder_m[kArm] = 4;
+         },
+         "column 'arm_cylinder_m': 20.",
+         "0.843 to 1.373 m (most of all 4 in row " + row + "); at most 20 % may be: "}}) {
+    RecordedFile table = table_;
+    is.change(table);
+    const std::string said = test::refusal([&] { (void)write_imported(table, {}, machine_, to); });
+    EXPECT_TRUE(test::begins(said, csv_ + ": " + is.column));
+    EXPECT_TRUE(test::says(said, is.bound));
+    EXPECT_FALSE(test::says(said, "\n"));
+    EXPECT_FALSE(std::filesystem::exists(to));
+  }
 }
 
-TEST_F(Import, IsRefusedWhereTheHullsPitchIsInDegrees) {
-  const std::string to = folder_.file("degrees.mcap");
-  for (auto& sample : table_.recording.samples) sample.hull_pitch_rad = 3.5;
-  table_.recording.samples[7].hull_pitch_rad = 100;
-  const std::string said = refusal(table_, machine_, to);
-  EXPECT_EQ(said.find(csv_ + ": column 'hull_pitch_rad': 100 % of it is outside what is possible at machine "), 0U)
-      << said;
-  EXPECT_NE(said.find(", -0.35 to 0.35 rad (most of all 100 in row " + std::to_string(table_.rows[7]) + ")"),
-            std::string::npos)
-      << said;
+TEST_F(Import, IsRefusedForAnotherMachine) {
+  const std::string to = folder_.file("other.mcap");
+  const std::string said = test::refusal([&] { (void)write_imported(table_, {}, test::shipped("compact080"), to); });
+  EXPECT_TRUE(test::begins(said, csv_ + ": column 'boom_cylinder_m': 100 % of it is outside what is possible"));
+  EXPECT_TRUE(test::says(said, "compact080, 1.45 to 2.32 m (most of all 0."));
   EXPECT_FALSE(std::filesystem::exists(to));
 }
 
@@ -195,11 +199,8 @@ TEST_F(Import, SaysWhichFewValuesTheMachineCannotHaveMeasured) {
   for (std::size_t i = 10; i < 20; ++i) table_.recording.samples[i].cylinder_m[kArm] = 3;
   const std::vector<std::string> notes = write_imported(table_, {}, machine_, folder_.file("few.mcap"));
   ASSERT_EQ(notes.size(), table_.notes.size() + 1);
-  EXPECT_EQ(
-      notes.back(),
-      "10 samples of arm_cylinder_m are outside what is possible at machine solar015, 0.843 to 1.373 m (most of all "
-      "3 in row " +
-          std::to_string(table_.rows[10]) + ")");
+  EXPECT_TRUE(test::begins(notes.back(), "10 samples of arm_cylinder_m are outside what is possible"));
+  EXPECT_TRUE(test::says(notes.back(), "(most of all 3 in row " + std::to_string(table_.rows[10]) + ")"));
 }
 
 TEST_F(Import, LeavesNothingBehindWhereItCannotBeWritten) {

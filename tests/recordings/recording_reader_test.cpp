@@ -3,17 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <sstream>
 
 #include "app/recordings/csv_reader.h"
 #include "machine/kinematics.h"
-#include "machine/load.h"
 #include "tests/identify/recorded_motion.h"
-#include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
@@ -43,14 +41,6 @@ std::string as_csv(const estimation::Recording& recording) {
 const std::string& csv() {
   static const std::string text = as_csv(part_of(identify::recorded_motion(), 1000, 2000));
   return text;
-}
-
-/// csv() with one row's text changed; row 1 is the header.
-std::string with_row(std::size_t row, const std::function<std::string(const std::string&)>& change) {
-  std::istringstream in(csv());
-  std::string out, line;
-  for (std::size_t r = 1; std::getline(in, line); ++r) out += r == row ? change(line) : line + "\n";
-  return out;
 }
 
 TEST_F(RecordingReader, ReadsAgainWhatWasWrittenBitForBit) {
@@ -125,10 +115,8 @@ TEST_F(RecordingReader, NamesEveryMissingColumn) {
   std::string text = csv();
   for (const char* name : {"arm_rod_Pa", "hull_pitch_rad"}) text.replace(text.find(name), 3, "xyz");
   const std::string said = refusal(text);
-  EXPECT_NE(said.find("no column 'arm_rod_Pa', 'hull_pitch_rad'"), std::string::npos) << said;
-  const std::string session = refusal("t_s,boom_rad,boom_A_bar\n0,1,2\n");
-  EXPECT_NE(session.find("knuckle simulate"), std::string::npos) << session;
-  EXPECT_NE(session.find("'boom_cylinder_m'"), std::string::npos) << session;
+  EXPECT_TRUE(test::says(said, "no column 'arm_rod_Pa', 'hull_pitch_rad'"));
+  EXPECT_TRUE(test::says(refusal("t_s,boom_rad,boom_A_bar\n0,1,2\n"), "an older `knuckle simulate --csv`"));
 }
 
 TEST_F(RecordingReader, NamesOnlyTheColumnThatIsEmptyThroughout) {
@@ -141,11 +129,8 @@ TEST_F(RecordingReader, NamesOnlyTheColumnThatIsEmptyThroughout) {
     text += line.substr(0, second + 1) + "nan" + line.substr(line.find(',', second + 1)) + "\n";
   }
   const std::string said = refusal(text);
-  EXPECT_NE(said.find("column 'boom_rod_Pa' has no usable value"), std::string::npos) << said;
-  for (const char* other : kSignalNames) {
-    const bool named = said.find(other) != std::string::npos;
-    EXPECT_EQ(named, std::string(other) == "boom_rod_Pa") << said;
-  }
+  EXPECT_TRUE(test::says(said, "column 'boom_rod_Pa' has no usable value"));
+  for (const char* other : kSignalNames) EXPECT_EQ(bool(test::says(said, other)), std::string(other) == "boom_rod_Pa");
 }
 
 TEST_F(RecordingReader, InterpolatesShortHolesAndLeavesLongOnesOut) {
@@ -167,26 +152,6 @@ TEST_F(RecordingReader, InterpolatesShortHolesAndLeavesLongOnesOut) {
   EXPECT_EQ(lasting.recording.usable[597], 0);
 }
 
-TEST_F(RecordingReader, TellsOfRepeatedAndMissingCellsByRowAndColumn) {
-  const auto told = [&](const std::string& text, const std::string& what) {
-    for (const std::string& note : read(text).notes)
-      if (note.find(what) != std::string::npos) return true;
-    return false;
-  };
-  EXPECT_TRUE(told(with_row(77, [](const std::string& line) { return line + "\n" + line + "\n"; }),
-                   "repeated time (left out) in time_s: row 78"));
-  EXPECT_TRUE(
-      told(with_row(77, [](std::string line) { return line.erase(line.find(',') + 1, 4) + "\n"; }), "1000 rows"));
-  EXPECT_TRUE(told(with_row(77, [](const std::string& line) { return line.substr(0, line.find(',') + 1) + "\n"; }),
-                   "another number of cells than the header (left out): row 77"));
-  EXPECT_TRUE(told(with_row(77,
-                            [](std::string line) {
-                              const std::size_t at = line.find(',') + 1;
-                              return line.replace(at, line.find(',', at) - at, "n/a") + "\n";
-                            }),
-                   "cell that is not a number (not used) in boom_head_Pa: row 77"));
-}
-
 /// csv() with another time in each row.
 std::string with_times(const std::function<std::string(int)>& time) {
   std::istringstream in(csv());
@@ -197,7 +162,7 @@ std::string with_times(const std::function<std::string(int)>& time) {
   return out;
 }
 
-TEST_F(RecordingReader, TakesTimeInAnyUnitByItsStepOrAsUnixTime) {
+TEST_F(RecordingReader, TakesTimeInAnyUnitByItsStepOrAsUnixTimeAndRefusesOneThatIsNone) {
   const RecordedFile plain = read(csv());
   struct Case {
     const char* unit;
@@ -213,11 +178,8 @@ TEST_F(RecordingReader, TakesTimeInAnyUnitByItsStepOrAsUnixTime) {
     EXPECT_NE(std::find(other.notes.begin(), other.notes.end(), note), other.notes.end()) << note;
   }
   EXPECT_EQ(read(with_times([](int i) { return std::to_string(1'766'147'454 + 0.005 * i); })).recording.step_s, 0.005);
-}
-
-TEST_F(RecordingReader, RefusesATimeThatIsNone) {
-  const std::string said = refusal(with_times([](int i) { return std::to_string(0.1 * i); }));
-  EXPECT_NE(said.find("its usual step in time is 0.1 s, must be within"), std::string::npos) << said;
+  EXPECT_TRUE(test::says(refusal(with_times([](int i) { return std::to_string(0.1 * i); })),
+                         "its usual step in time is 0.1 s, must be within"));
 }
 
 TEST_F(RecordingReader, OneWildTimeIsLeftOutAndAClockThatWasSetIsToldWithItsRow) {
@@ -229,28 +191,8 @@ TEST_F(RecordingReader, OneWildTimeIsLeftOutAndAClockThatWasSetIsToldWithItsRow)
   EXPECT_NE(
       std::find(table.notes.begin(), table.notes.end(), "1 x time far from all others (left out) in time_s: row 1001"),
       table.notes.end());
-  const std::string said = refusal(wild(500));
-  EXPECT_NE(said.find("more than 4000000 samples: its longest gap, 1.76614747e+09 s, ends at row 502"),
-            std::string::npos)
-      << said;
-}
-
-/// What failed in the field, as it was written.
-TEST_F(RecordingReader, WhatFailedInTheFieldIsRead) {
-  const std::string folder = test::source_dir() + "/../shared/data/field-faults/";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no ../shared/data/field-faults";
-  const MachineDescription machine = load_machine(test::source_dir() + "/config/machines/solar015.toml");
-  for (const char* file : {"semicolon.csv", "semi_comma.csv", "tab.csv", "sep.csv", "utf16.csv", "unixns.csv"}) {
-    const RecordedFile table = read_recording(folder + file, "", machine);
-    EXPECT_EQ(table.recording.step_s, 0.005) << file;
-    EXPECT_GE(table.recording.samples.size(), 6u) << file;
-    EXPECT_EQ(signal(table.recording.samples[0], 0), 4'550'000) << file;
-    EXPECT_EQ(signal(table.recording.samples[1], 7), 1.2786) << file;
-  }
-  EXPECT_EQ(read_recording(folder + "stray.csv", "", machine).recording.samples.size(), 400u);
-  const MappedTable table = read_mapped_csv(folder + "header_comma.csv", folder + "map.toml");
-  EXPECT_EQ(table.rows_read, 29u);
-  for (const Finding& finding : table.findings) EXPECT_NE(finding.kind, Finding::Kind::kRaggedRow) << finding.row;
+  EXPECT_TRUE(
+      test::says(refusal(wild(500)), "more than 4000000 samples: its longest gap, 1.76614747e+09 s, ends at row 502"));
 }
 
 }  // namespace

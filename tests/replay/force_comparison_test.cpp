@@ -10,6 +10,7 @@
 #include "app/replay/replay_command.h"
 #include "estimation/force_estimator.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::replay {
@@ -60,10 +61,10 @@ TEST(ForceComparison, TellsHowOftenEachModelAnswersAndHowFarTheTwoAreApart) {
     forces.add(recorded, replayed);
   }
   const std::string text = forces.text();
-  EXPECT_NE(text.find("in 100 steps"), std::string::npos) << text;
+  EXPECT_TRUE(test::says(text, "in 100 steps"));
   EXPECT_EQ(words_of(text, "bucket_force, recorded"), (Words{"100.0", "%", "59.0", "95.0"})) << text;
   EXPECT_EQ(words_of(text, "tip_wrench, replayed"), (Words{"80.0", "%", "59.0", "95.0"})) << text;
-  EXPECT_EQ(text.find("true force"), std::string::npos) << text;
+  EXPECT_FALSE(test::says(text, "true force"));
 }
 
 TEST(ForceComparison, TellsHowFarEachIsOffTheTrueForceAndHowFarWhileSomethingTouches) {
@@ -87,23 +88,20 @@ TEST(ForceComparison, OfStepsInWhichNotEverySensorWasHeardSaysNothing) {
   EXPECT_EQ(forces.text(), "");
 }
 
-TEST(ForceComparison, RefusesTheTableOfAnotherSession) {
+TEST(ForceComparison, RefusesATableOfAnotherSessionOrOfOtherTimesOrWithoutATrueForce) {
   const test::TemporaryFolder folder;
-  ForceComparison forces(ContactModel::kBucketForce, ContactModel::kTipWrench, session_table(folder, 0, 0.5));
-  const std::string said = test::refusal([&] { forces.add(state_at(3, 3), state_at(3, 3)); });
-  EXPECT_NE(said.find("session.csv: is of another session than the recording: at 0.0150 s"), std::string::npos) << said;
-}
-
-TEST(ForceComparison, RefusesATableOfOtherTimesAndOneWithoutATrueForce) {
-  const test::TemporaryFolder folder;
-  ForceComparison forces(ContactModel::kBucketForce, ContactModel::kTipWrench, session_table(folder, 0));
-  forces.add(state_at(kSteps, 1), state_at(kSteps, 1));
-  EXPECT_NE(test::refusal([&] { (void)forces.text(); }).find("has no row of a step of this recording"),
-            std::string::npos);
+  const auto compared = [](const std::string& file, int step) {
+    return test::refusal([&] {
+      ForceComparison forces(ContactModel::kBucketForce, ContactModel::kTipWrench, file);
+      forces.add(state_at(step, step), state_at(step, step));
+      (void)forces.text();
+    });
+  };
+  EXPECT_TRUE(test::says(compared(session_table(folder, 0, 0.5), 3),
+                         "session.csv: is of another session than the recording: at 0.0150 s"));
+  EXPECT_TRUE(test::says(compared(session_table(folder, 0), kSteps), "has no row of a step of this recording"));
   std::ofstream(folder.file("machine.csv")) << "time_s,tip_force_x_N,tip_force_z_N\n0,1,2\n";
-  const std::string said = test::refusal(
-      [&] { ForceComparison(ContactModel::kBucketForce, ContactModel::kTipWrench, folder.file("machine.csv")); });
-  EXPECT_NE(said.find("no column 'truth_tip_force_x_N'"), std::string::npos) << said;
+  EXPECT_TRUE(test::says(compared(folder.file("machine.csv"), 0), "no column 'truth_tip_force_x_N'"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "recording/mcap/records.h"
 #include "tests/recording/mcap/sample_file.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::mcap {
@@ -208,8 +209,7 @@ TEST_F(McapOrder, AnLz4FrameThatIsCutOffOrTooLongIsDamage) {
     Reader reader(path_);
     (void)read_all(reader);
     ASSERT_FALSE(reader.damages().empty());
-    EXPECT_NE(reader.damages()[0].find("does not decompress to " + std::to_string(said)), std::string::npos)
-        << reader.damages()[0];
+    EXPECT_TRUE(test::says(reader.damages()[0], "does not decompress to " + std::to_string(said)));
   }
 }
 

@@ -79,26 +79,6 @@ TEST(McapRoundTrip, KeepsAttachmentsAndMetadata) {
   EXPECT_EQ(read_all(reader).size(), sample_messages(1).size());
 }
 
-TEST(McapRoundTrip, AChunkMayGoIntoSeveralFiles) {
-  const test::TemporaryFolder folder;
-  const Chunk chunk = sample_chunk(3);
-  for (const char* name : {"a.mcap", "b.mcap"}) {
-    FileWriter writer;
-    ASSERT_TRUE(writer.open(folder.file(name), sample_topics()));
-    if (name[0] == 'b') {
-      ASSERT_TRUE(writer.append(sample_chunk(2)));
-    }
-    ASSERT_TRUE(writer.append(chunk));
-    ASSERT_TRUE(writer.close());
-    Reader reader(folder.file(name));
-    const auto messages = read_all(reader);
-    const auto expected = sample_messages(3);
-    ASSERT_GE(messages.size(), expected.size());
-    EXPECT_TRUE(std::equal(expected.rbegin(), expected.rend(), messages.rbegin()));
-    EXPECT_EQ(reader.damages(), std::vector<std::string>{});
-  }
-}
-
 TEST(McapRoundTrip, SeekSkipsWhatIsEarlierWithAndWithoutSummary) {
   const test::TemporaryFolder folder;
   const std::string path = folder.file("a.mcap");

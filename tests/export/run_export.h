@@ -1,0 +1,39 @@
+// `knuckle export` and `knuckle import` as a user runs them, within the test's own program.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "app/cli/command.h"
+#include "app/export/export_command.h"
+#include "app/recordings/import.h"
+#include "tests/support/run_program.h"
+
+namespace knuckle::test {
+
+inline ProgramRun run_knuckle(const std::vector<std::string>& arguments) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  ProgramRun run;
+  run.exit_code =
+      cli::run_program({"knuckle", "", "", {exporting::export_entry(), recordings::import_entry()}}, arguments);
+  run.out = testing::internal::GetCapturedStdout();
+  run.err = testing::internal::GetCapturedStderr();
+  return run;
+}
+
+inline ProgramRun run_export(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "export");
+  return run_knuckle(arguments);
+}
+
+inline void expect_refused(const std::vector<std::string>& arguments, const std::string& line) {
+  const ProgramRun run = run_export(arguments);
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run.err, "knuckle: " + line + "\n");
+}
+
+}  // namespace knuckle::test
