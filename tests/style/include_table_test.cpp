@@ -228,16 +228,32 @@ TEST(IncludeTable, EveryFileIncludesAndDefinesOnlyWhatItsSubjectMay) {
   EXPECT_GT(checked, 10) << "no sources under " << root;
 }
 
-/// A check that sees nothing would pass.
 TEST(IncludeTable, SeesWhatItForbids) {
   EXPECT_EQ(violations("sim", "sim/plant.h", "#include \"machine/description.h\"\n#include <cmath>\n").size(), 0u);
   EXPECT_EQ(violations("sim", "sim/plant.h", "\n#include \"machine/kinematics.h\"\n"),
             std::vector<std::string>{"sim/plant.h:2: sim may not include machine/kinematics.h"});
+  EXPECT_EQ(violations("master", "master/a.cpp", "#include \"slave/loop.h\"").size(), 1u);
+  EXPECT_EQ(violations("master", "master/a.cpp", "#include \"estimation/force_estimator.h\"").size(), 1u);
   EXPECT_EQ(violations("slave", "slave/a.cpp", "  #  include <master/loop.h>").size(), 1u);
+  EXPECT_EQ(violations("core", "core/a.cpp", "#include \"local.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/session", "app/session/a.cpp", "#include \"app/report/html.h\"").size(), 1u);
   EXPECT_EQ(violations("app/programs", "app/programs/a.cpp", "#include \"app/studies/sweep.h\"").size(), 1u);
-  EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle::report {\nnamespace {\n").size(), 0u);
-  EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle::session {\n").size(), 1u);
-  EXPECT_EQ(dead_links(test::source_dir(), "docs/x.md", "[a](gone.md) [b](safety.md#gone) [c](safety.md)").size(), 2u);
+  EXPECT_EQ(violations("app/cli", "app/cli/a.cpp", "#include \"machine/load.h\"").size(), 1u);
+  EXPECT_EQ(violations("slave", "slave/a.cpp", "#include \"app/cli/json.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/console", "app/console/a.cpp", "#include \"app/console/window/window.h\"").size(), 1u);
+  EXPECT_EQ(violations("app/console/window", "app/console/window/a.cpp", "#include \"app/console/keys.h\"").size(), 0u);
+}
+
+TEST(IncludeTable, SeesADefinitionInTheNamespaceOfAnotherSubject) {
+  EXPECT_EQ(strangers("app/report", "app/report/a.h", "namespace knuckle::report {\nnamespace {\n").size(), 0u);
+  EXPECT_EQ(strangers("app/report", "app/report/a.h", "\nnamespace knuckle::session {\n"),
+            std::vector<std::string>{"app/report/a.h:2: app/report may not define in knuckle::session"});
+  EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console::window {\n").size(), 0u);
+  EXPECT_EQ(strangers("transport/secure", "a.h", "namespace knuckle::secure {\n").size(), 0u);
+  EXPECT_EQ(strangers("transport/secure", "a.h", "namespace knuckle {\n").size(), 1u);
+  EXPECT_EQ(strangers("app/console/window", "a.h", "namespace knuckle::console {\n").size(), 1u);
+  EXPECT_EQ(strangers("app/report", "a.h", "namespace knuckle {\n").size(), 1u);
+  EXPECT_EQ(strangers("app/export", "a.h", "namespace knuckle::exporting {\n").size(), 0u);
 }
 
 /// Who may make the frame that opens a valve: its codec, and one function that takes what a gate let pass.
@@ -255,6 +271,28 @@ TEST(ValveFrames, AreMadeFromWhatAGatePassedAndNowhereElse) {
   EXPECT_NE(contents(root / "slave/valve_frame.h").find("const PassedCommands&"), std::string::npos);
 }
 
+/// Each costs every file that includes it seconds of compiling.
+TEST(HeavyHeaders, AreIncludedByFewFiles) {
+  const fs::path root = test::source_dir();
+  std::set<std::string> command_lines, json, expressions;
+  for (const fs::path& file : project_files(root)) {
+    if (!is_source(file)) continue;
+    const std::string text = contents(root / file);
+    const std::string name = file.generic_string();
+    if (name.starts_with("tests/") && text.find("\n#include <regex>") != std::string::npos) expressions.insert(name);
+    if (!name.starts_with("app/")) continue;
+    if (text.find("#include <CLI/CLI.hpp>") != std::string::npos) command_lines.insert(name);
+    if (text.find("#include <nlohmann/json.hpp>") != std::string::npos)
+      json.insert(file.parent_path().generic_string());
+  }
+  EXPECT_EQ(command_lines, (std::set<std::string>{"app/cli/command.cpp", "app/cli/manual.cpp", "app/cli/options.cpp"}));
+  EXPECT_EQ(expressions,
+            (std::set<std::string>{"tests/console/window/imperial_test.cpp", "tests/style/include_table_test.cpp",
+                                   "tests/support/candump.cpp", "tests/support/patterns.cpp"}));
+  // Those that read JSON; what is only written is put together by app/cli/json.h.
+  EXPECT_EQ(json, (std::set<std::string>{"app/audit", "app/battery", "app/bringup", "app/cli", "app/studies"}));
+}
+
 TEST(Pages, EveryLinkLeadsToAFileAndAHeadingThatAreThere) {
   const fs::path root = test::source_dir();
   for (const fs::path& file : project_files(root)) {
@@ -264,11 +302,29 @@ TEST(Pages, EveryLinkLeadsToAFileAndAHeadingThatAreThere) {
   }
 }
 
+TEST(Pages, DeadLinksAreSeen) {
+  const fs::path root = test::source_dir();
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](safety.md) [b](https://example.org/c) [d](../README.md#safety)").size(),
+            0u);
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](gone.md)"), std::vector<std::string>{"docs/x.md: docs/gone.md"});
+  EXPECT_EQ(dead_links(root, "docs/x.md", "[a](safety.md#gone)").size(), 1u);
+  EXPECT_EQ(dead_links(root, "core/x.h", "// see docs/safety.md#gone").size(), 1u);
+  EXPECT_EQ(anchors("## `[[fault]]`: what breaks\n```\n# no heading\n```\n"),
+            std::set<std::string>{"fault-what-breaks"});
+}
+
 TEST(ProjectFiles, NameNoPrivatePath) {
   const fs::path root = test::source_dir();
   for (const fs::path& file : project_files(root)) {
     EXPECT_FALSE(names_a_private_path(contents(root / file))) << file << " names a directory of one computer";
   }
+}
+
+TEST(ProjectFiles, PrivatePathsAreSeen) {
+  EXPECT_TRUE(names_a_private_path(std::string("see \"/") + "home/ann/x.csv\""));
+  EXPECT_TRUE(names_a_private_path(std::string("DIR=/") + "root/build"));
+  EXPECT_FALSE(names_a_private_path("/usr/share/doc and ~/.cache"));
+  EXPECT_FALSE(names_a_private_path(std::string("tests/") + "work/x"));
 }
 
 }  // namespace
