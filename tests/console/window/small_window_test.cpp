@@ -31,14 +31,14 @@ class SmallWindow : public ShownConsole {
 };
 
 TEST_F(SmallWindow, OfAnySizeShowsEachScreenWholeOrOneSentence) {
-  constexpr std::array<std::pair<int, int>, 5> kWhole{
+  constexpr std::array<std::pair<int, int>, 5> kWithRoom{
       {{kLeastWidth, kLeastHeight}, {1280, 720}, {1600, kLeastHeight}, {kLeastWidth, 1200}, {1280, 800}}};
   state().hold_to_run = state().measures.grade_on = true;  // as much to be laid out as there can be
   const auto inside = [this](const DrawnText& text) {
     const auto [width, height] = console_->window().framebuffer_size();
     return text.min.x >= 0 && text.min.y >= 0 && text.max.x <= float(width) && text.max.y <= float(height);
   };
-  for (const auto& [width, height] : kWhole) {
+  for (const auto& [width, height] : kWithRoom) {
     SCOPED_TRACE(std::to_string(width) + "x" + std::to_string(height));
     resize(width, height);
     for (int screen = 0; screen <= static_cast<int>(Screen::kCount); ++screen) {
