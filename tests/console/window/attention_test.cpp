@@ -3,7 +3,6 @@
 #include <GLFW/glfw3.h>
 #include <gtest/gtest.h>
 
-#include "app/console/screens/screens.h"
 #include "tests/console/window/shown_console.h"
 // Last, as it defines common words as macros.
 #include <X11/Xlib.h>
@@ -20,27 +19,21 @@ class Attention : public ShownConsole {
   }
 };
 
-TEST_F(Attention, IsThereFromTheStartWithoutAWindowManager) {
-  EXPECT_TRUE(input().attended);
-}
-
-TEST_F(Attention, IsGoneWhileAnotherWindowHasTheKeyboardButStopOfAGamepadActs) {
-  constexpr std::size_t kB = GamepadState::kB;
+/// Without a window manager, too.
+TEST_F(Attention, IsGoneWhileTheKeyboardIsAnothersOrTheWindowOutOfSightButStopOfAGamepadActs) {
+  ASSERT_TRUE(input().attended) << "from the start";
   GLFWwindow* const other = glfwCreateWindow(200, 200, "another", nullptr, nullptr);
   glfwFocusWindow(other);
   EXPECT_FALSE(input().attended);
   GamepadState pad;
-  pad.buttons[kB] = 1;
+  pad.buttons[GamepadState::kB] = 1;
   console_->take_gamepad(pad);
   EXPECT_TRUE(input().stop);
   glfwDestroyWindow(other);
   glfwFocusWindow(console_->window().handle());
   EXPECT_TRUE(input().attended);
-}
 
-TEST_F(Attention, IsGoneWhileAScreenLockerHasGrabbedTheKeyboard) {
-  ASSERT_TRUE(input().attended);
-  Display* const locker = XOpenDisplay(nullptr);
+  Display* const locker = XOpenDisplay(nullptr);  // of the screen
   ASSERT_EQ(XGrabKeyboard(locker, DefaultRootWindow(locker), True, GrabModeAsync, GrabModeAsync, CurrentTime),
             GrabSuccess);
   XSync(locker, False);
@@ -49,39 +42,59 @@ TEST_F(Attention, IsGoneWhileAScreenLockerHasGrabbedTheKeyboard) {
   XSync(locker, False);
   EXPECT_TRUE(input().attended);
   XCloseDisplay(locker);
-}
 
-TEST_F(Attention, IsGoneWhileTheWindowIsOutOfSight) {
-  ASSERT_TRUE(input().attended);
   ASSERT_TRUE(xdotool("search --name '^Knuckle$' windowunmap --sync"));
   EXPECT_FALSE(input().attended);
 }
 
-TEST(AttentionText, ThatIsMissingIsSaidInTheBannerWithWhatToDo) {
-  ConsoleView view = canned_view();
-  view.machine = {};
-  view.input.unattended = true;
-  EXPECT_NE(screens::banner_reason(view, false, 0).find("click into it"), std::string::npos);
-  EXPECT_EQ(screens::banner_reason(view, true, 0).rfind("Stop", 0), 0U) << "Stop comes first";
-}
-
 TEST_F(Attention, OfTheEnableKeyIsGoneWhileTextIsTypedAndUntilItIsPressedAnew) {
-  console_->state().screen = Screen::kEvents;
+  state().screen = Screen::kEvents;
   (void)input();
   click(520, 140);  // the filter
-  ASSERT_TRUE(console_->state().typing);
-  EXPECT_FALSE(console_->state().enable_ignored);
+  ASSERT_TRUE(state().typing);
+  EXPECT_FALSE(state().enable_ignored);
   ASSERT_TRUE(xdotool("keydown Shift_L"));
   EXPECT_FALSE(input().hand.enable);
-  EXPECT_TRUE(console_->state().enable_ignored);
+  EXPECT_TRUE(state().enable_ignored);
   click(520, 700);  // the list
-  EXPECT_FALSE(console_->state().typing);
+  EXPECT_FALSE(state().typing);
   EXPECT_FALSE(input().hand.enable);
-  EXPECT_TRUE(console_->state().enable_ignored) << "it was not pressed since";
+  EXPECT_TRUE(state().enable_ignored) << "it was not pressed since";
   ASSERT_TRUE(xdotool("keyup Shift_L") && !input().hand.enable && xdotool("keydown Shift_L"));
   EXPECT_TRUE(input().hand.enable);
-  EXPECT_FALSE(console_->state().enable_ignored);
+  EXPECT_FALSE(state().enable_ignored);
   ASSERT_TRUE(xdotool("keyup Shift_L"));
+}
+
+TEST_F(Attention, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
+  state().screen = Screen::kEvents;
+  frames();
+  click(520, 140);  // the filter
+  does("key a space b");
+  EXPECT_FALSE(state().stop);
+  EXPECT_STREQ(state().events.text.data(), "a b");
+  does("key Escape");
+  EXPECT_TRUE(state().stop);
+  click(520, 140);
+  does("key ctrl+BackSpace");
+  EXPECT_TRUE(state().stop) << "deleting a word must not release it";
+}
+
+TEST_F(Attention, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
+  const auto enabled = [this](std::optional<bool> bumper) {
+    std::optional<GamepadState> pad;
+    if (bumper) pad.emplace().buttons[GamepadState::kRightBumper] = *bumper;
+    console_->take_gamepad(pad);
+    return console_->input(Time{}).hand.enable;
+  };
+  EXPECT_FALSE(enabled(true)) << "held from before";
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
+  EXPECT_FALSE(enabled(std::nullopt));
+  EXPECT_FALSE(enabled(false)) << "plugged in again with the finger on it, not yet reported";
+  EXPECT_FALSE(enabled(true));
+  EXPECT_FALSE(enabled(false));
+  EXPECT_TRUE(enabled(true));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ class Banner : public ShownConsole {
   }
 };
 
-TEST_F(Banner, ShowsEveryFaultWholeWithWhatToDo) {
+TEST_F(Banner, ShowsEveryFaultItsNodeAndALostLinkWholeWithWhatToDo) {
   view_.machine.mode = Mode::kFault;
   view_.machine.blocking = {ReasonCode::kReleaseToRecover, 0, 0, 0};
   const MachineDescription& machine = console_->facts().machine;
@@ -56,24 +56,11 @@ TEST_F(Banner, ShowsEveryFaultWholeWithWhatToDo) {
     EXPECT_NE(words.find("release enable"), std::string::npos) << words;
     expect_whole(words);
   }
-}
-
-TEST_F(Banner, NamesTheNode) {
-  const NodeDescription& node = console_->facts().machine.bus.encoder(kBoom);
-  view_.machine.mode = Mode::kFault;
+  const NodeDescription& node = machine.bus.encoder(kBoom);
   view_.machine.fault = view_.machine.blocking = {ReasonCode::kSensorStale, node.id, 41, 25};
   expect_whole(node_text(node) + ": sensor has stopped sending: check node and cable");
-  ConsoleEvent event;
-  event.kind = ConsoleEventKind::kMachine;
-  event.mode = Mode::kFault;
-  event.reason = view_.machine.fault;
-  events_.add(event, console_->facts().machine.bus);
-  does("key F6");
-  EXPECT_TRUE(draws("machine: fault, " + node_text(node) + ": sensor has stopped"));
-}
-
-TEST_F(Banner, OfALinkThatIsLostShowsWhatTheMachineMayDoWhole) {
   view_.link.silence_s = 0.31;
+  view_.machine.mode = Mode::kEngaged;
   expect_whole("the machine may still follow for 0.5 s and may go on when the link returns: let go of enable");
 }
 
@@ -96,6 +83,46 @@ TEST_F(Banner, ShowsNoTickWhereThisPersonCannotLead) {
   EXPECT_GT(block(amber), 8000);
   view_.led_by_scenario = true;
   EXPECT_GT(block(ready), 8000) << "nobody here leads";
+}
+
+/// For going home on two: there only while that is offered, and no longer pressed than it is held.
+class HomeButton : public ShownConsole {
+ protected:
+  void offer() {
+    view_.machine.mode = Mode::kFault;
+    view_.machine.fault = {ReasonCode::kSensorStale, 0x20, 60, 50};
+    view_.machine.blocking = {ReasonCode::kHomeOffered, kBoom, 0, 0};
+    view_.machine.home_offered = true;
+    frames();
+  }
+};
+
+TEST_F(HomeButton, AsksForAsLongAsItIsHeldAndOnlyWhereItIsOffered) {
+  EXPECT_FALSE(draws("Home on two"));
+  offer();
+  const std::vector<DrawnText> buttons = drawn_with("Home on two");
+  ASSERT_EQ(buttons.size(), 1U);
+  move_mouse(int(buttons[0].min.x) + 20, int(buttons[0].min.y) + 8);
+  EXPECT_FALSE(console_->input(Time{}).home) << "the pointer is over it, no more";
+  does("mousedown 1");
+  EXPECT_TRUE(console_->input(Time{}).home);
+  view_.hand.home_asked = 0.7;
+  frames();
+  EXPECT_TRUE(console_->input(Time{}).home);
+  view_.machine.home_offered = false;  // the machine has taken it
+  frames();
+  EXPECT_FALSE(console_->input(Time{}).home);
+  does("mouseup 1");
+  offer();
+  EXPECT_FALSE(console_->input(Time{}).home);
+  view_.link.silence_s = 2;
+  EXPECT_FALSE(draws("Home on two")) << "the machine is not heard";
+  view_ = canned_view();
+  view_.machine.home_on_two = true;
+  for (const Mode mode : {Mode::kReady, Mode::kEngaged, Mode::kFault}) {
+    view_.machine.mode = mode;
+    EXPECT_EQ(draws_exactly("HOME ON TWO"), 1) << name(mode) << ": on its way";
+  }
 }
 
 }  // namespace

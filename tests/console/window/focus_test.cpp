@@ -67,6 +67,10 @@ class KeyboardFocus : public ShownConsole {
 constexpr std::array kScreenKeys{"F1", "F2", "F3", "F4", "F5", "F6", "F7"};
 
 TEST_F(KeyboardFocus, ReachesEverythingThatCanBeOperatedOnEveryScreenAndIsSeenThere) {
+  // Passed by: pictures, plots and the pad, which are led by keys; words above a table's columns, which do nothing.
+  const std::set<std::string> passed_by{"picture", "plot",      "boom up",    "boom down", "arm out",
+                                        "arm in",  "bucket in", "bucket out", "Severity",  "Time",
+                                        "Time, s", "Code",      "What",       ""};
   std::size_t items = 0;
   const auto has_ring = [&] {
     const Pixels drawn = pixels();
@@ -78,65 +82,40 @@ TEST_F(KeyboardFocus, ReachesEverythingThatCanBeOperatedOnEveryScreenAndIsSeenTh
   for (const char* screen : kScreenKeys) {
     SCOPED_TRACE(screen);
     does(std::string("key ") + screen);
+    for (const auto& [id, item] : walk_.items())
+      EXPECT_TRUE(!item.pointer_alone || passed_by.count(item.name) == 1) << item.name;
     EXPECT_EQ(walk_.missed(has_ring), "");
   }
   EXPECT_GT(items, 100u);
   EXPECT_FALSE(state().stop) << "moving about presses nothing";
   does("key F1 key space");
   ASSERT_TRUE(state().stop);
-  EXPECT_EQ(walk_.missed(), "") << "Stop's release";
+  EXPECT_TRUE(walk_.go_to("Release (Ctrl+Backspace)"));
   does("key F7 key bracketleft");
-  EXPECT_EQ(walk_.missed(), "") << "around a chosen time";
+  EXPECT_TRUE(walk_.go_to("##next") && walk_.go_to("Back to now")) << "around a chosen time";
 }
 
-TEST_F(KeyboardFocus, PassesByOnlyWhatHasKeysOfItsOwnOrIsForThePointerByItsPurpose) {
-  // Pictures, plots and the pad are led by keys; the words above a table's columns do nothing.
-  const std::set<std::string> passed_by{"picture", "plot",      "boom up",    "boom down", "arm out",
-                                        "arm in",  "bucket in", "bucket out", "Severity",  "Time",
-                                        "Time, s", "Code",      "What",       ""};
-  for (const char* screen : kScreenKeys) {
-    does(std::string("key ") + screen);
-    for (const auto& [id, item] : walk_.items())
-      EXPECT_TRUE(!item.pointer_alone || passed_by.count(item.name) == 1) << screen << ": " << item.name;
-  }
-}
-
-TEST_F(KeyboardFocus, GoesBackWithCtrlAndTab) {
+TEST_F(KeyboardFocus, GoesOnByTabBackByCtrlAndTabToANeighbourByArrowsAndChangesNothingByPassing) {
   walk_.press("Tab");
   const ImGuiID first = KeyboardWalk::focused();
   walk_.press("Tab");
-  walk_.press("Tab");
   EXPECT_NE(KeyboardWalk::focused(), first);
   walk_.press("ctrl+Tab");
-  walk_.press("ctrl+Tab");
   EXPECT_EQ(KeyboardWalk::focused(), first);
-}
-
-TEST_F(KeyboardFocus, GoesToANeighbourByArrows) {
+  const float before_ms = state().simulation.delay_ms;
   ASSERT_TRUE(walk_.go_to("##Delay"));
-  const ImGuiID from = KeyboardWalk::focused();
+  const ImGuiID slider = KeyboardWalk::focused();
   walk_.press("Down");
-  const ImGuiID below = KeyboardWalk::focused();
-  EXPECT_EQ(walk_.items().at(below).name, "##Jitter");
+  EXPECT_EQ(walk_.items().at(KeyboardWalk::focused()).name, "##Jitter");
   walk_.press("Up");
-  EXPECT_EQ(KeyboardWalk::focused(), from);
+  EXPECT_EQ(KeyboardWalk::focused(), slider);
+  EXPECT_EQ(state().simulation.delay_ms, before_ms);
+  walk_.press("Return");
+  walk_.press("Right");
+  EXPECT_GT(state().simulation.delay_ms, before_ms) << "from Enter on";
 }
 
-TEST_F(KeyboardFocus, PressesWithEnter) {
-  ASSERT_TRUE(walk_.go_to("Grade line"));
-  walk_.press("Return");
-  EXPECT_FALSE(state().measures.grade_on);
-  does("key F6");
-  ASSERT_TRUE(walk_.go_to("Alarms"));
-  walk_.press("Return");
-  EXPECT_EQ(state().events.least_severity, 2);
-  ASSERT_TRUE(walk_.go_to("Stop"));
-  EXPECT_FALSE(state().stop);
-  walk_.press("Return");
-  EXPECT_TRUE(state().stop);
-}
-
-TEST_F(KeyboardFocus, TypesIntoAFieldFromEnterOnAndNotFromTabOn) {
+TEST_F(KeyboardFocus, PressesAndTypesFromEnterOnAndNotFromTabOn) {
   ASSERT_TRUE(walk_.go_to("##height"));
   EXPECT_FALSE(ImGui::GetIO().WantTextInput) << "keys still lead";
   const double before_m = state().measures.grade.point_m.y();
@@ -147,18 +126,13 @@ TEST_F(KeyboardFocus, TypesIntoAFieldFromEnterOnAndNotFromTabOn) {
   EXPECT_FALSE(ImGui::GetIO().WantTextInput);
   EXPECT_NE(state().measures.grade.point_m.y(), before_m) << "what was typed stays";
   EXPECT_NE(KeyboardWalk::focused(), 0u);
-}
-
-TEST_F(KeyboardFocus, ChangesASliderFromEnterOnAndNotByPassing) {
-  ASSERT_TRUE(walk_.go_to("##Delay"));
-  const float before_ms = state().simulation.delay_ms;
-  walk_.press("Up");
-  walk_.press("Down");
-  ASSERT_TRUE(walk_.go_to("##Delay"));
-  EXPECT_EQ(state().simulation.delay_ms, before_ms);
+  ASSERT_TRUE(walk_.go_to("Grade line"));
   walk_.press("Return");
-  walk_.press("Right");
-  EXPECT_GT(state().simulation.delay_ms, before_ms);
+  EXPECT_FALSE(state().measures.grade_on);
+  ASSERT_TRUE(walk_.go_to("Stop"));
+  EXPECT_FALSE(state().stop);
+  walk_.press("Return");
+  EXPECT_TRUE(state().stop);
 }
 
 /// Hold to run is on, and then enable is held, too, while the keyboard goes everywhere and presses everything.
@@ -204,7 +178,7 @@ TEST_F(KeyboardFocus, StaysWhereItIsWhileTheMouseLeads) {
   does("mousedown 1");
   ASSERT_TRUE(hand().enable);
   const JointVector led = hand().rate_radps;
-  ASSERT_GT(led.norm(), 0);
+  ASSERT_LT(led[kArm], 0);
   walk_.press("Tab");
   EXPECT_TRUE(hand().enable);
   EXPECT_EQ(hand().rate_radps, led);

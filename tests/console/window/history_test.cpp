@@ -2,6 +2,7 @@
 // link.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "tests/console/window/shown_console.h"
 
@@ -10,120 +11,114 @@ namespace {
 
 constexpr Box kForcePlot{126, 268, 1010, 320};  // inside the topmost plot of History, 1280x800
 
-class LiveHistory : public ShownConsole {
- protected:
-  void SetUp() override {
-    ShownConsole::SetUp();
-    if (IsSkipped()) return;
-    // Half a minute, in which the machine has pressed for two seconds.
-    const Time end = view_.now;
-    for (view_.now -= 30s; view_.now < end; view_.now += 50ms) {
-      const double ago_s = to_seconds(end - view_.now);
-      view_.machine.tip_force_N = {ago_s < 22 && ago_s > 20 ? -2000 : -100.0, 0};
-      console_->watch(view_);
-    }
-    frames();
+/// Half a minute, in which the machine has pressed for two seconds; then this view.
+void pass_half_a_minute(ConsoleView& view, const std::function<void()>& watch) {
+  const Time end = view.now;
+  for (view.now -= 30s; view.now < end; view.now += 50ms) {
+    const double ago_s = to_seconds(end - view.now);
+    view.machine.tip_force_N = {ago_s < 22 && ago_s > 20 ? -2000 : -100.0, 0};
+    watch();
   }
-  [[nodiscard]] static Time at(double seconds) { return Time(from_seconds(seconds)); }
+}
+
+class LiveHistory : public testing::Test {
+ protected:
+  LiveHistory() {
+    pass_half_a_minute(view_, [this] { watch(); });
+  }
+  void watch() {
+    plots_.watch(view_, true, true);
+    plots_.update(view_);
+  }
+  void choose(Time at) {
+    plots_.choose(at);
+    plots_.update(view_);
+  }
+  [[nodiscard]] const History& shown() { return plots_.window().history(); }
+
+  ConsoleView view_ = canned_view();
+  screens::LivePlots plots_;
 };
 
-TEST_F(LiveHistory, GoesWhereAnEventOrAPlotIsClickedAndBackToNow) {
-  EXPECT_FALSE(console_->live_plots().chosen());
-  does("key F6");
-  click(600, 209);  // the newest event, on top
-  ASSERT_TRUE(console_->live_plots().chosen());
-  EXPECT_EQ(*console_->live_plots().chosen(), events_.rows().back().at);
-  does("key F7");
-  click(kForcePlot.left + (kForcePlot.right - kForcePlot.left) / 4, 300);
-  EXPECT_NEAR(to_seconds(*console_->live_plots().chosen()), to_seconds(events_.rows().back().at) - 2.5, 0.2);
-  does("key End");
-  EXPECT_FALSE(console_->live_plots().chosen());
-}
-
-TEST_F(LiveHistory, GoesFromEventToEventByTheKeysOfThePlayer) {
-  const auto& rows = events_.rows();
-  does("key bracketleft");
-  EXPECT_EQ(console_->live_plots().chosen(), rows.back().at);
-  does("key bracketleft");
-  EXPECT_EQ(console_->live_plots().chosen(), rows[rows.size() - 2].at);
-  does("key bracketright");
-  EXPECT_EQ(console_->live_plots().chosen(), rows.back().at);
-  does("key bracketright");
-  EXPECT_FALSE(console_->live_plots().chosen()) << "behind the newest comes now";
-}
-
 TEST_F(LiveHistory, ShowsTheForceOfTheChosenTimeThoughItIsNoLongerAmongTheLastTenSeconds) {
-  does("key F7");
   const auto most = [this] {
-    const History& shown = console_->live_plots().window().history();
     double force_N = 0;
-    for (std::size_t i = 0; i < shown.size(); ++i) force_N = std::fmax(force_N, known_force_N(shown.ago(i).machine));
+    for (std::size_t i = 0; i < shown().size(); ++i)
+      force_N = std::fmax(force_N, known_force_N(shown().ago(i).machine));
     return force_N;
   };
-  const Pixels now = pixels();
   EXPECT_DOUBLE_EQ(most(), 100);
-  console_->live_plots().choose(view_.now - 21s);
-  frames();
+  choose(view_.now - 21s);
   EXPECT_DOUBLE_EQ(most(), 2000);
-  EXPECT_GT(count_changed(now, pixels(), kForcePlot), 500);
-  EXPECT_DOUBLE_EQ(console_->live_plots().window().history().ago(100).machine.pressure_Pa[1], 22e5);
+  EXPECT_DOUBLE_EQ(shown().ago(100).machine.pressure_Pa[1], 22e5);
 }
 
-TEST_F(LiveHistory, SaysOnEveryScreenThatItsPlotsAreOfAnotherTime) {
-  for (const char* screen : {"F3", "F4", "F7"}) {
-    does("key End");
-    does(std::string("key ") + screen);
-    console_->live_plots().choose(view_.now - 12s);
-    frames();
-    EXPECT_EQ(console_->live_plots().window().cursor().text, "12 s ago - End: now");
-    EXPECT_TRUE(std::ranges::any_of(drawn_with("12 s ago"), [](const DrawnText& text) {
-      return text.min.x > 114 && text.min.y > 180;
-    })) << screen;  // below the card that has the time in words
-  }
-  EXPECT_EQ(screens::ago_text(192s), "3 min 12 s ago");
-}
-
-TEST_F(LiveHistory, StaysAtATimeThatIsOlderThanWhatIsKept) {
-  const Time event = events_.rows().back().at;
-  console_->live_plots().choose(event);
-  frames();
+TEST_F(LiveHistory, StaysAtATimeThatIsOlderThanWhatIsKeptAndBeginsAnewWithTheSession) {
+  const Time chosen = view_.now - 12s;
+  choose(chosen);
+  EXPECT_EQ(plots_.window().cursor().text, "12 s ago - End: now");
   view_.now += 11min;
-  frames();
-  EXPECT_EQ(console_->live_plots().chosen(), event);
-  EXPECT_EQ(console_->live_plots().window().cursor().text.rfind("11 min", 0), 0U);
+  watch();
+  EXPECT_EQ(plots_.chosen(), chosen);
+  EXPECT_EQ(plots_.window().cursor().text, "11 min 12 s ago - End: now");
+  view_.now = Time(1s);
+  ++view_.run;
+  watch();
+  EXPECT_FALSE(plots_.chosen());
 }
 
 TEST_F(LiveHistory, HasNoGapAtTheRightWhereTheSecondsBehindAChosenTimeHaveCome) {
-  console_->live_plots().choose(view_.now - 2s);
-  frames();
+  choose(view_.now - 2s);
   for (int i = 0; i < 30; ++i) {
     view_.now += 170ms;
-    console_->frame(view_, loop_, events_, 0);
-    console_->show();
+    watch();
   }
-  const History& shown = console_->live_plots().window().history();
-  for (std::size_t ago = 0; ago < shown.size(); ++ago)
-    EXPECT_FALSE(std::isnan(known_force_N(shown.ago(ago).machine))) << ago;
+  for (std::size_t ago = 0; ago < shown().size(); ++ago)
+    EXPECT_FALSE(std::isnan(known_force_N(shown().ago(ago).machine))) << ago;
 }
 
 TEST_F(LiveHistory, HasAGapWhereTheForceIsNotKnown) {
   view_.machine.confidence = 0;
   view_.now += 1s;
-  console_->watch(view_);
-  frames();
-  const SlaveMessage& newest = console_->live_plots().window().history().ago(0).machine;
-  EXPECT_TRUE(std::isnan(known_force_N(newest)));
-  EXPECT_FALSE(std::isnan(newest.pressure_Pa[0]));
+  watch();
+  EXPECT_TRUE(std::isnan(known_force_N(shown().ago(0).machine)));
+  EXPECT_FALSE(std::isnan(shown().ago(0).machine.pressure_Pa[0]));
 }
 
-TEST_F(LiveHistory, BeginsAnewWithTheSession) {
-  console_->live_plots().choose(view_.now - 3s);
+class HistoryOnTheScreen : public ShownConsole {};
+
+TEST_F(HistoryOnTheScreen, GoesWhereAnEventOrAPlotIsClickedAndByTheKeysOfThePlayerAndBackToNow) {
+  pass_half_a_minute(view_, [this] { console_->watch(view_); });
   frames();
-  view_.now = Time(1s);
-  view_.simulated_s = 1;
-  ++view_.run;
+  const auto& rows = events_.rows();
+  const auto chosen = [this] { return console_->live_plots().chosen(); };
+  EXPECT_FALSE(chosen());
+  does("key F6");
+  click(600, 209);  // the newest event, on top
+  EXPECT_EQ(chosen(), rows.back().at);
+  does("key F7");
+  const Pixels at_event = pixels();
+  click(kForcePlot.left + (kForcePlot.right - kForcePlot.left) / 4, 300);
+  ASSERT_TRUE(chosen());
+  EXPECT_NEAR(to_seconds(*chosen()), to_seconds(rows.back().at) - 2.5, 0.2);
+  console_->live_plots().choose(view_.now - 21s);
   frames();
-  EXPECT_FALSE(console_->live_plots().chosen());
+  EXPECT_GT(count_changed(at_event, pixels(), kForcePlot), 500);
+  for (const char* screen : {"F3", "F4", "F7"}) {
+    does(std::string("key ") + screen);
+    EXPECT_TRUE(std::ranges::any_of(drawn_with("21 s ago"),
+                                    [](const DrawnText& text) { return text.min.x > 114 && text.min.y > 180; }))
+        << screen << ": its plots are of another time";  // below the card that has the time in words
+  }
+  does("key End");
+  EXPECT_FALSE(chosen());
+  does("key bracketleft");
+  does("key bracketleft");
+  EXPECT_EQ(chosen(), rows[rows.size() - 2].at);
+  does("key bracketright");
+  EXPECT_EQ(chosen(), rows.back().at);
+  does("key bracketright");
+  EXPECT_FALSE(chosen()) << "behind the newest comes now";
 }
 
 class ForceGauge : public ShownConsole {
@@ -150,38 +145,30 @@ TEST_F(ForceGauge, FillsToTheMaximumThatThePersonSetsAndSaysWhenItIsTooMuch) {
 
 class MinutesOnTheScreen : public ShownConsole {};
 
-TEST_F(MinutesOnTheScreen, ShowABadMinuteOfTheLinkLongAfterTheTenSeconds) {
+TEST_F(MinutesOnTheScreen, ShowADelayThatTheMedianHidesPaleAndABadMinuteLongAfterTheTenSeconds) {
   does("key F2");
+  const Box kRoundTrip{574, 320, 1012, 452};
+  const ImU32 bad = theme().colours.bad;
+  const Pixels before = pixels();
+  view_.link.round_trip_s = 0.9;  // of the newest packet alone
+  frames();
+  view_.link.round_trip_s = 0.024;
+  view_.now += 30s;
+  const Pixels pale = pixels();
+  EXPECT_GT(count_changed(before, pale, kRoundTrip), 20);
+  EXPECT_EQ(count_near(pale, kRoundTrip, bad), 0) << "the word goes by the median";
   const auto pass = [this](Duration time) {
     for (const Time end = view_.now + time; view_.now < end; view_.now += 100ms) console_->watch(view_);
   };
   pass(60s);
   const ConsoleView good = view_;
-  const Pixels before = pixels();
   view_.link.round_trip_s = 0.9;
   view_.link.round_trip = {};
   view_.link.round_trip.add(900ms);
   pass(5s);
   view_.link = good.link;
   pass(240s);
-  const Box kRoundTrip{574, 320, 1012, 452};
-  const Pixels after = pixels();
-  const ImU32 bad = theme().colours.bad;
-  EXPECT_EQ(count_near(before, kRoundTrip, bad), 0);
-  EXPECT_GT(count_near(after, kRoundTrip, bad), 3);
-}
-
-TEST_F(MinutesOnTheScreen, ShowADelayThatTheMedianHidesPaleBehindIt) {
-  does("key F2");
-  const Box kRoundTrip{574, 320, 1012, 452};
-  const Pixels before = pixels();
-  view_.link.round_trip_s = 0.9;  // of the newest packet alone
-  frames();
-  view_.link.round_trip_s = 0.024;
-  view_.now += 30s;
-  const Pixels after = pixels();
-  EXPECT_GT(count_changed(before, after, kRoundTrip), 20);
-  EXPECT_EQ(count_near(after, kRoundTrip, theme().colours.bad), 0) << "the word goes by the median";
+  EXPECT_GT(count_near(pixels(), kRoundTrip, bad), 3);
 }
 
 }  // namespace

@@ -26,14 +26,38 @@ class PictureMeasures : public ShownConsole {
   Kinematics kinematics_{facts_.machine};
 };
 
-TEST_F(PictureMeasures, GradeLineIsTakenFromTheTipsPlacesByKeysAndDrawnAcrossThePicture) {
-  const ImU32 colour = theme().colours.series[3];
-  EXPECT_LT(count_near(pixels(), picture_box(), colour), 20);
+TEST_F(PictureMeasures, GradeLineIsTakenFromTheTipsPlacesByKeysWhereThatIsKnownAndDrawnAcrossThePicture) {
+  constexpr Box kBeside{472, 94, 712, 550};  // of the window of 1280x800
+  const ImU32 colour = theme().colours.series[3], notice = theme().colours.notice;
+  const Pixels before = pixels();
+  EXPECT_LT(count_near(before, picture_box(), colour), 20);
   EXPECT_FALSE(over_grade());
+  does("key y");
+  EXPECT_FALSE(state().measures.grade_on);
+  EXPECT_NE(state().measures.said.find("take a point"), std::string::npos);
+  EXPECT_GT(count_near(pixels(), kBeside, notice), count_near(before, kBeside, notice)) << "the person sees it";
+  const double heard_s = view_.link.silence_s;
+  for (const char* key : {"t", "g"}) {
+    view_.link.silence_s = 3;
+    does(std::string("key ") + key);
+    EXPECT_NE(state().measures.said, "") << key;
+    view_.link.silence_s = heard_s;
+    frames();
+    EXPECT_FALSE(state().measures.grade_on) << "nor is it taken later";
+    EXPECT_FALSE(state().measures.ground_m);
+  }
+  ASSERT_TRUE(xdotool("key t"));
+  console_->frame(view_, loop_, events_, 2);  // the loops put nothing for two seconds
+  console_->show();
+  frames();
+  EXPECT_FALSE(state().measures.grade_on);
   does("key t");
   const PlanarVector first = tip();
+  EXPECT_EQ(state().measures.said, "");
   EXPECT_NEAR(over_grade().value(), 0, 1e-12);
   EXPECT_GT(count_near(pixels(), picture_box(), colour), 300) << "level, across the picture";
+  does("key y");
+  EXPECT_NE(state().measures.said.find("0 mm from the point"), std::string::npos) << state().measures.said;
   view_.machine.position_rad[kArm] += 0.15;
   EXPECT_NEAR(over_grade().value(), tip().y() - first.y(), 1e-12);
   EXPECT_GT(over_grade().value(), 0.1) << "above: positive";
@@ -43,7 +67,7 @@ TEST_F(PictureMeasures, GradeLineIsTakenFromTheTipsPlacesByKeysAndDrawnAcrossThe
   EXPECT_NEAR(state().measures.grade.slope, slope, 1e-9);
 }
 
-TEST_F(PictureMeasures, GradeLineIsTypedInThePersonsUnitAboveTheChosenGround) {
+TEST_F(PictureMeasures, GradeLineIsTypedInThePersonsUnitAboveTheChosenGroundWithinItsBounds) {
   does("key g");
   const double ground_m = tip().y();
   click(534, 163);  // Grade line
@@ -60,56 +84,17 @@ TEST_F(PictureMeasures, GradeLineIsTypedInThePersonsUnitAboveTheChosenGround) {
   EXPECT_NEAR(state().measures.grade.point_m.y() - ground_m, -0.4, 1e-9);
   type(223, "5");
   EXPECT_NEAR(state().measures.grade.slope, 0.05, 1e-9);
+  type(223, "900");
+  EXPECT_EQ(state().measures.grade.slope, 2);
+  EXPECT_EQ(state().measures.said, "slope 900 % is beyond 200: limited");
   does("key F10");
   type(193, "1");
   EXPECT_NEAR(state().measures.grade.point_m.y() - ground_m, 0.3048, 1e-9);
   EXPECT_FALSE(state().stop);
-}
-
-TEST_F(PictureMeasures, AreNotTakenLaterWhereTheTipsPlaceWasNotKnownWhenTheyWereAskedFor) {
-  const double heard_s = view_.link.silence_s;
-  for (const char* key : {"t", "g"}) {
-    view_.link.silence_s = 3;
-    does(std::string("key ") + key);
-    EXPECT_NE(state().measures.said, "") << key;
-    view_.link.silence_s = heard_s;
-    frames();
-    EXPECT_FALSE(state().measures.grade_on);
-    EXPECT_FALSE(state().measures.ground_m);
-  }
-  ASSERT_TRUE(xdotool("key t"));
-  console_->frame(view_, loop_, events_, 2);  // the loops put nothing for two seconds
-  console_->show();
-  frames();
-  EXPECT_FALSE(state().measures.grade_on);
-  does("key t");
-  EXPECT_TRUE(state().measures.grade_on);
-  EXPECT_EQ(state().measures.said, "");
-}
-
-TEST_F(PictureMeasures, SlopeNeedsAPointAndWhatIsBeyondTheBoundsIsSaid) {
-  constexpr Box kBeside{472, 94, 712, 550};  // of the window of 1280x800
-  const Pixels before = pixels();
-  does("key y");
-  EXPECT_FALSE(state().measures.grade_on);
-  EXPECT_NE(state().measures.said.find("take a point"), std::string::npos);
-  EXPECT_GT(count_near(pixels(), kBeside, theme().colours.notice), count_near(before, kBeside, theme().colours.notice))
-      << "the person sees it";
-  does("key t");
-  does("key y");
-  EXPECT_NE(state().measures.said.find("0 mm from the point"), std::string::npos) << state().measures.said;
-  click(640, 223);
-  does("type --delay 30 900");
-  EXPECT_EQ(state().measures.grade.slope, 2);
-  EXPECT_EQ(state().measures.said, "slope 900 % is beyond 200: limited");
-}
-
-TEST_F(PictureMeasures, StopIsTheSpaceBarWhereANumberIsTyped) {
-  does("key t");
   click(640, 193);
   ASSERT_TRUE(state().typing);
   does("key space");
-  EXPECT_TRUE(state().stop);
+  EXPECT_TRUE(state().stop) << "where a number is typed, there are no blanks";
 }
 
 TEST_F(PictureMeasures, HaveAGridThatIsZoomedByKeyAndWheelAndBackAgain) {

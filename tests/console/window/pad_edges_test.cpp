@@ -6,6 +6,8 @@
 #include <linux/input.h>
 #include <unistd.h>
 
+#include <vector>
+
 namespace knuckle::console::window {
 namespace {
 
@@ -17,13 +19,14 @@ class PadEdgesOfADevice : public testing::Test {
     edges_.add("pad", ends_[0]);
   }
   ~PadEdgesOfADevice() override { unplug(); }
-  void reports(std::uint16_t type, std::uint16_t code, int value) {
+  static input_event of(std::uint16_t type, std::uint16_t code, int value) {
     input_event event{};
     event.type = type;
     event.code = code;
     event.value = value;
-    ASSERT_EQ(write(ends_[1], &event, sizeof event), ssize_t{sizeof event});
+    return event;
   }
+  void report(const input_event& event) { ASSERT_EQ(write(ends_[1], &event, sizeof event), ssize_t{sizeof event}); }
   void unplug() {
     if (ends_[1] >= 0) close(ends_[1]);
     ends_[1] = -1;
@@ -34,40 +37,26 @@ class PadEdgesOfADevice : public testing::Test {
   int ends_[2] = {-1, -1};
 };
 
-TEST_F(PadEdgesOfADevice, TapOfStopIsSeenOnceThoughItIsOverWhenItIsLookedAt) {
-  reports(EV_KEY, BTN_EAST, 1);
-  reports(EV_SYN, SYN_REPORT, 0);
-  reports(EV_KEY, BTN_EAST, 0);
-  reports(EV_SYN, SYN_REPORT, 0);
-  const PadEdges::Edges edges = edges_.take();
-  EXPECT_TRUE(edges.stop_pressed);
-  EXPECT_FALSE(edges.enable_released);
-  EXPECT_FALSE(edges_.take().stop_pressed);
-}
-
-TEST_F(PadEdgesOfADevice, EnableLetGoOfAndPressedAgainIsSeenAsLetGoOf) {
-  reports(EV_KEY, BTN_TR, 0);
-  reports(EV_KEY, BTN_TR, 1);
-  EXPECT_TRUE(edges_.take().enable_released);
-  EXPECT_FALSE(edges_.take().enable_released);
-}
-
-TEST_F(PadEdgesOfADevice, OtherButtonsAndSticksAreNone) {
-  for (const std::uint16_t button : std::initializer_list<std::uint16_t>{BTN_SOUTH, BTN_NORTH, BTN_WEST, BTN_TL}) {
-    reports(EV_KEY, button, 1);
-    reports(EV_KEY, button, 0);
+TEST_F(PadEdgesOfADevice, AreATapOfStopAndEnableLetGoOfEachSeenOnceThoughItIsOverWhenItIsLookedAt) {
+  struct Row {
+    const char* what;
+    std::vector<input_event> reported;
+    bool stop_pressed, enable_released;
+  };
+  const std::vector<Row> rows{
+      {"a tap of Stop", {of(EV_KEY, BTN_EAST, 1), of(EV_SYN, SYN_REPORT, 0), of(EV_KEY, BTN_EAST, 0)}, true, false},
+      {"enable let go of and pressed again", {of(EV_KEY, BTN_TR, 0), of(EV_KEY, BTN_TR, 1)}, false, true},
+      {"the kernel's queue was full", {of(EV_SYN, SYN_DROPPED, 0)}, false, true},
+      {"other buttons", {of(EV_KEY, BTN_SOUTH, 1), of(EV_KEY, BTN_NORTH, 1), of(EV_KEY, BTN_TL, 0)}, false, false},
+      {"Stop let go of, enable pressed", {of(EV_KEY, BTN_EAST, 0), of(EV_KEY, BTN_TR, 1)}, false, false},
+      {"a stick", {of(EV_ABS, ABS_Y, 1)}, false, false}};
+  for (const Row& row : rows) {
+    for (const input_event& event : row.reported) report(event);
+    const PadEdges::Edges edges = edges_.take(), again = edges_.take();
+    EXPECT_EQ(edges.stop_pressed, row.stop_pressed) << row.what;
+    EXPECT_EQ(edges.enable_released, row.enable_released) << row.what;
+    EXPECT_FALSE(again.stop_pressed || again.enable_released) << row.what;
   }
-  reports(EV_KEY, BTN_EAST, 0);
-  reports(EV_KEY, BTN_TR, 1);
-  reports(EV_ABS, ABS_Y, 1);
-  const PadEdges::Edges edges = edges_.take();
-  EXPECT_FALSE(edges.stop_pressed);
-  EXPECT_FALSE(edges.enable_released);
-}
-
-TEST_F(PadEdgesOfADevice, EnableIsTakenForLetGoOfWhereTheKernelsQueueWasFull) {
-  reports(EV_SYN, SYN_DROPPED, 0);
-  EXPECT_TRUE(edges_.take().enable_released);
 }
 
 TEST_F(PadEdgesOfADevice, DeviceThatIsGoneIsAskedNoMore) {

@@ -59,25 +59,6 @@ TEST_F(PicturePane, HasNothingOverTheMachineWhateverIsSwitchedOn) {
   }
 }
 
-TEST_F(PicturePane, ShowsAllDistancesBesideIt) {
-  add_camera();
-  for (const char* key : {"key t", "key g", "key x"}) {
-    does(key);
-    for (const int height : {720, 800}) {
-      resize(1280, height);
-      const std::vector<DrawnText> texts = drawn();
-      for (const char* label : {"reach", "to the reach limit", "over the grade line"}) {
-        const auto found =
-            std::find_if(texts.begin(), texts.end(), [label](const DrawnText& text) { return text.text == label; });
-        ASSERT_NE(found, texts.end()) << label;
-        for (const DrawnText& other : texts)
-          EXPECT_TRUE(&other == &*found || apart({other.min, other.max}, found->min, found->max))
-              << label << " and " << other.text << " at " << height;
-      }
-    }
-  }
-}
-
 TEST_F(PicturePane, TellsByAnArrowAtItsEdgeWhereTheBucketIsThatHasLeftIt) {
   const auto arrow = [this]() -> std::optional<ImVec2> {
     for (const DrawnText& text : drawn())

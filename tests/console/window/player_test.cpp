@@ -19,18 +19,33 @@ namespace {
 
 constexpr const char* kNoDisplay = "console: SKIPPED, no Xvfb here (package xvfb)";
 
-class Player : public testing::Test {
+/// A recording as the window has it, without one.
+class PlayedRecording : public testing::Test {
+ protected:
+  void load(const std::string& name) {
+    options_.replay = {test::recorded(name)};
+    player::Played played = player::load(options_.replay);
+    std::optional<screens::Beside> beside = beside_of(options_, played);
+    panel_ = std::make_unique<screens::PlayerPanel>(std::move(played), std::move(beside));
+  }
+  void seek(Time at) {
+    panel_->timeline().seek(at);
+    panel_->pass(0);
+  }
+
+  ConsoleOptions options_;
+  std::unique_ptr<screens::PlayerPanel> panel_;
+};
+
+class Player : public PlayedRecording {
  protected:
   void SetUp() override {
     if (!display_.up()) GTEST_SKIP() << kNoDisplay;
     open("lost_link");
   }
   void open(const std::string& name) {
-    options_.replay = {test::recorded(name)};
-    player::Played played = player::load(options_.replay);
-    std::optional<screens::Beside> beside = beside_of(options_, played);
     window_.reset();
-    panel_ = std::make_unique<screens::PlayerPanel>(std::move(played), std::move(beside));
+    load(name);
     screens::ConsoleFacts facts;
     facts.machine = panel_->played().machine;
     window_ = std::make_unique<ConsoleWindow>(WindowOptions{.full_speed = true}, facts);
@@ -54,11 +69,8 @@ class Player : public testing::Test {
     return std::any_of(all.begin(), all.end(), [&](const DrawnText& text) { return text.text == words; });
   }
   [[nodiscard]] Time cursor() const { return panel_->timeline().cursor(); }
-  [[nodiscard]] Screen screen() const { return window_->state().screen; }
 
   VirtualDisplay display_{"1280x800"};
-  ConsoleOptions options_;
-  std::unique_ptr<screens::PlayerPanel> panel_;
   std::unique_ptr<ConsoleWindow> window_;
 };
 
@@ -85,35 +97,10 @@ TEST_F(Player, IsLedByItsKeysOnEveryScreen) {
     EXPECT_EQ(cursor(), before + 1ms) << screen_key;
   }
   does("key F6");
-  EXPECT_EQ(screen(), Screen::kEvents);
-}
-
-TEST_F(Player, IsOperatedByTheKeyboardAloneOnEveryScreen) {
-  const KeyboardWalk walk([this](int count) { frames(count); });
-  for (const char* screen_key : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
-    does(std::string("key ") + screen_key);
-    EXPECT_EQ(walk.missed(), "") << screen_key;
-  }
-  ASSERT_TRUE(walk.go_to("##event_on"));
+  EXPECT_EQ(window_->state().screen, Screen::kEvents);
   const Time before = cursor();
-  walk.press("Return");
-  EXPECT_GT(cursor(), before);
-}
-
-TEST_F(Player, ShowsContactsAndTheLinksMinutesUpToTheCursor) {
-  open("press");
-  EXPECT_FALSE(shows("to the last contact"));
-  does("key End");
-  EXPECT_TRUE(shows("to the last contact"));
-  does("key F2");
-  EXPECT_TRUE(shows("-10 min to the cursor"));
-  EXPECT_FALSE(shows("-10 min to now"));
-}
-
-TEST_F(Player, PlaysAndPausesWithSpaceAndStopsNothing) {
   does("key space");
   EXPECT_TRUE(panel_->timeline().playing());
-  const Time before = cursor();
   frames(2, 0.25);
   EXPECT_EQ(cursor(), before + 500ms);
   does("key equal");
@@ -135,65 +122,50 @@ TEST_F(Player, TakesNoKeyThatLeadsALiveMachine) {
   EXPECT_FALSE(input.hand.enable || input.hand.presence || input.stop);
 }
 
-TEST_F(Player, IsScrubbedWithTheMouseAndShowsWhatWasRecordedOfThatTime) {
-  std::vector<master::MasterState> states;
-  test::for_each_state<master::MasterState>(test::recorded("lost_link"), recording::Topic::kOperatorState,
-                                            [&](const auto& state) { states.push_back(state); });
+/// The screens are those of a live machine, which the keyboard gets around (KeyboardFocus); the player's column and
+/// time line are beside them.
+TEST_F(Player, IsOperatedByTheKeyboardAlone) {
+  const KeyboardWalk walk([this](int count) { frames(count); });
+  for (const char* screen_key : {"F1", "F6"}) {
+    does(std::string("key ") + screen_key);
+    EXPECT_EQ(walk.missed(), "") << screen_key;
+  }
+  ASSERT_TRUE(walk.go_to("##event_on"));
+  const Time before = cursor();
+  walk.press("Return");
+  EXPECT_GT(cursor(), before);
+}
+
+TEST_F(Player, ShowsContactsAndTheLinksMinutesUpToTheCursor) {
+  open("press");
+  EXPECT_FALSE(shows("to the last contact"));
+  does("key End");
+  EXPECT_TRUE(shows("to the last contact"));
+  does("key F2");
+  EXPECT_TRUE(shows("-10 min to the cursor"));
+  EXPECT_FALSE(shows("-10 min to now"));
+}
+
+TEST_F(Player, IsScrubbedWithTheMouseAndGoesWhereAPlotOrAnEventIsClicked) {
   does("mousemove " + std::to_string(kLineLeft + 50) + " " + std::to_string(kLineY) + " mousedown 1");
   for (const int x : {600, 800, 1000, 1200}) {
     does("mousemove " + std::to_string(x) + " " + std::to_string(kLineY));
     const double share = double(x - kLineLeft) / (kLineRight - kLineLeft);
     EXPECT_NEAR(panel_->timeline().share(cursor()), share, 0.01) << x;
-    const auto later = std::find_if(states.begin(), states.end(), [&](const auto& s) { return s.at > cursor(); });
-    const master::MasterState& state = *std::prev(later);
-    const ConsoleView& view = panel_->view();
-    ASSERT_EQ(view.machine.mode, state.mode) << x;
-    EXPECT_LT((view.machine.position_rad - state.machine_rad).norm(), 1e-6) << x;
-    EXPECT_LT((view.hand.set_point_rad - state.setpoint_rad).norm(), 1e-6) << x;
-    EXPECT_NEAR(view.link.silence_s, state.silence_s, 1.1e-3) << x;
   }
   does("mouseup 1");
   const Time left_at = cursor();
   does("mousemove 600 400");
   EXPECT_EQ(cursor(), left_at) << "let go of";
-}
-
-TEST_F(Player, GoesWhereAPlotOrAnEventIsClicked) {
   panel_->timeline().seek(Time(1s));
   does("key F4");
   does("mousemove 570 200 click 1");  // right of the middle of the boom's plot
   EXPECT_GT(cursor(), Time(1s) + 200ms);
   EXPECT_LT(cursor(), Time(2s));
-  const float share = panel_->plots().cursor().share;
-  EXPECT_NEAR(share, 0.5, 0.01) << "the plots follow";
+  EXPECT_NEAR(panel_->plots().cursor().share, 0.5, 0.01) << "the plots follow";
   does("key F6");
   does("mousemove 600 209 click 1");  // the newest event, on top
   EXPECT_EQ(cursor(), panel_->played().events.back().at);
-}
-
-TEST_F(Player, PlotsAroundTheCursorWhatWasRecordedThere) {
-  panel_->timeline().seek(Time(1s));
-  frames(2);
-  const History& history = panel_->plots().history();
-  ASSERT_EQ(history.size(), History::kSamples);
-  EXPECT_TRUE(std::isnan(history.ago(0).status.valve_command[0])) << "five seconds later nothing was recorded";
-  int known = 0;
-  test::for_each_state<slave::SlaveState>(
-      test::recorded("lost_link"), recording::Topic::kMachineState, [&](const slave::SlaveState& state) {
-        // What the machine's side commanded reaches the operator's side a little later, in one of the next samples.
-        const Time told = state.at + 20ms;
-        if (told.time_since_epoch() % 50ms != Duration::zero() || told <= Time(100ms) || told > Time(2s)) return;
-        const auto ago = static_cast<std::size_t>((Time(6s) - told) / 50ms);
-        const player::MachineStep* step = panel_->played().run.machine_at(told);
-        ASSERT_NE(step, nullptr);
-        // What was old at the operator's side is a gap, there as here.
-        const bool old = screens::machine_freshness(panel_->played().run.view(told)).stale();
-        EXPECT_EQ(std::isnan(history.ago(ago).status.valve_command[0]), old) << to_seconds(told);
-        if (old) return;
-        EXPECT_EQ(history.ago(ago).status.valve_command[0], double{step->command[0]}) << to_seconds(told);
-        ++known;
-      });
-  EXPECT_GT(known, 10);
 }
 
 TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
@@ -220,31 +192,54 @@ TEST_F(Player, ShowsTheSamePictureOfATimeHoweverItIsReached) {
   EXPECT_EQ(picture("played.png"), sought);
 }
 
-TEST_F(Player, ShowsAReRunBesideItAndSaysWhereItDiffers) {
+TEST_F(PlayedRecording, PlotsAroundTheCursorWhatWasRecordedThere) {
+  load("lost_link");
+  seek(Time(1s));
+  const History& history = panel_->plots().history();
+  ASSERT_EQ(history.size(), History::kSamples);
+  EXPECT_TRUE(std::isnan(history.ago(0).status.valve_command[0])) << "five seconds later nothing was recorded";
+  int known = 0;
+  test::for_each_state<slave::SlaveState>(
+      test::recorded("lost_link"), recording::Topic::kMachineState, [&](const slave::SlaveState& state) {
+        // What the machine's side commanded reaches the operator's side a little later, in one of the next samples.
+        const Time told = state.at + 20ms;
+        if (told.time_since_epoch() % 50ms != Duration::zero() || told <= Time(100ms) || told > Time(2s)) return;
+        const auto ago = static_cast<std::size_t>((Time(6s) - told) / 50ms);
+        const player::MachineStep* step = panel_->played().run.machine_at(told);
+        ASSERT_NE(step, nullptr);
+        // What was old at the operator's side is a gap, there as here.
+        const bool old = screens::machine_freshness(panel_->played().run.view(told)).stale();
+        EXPECT_EQ(std::isnan(history.ago(ago).status.valve_command[0]), old) << to_seconds(told);
+        if (old) return;
+        EXPECT_EQ(history.ago(ago).status.valve_command[0], double{step->command[0]}) << to_seconds(told);
+        ++known;
+      });
+  EXPECT_GT(known, 10);
+}
+
+TEST_F(PlayedRecording, ShowsAReRunBesideItAndSaysWhereItDiffers) {
   const test::TemporaryFolder folder;
   options_.changes.with = {test::slower_machine(folder, "press")};
-  open("press");
+  load("press");
   ASSERT_TRUE(panel_->beside());
   ASSERT_TRUE(panel_->beside()->differs_at);
   ASSERT_FALSE(panel_->beside()->differs.empty());
   const std::string& differs = panel_->beside()->differs.front();
   EXPECT_NE(differs.find("machine differs from 0."), std::string::npos) << differs;
   EXPECT_GT(*panel_->beside()->differs_at, Time(400ms)) << "the gain matters once the machine moves: " << differs;
-  panel_->timeline().seek(*panel_->beside()->differs_at + 300ms);
-  frames(2);
+  seek(*panel_->beside()->differs_at + 300ms);
   ASSERT_NE(panel_->beside_view(), nullptr);
   EXPECT_NE(panel_->beside_view()->status.valve_command, panel_->view().status.valve_command);
   ASSERT_NE(panel_->plots().cursor().beside, nullptr);
 }
 
-TEST_F(Player, ShowsAnotherRecordingBesideIt) {
+TEST_F(PlayedRecording, ShowsAnotherRecordingBesideIt) {
   options_.beside = {test::recorded("press")};
-  open("lost_link");
+  load("lost_link");
   ASSERT_TRUE(panel_->beside());
   ASSERT_TRUE(panel_->beside()->differs_at);
   EXPECT_NEAR(to_seconds(*panel_->beside()->differs_at), 2.15, 0.1) << "where one is stopped by a fault";
-  panel_->timeline().seek(Time(2500ms));
-  frames(2);
+  seek(Time(2500ms));
   EXPECT_EQ(panel_->view().machine.mode, Mode::kFault);
   ASSERT_NE(panel_->beside_view(), nullptr);
   EXPECT_EQ(panel_->beside_view()->machine.mode, Mode::kEngaged);
@@ -272,21 +267,22 @@ TEST(Beside, IsOnTheSameClockWhereBothWereRecordedAtTheSameTime) {
 }
 
 TEST(PlayerCommand, RefusesInOneLineWhatCannotBePlayed) {
-  const std::string press = " --replay " + test::recorded("press");
-  expect_refused("--simulate" + press, "--simulate: does not go with --replay");
-  expect_refused("--machine solar015" + press, "--machine: does not go with --replay");
-  expect_refused("--camera front=simulated" + press, "--camera: does not go with --replay");
-  expect_refused("--log /tmp" + press, "--log: does not go with --replay");
-  expect_refused("--simulate --with solar015", "--with: goes with --replay");
-  expect_refused("--simulate --beside x.mcap", "--beside x.mcap: goes with --replay");
-  expect_refused(press + " --control cues --beside x.mcap", "--beside x.mcap: does not go with --with or --control");
-  expect_refused(press + " --at 99", "--at 99: must be");
-  expect_refused(press + " --with /dev/null", "/dev/null: cannot be read: is not a regular file");
-  expect_refused(press + " --with " + test::source_dir() + "/config/scenarios/wall_contact.toml",
-                 "wall_contact.toml: is neither a machine file");
-  expect_refused(press + " --control none", "--control none");
-  expect_refused("--replay /no/such.mcap", "/no/such.mcap");
-  expect_refused("--replay " + test::source_dir() + "/README.md", "README.md");
+  const std::string press = "--replay " + test::recorded("press") + " ", sources = test::source_dir();
+  const std::vector<RefusedOptions> refused{
+      {press + "--simulate", "--simulate: does not go with --replay"},
+      {press + "--machine solar015", "--machine: does not go with --replay"},
+      {press + "--device hid", "--device hid: does not go with --replay"},
+      {"--simulate --with solar015", "--with: goes with --replay"},
+      {"--simulate --beside x.mcap", "--beside x.mcap: goes with --replay"},
+      {press + "--control cues --beside x.mcap", "--beside x.mcap: does not go with --with or --control"},
+      {press + "--at 99", "--at 99: must be"},
+      {press + "--with /dev/null", "/dev/null: cannot be read: is not a regular file"},
+      {press + "--with " + sources + "/config/scenarios/wall_contact.toml",
+       "wall_contact.toml: is neither a machine file"},
+      {press + "--control none", "--control none"},
+      {"--replay /no/such.mcap", "/no/such.mcap"},
+      {"--replay " + sources + "/README.md", "README.md"}};
+  for (const RefusedOptions& row : refused) expect_refused_options(row);
 }
 
 TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
@@ -301,8 +297,7 @@ TEST(PlayerCommand, WritesAPictureOfTheTimeAskedFor) {
   };
   const std::string one = picture("1.5", "a.png");
   EXPECT_GT(one.size(), 10'000u);
-  EXPECT_EQ(one, picture("1.5", "b.png"));
-  EXPECT_NE(one, picture("2.5", "c.png"));
+  EXPECT_NE(one, picture("2.5", "b.png"));
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ class PulledTip : public ShownConsole {
 };
 
 TEST_F(PulledTip, StaysWhereItIsPulledToWhateverWouldChangeTheView) {
-  state().hold_to_run = true;
+  click(540, 136);  // Hold to run
+  ASSERT_TRUE(state().hold_to_run);
   pull();
   const HandInput before = hand();
   ASSERT_TRUE(before.presence);
@@ -38,31 +39,36 @@ TEST_F(PulledTip, StaysWhereItIsPulledToWhateverWouldChangeTheView) {
   EXPECT_GT(count_changed(still, pixels(), picture_box()), 5000) << "afterwards the keys act again";
 }
 
-TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouse) {
+TEST_F(PulledTip, IsReleasedWhereThePictureGetsAnotherSizeUnderTheMouseAndDoesNotGoOnByItself) {
   state().hold_to_run = true;
-  pull();
-  ASSERT_TRUE(hand().enable);
-  console_->window().change_scale(0.8F);  // larger does not fit into the window
-  frames();
-  EXPECT_FALSE(hand().presence);
-  EXPECT_FALSE(hand().enable);
-  does("mousemove_relative 5 0");
-  EXPECT_FALSE(hand().presence) << "until it is pressed anew";
-  does("mouseup 1");
-  does("mousedown 1");
-  EXPECT_TRUE(hand().presence);
+  for (const bool old_size_again : {false, true}) {
+    pull();
+    ASSERT_TRUE(hand().enable);
+    console_->window().change_scale(0.8F);  // larger does not fit into the window
+    frames();
+    if (old_size_again) {
+      console_->window().change_scale(1 / 0.8F);
+      frames();
+    }
+    EXPECT_FALSE(hand().presence);
+    EXPECT_FALSE(hand().enable);
+    does("mousemove_relative 5 0");
+    EXPECT_FALSE(hand().presence) << "until it is pressed anew";
+    does("mouseup 1");
+    does("mousedown 1");
+    EXPECT_TRUE(hand().presence);
+    does("mouseup 1");
+    if (!old_size_again) console_->window().change_scale(1 / 0.8F);
+  }
 }
 
-TEST_F(PulledTip, DoesNotGoOnByItselfWhereThePictureGetsItsOldSizeAgain) {
-  state().hold_to_run = true;
+TEST_F(PulledTip, EnablesNothingUnlessItIsMeantTo) {
   pull();
-  ASSERT_TRUE(hand().enable);
-  console_->window().change_scale(0.8F);
-  frames();
-  console_->window().change_scale(1 / 0.8F);
-  frames();
-  EXPECT_FALSE(hand().presence);
+  EXPECT_TRUE(hand().presence);
   EXPECT_FALSE(hand().enable);
+  does("key m");
+  EXPECT_TRUE(state().hold_to_run);
+  EXPECT_FALSE(hand().enable) << "turned on while the tip was being pulled";
 }
 
 TEST_F(PulledTip, DoesNotBeginWithAPressThatTurnedTheView) {
