@@ -178,17 +178,6 @@ TEST(Full, WithTheSettingsOfMInertiasOfArmAndBucketComeOutFarTooSmallAtSlowMotio
   EXPECT_NEAR(ours[kInertia + kBucket] / truth[kInertia + kBucket], 1, 0.2);
 }
 
-TEST(Full, ExplainsHeldOutMotion) {
-  const MachineDescription machine = plain_machine();
-  const FullResult result = full(machine, recorded(machine, RichMotion(), 40, 0.005, real_sensors()));
-  const Recording other = recorded(machine, SineMotion{}, 20, 0.005, real_sensors());
-  const TorqueFit fit = torque_fit(compare_torque(result.dynamics, machine, other), 2);
-  for (int j = 0; j < kJoints; ++j) {
-    EXPECT_LT(fit.nrmse[j], 0.03) << kJointNames[static_cast<std::size_t>(j)];
-    EXPECT_GT(fit.nrmse[j], 1e-4) << "too good for sensors like these";
-  }
-}
-
 /// 30 s with the sensors of the machine.
 const Recording& sensed() {
   static const Recording recording = recorded(plain_machine(), RichMotion(), 30, 0.01, real_sensors());
@@ -282,19 +271,6 @@ TEST(Recording, DecimatedBridgesNoGapThatIsShorterThanItsStep) {
   Recording recording{"", 0.005, std::vector<Measurement>(10), std::vector<std::uint8_t>(10, 1), {}};
   recording.usable[5] = 0;
   EXPECT_EQ(decimated(recording, 4).usable, (std::vector<std::uint8_t>{1, 0, 1}));
-}
-
-TEST(Full, SurvivesGapsWithoutBridgingThem) {
-  const MachineDescription machine = plain_machine();
-  Recording recording = recorded(machine, RichMotion(), 60, 0.005);
-  for (std::size_t i = 700; i < recording.samples.size(); i += 1900) {
-    recording.usable[i] = 0;
-    recording.samples[i] = {};
-  }
-  const FullResult result = full(machine, recording);
-  ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
-  EXPECT_LT(result.summary.duration_s, 59);
-  expect_base(result.dynamics.base(), lumped_parameters(machine), 2e-3, 1e-2);
 }
 
 TEST(Consistency, MovesAnImpossibleInertiaToTheNearestPossibleArm) {
