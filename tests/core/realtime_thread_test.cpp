@@ -6,8 +6,6 @@
 #include <atomic>
 #include <vector>
 
-#include "core/mailbox.h"
-
 namespace knuckle {
 namespace {
 
@@ -32,13 +30,9 @@ TEST(PeriodicSchedule, SkipsAndCountsMissedPeriodsInsteadOfABurst) {
   schedule.advance(at(14ms + 100us));
   EXPECT_EQ(schedule.next(), at(15ms));
   EXPECT_EQ(schedule.skipped(), 3u);
-}
-
-TEST(PeriodicSchedule, AStepThatEndsOnTheNextPeriodMissedIt) {
-  PeriodicSchedule schedule(at(0ms), 1ms);
-  schedule.advance(at(1ms));
-  EXPECT_EQ(schedule.next(), at(2ms));
-  EXPECT_EQ(schedule.skipped(), 1u);
+  schedule.advance(at(16ms));  // one that ends on the next period has missed it
+  EXPECT_EQ(schedule.next(), at(17ms));
+  EXPECT_EQ(schedule.skipped(), 4u);
 }
 
 TEST(RealtimeThread, StepsNeverEarlyAndAtMostOncePerPeriod) {
@@ -61,18 +55,6 @@ TEST(RealtimeThread, StepsNeverEarlyAndAtMostOncePerPeriod) {
   EXPECT_EQ(report.execution.count(), report.steps);
 }
 
-TEST(RealtimeThread, SkipsWhatASlowStepMissed) {
-  const RealtimeClock clock;
-  std::atomic<int> steps{0};
-  RealtimeThread thread({.name = "slow", .period = 1ms}, clock, [&](Time now) {
-    if (steps++ == 2) clock.sleep_until(now + 10ms);
-  });
-  while (steps < 6) clock.sleep_until(clock.now() + 1ms);
-  thread.stop();
-  EXPECT_GE(thread.report().overruns, 9u);
-  EXPECT_GE(thread.report().execution.max(), 10ms);
-}
-
 TEST(RealtimeThread, ReportsTheClassItWasGranted) {
   const RealtimeClock clock;
   std::atomic<int> policy{-1};
@@ -81,28 +63,6 @@ TEST(RealtimeThread, ReportsTheClassItWasGranted) {
   while (policy < 0) clock.sleep_until(clock.now() + 1ms);
   thread.stop();
   EXPECT_EQ(thread.report().policy, policy == SCHED_FIFO ? "SCHED_FIFO 10" : "SCHED_OTHER");
-}
-
-TEST(RealtimeThread, HandsItsStateOverByMailbox) {
-  const RealtimeClock clock;
-  Mailbox<std::uint64_t> ping, pong;
-  std::uint64_t sent = 0, echoed = 0;
-  RealtimeThread one({.name = "one", .period = 200us}, clock, [&](Time) {
-    pong.take(echoed);
-    ping.put(++sent);
-  });
-  std::uint64_t heard = 0;
-  std::atomic<std::uint64_t> rounds{0};
-  RealtimeThread other({.name = "other", .period = 300us}, clock, [&](Time) {
-    if (!ping.take(heard)) return;
-    pong.put(heard);
-    ++rounds;
-  });
-  while (rounds < 50) clock.sleep_until(clock.now() + 1ms);
-  other.stop();
-  one.stop();
-  EXPECT_LE(echoed, sent);
-  EXPECT_GE(heard, 50u);
 }
 
 }  // namespace

@@ -4,67 +4,39 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "core/time.h"
 
 namespace knuckle {
 namespace {
 
-TEST(Reason, SaysAgeAndLimit) {
-  EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 203, 200}),
-            "no new packet over the link: check the network (203 ms; limit 200 ms)");
-}
-
-TEST(Reason, CallsWhatNeverCameByNoAge) {
-  const auto never_ms = static_cast<float>(1e3 * to_seconds(Time{} - kNever));
-  EXPECT_EQ(text({ReasonCode::kLinkLost, 0, never_ms, 200}),
-            "no new packet over the link: check the network (never yet)");
-}
-
-TEST(Reason, SaysThousandsInFull) {
-  EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 1213.4F, 200}),
-            "no new packet over the link: check the network (1213 ms; limit 200 ms)");
-  EXPECT_EQ(text({ReasonCode::kLinkLost, 0, 203.4F, 0.125F}),
-            "no new packet over the link: check the network (203 ms; limit 0.125 ms)");
-}
-
-TEST(Reason, SaysInWordsWhatANodeHasBecome) {
-  EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, 0, 5}),
-            "node 0x10: node is no longer operational: check it, then start again (it has started anew)");
-  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 4, 5}).find("(it is stopped)"), std::string::npos);
-  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 127, 5}).find("(it is pre-operational)"), std::string::npos);
-  EXPECT_NE(text({ReasonCode::kNodeFault, 0x10, 3, 15}).find("(its valve's status is 0x0003)"), std::string::npos);
+TEST(Reason, SaysWhatWasMeasuredAgainstWhat) {
   constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
-  for (const float foreign : {kNoNumber, -1.F, 1e20F, std::numeric_limits<float>::infinity()}) {
-    const std::string none = "node 0x10: node is no longer operational: check it, then start again";
-    EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, foreign, 5}), none);
-    EXPECT_EQ(text({ReasonCode::kNodeFault, 0x10, 4, foreign}), none);
-  }
-}
-
-TEST(Reason, SaysHowManyBytesAFrameHasAndHowManyAreMapped) {
-  EXPECT_EQ(text({ReasonCode::kFrameShort, 0x31, 4, 6}),
-            "node 0x31: process data is too short to be used: check the node's PDO mapping (frame has 4 bytes, 6 are "
-            "mapped)");
-}
-
-TEST(Reason, SaysWhatAnotherSenderOnTheBusSent) {
-  EXPECT_EQ(text({ReasonCode::kOtherController, 0, 0x080, 0}),
-            "another controller is on the bus: stop one of the two (heard: SYNC 0x080)");
-  EXPECT_NE(text({ReasonCode::kOtherController, 0, 0x000, 0}).find("(heard: NMT 0x000)"), std::string::npos);
-  EXPECT_NE(text({ReasonCode::kOtherController, 0, 0x701, 0}).find("(heard: heartbeat 0x701)"), std::string::npos);
-  EXPECT_EQ(text({ReasonCode::kForeignSender, 0x10, 0x210, 0}),
-            "node 0x10: another sender on the bus commands this node: find it and take it off (heard: set-point "
-            "0x210)");
-  EXPECT_NE(text({ReasonCode::kForeignSender, 0x10, 0x610, 0}).find("(heard: SDO request 0x610)"), std::string::npos);
-  EXPECT_EQ(text({ReasonCode::kForeignSender, 0x10, 1e20F, 0}).find("heard"), std::string::npos);
-}
-
-TEST(Reason, SaysHowANodeIdThatStandsTwiceShows) {
-  EXPECT_EQ(text({ReasonCode::kNodeIdTwice, 0x22, 33, 20}),
-            "node 0x22: two devices send under this node id: take one off, or give it another id (33 frames where 20 "
-            "are due)");
-  EXPECT_NE(text({ReasonCode::kNodeIdTwice, 0x22, 2, 1}).find("(two answers to one request)"), std::string::npos);
+  const auto never_ms = static_cast<float>(1e3 * to_seconds(Time{} - kNever));
+  const std::pair<Reason, const char*> cases[] = {
+      {{ReasonCode::kLinkLost, 0, 1213.4F, 200}, "check the network (1213 ms; limit 200 ms)"},
+      {{ReasonCode::kLinkLost, 0, 203.4F, 0.125F}, "check the network (203 ms; limit 0.125 ms)"},
+      {{ReasonCode::kLinkLost, 0, never_ms, 200}, "check the network (never yet)"},
+      {{ReasonCode::kNodeFault, 0x10, 0, 5}, "(it has started anew)"},
+      {{ReasonCode::kNodeFault, 0x10, 4, 5}, "(it is stopped)"},
+      {{ReasonCode::kNodeFault, 0x10, 127, 5}, "(it is pre-operational)"},
+      {{ReasonCode::kNodeFault, 0x10, 3, 15}, "(its valve's status is 0x0003)"},
+      {{ReasonCode::kNodeFault, 0x10, kNoNumber, 5}, "check it, then start again"},
+      {{ReasonCode::kNodeFault, 0x10, -1, 5}, "check it, then start again"},
+      {{ReasonCode::kNodeFault, 0x10, 1e20F, 5}, "check it, then start again"},
+      {{ReasonCode::kNodeFault, 0x10, 4, kNoNumber}, "check it, then start again"},
+      {{ReasonCode::kFrameShort, 0x31, 4, 6}, "(frame has 4 bytes, 6 are mapped)"},
+      {{ReasonCode::kOtherController, 0, 0x080, 0}, "(heard: SYNC 0x080)"},
+      {{ReasonCode::kOtherController, 0, 0x000, 0}, "(heard: NMT 0x000)"},
+      {{ReasonCode::kOtherController, 0, 0x701, 0}, "(heard: heartbeat 0x701)"},
+      {{ReasonCode::kForeignSender, 0x10, 0x210, 0}, "(heard: set-point 0x210)"},
+      {{ReasonCode::kForeignSender, 0x10, 0x610, 0}, "(heard: SDO request 0x610)"},
+      {{ReasonCode::kForeignSender, 0x10, 1e20F, 0}, "find it and take it off"},
+      {{ReasonCode::kNodeIdTwice, 0x22, 33, 20}, "(33 frames where 20 are due)"},
+      {{ReasonCode::kNodeIdTwice, 0x22, 2, 1}, "(two answers to one request)"},
+  };
+  for (const auto& [reason, end] : cases) EXPECT_TRUE(text(reason).ends_with(end)) << end << " in " << text(reason);
 }
 
 TEST(Reason, NamesASignalByAPlaceAboveAllNodeIdsWhereItsCodeMayNameOne) {

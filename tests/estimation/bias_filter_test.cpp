@@ -86,13 +86,6 @@ TEST(BiasFilter, LearnsNothingWhileSomethingMayHang) {
   EXPECT_EQ((run.estimator().learned().state() - before).norm(), 0);
 }
 
-TEST(BiasFilter, IsTrustedAfterTheWarmUpOfAScenario) {
-  Twin run(oil_of_today());
-  run.free_motion(15);
-  EXPECT_FALSE(run.estimator().estimate().confidence_reasons & kBiasNotLearned);
-  EXPECT_LT(run.no_load_N(5), 60);
-}
-
 TEST(BiasFilter, PriorOfACalibratedMachineIsItsCovarianceAndWhatADayChanges) {
   const MachineDescription known = calibrated_twin(oil_of_today(), 10), vague = calibrated_twin(oil_of_today(), 200);
   const auto sigma = [](const MachineDescription& machine, int state) {
@@ -150,14 +143,6 @@ TEST(BiasFilter, LearnsHowLateTransmittersAreFromAnArmThatSwings) {
     EXPECT_NEAR(run.estimator().learned().state()[kBiasLag], lag_s, 1.5e-3);
     EXPECT_LT(fast_Nm_without_contact(run), 300);  // 8 ms not taken off: 440
   }
-}
-
-// Each transmitter has a lag of its own, the bias filter one for all.
-TEST(BiasFilter, LagsThatDifferByTwoMillisecondsAreNoContact) {
-  Twin run = swinging({3e-3, 5e-3, 7e-3, 5e-3, 4e-3, 6e-3});
-  run.free_motion(60);
-  EXPECT_NEAR(run.estimator().learned().state()[kBiasLag], 5e-3, 2.5e-3);
-  EXPECT_LT(fast_Nm_without_contact(run), 300);
 }
 
 // A lag that nobody has learned yet may be anything near the usual one: what it makes of a swing must be doubted.

@@ -92,15 +92,6 @@ TEST(BucketForce, IsNearerWhereACornerCanOnlyBePushedAlongItsNormals) {
   }
 }
 
-TEST(BucketForce, WithoutAnOutlineActsAtTheTip) {
-  const MachineDescription machine = test_machine();
-  const BucketForceModel model(machine);
-  const Eigen::Matrix<double, 2, 3> jacobian = Kinematics(machine).tip_jacobian(kBent);
-  const PlanarVector force_N(-800, 600);
-  const BucketLoad found = model.solve(kBent, jacobian, jacobian.transpose() * force_N, kCovariance_Nm2);
-  EXPECT_LT((found.force_N - force_N).norm(), 10);
-}
-
 TEST(BucketForce, ErrorsAreWithinWhatTheCovarianceSays) {
   const Arm arm;
   std::mt19937_64 random(3);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/estimation/test_machine.h"
+
 namespace knuckle::estimation {
 namespace {
 

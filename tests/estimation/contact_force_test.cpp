@@ -18,8 +18,7 @@ namespace {
 
 MachineDescription machine_with(ContactModel model, ForceDirection direction = ForceDirection::kFixed,
                                 const PlanarVector& fixed = {-1, 0.2}) {
-  MachineDescription machine = test_machine();
-  machine.bucket_profile = {{0.42, 0.065}, {0.25, 0.19}, {0.02, 0.18}, {0.25, -0.005}};
+  MachineDescription machine = machine_with_outline();
   machine.force = {model, direction, fixed};
   return machine;
 }
@@ -50,20 +49,6 @@ struct Bench {
   Kinematics kinematics;
   ContactForce force;
 };
-
-TEST(ContactModels, EachTellsAForceAtTheTip) {
-  for (const ContactModel model : {ContactModel::kBucketForce, ContactModel::kTipWrench, ContactModel::kTipForceOfTwo,
-                                   ContactModel::kForceAndPosition}) {
-    Bench bench(machine_with(model));
-    const PlanarVector force_N = 2000 * PlanarVector(-1, 0.2).normalized();
-    const ContactPose pose = bench.pose(kBent);
-    const ContactAnswer& answer = bench.step(pose, bench.torque(kBent, force_N, bench.tip()));
-    EXPECT_FALSE(answer.refusal) << name(model);
-    EXPECT_EQ(answer.share, 1);
-    EXPECT_LT((answer.load.force_N - force_N).norm(), 40) << name(model);
-    EXPECT_LT(std::abs(answer.load.torque_Nm), 3 * std::sqrt(answer.load.torque_variance_N2m2) + 1) << name(model);
-  }
-}
 
 TEST(ContactModels, OfAWeightHangsPlumbWhereverTheHullLeans) {
   Bench bench(machine_with(ContactModel::kForceAndPosition, ForceDirection::kPlumb));

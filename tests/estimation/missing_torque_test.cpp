@@ -70,22 +70,6 @@ TEST(MissingTorque, NearAPoseThatDoesNotTellNoForceIsMadeOfNoise) {
   }
 }
 
-TEST(MissingTorque, OfTheBoomLeavesTheForceOfTwoJoints) {
-  const MachineDescription machine = test_machine();
-  const PlanarJacobian jacobian = Kinematics(machine).tip_jacobian(kBent);
-  std::mt19937_64 random(2);
-  std::normal_distribution<double> normal;
-  for (int draw = 0; draw < 100; ++draw) {
-    JointLoad load{
-        kBent, {0.2, -0.2, -0.1}, 500 * JointVector(normal(random), normal(random), normal(random)), covariance(kBoom)};
-    const TipForce found = solve_tip_force(jacobian, load.torque_Nm, load.covariance_Nm2);
-    load.covariance_Nm2(kBoom, kBoom) = 1;
-    const auto two = std::get<TwoJointForce>(tip_force_of_two({1.75, 0.95, 0.5}, load, 0.5));
-    EXPECT_LT((found.force_N - two.force_N).norm(), 0.01 * two.force_N.norm() + 1);
-    EXPECT_LT((found.covariance_N2 - two.covariance_N2).norm(), 0.02 * two.covariance_N2.norm());
-  }
-}
-
 // Where the bucket touches is not seen any more: that must be in the interval.
 TEST(MissingTorque, MakesTheIntervalIncludeThePlaceOnTheBucket) {
   const MachineDescription machine = machine_with_outline();

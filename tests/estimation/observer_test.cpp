@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimation/force_estimator.h"
+#include "tests/estimation/test_machine.h"
 
 namespace knuckle::estimation {
 namespace {

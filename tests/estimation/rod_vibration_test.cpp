@@ -81,12 +81,5 @@ TEST(RodVibration, WhatLeakageOrASlowPushMovesIsNone) {
   EXPECT_TRUE(mean_seen_mps(test_machine(), kStep_s, slow).isZero());
 }
 
-TEST(RodVibration, AStartAtAnyForceIsNoJolt) {
-  RodVibration vibration(test_machine(), kStep_s);
-  vibration.reset({5e4, -3e4, 1e4});
-  vibration.step({5e4, -3e4, 1e4});
-  EXPECT_TRUE(vibration.speed_mps().isZero());
-}
-
 }  // namespace
 }  // namespace knuckle::estimation

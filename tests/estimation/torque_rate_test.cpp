@@ -8,6 +8,7 @@
 
 #include "estimation/bias_filter.h"
 #include "estimation/force_estimator.h"
+#include "tests/estimation/test_machine.h"
 
 namespace knuckle::estimation {
 namespace {
@@ -67,13 +68,6 @@ TEST(TorqueRate, ShakesTheLinksByWhatTheTorquesRateMovesThem) {
             << w << " rad/s, joint " << joint << ", row " << row;
       }
   }
-}
-
-TEST(TorqueRate, IsNoneWhereNothingChanges) {
-  TorqueRate rate(kFastBand.observer_Hz, kStep_s);
-  rate.reset(JointVector(5000, -300, 20));
-  rate.step(JointVector(5000, -300, 20));
-  EXPECT_EQ(rate.columns(Eigen::Matrix3d::Identity()).norm(), 0);
 }
 
 }  // namespace

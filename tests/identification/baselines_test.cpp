@@ -1,6 +1,8 @@
 // The papers' methods on data that are exactly their model; what they refuse; the tables' names and units.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "estimation/identification/baseline.h"
 #include "estimation/identification/paper_motions.h"
 #include "estimation/identification/static_poses.h"
@@ -25,6 +27,16 @@ Recording kim_recording(const MachineDescription& machine, double duration_s, co
   });
 }
 
+/// Stands still for half a minute.
+Recording standing(const MachineDescription& machine) {
+  return exact_recording(
+      machine, 30, 0.01,
+      [](double) {
+        return ExactMotion{{0.3, -1.5, -0.9}, JointVector::Zero(), JointVector::Zero()};
+      },
+      [&](const ExactMotion& m) { return gravity_torque(machine, m.angle); });
+}
+
 double value_of(const Identification& summary, const std::string& name) {
   for (const IdentifiedParameter& p : summary.parameters) {
     if (p.name == name) return p.value;
@@ -40,10 +52,15 @@ bool says(const Identification& summary, const std::string& what) {
   return false;
 }
 
+/// Of a minute of free motion.
+const KimResult& kim_result() {
+  static const KimResult result =
+      identify_kim(test_machine(), std::array{kim_recording(test_machine(), 60, JointVector::Zero())});
+  return result;
+}
+
 TEST(Kim, RecoversTableOneOfThePaperInItsUnits) {
-  const MachineDescription machine = test_machine();
-  const Recording recording = kim_recording(machine, 60, JointVector::Zero());
-  const KimResult result = identify_kim(machine, std::span(&recording, 1));
+  const KimResult& result = kim_result();
   EXPECT_TRUE(result.summary.usable);
   EXPECT_EQ(result.summary.rank, 9);
   const std::vector<std::tuple<std::string, std::string, double>> table{
@@ -64,8 +81,7 @@ TEST(Kim, RecoversTableOneOfThePaperInItsUnits) {
 
 TEST(Kim, FindsAKnownForceAndWrench) {
   const MachineDescription machine = test_machine();
-  const Recording free = kim_recording(machine, 60, JointVector::Zero());
-  const KimResult result = identify_kim(machine, std::span(&free, 1));
+  const KimResult& result = kim_result();
   const Kinematics kinematics(machine);
   const PlanarVector pull(300, -800);
   const Recording pulled = exact_recording(machine, 10, 0.005, waving(0.5), [&](const ExactMotion& m) -> JointVector {
@@ -97,12 +113,7 @@ TEST(Kim, RefusesShortConstantAndDeadData) {
   EXPECT_FALSE(short_result.summary.usable);
   EXPECT_TRUE(says(short_result.summary, "at least 20 s")) << short_result.summary.reasons.front();
 
-  const Recording still = exact_recording(
-      machine, 30, 0.005,
-      [](double) {
-        return ExactMotion{{0.3, -1.5, -0.9}, JointVector::Zero(), JointVector::Zero()};
-      },
-      [&](const ExactMotion& m) { return gravity_torque(machine, m.angle); });
+  const Recording still = standing(machine);
   const KimResult still_result = identify_kim(machine, std::span(&still, 1));
   EXPECT_FALSE(still_result.summary.usable);
   EXPECT_TRUE(says(still_result.summary, "boom moved over 0 deg"));
@@ -198,11 +209,19 @@ Recording malaguti_recording(const MachineDescription& machine, double duration_
   });
 }
 
+/// Free motion of 40 s, and what is found from it.
+const Recording& malaguti_free() {
+  static const Recording recording = malaguti_recording(test_machine(), 40, PlanarVector::Zero());
+  return recording;
+}
+const MalagutiResult& malaguti_result() {
+  static const MalagutiResult result = identify_malaguti(test_machine(), std::span(&malaguti_free(), 1));
+  return result;
+}
+
 TEST(Malaguti, RecoversInertiasMomentsAndFrictionWhileTheBoomMoves) {
-  const MachineDescription machine = test_machine();
-  const BaseParameters truth = base_parameters(machine);
-  const Recording recording = malaguti_recording(machine, 40, PlanarVector::Zero());
-  const MalagutiResult result = identify_malaguti(machine, std::span(&recording, 1));
+  const BaseParameters truth = base_parameters(test_machine());
+  const MalagutiResult& result = malaguti_result();
   EXPECT_TRUE(result.summary.usable);
   EXPECT_EQ(result.summary.rank, 10);
   const std::vector<std::tuple<std::string, std::string, double>> table{
@@ -221,8 +240,7 @@ TEST(Malaguti, RecoversInertiasMomentsAndFrictionWhileTheBoomMoves) {
 
 TEST(Malaguti, FindsAKnownForceButNotAlongAStraightBucket) {
   const MachineDescription machine = test_machine();
-  const Recording free = malaguti_recording(machine, 40, PlanarVector::Zero());
-  const MalagutiResult result = identify_malaguti(machine, std::span(&free, 1));
+  const MalagutiResult& result = malaguti_result();
   const PlanarVector pull(-500, 700);
   const Recording pulled = malaguti_recording(machine, 20, pull);
   const auto force = external_force(result, machine, pulled);
@@ -239,29 +257,21 @@ TEST(Malaguti, FindsAKnownForceButNotAlongAStraightBucket) {
 }
 
 TEST(Malaguti, ComparesTorqueOfStickAndBucketOnly) {
-  const MachineDescription machine = test_machine();
-  const Recording recording = malaguti_recording(machine, 40, PlanarVector::Zero());
-  const MalagutiResult result = identify_malaguti(machine, std::span(&recording, 1));
-  const TorqueComparison torque = compare_torque(result, machine, recording);
+  const TorqueComparison torque = compare_torque(malaguti_result(), test_machine(), malaguti_free());
   EXPECT_DOUBLE_EQ(torque.step_s, 0.005);
-  ASSERT_EQ(torque.usable.size(), recording.samples.size());
+  ASSERT_EQ(torque.usable.size(), malaguti_free().samples.size());
   EXPECT_EQ(torque.usable.front(), 0);
   EXPECT_EQ(torque.usable[4000], 1);
   EXPECT_TRUE(std::isnan(torque.modelled_Nm[4000][kBoom]));
-  EXPECT_NEAR(torque.modelled_Nm[4000][kArm], torque.measured_Nm[4000][kArm], 10);
-  EXPECT_NEAR(torque.modelled_Nm[4000][kBucket], torque.measured_Nm[4000][kBucket], 10);
+  for (const int joint : {kArm, kBucket})
+    EXPECT_NEAR(torque.modelled_Nm[4000][joint], torque.measured_Nm[4000][joint], 10);
 }
 
 TEST(Malaguti, RefusesThreeSecondsAndAStandingStick) {
   const MachineDescription machine = test_machine();
   const Recording brief = malaguti_recording(machine, 3, PlanarVector::Zero());
   EXPECT_TRUE(says(identify_malaguti(machine, std::span(&brief, 1)).summary, "at least 20 s"));
-  const Recording still = exact_recording(
-      machine, 30, 0.01,
-      [](double) {
-        return ExactMotion{{0.3, -1.5, -0.9}, JointVector::Zero(), JointVector::Zero()};
-      },
-      [&](const ExactMotion& m) { return gravity_torque(machine, m.angle); });
+  const Recording still = standing(machine);
   const MalagutiResult result = identify_malaguti(machine, std::span(&still, 1));
   EXPECT_FALSE(result.summary.usable);
   EXPECT_TRUE(says(result.summary, "arm moved over 0 deg"));

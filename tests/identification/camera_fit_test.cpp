@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/says.h"
+
 namespace knuckle::estimation {
 namespace {
 
@@ -83,21 +85,16 @@ TEST(CameraFit, RefusesTooFewPosesOnesAlongALineAndOnesInOnePlace) {
   few.resize(kLeastTipSights - 1);
   EXPECT_EQ(fit_camera(few, mast(), kWidth, kHeight, kReach_m).refused, "5 of at least 6 poses");
   std::vector<PlanarVector> line, place;
+  const std::vector<PlanarVector> same(8, PlanarVector(2.0, 0.1));
   for (int i = 0; i < 8; ++i) {
     line.push_back({1.5 + 0.15 * i, 0.1 + 0.05 * i});
     place.push_back({2.0 + 0.01 * (i % 3), 0.1 + 0.01 * (i / 3)});
   }
-  for (const auto& tips : {line, place}) {
-    const CameraFit fit = fit_camera(clicks(tips, 1), mast(), kWidth, kHeight, kReach_m);
-    EXPECT_NE(fit.refused.find("do not tell where the camera is"), std::string::npos) << fit.refused;
+  for (const auto& tips : {line, place, same}) {
+    const CameraFit fit = fit_camera(clicks(tips, tips == same ? 0 : 1), mast(), kWidth, kHeight, kReach_m);
+    EXPECT_TRUE(test::says(fit.refused, "do not tell where the camera is"));
+    EXPECT_FALSE(test::says(fit.refused, "by 1000000000"));
   }
-}
-
-TEST(CameraFit, RefusesClicksOfOnePoseOnlyInWords) {
-  const std::vector<PlanarVector> same(8, PlanarVector(2.0, 0.1));
-  const CameraFit fit = fit_camera(clicks(same, 0), mast(), kWidth, kHeight, kReach_m);
-  EXPECT_NE(fit.refused.find("do not tell where the camera is"), std::string::npos) << fit.refused;
-  EXPECT_EQ(fit.refused.find("by 1000000000"), std::string::npos) << fit.refused;
 }
 
 TEST(CameraFit, RefusesACameraThatSeesNowhereThatTheTipWorks) {
@@ -111,7 +108,7 @@ TEST(CameraFit, RefusesACameraThatSeesNowhereThatTheTipWorks) {
     sights.push_back({tip, seen(up, tip)});
   const CameraFit fit = fit_camera(sights, up, kWidth, kHeight, kReach_m);
   ASSERT_LT(fit.rms_px, 1e-3);
-  EXPECT_NE(fit.refused.find("would not see where the tip works"), std::string::npos) << fit.refused;
+  EXPECT_TRUE(test::says(fit.refused, "would not see where the tip works"));
 }
 
 TEST(CameraFit, LooksAlsoWhereTheTipWasClicked) {
@@ -132,8 +129,8 @@ TEST(CameraFit, BoundsWhatRemainsByThePicturesWidth) {
   const CameraFit whole = fit_camera(sights, mast(), kWidth, kHeight, kReach_m);
   for (TipSight& sight : sights) sight.pixel *= 0.5;
   const CameraFit half = fit_camera(sights, mast(), kWidth / 2, kHeight / 2, kReach_m);
-  EXPECT_NE(whole.refused.find("(at most 25)"), std::string::npos) << whole.refused << whole.rms_px;
-  EXPECT_NE(half.refused.find("(at most 12)"), std::string::npos) << half.refused << half.rms_px;
+  EXPECT_TRUE(test::says(whole.refused, "(at most 25)"));
+  EXPECT_TRUE(test::says(half.refused, "(at most 12)"));
 }
 
 TEST(CameraFit, RefusesClicksThatContradictEachOther) {
@@ -141,7 +138,7 @@ TEST(CameraFit, RefusesClicksThatContradictEachOther) {
   std::swap(sights[0].pixel, sights[2].pixel);
   std::swap(sights[3].pixel, sights[4].pixel);
   const CameraFit fit = fit_camera(sights, mast(), kWidth, kHeight, kReach_m);
-  EXPECT_NE(fit.refused.find("contradict each other"), std::string::npos) << fit.refused << fit.rms_px;
+  EXPECT_TRUE(test::says(fit.refused, "contradict each other"));
 }
 
 TEST(CameraFit, IsWrittenAsTheMachinesFileHasIt) {

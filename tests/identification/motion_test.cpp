@@ -79,12 +79,7 @@ TEST(OfflineMotion, TakesThePressureLagOff) {
   Recording recording = recorded(machine, SineMotion{}, 6, 0.005);
   const Motion fast = offline_motion(machine, recording);
   const double lag_s = 0.02;
-  std::array<FohFilter<double>, 6> lags{FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),
-                                        FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),
-                                        FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),
-                                        FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),
-                                        FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005),
-                                        FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005)};
+  std::vector<FohFilter<double>> lags(6, FohFilter<double>(1 / (2 * std::numbers::pi * lag_s), 0.005));
   for (std::size_t k = 0; k < 6; ++k) lags[k].reset(recording.samples[0].pressure_Pa[k]);
   for (Measurement& m : recording.samples)
     for (std::size_t k = 0; k < 6; ++k) m.pressure_Pa[k] = lags[k].step(m.pressure_Pa[k]);

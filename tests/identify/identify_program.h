@@ -1,4 +1,4 @@
-// `knuckle identify` from outside, in a folder of its own.
+// `knuckle identify` in this process, in a folder of its own.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/places.h"
+#include "app/cli/command.h"
+#include "app/identify/identify.h"
+#include "tests/support/refusal.h"
 #include "tests/support/run_program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -20,13 +22,27 @@ class IdentifyFolder : public testing::Test {
   [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
   static ProgramRun identify(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "identify");
-    return run_program(program("knuckle"), std::move(arguments));
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int code = cli::run_program(program_of_it(), arguments);
+    const std::string out = testing::internal::GetCapturedStdout();
+    return {code, out, testing::internal::GetCapturedStderr()};
+  }
+  /// What it refuses to do so; "accepted" where it does not.
+  static std::string refusal(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "identify");
+    return test::refusal([&] { (void)cli::parse_command_line(program_of_it(), arguments).run(); });
   }
   [[nodiscard]] nlohmann::json json(const std::string& name) const {
     return nlohmann::json::parse(std::ifstream(path(name)));
   }
 
   TemporaryFolder folder_;
+
+ private:
+  static cli::Program program_of_it() {
+    return {"knuckle", "", "", {identify::identify_entry(identify::identify_command)}};
+  }
 };
 
 }  // namespace knuckle::test

@@ -129,13 +129,6 @@ TEST(MultiplexedFile, SaysWhichFramesOfAnIdentifierHaveAValue) {
   EXPECT_FALSE(angles.is_in(cut)) << "without the multiplexer";
 }
 
-TEST(MultiplexedFile, EachFrameCountsForTheBudget) {
-  const auto without = [](const char* period) {
-    return worst_bus_load(multiplexed_machine("period_ms = 10", period).bus);
-  };
-  EXPECT_NEAR(without("period_ms = 10") - without("period_ms = 20"), 50 * 160 / 500e3, 1e-9);
-}
-
 TEST(MultiplexedFile, WhatDoesNotTellFramesApartIsRefusedInOneLine) {
   test::expect_refused(
       {

@@ -62,10 +62,6 @@ std::vector<std::string> offers(const toml::table& machine) {
   const auto at = told.find(words);
   return at == std::string::npos ? std::vector<std::string>() : split(told.substr(at + words.size()), ", or ");
 }
-bool offered(const std::vector<std::string>& all, const std::string& what) {
-  return std::any_of(all.begin(), all.end(), [&](const std::string& one) { return one.starts_with(what); });
-}
-
 TEST(BusBudget, EveryOfferIsAcceptedAndLoadsTheBusAsItSays) {
   const std::string digits = "wire.pressure_digits = 0";
   int tried = 0;
@@ -91,22 +87,6 @@ TEST(BusBudget, EveryOfferIsAcceptedAndLoadsTheBusAsItSays) {
     }
   }
   EXPECT_GT(tried, 15);
-}
-
-TEST(BusBudget, OffersSlowerSensorsWithTheirLimitsShorterValuesRarerStatesAndAFasterWire) {
-  const std::vector<std::string> at_250 = offers(solar_with({"bit_rate_kbps = 250"}));
-  EXPECT_TRUE(offered(at_250, "bit_rate_kbps = 500 (59.6 %)"));
-  EXPECT_TRUE(offered(at_250, "sync_Hz = 50 with sensor_age_limit_ms = 80 (")) << ::testing::PrintToString(at_250);
-  const std::vector<std::string> states = offers(solar_with({"valve_status_every_nth_sync = 1"}));
-  EXPECT_TRUE(offered(states, "valve_status_every_nth_sync = ")) << ::testing::PrintToString(states);
-  const std::vector<std::string> values = offers(solar_with({"valve_status_every_nth_sync = 2"}));
-  EXPECT_TRUE(offered(values, "wire.pressure_value = \"integer16\" with wire.pressure_digits = 1 ("))
-      << ::testing::PrintToString(values);
-  EXPECT_TRUE(offered(states, "sync_Hz = 125 with ")) << ::testing::PrintToString(states);
-  EXPECT_TRUE(offered(states, "bit_rate_kbps = 800 (")) << ::testing::PrintToString(states);
-  EXPECT_FALSE(offered(
-      offers(solar_with({"bit_rate_kbps = 250", "wire.pressure_value = \"integer16\"", "wire.pressure_digits = 1"})),
-      "wire."));
 }
 
 TEST(BusBudget, OffersNoShorterPressuresWhereADeviceMapsThemByItself) {

@@ -241,11 +241,5 @@ TEST(BusNodes, ADeviceTypeMayNameMoreThanItsProfileOrNone) {
     EXPECT_TRUE(test::says(refusal_with("0x019A", type), ".device_type'")) << type;
 }
 
-TEST(BusNodes, AKeyedNodesDeviceTypeIsOfTheProfileThatItsNameHas) {
-  const std::string text = test::with_keyed_nodes(test::shipped_text());
-  EXPECT_TRUE(test::says(said_of(test::replaced(text, "device_type = 0x0191", "device_type = 0x0198")),
-                         "key 'bus.nodes.enable.device_type' = 0x198: must have 401 = 0x0191"));
-}
-
 }  // namespace
 }  // namespace knuckle

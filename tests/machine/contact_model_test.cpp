@@ -65,22 +65,17 @@ TEST(WithoutPressures, OneCylinderMayHaveNoneWhereTheFileSaysSo) {
   }
 }
 
-TEST(WithoutPressures, WhatIsNoJointIsOneLineAndNothingOfNodes) {
-  for (const std::string value : {"\"bom\"", "\"\"", "[\"boom\"]"}) {
-    const std::string told = machine_refusal(test::replaced(without_transmitters("boom"), "= \"boom\"", "= " + value));
-    EXPECT_TRUE(test::says(told, "sensors.without_pressures"));
-    EXPECT_FALSE(test::says(told, "\n"));
+TEST(WithoutPressures, AFileThatContradictsItselfIsOneLine) {
+  const std::string none = without_transmitters("boom"), key = "without_pressures = \"boom\"\n";
+  for (const auto& [text, said] :
+       {std::pair{test::replaced(none, "= \"boom\"", "= \"bom\""), "sensors.without_pressures"},
+        {test::replaced(none, "= \"boom\"", "= [\"boom\"]"), "sensors.without_pressures"},
+        {test::replaced(none, key, ""), "no node has boom_head_pressure, boom_rod_pressure"},
+        {test::replaced(shipped_text(), "[sensors]\n", "[sensors]\n" + key),
+         "there is boom_head_pressure, although"}}) {
+    EXPECT_TRUE(test::says(machine_refusal(text), said));
+    EXPECT_FALSE(test::says(machine_refusal(text), "\n"));
   }
-}
-
-TEST(WithoutPressures, MissingNodesAloneAreAFault) {
-  const std::string text = test::replaced(without_transmitters("boom"), "without_pressures = \"boom\"\n", "");
-  EXPECT_TRUE(test::says(machine_refusal(text), "no node has boom_head_pressure, boom_rod_pressure"));
-}
-
-TEST(WithoutPressures, ATransmitterThatIsThereAllTheSameIsAFault) {
-  const std::string text = test::replaced(shipped_text(), "[sensors]\n", "[sensors]\nwithout_pressures = \"boom\"\n");
-  EXPECT_TRUE(test::says(machine_refusal(text), "there is boom_head_pressure, although"));
 }
 
 TEST(WithoutPressures, AModelThatNeedsThemAndAPressureLimitBelowTheReliefAreRefused) {

@@ -69,22 +69,6 @@ TEST(EncoderLengths, AnAngleIsTheLengthBetweenThePinsInWhicheverTurnItIsCounted)
   }
 }
 
-TEST(EncoderLengths, ALengthAndTheReadingThatHasItGoBothWays) {
-  const MachineDescription machine = rotary_machine();
-  const EncoderLengths lengths(machine);
-  for (int joint = 0; joint < kJoints; ++joint) {
-    const RotaryDescription& rotary = machine.bus.encoder(joint).rotary;
-    for (int i = 0; i <= 200; ++i) {
-      const double length_m = drawn_length_m(machine, joint, swept(machine, joint, i, 200));
-      const auto reading = lengths.reading(joint, length_m);
-      ASSERT_TRUE(reading) << joint;
-      EXPECT_NEAR(lengths.length_m(joint, *reading).value(), length_m, 1e-9) << joint;
-      const double counted = rotary.sign * (*reading - rotary.zero_rad);
-      EXPECT_TRUE(counted >= 0 && counted < kTurn + 1e-12) << "of the first turn: " << counted;
-    }
-  }
-}
-
 TEST(EncoderLengths, AreNoneForAnglesThatTheJointCannotHave) {
   const MachineDescription machine = rotary_machine();
   const EncoderLengths lengths(machine);
@@ -191,7 +175,11 @@ TEST(EncoderLengths, HoldForMachinesOfAnyPins) {
       const auto length_m = lengths->length_m(joint, angle);
       ASSERT_TRUE(length_m) << "seed " << seed;
       EXPECT_NEAR(*length_m, drawn_length_m(machine, joint, angle), 1e-9);
-      EXPECT_NEAR(std::remainder(lengths->reading(joint, *length_m).value() - angle, kTurn), 0, 1e-8);
+      const double reading = lengths->reading(joint, *length_m).value();
+      EXPECT_NEAR(std::remainder(reading - angle, kTurn), 0, 1e-8);
+      const RotaryDescription& rotary = machine.bus.encoder(joint).rotary;
+      const double counted = rotary.sign * (reading - rotary.zero_rad);
+      EXPECT_TRUE(counted >= 0 && counted < kTurn + 1e-12) << "of the first turn: " << counted;
     }
   }
   EXPECT_GT(machines, 10);
@@ -270,17 +258,10 @@ TEST(RotaryEncoders, FilesThatCannotBeAreRefusedWithTheirKey) {
     else
       EXPECT_TRUE(test::says(said, c.said));
   }
-}
-
-TEST(RotaryEncoders, AJointWithoutEitherIsToldByBothNames) {
   std::string text = test::rotary_text();
   const std::size_t begin = text.find("[[bus.node]]\nname = \"arm_encoder\""),
                     end = text.find("[[bus.node]]", begin + 1);
-  text.erase(begin, end - begin);
-  EXPECT_TRUE(test::says(refusals(text), "no node has arm_length or arm_angle"));
-}
-
-TEST(RotaryEncoders, AWireEncodersStepIsNeededWhereThereIsOne) {
+  EXPECT_TRUE(test::says(refusals(text.erase(begin, end - begin)), "no node has arm_length or arm_angle"));
   EXPECT_TRUE(test::says(refusals(with_one_wire()), "sensors.encoder_step_mm"));
 }
 

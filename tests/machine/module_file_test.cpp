@@ -109,11 +109,8 @@ TEST(ModuleFile, WhatCannotBeIsRefusedInOneLine) {
           {"4 = { scale = 0.001, neutral = 6 }", "5 = { scale = 0.001, neutral = 6 }",
            "must say all outputs that the module has, from 1 on"},
           {"4 = { scale", "13 = { scale", "'bus.node[1].outputs.13' = a table: must be a channel from 1 to 12"},
-          {"4 = { scale = 0.001, neutral = 6 }", "4 = { scale = 0.001 }", "outputs.4.neutral"},
-          {"neutral = 6 }", "neutral = 60 }", "cannot be said by these bits: nearest is 32.767"},
           {"error_value_shift = 16\n", "", "error_value_shift"},
           {"error_value_shift = 16", "error_value_shift = 8", "must be 16 where object 0x6444"},
-          {"3 = { joint = \"bucket\"", "3 = { joint = \"arm\"", "moves the joint as module_2"},
           {"\"boom_rod_pressure\"", "\"boom_head_pressure\"", "is taken by 'module'"},
           {"signal = \"slope\"", "signal = \"boom_length\"", "inputs.11.unit' = 'deg': must be one of"},
           {"\"slope\"", "\"boom_spool\"", "must be one of"},
@@ -147,24 +144,6 @@ TEST(ModuleFile, WhatARefusalCallsNearestIsTaken) {
   const CommandField& boom = bus.commands[0].fields[0];
   EXPECT_EQ(raw_of(boom.bits, boom.value(0, true)), 19660U);
   EXPECT_EQ(raw_of(boom.bits, boom.value(-1, true)), 9830U);
-}
-
-TEST(ModuleFile, ValvesAreNodesOrOutputs) {
-  std::string text = test::module_text();
-  text.insert(text.find("[[bus.node]]"),
-              "[[bus.node]]\nname = \"boom_valve\"\nid = 0x10\nprofile = \"cia408\"\ndevice_type = 0x0198\n"
-              "vendor = 0x4B4E\nproduct = 0x0408\nchannels = { 1 = \"boom_spool\" }\n");
-  const std::string line = test::machine_refusal(text);
-  EXPECT_TRUE(test::says(line, "stands beside node 'boom_valve'"));
-}
-
-TEST(ModuleFile, EachJointNeedsBothWays) {
-  const std::string line = test::refusal([&] {
-    (void)module_machine(test::kCurrentOutputs,
-                         "joint = \"bucket\", unit = \"mA\", scale = 0.05, neutral = 0, retract = 700",
-                         "scale = 0.05, neutral = 0");
-  });
-  EXPECT_TRUE(test::says(line, "no field retracts the bucket"));
 }
 
 TEST(ModuleFile, AFieldSaysNothingByTheBitsForThatNorWithABrokenWire) {

@@ -3,13 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <complex>
-#include <numbers>
 #include <random>
 
 #include "machine/load.h"
 #include "tests/master/master_rig.h"
-#include "tests/master/one_axis.h"
 #include "tests/support/no_alloc.h"
 
 namespace knuckle::master {
@@ -262,67 +259,6 @@ TEST(Cues, RepeatAnOverloadForAsLongAsItLasts) {
   rig.in.reflected_N = PlanarVector(0, 0.2 * feel().force_limit_N);
   rig.run(1);
   EXPECT_EQ(rig.felt.cue(), Cue::kNone);
-}
-
-// Raw reflection on a rigid wall: hand impedance M s^2 + B s + K, forward and return delay, valve (20 ms delay, 20 ms
-// lag), the machine's joint law against its own oil (one pole at k_oil Kp / Ks, gain Ks mu at rest), observer (3 Hz),
-// motor (3 ms). The loop gain is
-//   L = lambda mu Ks / (M s^2 + B s + K) * exp(-T s) / ((1 + s tau_valve) (1 + s Ks / (k_oil Kp)) (1 + s / w_observer))
-// Small gain: |L| < 1 at every frequency is stable for any delay. At its first phase crossover, |L| > 1 is unstable.
-struct Loop {
-  double mass_kg, damping_Ns_per_m, stiffness_N_per_m, round_trip_s;
-  std::complex<double> operator()(double w) const {
-    using C = std::complex<double>;
-    const C s(0, w);
-    constexpr double kSpring = test::OneAxis::kLambda * test::OneAxis::kMu * 1e5, kPole_1ps = 1.2e5 * 3 / 1e5;
-    const C hand = mass_kg * s * s + damping_Ns_per_m * s + stiffness_N_per_m;
-    const double delay_s = round_trip_s + 0.02 + 0.003;
-    return kSpring / hand * std::exp(-s * delay_s) /
-           ((1.0 + 0.02 * s) * (1.0 + s / kPole_1ps) * (1.0 + s / (2 * std::numbers::pi * 3)));
-  }
-  double largest_gain() const {
-    double most = 0;
-    for (double w = 0.01; w < 1000; w *= 1.002) most = std::max(most, std::abs((*this)(w)));
-    return most;
-  }
-  /// Gain where the phase has first turned by half a turn.
-  double gain_at_crossover() const {
-    double before = 0;
-    for (double w = 0.01; w < 1000; w *= 1.002) {
-      const std::complex<double> at = (*this)(w);
-      if (before < 0 && at.imag() >= 0 && at.real() < 0) return std::abs(at);
-      before = at.imag();
-    }
-    return 0;
-  }
-};
-
-test::HoldResult hold_directly(const Loop& loop) {
-  test::OneAxisCase setting;
-  setting.law = ControlLaw::kDirect;
-  setting.round_trip_s = loop.round_trip_s;
-  setting.wall_N_per_m = 2e7;
-  setting.limb.mass_kg = loop.mass_kg - 0.1;  // the rest is the device's
-  setting.limb.damping_Ns_per_m = loop.damping_Ns_per_m;
-  setting.limb.stiffness_N_per_m = loop.stiffness_N_per_m;
-  setting.press_m = 2.0 / loop.stiffness_N_per_m + 0.002;
-  return test::hold(setting);
-}
-
-TEST(DirectLaw, IsStableForAnyDelayWhereTheLoopGainStaysBelowOne) {
-  for (const double round_trip_s : {0.02, 0.1, 0.4}) {
-    const Loop loop{1, 60, 1600, round_trip_s};
-    ASSERT_LT(loop.largest_gain(), 0.8);
-    EXPECT_LT(hold_directly(loop).swing_N, 0.3) << round_trip_s;
-  }
-}
-
-TEST(DirectLaw, IsUnstableWhereTheGainIsAboveOneWhenThePhaseHasTurned) {
-  for (const double round_trip_s : {0.1, 0.4}) {
-    const Loop loop{1, 10, 100, round_trip_s};
-    ASSERT_GT(loop.gain_at_crossover(), 1.5) << round_trip_s;
-    EXPECT_GT(hold_directly(loop).swing_N, 1) << round_trip_s;
-  }
 }
 
 }  // namespace

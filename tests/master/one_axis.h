@@ -15,7 +15,6 @@
 namespace knuckle::test {
 
 struct OneAxisCase {
-  ControlLaw law = ControlLaw::kEchoSpring;
   double round_trip_s = 0.02;
   double wall_N_per_m = 1e6;
   sim::LimbImpedance limb = steady_limb();
@@ -50,7 +49,6 @@ class OneAxis {
       : setting_(setting),
         feel_(feel),
         law_(feel),
-        direct_(feel.force_limit_N),
         forward_(setting.round_trip_s / 2, {}),
         back_(setting.round_trip_s / 2, {}),
         valve_delay_(0.02, 0.0),
@@ -141,7 +139,6 @@ class OneAxis {
     in.round_trip_s = setting_.round_trip_s;
     in.silence_s = silence_s_;
     in.engaged = true;
-    if (setting_.law == ControlLaw::kDirect) return -direct_.step(in, 1e-3).dot(kInto);
     return -law_.step(in, 1e-3).dot(kInto);
   }
 
@@ -150,7 +147,6 @@ class OneAxis {
   OneAxisCase setting_;
   DeviceDescription::Feel feel_;
   master::EchoSpring law_;
-  master::DirectLaw direct_;
   Delay<Up> forward_;
   Delay<Down> back_;
   Delay<double> valve_delay_, motor_delay_;
