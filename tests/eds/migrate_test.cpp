@@ -9,10 +9,10 @@
 
 #include "machine/load.h"
 #include "recording/recording.h"
+#include "tests/eds/bus_program.h"
 #include "tests/eds/machine_texts.h"
 #include "tests/support/few_nodes.h"
 #include "tests/support/refusal.h"
-#include "tests/support/run_program.h"
 
 namespace knuckle::eds {
 namespace {
@@ -177,7 +177,7 @@ TEST(BusMigrateProgram, ChangesTheFileAndKeepsTheOlderOne) {
   const std::string file = folder.file("my.toml");
   std::ofstream(file) << keyed();
   const auto run = [&] {
-    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", file});
+    const auto ran = test::run_bus({"migrate", "--machine", file});
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return ran.out;
   };
@@ -194,7 +194,7 @@ TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
   const std::string file = folder.file("my.toml"), bad = replaced(keyed(), "id = 0x10", "id = 0x80");
   std::ofstream(file) << bad;
   const auto refused = [](const std::string& machine, const std::string& why) {
-    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
+    const auto ran = test::run_bus({"migrate", "--machine", machine});
     EXPECT_EQ(ran.exit_code, 2) << machine;
     EXPECT_TRUE(says(ran.err, why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
