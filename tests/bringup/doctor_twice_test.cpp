@@ -210,7 +210,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
     double measured_ms;
   };
   for (const auto& [what, heard, set_ms, note, fault, measured_ms] :
-       {Story{"as wanted", beats(20, 100ms), 100, "", "", 100}, Story{"a fast clock", beats(21, 95ms), 100, "", "", 95},
+       {Story{"as wanted", beats(20, 100ms), 100, "", "", 100},
         Story{"slow", beats(15, 140ms), 100,
               "sends its heartbeat every 140 ms, though 0x1017:00 is as node_heartbeat_ms = 100 of the machine file\n",
               "", 140},
@@ -228,7 +228,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
         Story{"says nothing of it", beats(20, 100ms), 0, "", "", 100},
         Story{"none", beats(0, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard none in 2.0 s", 0},
         Story{"one", beats(1, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard one in 2.0 s", 0},
-        Story{"one, as it is rare", beats(1, 100ms), 1000, "", "", 0}, Story{"off", beats(0, 100ms), 0, "", "", 0}}) {
+        Story{"off", beats(0, 100ms), 0, "", "", 0}}) {
     BusSurvey survey = running();
     survey.heard[0x722] = heard;
     say(survey, 0x22, canopen::kProducerHeartbeat, set_ms);

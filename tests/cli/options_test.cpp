@@ -112,6 +112,7 @@ TEST(Places, RefuseWhateverAnOutputWouldReplace) {
     std::ofstream(folder.file(name)) << text;
   };
   content("device.toml", "mine");
+  content("kept", "mine");
   content("key.bin", "-----BEGIN PRIVATE KEY-----\nMC4C\n");
   content("ec.bin", "-----BEGIN CERTIFICATE-----\nMC4C\n-----END CERTIFICATE-----\n-----BEGIN EC PRIVATE KEY-----\n");
   content("trail.bin",

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "app/eds/migrate.h"
 #include "machine/load.h"
 #include "slave/node_setup.h"
 #include "tests/eds/bus_program.h"
@@ -31,12 +30,6 @@ TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
     const DeviceFile device = test::with_fixed(made_for("tilt"), 0x180001, first);
     EXPECT_EQ(parse_machine(with_device(shipped_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], kept);
   }
-}
-
-TEST(BusAdd, OfAnOlderFileMakesTheNodesTablesFirst) {
-  const std::string tables = with_node_tables(keyed(), "my.toml");
-  EXPECT_EQ(with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve")),
-            with_device(tables, "my.toml", "boom_valve", 0x50, made_for("boom_valve")));
 }
 
 /// Read-only. @param number of the PDO, from 0.
@@ -74,7 +67,7 @@ TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
   EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]"));
   EXPECT_FALSE(says(added(), "tpdo2_map"));
   EXPECT_TRUE(fit_of(device, parse_machine(added(), "m"), "tilt").obstacles.empty());
-  for (const std::uint32_t count : {9U, 0xFEU, 0xFFU, 0x100U}) {  // those from 0xFE on are no lists
+  for (const std::uint32_t count : {9U, 0xFEU}) {  // from 0xFE on they are no lists
     device.entries[0x1A0100].value = Value{count, false};
     EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]")) << count;
     EXPECT_FALSE(says(added(), "tpdo2_map")) << count;
