@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "app/bringup/commission_result.h"
-#include "core/error.h"
 #include "machine/room.h"
 #include "slave/j1939_bus.h"
 #include "slave/node_setup.h"
@@ -163,16 +162,6 @@ TEST(CommissionFrames, NothingMovesByAnAngleThatIsNoneOfTheJoints) {
   const Outcome outcome = commission(machine_of(text), machine_of(wrong), answers(words));
   EXPECT_TRUE(says(outcome.ended, "its zero must be corrected"));
   EXPECT_LT(outcome.moved_m, 1e-3);
-}
-
-TEST(CommissionFrames, ASignalThatIsNotOnOneLineIsRefusedBeforeAnythingMoves) {
-  const std::string text = with(command_text(),
-                                "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, "
-                                "unit = \"rad\", sign = -1, zero_rad = 0.12 }",
-                                "boom_angle.start = 0\nboom_angle.bits = 16\nboom_angle.scale = 0.0004\n"
-                                "boom_angle.offset = -10\nboom_angle.unit = \"rad\"\nboom_angle.sign = -1");
-  const MachineDescription machine = machine_of(text);
-  EXPECT_THROW(check_layout(text, machine), InputError);
 }
 
 TEST(CommissionTwoBuses, OneThatIsCutEndsItNeutralAndIsNamed) {

@@ -8,7 +8,6 @@
 #include "machine/reason_text.h"
 #include "machine/room.h"
 #include "tests/bringup/machine_kinds.h"
-#include "tests/support/refusal.h"
 #include "tests/support/says.h"
 
 namespace knuckle::bringup {
@@ -135,18 +134,6 @@ TEST(CommissionModule, AProofHoldsOfTheseOutputsAndTimesAlone) {
   EXPECT_EQ(changed("error_value_shift = 16", "error_value_shift = 0"), GuardProof::Changed::kChannels);
   EXPECT_EQ(changed("valve_watchdog_ms = 50 ", "valve_watchdog_ms = 60 "), GuardProof::Changed::kTimes);
   EXPECT_EQ(changed("product = 0x0411", "product = 0x0412"), GuardProof::Changed::kDevice);
-}
-
-TEST(CommissionModule, AnInputThatIsNotOnOneLineIsRefusedBeforeAnythingMoves) {
-  const std::string text =
-      with(voltages_text(),
-           "8 = { signal = \"boom_angle\", range = \"0.5-4.5V\", counts_low = 3276, counts_high = 29490, low = -1.6, "
-           "high = 2.4, unit = \"rad\" }",
-           "8.signal = \"boom_angle\"\n8.range = \"0.5-4.5V\"\n8.counts_low = 3276\n8.counts_high = 29490\n8.low = "
-           "-1.6\n8.high = 2.4\n8.unit = \"rad\"");
-  const MachineDescription machine = machine_of(text);
-  EXPECT_TRUE(says(knuckle::test::refusal([&] { check_layout(text, machine); }),
-                   "[bus.node.inputs] boom_angle: commissioning needs it on one line"));
 }
 
 }  // namespace

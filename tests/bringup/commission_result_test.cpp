@@ -12,7 +12,7 @@
 #include "app/recordings/recording_reader.h"
 #include "machine/load.h"
 #include "machine/toml_reader.h"
-#include "tests/bringup/hardware_bench.h"
+#include "tests/bringup/machine_kinds.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
@@ -97,19 +97,33 @@ TEST(CommissionResult, ReplacesTheDeadBandsOfAnEarlierIdentification) {
 
 TEST(CommissionResult, FileThatItCouldNotBePutIntoIsRefusedAtTheBeginning) {
   EXPECT_NO_THROW(check_layout(knuckle::test::content(solar().source), solar()));
-  std::string text = knuckle::test::content(solar().source);
-  const std::string table = "[cylinders.arm.valve]";
-  text.replace(text.find(table), table.size(), "[cylinders.\"arm\".valve]");
-  const MachineDescription machine = parse_machine(text, "odd.toml");
-  const std::string said = knuckle::test::refusal([&] { check_layout(text, machine); });
-  EXPECT_EQ(said,
-            "odd.toml: [cylinders.arm.valve]: commissioning needs dead_band_extend and dead_band_retract on one "
-            "line each");
+  struct Case {
+    std::string text, from, to, said;
+  };
+  for (const Case& c : {
+           Case{knuckle::test::content(solar().source), "[cylinders.arm.valve]", "[cylinders.\"arm\".valve]",
+                "[cylinders.arm.valve]: commissioning needs dead_band_extend and dead_band_retract on one line each"},
+           {knuckle::test::command_text(),
+            "boom_angle = { start = 0, bits = 16, scale = 0.0004, offset = -10, unit = \"rad\", sign = -1, "
+            "zero_rad = 0.12 }",
+            "boom_angle.start = 0\nboom_angle.bits = 16\nboom_angle.scale = 0.0004\nboom_angle.offset = -10\n"
+            "boom_angle.unit = \"rad\"\nboom_angle.sign = -1",
+            "boom_angle: commissioning needs it on one line"},
+           {test::voltages_text(),
+            "8 = { signal = \"boom_angle\", range = \"0.5-4.5V\", counts_low = 3276, counts_high = 29490, low = -1.6, "
+            "high = 2.4, unit = \"rad\" }",
+            "8.signal = \"boom_angle\"\n8.range = \"0.5-4.5V\"\n8.counts_low = 3276\n8.counts_high = 29490\n"
+            "8.low = -1.6\n8.high = 2.4\n8.unit = \"rad\"",
+            "[bus.node.inputs] boom_angle: commissioning needs it on one line"},
+       }) {
+    const std::string text = test::with(c.text, c.from, c.to);
+    const MachineDescription machine = test::machine_of(text);
+    EXPECT_TRUE(says(knuckle::test::refusal([&] { check_layout(text, machine); }), c.said));
+  }
 }
 
 namespace fs = std::filesystem;
 using test::simulated_bus;
-using test::solar;
 
 class CommissionRecord : public testing::Test {
  protected:

@@ -102,16 +102,6 @@ TEST(CommissionWizard, PresetsRotaryEncodersBeforeAnythingMovesAndComesToItsEnd)
   }
 }
 
-TEST(CommissionWizard, FindsARotaryEncoderThatCountsTheOtherWay) {
-  MachineDescription file = rotary();
-  const auto bus = as_mounted(file);
-  RotaryDescription& arm = knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).rotary;
-  arm.sign = -arm.sign;
-  const Outcome outcome = commission(bus, answers(kRotary), file);
-  EXPECT_TRUE(says(outcome.ended, "arm: its encoder counts in the wrong direction"));
-  EXPECT_TRUE(outcome.left_neutral);
-}
-
 TEST(CommissionWizard, MovesNothingByAnAngleThatIsNoneOfTheJoints) {
   const auto bus = as_mounted(rotary());
   const Outcome outcome = commission(bus, answers({.zero = "keep", .angles = true}), rotary());
@@ -205,19 +195,6 @@ TEST(CommissionGuards, OfNodesThatGoPreOperationalOnACommunicationErrorAreProved
   EXPECT_TRUE(says(outcome.told, "(asked by SDO"));
 }
 
-TEST(CommissionGuards, OneThatTheFileDoesWithoutIsANote) {
-  MachineDescription file = solar();
-  for (NodeDescription& node : file.bus.nodes)
-    if (node.name == "arm_valve") node.unguarded = "a relay takes its power away";
-  const auto bus = simulated_bus();
-  ASSERT_TRUE(bus->machine().inject(solar().bus.valve(kArm).id, sim::NodeFault::kDeadGuard));
-  const Outcome outcome = commission(bus, up_to_guards(), file);
-  EXPECT_TRUE(says(outcome.told,
-                   "note  arm_valve: guard not proved: without set-points it told nothing, and its spool "
-                   "stayed open"));
-  EXPECT_TRUE(says(outcome.told, "bucket_valve: guard proved"));
-}
-
 TEST(CommissionWizard, BusThatIsNotAsTheFileSaysIsLeftAlone) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);
@@ -271,21 +248,20 @@ TEST(CommissionWizard, InterruptedInAMotionItLeavesTheMachineNeutral) {
   EXPECT_TRUE(outcome.left_neutral);
 }
 
-TEST(CommissionWizard, ExchangedEncodersAreFoundByTheFirstMotion) {
-  MachineDescription file = solar();
-  std::swap(knuckle::test::node_in(file.bus, NodeRole::kEncoder, kBoom).id,
-            knuckle::test::node_in(file.bus, NodeRole::kEncoder, kArm).id);
-  const Outcome outcome = commission(simulated_bus(), all(), file);
-  EXPECT_TRUE(says(outcome.ended, "the arm cylinder moved by "));
-}
-
-TEST(CommissionWizard, ExchangedPressureSidesAreFoundAtTheStop) {
-  MachineDescription file = solar();
-  std::swap(knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom).id,
-            knuckle::test::node_in(file.bus, NodeRole::kPressure, 2 * kBoom + 1).id);
-  const Outcome outcome = commission(simulated_bus(), all(), file);
-  EXPECT_TRUE(says(outcome.ended, "at the stop the pressure of boom rod rises by"));
-  EXPECT_TRUE(outcome.left_neutral);
+TEST(CommissionWizard, ExchangedEncodersOrPressureSidesAreFoundByMotion) {
+  struct Case {
+    NodeRole role;
+    int one, other;
+    const char* said;
+  };
+  for (const Case& c : {Case{NodeRole::kEncoder, kBoom, kArm, "the arm cylinder moved by "},
+                        Case{NodeRole::kPressure, 2 * kBoom, 2 * kBoom + 1, "at the stop the pressure of boom rod"}}) {
+    MachineDescription file = solar();
+    std::swap(knuckle::test::node_in(file.bus, c.role, c.one).id, knuckle::test::node_in(file.bus, c.role, c.other).id);
+    const Outcome outcome = commission(simulated_bus(), all(), file);
+    EXPECT_TRUE(says(outcome.ended, c.said));
+    EXPECT_TRUE(outcome.left_neutral);
+  }
 }
 
 /// As if a run had ended after its strokes. No preset is known of it, or readings would tell by themselves.

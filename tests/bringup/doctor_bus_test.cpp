@@ -81,17 +81,6 @@ TEST(DoctorBus, SendsNothingButReadingRequests) {
   }
 }
 
-TEST(DoctorBus, SilentNodeIsNamedWithWhatToCheck) {
-  const auto bus = simulated_bus();
-  bus->machine().inject(0x22, sim::NodeFault::kSilent);
-  const BusDiagnosis diagnosis = look(bus);
-  EXPECT_EQ(
-      faults(diagnosis),
-      "node 0x22 arm_head_pressure: does not answer SDO requests: check its power, its plug, its node id and its bit "
-      "rate\n");
-  EXPECT_EQ(line(diagnosis, 0x22).state, "silent");
-}
-
 TEST(DoctorBus, AnotherDeviceIsAFaultWithBothIdentities) {
   const auto bus = simulated_bus();
   bus->machine().nodes().set_product(0x31, 0x999);
@@ -299,10 +288,15 @@ TEST(DoctorBus, WithoutAMachineFileWhoeverIsThereIsListed) {
   EXPECT_EQ(line(diagnosis, 0x38).device_type, 0x19AU);
 }
 
-TEST(DoctorBus, ReportTellsFaultsFirstAndToolsTheSame) {
+TEST(DoctorBus, ASilentNodeIsNamedWithWhatToCheckFirstAndToolsAreToldTheSame) {
   const auto bus = simulated_bus();
   bus->machine().inject(0x22, sim::NodeFault::kSilent);
   const BusDiagnosis diagnosis = look(bus);
+  EXPECT_EQ(
+      faults(diagnosis),
+      "node 0x22 arm_head_pressure: does not answer SDO requests: check its power, its plug, its node id and its bit "
+      "rate\n");
+  EXPECT_EQ(line(diagnosis, 0x22).state, "silent");
   std::ostringstream text;
   for (const std::string& line : diagnosis_lines(diagnosis)) text << line << '\n';
   EXPECT_LT(text.str().find("FAULT node 0x22 arm_head_pressure"), text.str().find("ok    node 0x10 boom_valve"));

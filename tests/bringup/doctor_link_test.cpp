@@ -84,12 +84,15 @@ struct DoctorLinkThreads : ::testing::Test {
   }
 };
 
-TEST_F(DoctorLinkThreads, SaysThatAllIsWellAndTakesNoControl) {
+TEST_F(DoctorLinkThreads, SaysThatAllIsWellButAnExpiryThatIsNearAndTakesNoControl) {
   Machine there(machine(), {peer(desk)});
-  pair_with(peer(machine()));
+  Peer soon = peer(machine());
+  soon.expires_utc = secure::make_identity("x", 12).expires_utc();
+  pair_with(soon);
   const std::string text = doctor(there.address());
   EXPECT_TRUE(says(text, "ok link " + there.address() + ": handshake succeeded with site arm ("));
   EXPECT_TRUE(says(text, "nobody has control there"));
+  EXPECT_TRUE(says(text, "note expiry: site arm's key expires on"));
   EXPECT_FALSE(says(text, "FAULT"));
   EXPECT_EQ(there.connected(), 0);
 }
@@ -118,6 +121,7 @@ TEST_F(DoctorLinkThreads, NamesWhoHasControl) {
 TEST_F(DoctorLinkThreads, ExplainsWhatIsWrongHere) {
   EXPECT_TRUE(says(doctor("127.0.0.1:9"), "FAULT pairing: this computer is paired with nobody: knuckle pair"));
   pair_with(peer(machine()));
+  EXPECT_TRUE(says(doctor("no such name:5683"), "FAULT link: "));
   ::chmod(folder.key_file().c_str(), 0644);
   EXPECT_TRUE(says(doctor("127.0.0.1:9"), "mode 0644 lets others at the private key"));
   std::filesystem::remove(folder.key_file());
@@ -220,19 +224,6 @@ TEST_F(DoctorLinkThreads, TellsKnucklePairFromTheMachinesSide) {
   go_on = false;
   pair.join();
   EXPECT_TRUE(says(told, "another program than knuckle pair asks here"));
-}
-
-TEST_F(DoctorLinkThreads, WarnsOfAnExpiryThatIsNear) {
-  Peer soon = peer(machine());
-  soon.expires_utc = secure::make_identity("x", 12).expires_utc();
-  pair_with(soon);
-  Machine there(machine(), {peer(desk)});
-  EXPECT_TRUE(says(doctor(there.address()), "note expiry: site arm's key expires on"));
-}
-
-TEST_F(DoctorLinkThreads, SaysWhatIsWrongWithTheAddress) {
-  pair_with(peer(machine()));
-  EXPECT_TRUE(says(doctor("no such name:5683"), "FAULT link: "));
 }
 
 TEST_F(DoctorLinkThreads, ANameIsWellWhereOneOfItsAddressesIs) {

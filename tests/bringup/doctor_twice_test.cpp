@@ -55,7 +55,6 @@ TEST(DoctorBus, OfANodeWithSeveralPdosTheFramesOfEachAreCountedAndAreOneSign) {
   };
   for (const auto& [what, frames, note, fault] :
        {Story{"healthy", {200, 200, 200}, false, false}, Story{"the third twice", {200, 200, 400}, false, true},
-        Story{"the third somewhat more often", {200, 200, 218}, true, false},
         Story{"all, as after a delay", {218, 218, 218}, true, false}}) {
     BusSurvey survey = running(few_nodes());
     for (std::size_t pdo = 0; pdo < frames.size(); ++pdo)
@@ -91,12 +90,6 @@ TEST(DoctorBus, TwoSignsOfANodeIdThatStandsTwiceAreAFaultAndOneIsANote) {
        false, false},
       {"errors on the bus alone", [](BusSurvey& s) { s.errors = 100; }, false, false},
       {"one answer more", [](BusSurvey& s) { s.nodes[0x22].second_answers = 1; }, true, false},
-      {"one and errors, both of one disturbance",
-       [](BusSurvey& s) {
-         s.nodes[0x22].second_answers = 1;
-         s.errors = 3;
-       },
-       true, false},
       {"answers", [](BusSurvey& s) { s.nodes[0x22].second_answers = 2; }, false, true},
       {"another identity", contradict, true, false},
       {"a heartbeat more often", [](BusSurvey& s) { s.heard[0x722].count = 30; }, true, false},
@@ -217,7 +210,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
     double measured_ms;
   };
   for (const auto& [what, heard, set_ms, note, fault, measured_ms] :
-       {Story{"as wanted", beats(20, 100ms), 100, "", "", 100}, Story{"a fast clock", beats(21, 95ms), 100, "", "", 95},
+       {Story{"as wanted", beats(20, 100ms), 100, "", "", 100},
         Story{"slow", beats(15, 140ms), 100,
               "sends its heartbeat every 140 ms, though 0x1017:00 is as node_heartbeat_ms = 100 of the machine file\n",
               "", 140},
@@ -235,7 +228,7 @@ TEST(DoctorBus, AHeartbeatIsMeasuredAndNotBelieved) {
         Story{"says nothing of it", beats(20, 100ms), 0, "", "", 100},
         Story{"none", beats(0, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard none in 2.0 s", 0},
         Story{"one", beats(1, 100ms), 100, "", "0x1017:00 says a heartbeat every 100 ms, heard one in 2.0 s", 0},
-        Story{"one, as it is rare", beats(1, 100ms), 1000, "", "", 0}, Story{"off", beats(0, 100ms), 0, "", "", 0}}) {
+        Story{"off", beats(0, 100ms), 0, "", "", 0}}) {
     BusSurvey survey = running();
     survey.heard[0x722] = heard;
     say(survey, 0x22, canopen::kProducerHeartbeat, set_ms);

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "tests/support/run_program.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::cli {
@@ -40,10 +41,6 @@ std::string page(const std::string& name, const ManualSections& sections = {}) {
   return "none";
 }
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(ManualPages, HaveEveryOptionWithItsValueAndItsHelp) {
   const std::string text = page("arm-tool-dig");
   for (const std::string part :
@@ -52,14 +49,14 @@ TEST(ManualPages, HaveEveryOptionWithItsValueAndItsHelp) {
         "\\fB\\-\\-machine\\fP \\fIvalue\\fP\nMachine name or .toml file.\n",
         "\\fB\\-\\-slow\\fP \\fInumber\\fP\n\\&'Seconds' of it (default: 0).\n",  // a quote begins a request of roff
         "\\fB\\-\\-fast\\fP\n\\&.Not slowly.\n", ".SH EXIT STATUS\n0 done", ".BR arm\\-tool (1)\n"})
-    EXPECT_TRUE(has(text, part)) << part << "\nis not in\n" << text;
+    EXPECT_TRUE(test::says(text, part));
 }
 
 TEST(ManualPages, ListTheCommands) {
   const std::string text = page("arm-tool");
-  EXPECT_TRUE(has(text, ".SH NAME\narm\\-tool \\- moves arms\n")) << text;
-  EXPECT_TRUE(has(text, ".B dig\nDig: a pit"));
-  EXPECT_TRUE(has(text, ".BR arm\\-tool\\-dig (1)"));
+  EXPECT_TRUE(test::says(text, ".SH NAME\narm\\-tool \\- moves arms\n"));
+  EXPECT_TRUE(test::says(text, ".B dig\nDig: a pit"));
+  EXPECT_TRUE(test::says(text, ".BR arm\\-tool\\-dig (1)"));
 }
 
 TEST(ManualPages, HoldTheSectionsGivenForThem) {

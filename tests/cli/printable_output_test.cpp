@@ -9,6 +9,7 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <tuple>
 
 #include "app/cli/command.h"
 #include "app/cli/output_file.h"
@@ -114,24 +115,20 @@ TEST(PrintableOutput, DataGoToATerminalPrintableAndToAFileAsTheyAre) {
   for (const int end : pipe_ends) close(end);
 }
 
-TEST(Wrapped, BreaksBetweenWordsAndGoesOnBelowTheDescription) {
-  EXPECT_EQ(wrapped("  --device TEXT     Haptic device name or .toml file (default: knuckle1_MACHINE)\n", 48),
-            "  --device TEXT     Haptic device name or .toml\n"
-            "                    file (default:\n"
-            "                    knuckle1_MACHINE)\n");
-}
-
-TEST(Wrapped, LeavesWhatFitsAndWordsThatDoNot) {
-  EXPECT_EQ(wrapped("short\n\n  a  b\n", 40), "short\n\n  a  b\n");
+TEST(Wrapped, BreaksBetweenWordsAndGoesOnBelowTheDescriptionOrAtTheMargin) {
   const std::string name(60, 'n');
-  EXPECT_EQ(wrapped("see " + name + " there\n", 40), "see\n" + name + "\nthere\n");
-}
-
-TEST(Wrapped, PlainTextGoesOnAtTheMargin) {
-  EXPECT_EQ(wrapped("Exit codes: 0 done; 1 failed or a criterion was not met\n", 30),
-            "Exit codes: 0 done; 1 failed\nor a criterion was not met\n");
+  const std::tuple<std::string, std::size_t, std::string> table[] = {
+      {"  --device TEXT     Haptic device name or .toml file (default: knuckle1_MACHINE)\n", 48,
+       "  --device TEXT     Haptic device name or .toml\n"
+       "                    file (default:\n"
+       "                    knuckle1_MACHINE)\n"},
+      {"Exit codes: 0 done; 1 failed or a criterion was not met\n", 30,
+       "Exit codes: 0 done; 1 failed\nor a criterion was not met\n"},
+      {"short\n\n  a  b\n", 40, "short\n\n  a  b\n"},
+      {"see " + name + " there\n", 40, "see\n" + name + "\nthere\n"},
+  };
+  for (const auto& [text, width, shown] : table) EXPECT_EQ(wrapped(text, width), shown);
 }
 
 }  // namespace
-
 }  // namespace knuckle::cli

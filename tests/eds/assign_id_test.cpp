@@ -5,13 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <stdexcept>
-#include <tuple>
 
-#include "app/eds/device_file.h"
-#include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/sold_devices.h"
 
@@ -367,28 +363,6 @@ TEST(AssignId, TheDeviceMustBeTheOneThatTheMachineFileHasUnderTheId) {
   wanted.bus.nodes[0].vendor = SoldDevices::kVendor;
   EXPECT_EQ(assign(bus, wanted).problem, "");
   expect_id(bus, 0, 0x10);
-}
-
-TEST(AssignId, DevicesThatAreSoldGetTheirIdsByLssOrByTheirOwnObjects) {
-  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
-  const std::string devices = test::source_dir() + "/../shared/data/devices/";
-  const DeviceFile valve = read_device_file(devices + "PVED-CC.eds"), tilt = read_device_file(devices + "DST-X720.eds");
-  SoldDevices bus({1, 2});
-  for (const auto& [which, file, before] :
-       {std::tuple{0U, &valve, std::uint8_t{0x10}}, {1U, &tilt, std::uint8_t{0x7F}}}) {
-    sim::NodeProtocol& device = *bus.devices[which];
-    device.become(dictionary(*file, before));
-    device.set_serial(4711);
-    device.set_boot_time(3s);
-    if (!file->lss) device.remove_lss();
-    device.start_as(before);
-  }
-  bus.devices[1]->keep_id_in({SoldDevices::kIdA, SoldDevices::kIdB});
-  bus.run(4s);
-  EXPECT_EQ(assign(bus, from(0x10, 0x12)).problem, "");
-  EXPECT_EQ(assign(bus, by_objects(0x7F, 0x38)).problem, "");
-  expect_id(bus, 0, 0x12);
-  expect_id(bus, 1, 0x38);
 }
 
 struct Stopped : std::runtime_error {

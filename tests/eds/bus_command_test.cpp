@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "app/eds/migrate.h"
 #include "machine/load.h"
 #include "slave/node_setup.h"
+#include "tests/eds/bus_program.h"
 #include "tests/eds/made_device.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
@@ -30,12 +30,6 @@ TEST(BusAdd, KeepsTheIdentifierOfAPdoThatCannotBeMoved) {
     const DeviceFile device = test::with_fixed(made_for("tilt"), 0x180001, first);
     EXPECT_EQ(parse_machine(with_device(shipped_text(), "m", "tilt", 0x38, device), "m").bus.tilt().tpdos[0], kept);
   }
-}
-
-TEST(BusAdd, OfAnOlderFileMakesTheNodesTablesFirst) {
-  const std::string tables = with_node_tables(keyed(), "my.toml");
-  EXPECT_EQ(with_device(keyed(), "my.toml", "boom_valve", 0x50, made_for("boom_valve")),
-            with_device(tables, "my.toml", "boom_valve", 0x50, made_for("boom_valve")));
 }
 
 /// Read-only. @param number of the PDO, from 0.
@@ -73,7 +67,7 @@ TEST(BusAdd, OfFourMappingsThatCannotBeChangedTakesThoseThatMapSomething) {
   EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]"));
   EXPECT_FALSE(says(added(), "tpdo2_map"));
   EXPECT_TRUE(fit_of(device, parse_machine(added(), "m"), "tilt").obstacles.empty());
-  for (const std::uint32_t count : {9U, 0xFEU, 0xFFU, 0x100U}) {  // those from 0xFE on are no lists
+  for (const std::uint32_t count : {9U, 0xFEU}) {  // from 0xFE on they are no lists
     device.entries[0x1A0100].value = Value{count, false};
     EXPECT_TRUE(says(added(), "tpdo_map = [0x60200010, 0x60100010]")) << count;
     EXPECT_FALSE(says(added(), "tpdo2_map")) << count;
@@ -236,8 +230,7 @@ struct BusAddProgram : ::testing::Test {
 
   test::ProgramRun add(const DeviceFile& device, const std::string& machine) const {
     std::ofstream(eds) << test::eds_text(device);
-    return test::run_program(test::program("knuckle"),
-                             {"bus", "add", eds, "--id", "0x39", "--as", "tilt", "--machine", machine});
+    return test::run_bus({"add", eds, "--id", "0x39", "--as", "tilt", "--machine", machine});
   }
   void SetUp() override { std::ofstream(file) << shipped_text(); }
 };
@@ -251,6 +244,10 @@ TEST_F(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
   const auto again = add(made_for("tilt"), file);
   EXPECT_TRUE(says(again.out, "nothing changed"));
   EXPECT_FALSE(std::filesystem::exists(folder.file("my.2.toml")));
+  std::ofstream(file) << keyed();
+  EXPECT_TRUE(
+      says(add(made_for("tilt"), file).out, "note: " + file + ": its nodes are [[bus.node]] tables from now on\n"));
+  EXPECT_EQ(test::content(folder.file("my.2.toml")), keyed());
   const auto stock = add(made_for("tilt"), "solar015");
   EXPECT_TRUE(says(stock.err, "--machine solar015: is a machine that comes with Knuckle: copy its file first"));
 }
@@ -258,28 +255,15 @@ TEST_F(BusAddProgram, ChangesTheFileOfADeviceThatFits) {
 TEST_F(BusAddProgram, LeavesTheFileAsItWasWhereStartUpWouldFail) {
   DeviceFile tilt = made_for("tilt");
   tilt.entries.erase(0x101700);
-  const auto run = add(tilt, file);
-  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
-  EXPECT_TRUE(says(run.err, "0x1017:00, which the device does not have"));
-  EXPECT_EQ(test::content(file), shipped_text());
-  EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
-}
-
-TEST_F(BusAddProgram, SaysThatTheNodesOfAnOlderFileAreTablesFromNowOn) {
-  std::ofstream(file) << keyed();
-  const auto run = add(made_for("tilt"), file);
-  EXPECT_TRUE(says(run.out, "note: " + file + ": its nodes are [[bus.node]] tables from now on\n"));
-  EXPECT_EQ(test::content(folder.file("my.1.toml")), keyed());
-}
-
-TEST_F(BusAddProgram, SaysNothingOfTablesWhereAnOlderFileStaysAsItWas) {
-  std::ofstream(file) << keyed();
-  DeviceFile tilt = made_for("tilt");
-  tilt.entries.erase(0x101700);
-  const auto run = add(tilt, file);
-  EXPECT_EQ(run.exit_code, 2) << run.err;
-  EXPECT_FALSE(says(run.out, "from now on")) << run.out;
-  EXPECT_EQ(test::content(file), keyed());
+  for (const std::string& before : {shipped_text(), keyed()}) {
+    std::ofstream(file) << before;
+    const auto run = add(tilt, file);
+    EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
+    EXPECT_TRUE(says(run.err, "0x1017:00, which the device does not have"));
+    EXPECT_FALSE(says(run.out, "from now on")) << run.out;
+    EXPECT_EQ(test::content(file), before);
+    EXPECT_FALSE(std::filesystem::exists(folder.file("my.1.toml")));
+  }
 }
 
 TEST_F(BusAddProgram, SaysThatTheFileIsChangedWhereNobodyCanReadTheRest) {
@@ -322,9 +306,7 @@ TEST(BusProgram, AsksForWhatItsActionNeedsAndRefusesTheRest) {
            {{"assign-id", "--id", "1", "--can", "c"}, "--id 1: is the controller's"},
            {{"assign-id", "--id", "0x10", "--can", "no_such_can"}, "CAN interface \"no_such_can\": no such interface"},
        }) {
-    std::vector<std::string> all{"bus"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    const auto run = test::run_program(test::program("knuckle"), all);
+    const auto run = test::run_bus(arguments);
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_TRUE(says(run.err, told));
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;

@@ -9,10 +9,9 @@
 
 #include "machine/load.h"
 #include "recording/recording.h"
+#include "tests/eds/bus_program.h"
 #include "tests/eds/machine_texts.h"
-#include "tests/support/few_nodes.h"
 #include "tests/support/refusal.h"
-#include "tests/support/run_program.h"
 
 namespace knuckle::eds {
 namespace {
@@ -42,9 +41,6 @@ const std::string kBoom =
 const std::string kTilt =
     "tilt                 = { id = 0x38, device_type = 0x019A, vendor = 0x4B4E, product = 0x0410 }\n";
 const std::string kBoomKeys = "id = 0x10\ndevice_type = 0x0198\nvendor = 0x4B4E\nproduct = 0x0408\n";
-const std::string kBoomTable =
-    "[[bus.node]]\nname = \"boom_valve\"\nprofile = \"cia408\"\nchannels = { 1 = \"boom_spool\" }\n" + kBoomKeys;
-
 /// Shipped files, by name, whose sensors are all nodes: the older words know no broadcasts.
 std::vector<std::pair<std::string, std::string>> shipped_of_nodes() {
   std::vector<std::pair<std::string, std::string>> all;
@@ -86,13 +82,6 @@ TEST(BusMigrate, KeepsTheModelAndTheCommentsOfEveryFileAndChangesNothingTheSecon
     EXPECT_EQ(after.substr(0, begin), text.substr(0, begin)) << name;
     EXPECT_TRUE(after.ends_with(text.substr(end))) << name;
   }
-}
-
-TEST(BusMigrate, WritesATableForEachNodeInItsPlaceWithItsNumbersAsTheyWere) {
-  const std::string before = keyed(), after = migrated(before);
-  EXPECT_TRUE(says(after, "controller_id = 1\n" + kBoomTable + "\n[[bus.node]]\nname = \"arm_valve\"\n"));
-  EXPECT_EQ(std::count(after.begin(), after.end(), '\n') - std::count(before.begin(), before.end(), '\n'),
-            -1 + 14 * 7 + 13);
 }
 
 TEST(BusMigrate, KeepsCommentsWhereTheyStood) {
@@ -160,11 +149,6 @@ TEST(BusMigrate, RefusesInOneLineWhatItCannotRewrite) {
   EXPECT_TRUE(says(refusal_of("name = \"a\"\n"), "my.toml"));
 }
 
-TEST(BusMigrate, LeavesFilesWithNodeTablesAsTheyAre) {
-  EXPECT_EQ(migrated(test::few_nodes_text()), test::few_nodes_text());
-  EXPECT_EQ(migrated(shipped_text()), shipped_text());
-}
-
 TEST(BusMigrate, TheOlderWordsOfAShippedFileSayTheSameBus) {
   for (const auto& [name, text] : shipped_of_nodes()) {
     const std::string before = test::with_keyed_nodes(text);
@@ -177,7 +161,7 @@ TEST(BusMigrateProgram, ChangesTheFileAndKeepsTheOlderOne) {
   const std::string file = folder.file("my.toml");
   std::ofstream(file) << keyed();
   const auto run = [&] {
-    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", file});
+    const auto ran = test::run_bus({"migrate", "--machine", file});
     EXPECT_EQ(ran.exit_code, 0) << ran.err;
     return ran.out;
   };
@@ -194,7 +178,7 @@ TEST(BusMigrateProgram, RefusesBadInputInOneLineAndWritesNothing) {
   const std::string file = folder.file("my.toml"), bad = replaced(keyed(), "id = 0x10", "id = 0x80");
   std::ofstream(file) << bad;
   const auto refused = [](const std::string& machine, const std::string& why) {
-    const auto ran = test::run_program(test::program("knuckle"), {"bus", "migrate", "--machine", machine});
+    const auto ran = test::run_bus({"migrate", "--machine", machine});
     EXPECT_EQ(ran.exit_code, 2) << machine;
     EXPECT_TRUE(says(ran.err, why));
     EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;

@@ -9,10 +9,10 @@
 #include <sstream>
 #include <thread>
 
+#include "app/programs/programs.h"
 #include "machine/load.h"
 #include "master/device_driver.h"
 #include "tests/support/places.h"
-#include "tests/support/run_program.h"
 #include "tests/support/says.h"
 #include "transport/hid_file_port.h"
 #include "transport/hid_reports.h"
@@ -161,9 +161,10 @@ TEST(DeviceProgramThreads, BreaksWhatItWasAskedToAndTellsWhenTheDeviceTakesItsTo
 }
 
 TEST(DeviceCommands, PrintTheReportDescriptorAGadgetIsSetUpWith) {
-  const test::ProgramRun run = test::run_program(test::program("knuckle"), {"device", "--descriptor", "-"});
-  EXPECT_EQ(run.exit_code, 0);
-  EXPECT_EQ(run.out, std::string(kHidReportDescriptor.begin(), kHidReportDescriptor.end()));
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(cli::parse_command_line({"knuckle", "", "", {device_entry()}}, {"device", "--descriptor", "-"}).run(), 0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(),
+            std::string(kHidReportDescriptor.begin(), kHidReportDescriptor.end()));
 }
 
 }  // namespace

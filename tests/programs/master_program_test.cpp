@@ -103,16 +103,6 @@ bool engage(Desk& desk, Site& site) {
   return false;
 }
 
-TEST(ProgramThreads, ADeviceLeadsAMachineThroughAllThreePrograms) {
-  Site site;
-  Desk desk(site.address());
-  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
-  EXPECT_TRUE(eventually([&] { return desk.said.says("machine engaged"); })) << desk.said.text();
-  EXPECT_TRUE(desk.said.says("device is ready"));
-  desk.mean([](sim::OperatorIntent& intent) { intent.joint_rad[kArm] += 0.1; });
-  EXPECT_TRUE(eventually([&] { return driving_frames(site) > 10; })) << "the machine follows the hand";
-}
-
 TEST(ProgramThreads, AMachineIsNotLedAsAnotherAndBothNamesAreTold) {
   Site site;
   Desk desk(site.address(), "compact080");
@@ -141,10 +131,15 @@ TEST(ProgramThreads, AnOperatorIsToldWhyLessIsFeltAndWhenThatIsOver) {
   }));
 }
 
-TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
+TEST(ProgramThreads, ADeviceLeadsAMachineIsWrittenDownAndLetsGoOfBothAtTheEnd) {
   Site site;
   Desk desk(site.address());
   ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
+  EXPECT_TRUE(eventually([&] { return desk.said.says("machine engaged"); })) << desk.said.text();
+  EXPECT_TRUE(desk.said.says("device is ready"));
+  ASSERT_TRUE(eventually([&] { return desk.csv.says(",engaged,none,0,0,0,none,"); })) << "mode, blocking, fault";
+  desk.mean([](sim::OperatorIntent& intent) { intent.joint_rad[kArm] += 0.1; });
+  EXPECT_TRUE(eventually([&] { return driving_frames(site) > 10; })) << "the machine follows the hand";
   site.slave_said.forget();
   desk.end();
   EXPECT_TRUE(eventually([&] { return site.slave_said.says("ready"); })) << site.slave_said.text();
@@ -158,15 +153,6 @@ TEST(ProgramThreads, AnOperatorsSideThatEndsLetsGoOfMachineAndDevice) {
   ASSERT_TRUE(desk.outcome.machine_status) << "the machine's side told of itself";
   EXPECT_EQ(desk.outcome.machine_status->period, 5ms);
   EXPECT_GT(desk.outcome.machine_status->steps, 0U);
-}
-
-TEST(ProgramThreads, AnOperatorsSideWritesWhatItKnewAndDidEveryFiveMilliseconds) {
-  Site site;
-  Desk desk(site.address());
-  ASSERT_TRUE(engage(desk, site)) << site.slave_said.text() << desk.said.text();
-  ASSERT_TRUE(eventually([&] { return desk.said.says("machine engaged"); }));
-  ASSERT_TRUE(eventually([&] { return desk.csv.says(",engaged,none,0,0,0,none,"); })) << "mode, blocking, fault";
-  desk.end();
   std::istringstream table(desk.csv.text());
   std::string header, row;
   ASSERT_TRUE(std::getline(table, header));

@@ -5,7 +5,6 @@
 
 #include <sstream>
 
-#include "app/programs/master_program.h"
 #include "tests/support/says.h"
 
 namespace knuckle::programs {
@@ -73,16 +72,6 @@ TEST(ProgramConsole, AFloodOfEventsIsToldInPartAndCountedInFull) {
   EXPECT_TRUE(test::says(out.str(), " more events in the last 10.0 s"));
 }
 
-TEST(ProgramConsole, TellsHowManyWereLeftOutOnceTheFloodIsOver) {
-  std::ostringstream out;
-  ProgramConsole console("p", out, false);
-  for (int i = 0; i < 100; ++i) console.event(Time(1s), "contact");
-  console.tend(Time(2s));
-  EXPECT_FALSE(test::says(out.str(), "more events"));
-  console.tend(Time(12s));
-  EXPECT_TRUE(test::says(out.str(), "p: 11.000 s: ... and 80 more events in the last 10.0 s"));
-}
-
 TEST(ProgramConsole, KeepsItsStatusInOneLineOfTheTerminal) {
   std::ostringstream out;
   ProgramConsole console("knuckle slave", out, true);
@@ -118,43 +107,6 @@ TEST(RunEvents, AFarEndThatMakesUpEverNewKindsFillsNoMemory) {
   RunEvents<int> events;
   for (int i = 0; i < 100'000; ++i) events.add(i, std::to_string(i));
   EXPECT_LE(events.kept().size(), EventKinds::kMost + RunEvents<int>::kMostOthers);
-}
-
-/// What the test puts into it is received.
-class PreparedLink final : public Link {
- public:
-  bool send(std::span<const std::uint8_t> /*bytes*/) noexcept override { return true; }
-  bool receive(Datagram& datagram) noexcept override {
-    if (waiting.empty()) return false;
-    datagram = waiting.front();
-    waiting.pop_front();
-    return true;
-  }
-  std::deque<Datagram> waiting;
-};
-
-TEST(Observer, KeepsTheFirstEventOfEachKindAndTheNewestAndCountsTheOthers) {
-  constexpr int kEvents = 3000;
-  PreparedLink link;
-  std::ostringstream told;
-  ProgramConsole console("observer", told, false);
-  Observer observer(link, console);
-  Time now(1s);
-  for (int i = 1; i <= kEvents; ++i) {
-    SlaveMessage message;
-    message.stamp.sequence = static_cast<std::uint32_t>(i);
-    message.mode = i % 2 == 0 ? Mode::kReady : Mode::kEngaged;
-    if (i == 1) message.mode = Mode::kSelfTest;
-    link.waiting.push_back(encode(message));
-    observer.tend(now += 20ms);
-  }
-  const ObserverOutcome outcome = observer.outcome(60);
-  EXPECT_EQ(outcome.messages, static_cast<std::uint64_t>(kEvents));
-  constexpr std::size_t kKinds = 3;
-  ASSERT_EQ(outcome.events.size(), kKinds + RunEvents<MasterEvent>::kMostOthers);
-  EXPECT_EQ(outcome.events.front().mode, Mode::kSelfTest);
-  EXPECT_EQ(outcome.events.back().at, now);
-  EXPECT_EQ(outcome.records_lost, kEvents - outcome.events.size());
 }
 
 }  // namespace

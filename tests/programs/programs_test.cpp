@@ -35,7 +35,7 @@ std::string names_of(const std::vector<Mode>& modes) {
   return text;
 }
 
-TEST(ProgramThreads, AnEngagedSessionGoesThroughItsModesInOrder) {
+TEST(ProgramThreads, AnEngagedSessionGoesThroughItsModesInOrderAndRecordsAllOfIt) {
   Site site;
   Hand hand(site.address());
   ASSERT_TRUE(engage(hand)) << site.slave_said.text();
@@ -65,6 +65,14 @@ TEST(ProgramThreads, AnEngagedSessionGoesThroughItsModesInOrder) {
   EXPECT_TRUE(site.slave.loop.policy.starts_with("SCHED_"));
   EXPECT_TRUE(site.slave_said.says("slave loop runs as SCHED_"));
   EXPECT_TRUE(site.slave_said.says("engaged"));
+  site.end_node();
+  EXPECT_TRUE(site.candump.says(" can7 080#\n")) << "what it sent";
+  EXPECT_TRUE(site.candump.says(" can7 1A0#")) << "what it heard";
+  const std::string csv = site.csv.text(), truth = site.truth.text();
+  EXPECT_EQ(csv.rfind("time_s,mode,", 0), 0U);
+  EXPECT_TRUE(test::says(csv, ",ready,"));
+  EXPECT_GT(std::count(truth.begin(), truth.end(), '\n'), 10);
+  EXPECT_EQ(site.node.records_lost, 0U);
 }
 
 /// A bus on which somebody else's SYNC is heard, one before each step.
@@ -160,22 +168,6 @@ TEST(ProgramThreads, NodesBreakAsPlannedAndTheMachineSideSaysWhatIsWrong) {
   EXPECT_LT(site.node.faults[0].mended_at_s, 0);
 }
 
-TEST(ProgramThreads, RecordsHoldEveryFrameAndEveryMeasurement) {
-  Site site;
-  Hand hand(site.address());
-  ASSERT_TRUE(eventually([&] { return hand.sees(Mode::kReady); })) << site.slave_said.text();
-  site.end_slave();
-  site.end_node();
-  EXPECT_TRUE(site.candump.says(" can7 080#\n")) << "what it sent";
-  EXPECT_TRUE(site.candump.says(" can7 1A0#")) << "what it heard";
-  const std::string csv = site.csv.text();
-  EXPECT_EQ(csv.rfind("time_s,mode,", 0), 0U);
-  EXPECT_TRUE(test::says(csv, ",ready,"));
-  const std::string truth = site.truth.text();
-  EXPECT_GT(std::count(truth.begin(), truth.end(), '\n'), 10);
-  EXPECT_EQ(site.node.records_lost, 0U);
-}
-
 std::ptrdiff_t frames_with(const Site& site, std::uint32_t id) {
   const session::FrameLog log = site.frames();
   return std::count_if(log.begin(), log.end(), [id](const TimedFrame& timed) { return timed.frame.id == id; });
@@ -227,16 +219,6 @@ TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
   EXPECT_TRUE(site.slave.setup_failures.empty());
 }
 
-TEST(ProgramThreads, WhyANodeCouldNotBeSetUpIsToldInWords) {
-  Site site({"wrong_identity:boom_valve@0"});
-  ASSERT_TRUE(eventually([&] {
-    return site.slave_said.says("set-up: boom_valve (node 0x10): reading 0x1018:02 gave 0x409");
-  })) << site.slave_said.text();
-  site.end_slave();
-  ASSERT_FALSE(site.slave.setup_failures.empty());
-  EXPECT_EQ(site.slave.setup_failures[0].failure.node, 0x10);
-}
-
 TEST(ProgramThreads, PressuresThatComeWithoutStatusAreToldAtTheStart) {
   MachineDescription lacking = machine();
   node_in(lacking.bus, NodeRole::kPressure, 2).tpdo_maps = {{0x91300120}};
@@ -245,6 +227,16 @@ TEST(ProgramThreads, PressuresThatComeWithoutStatusAreToldAtTheStart) {
     return site.slave_said.says("sensors: arm_head_pressure sends arm_head_pressure without status (0x6150): ");
   })) << site.slave_said.text();
   EXPECT_FALSE(site.slave_said.says("sensors: boom_head_pressure"));
+}
+
+TEST(ProgramThreads, WhyANodeCouldNotBeSetUpIsToldInWords) {
+  Site site({"wrong_identity:boom_valve@0"});
+  ASSERT_TRUE(eventually([&] {
+    return site.slave_said.says("set-up: boom_valve (node 0x10): reading 0x1018:02 gave 0x409");
+  })) << site.slave_said.text();
+  site.end_slave();
+  ASSERT_FALSE(site.slave.setup_failures.empty());
+  EXPECT_EQ(site.slave.setup_failures[0].failure.node, 0x10);
 }
 
 /// A controller that is off the bus, or was and has been restarted; what it is given to send is counted.

@@ -58,7 +58,7 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
   EXPECT_EQ(folder.count(), 1) << "the table";
 }
 
-TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
+TEST(SimulateCommand, ASessionThatFailsOrIsInterruptedLeavesNoOutput) {
   const Folder folder;
   session::SimulateOptions options;
   options.csv = folder.file("a.csv");
@@ -66,13 +66,6 @@ TEST(SimulateCommand, ASessionThatFailsLeavesNoOutput) {
     throw InputError("bad");
   };
   EXPECT_THROW(simulate_command(options, "", failing), InputError);
-  EXPECT_EQ(folder.count(), 0);
-}
-
-TEST(SimulateCommand, CtrlCEndsTheSessionAndLeavesNoOutput) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.csv = folder.file("a.csv");
   const auto interrupted = [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
     std::raise(SIGINT);
     hooks.progress(0.5);
@@ -104,42 +97,34 @@ std::string interrupted_at(int look, const session::SimulateOptions& options, co
   return "was not interrupted";
 }
 
-TEST(SimulateCommand, CtrlCSaysThatTheRecordingWasKept) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.csv = folder.file("a.csv");
-  options.log = folder.file("a.mcap");
-  EXPECT_EQ(interrupted_at(3, options, [] {}),
-            "interrupted; what was recorded until then is in " + options.log + "; no other file was written");
-  EXPECT_EQ(folder.count(), 1);
-  EXPECT_TRUE(recording::Recording({options.log}).complete());
-}
-
-TEST(SimulateCommand, CtrlCLeavesARecordingThatHasTheNameAlready) {
-  for (const bool realtime : {false, true}) {
+TEST(SimulateCommand, CtrlCSaysWhereTheRecordingIs) {
+  struct Case {
+    bool of_before, realtime, taken_meanwhile;
+  };
+  for (const Case& c : {Case{false, false, false}, {true, false, false}, {true, true, false}, {false, false, true}}) {
     const Folder folder;
     session::SimulateOptions options;
     options.scenario = "free_motion";
-    options.realtime = realtime;
+    options.realtime = c.realtime;
+    options.csv = folder.file("a.csv");
     options.log = folder.file("a.mcap");
-    std::ofstream(options.log) << "of before";
-    EXPECT_EQ(interrupted_at(3, options, [] {}),
-              "interrupted; what was recorded until then is in " + options.log + ".partial; no other file was written");
-    EXPECT_EQ(content(options.log), "of before");
-    EXPECT_TRUE(recording::Recording({options.log + ".partial"}).complete());
+    if (c.of_before) std::ofstream(options.log) << "of before";
+    const std::string said = interrupted_at(3, options, [&] {
+      if (c.taken_meanwhile) std::filesystem::create_directory(options.log);
+    });
+    const std::string kept = options.log + (c.of_before || c.taken_meanwhile ? ".partial" : "");
+    const std::string why = c.taken_meanwhile ? "the recording has ended: Is a directory; " : "";
+    EXPECT_EQ(said,
+              "interrupted; " + why + "what was recorded until then is in " + kept + "; no other file was written");
+    EXPECT_FALSE(std::filesystem::exists(options.csv));
+    if (c.of_before) {
+      EXPECT_EQ(content(options.log), "of before");
+    }
+    EXPECT_TRUE(std::filesystem::is_regular_file(kept));
+    if (!c.taken_meanwhile) {
+      EXPECT_TRUE(recording::Recording({kept}).complete());
+    }
   }
-}
-
-TEST(SimulateCommand, CtrlCNamesTheFileInWhichTheRecordingIsWhereItCouldNotBePutInPlace) {
-  const Folder folder;
-  session::SimulateOptions options;
-  options.scenario = "free_motion";
-  options.log = folder.file("a.mcap");
-  EXPECT_EQ(interrupted_at(3, options, [&options] { std::filesystem::create_directory(options.log); }),
-            "interrupted; the recording has ended: Is a directory; what was recorded until then is in " + options.log +
-                ".partial; no other file was written");
-  EXPECT_TRUE(std::filesystem::is_regular_file(options.log + ".partial"));
 }
 
 TEST(SimulateCommand, CtrlCNamesTheFlightRecordsThatWereWritten) {
