@@ -162,13 +162,6 @@ TEST(HapticDevice, DrawsTheSameLimbForTheSameSeedAndStaysInItsClass) {
   EXPECT_NE(sample_limb(LimbClass::kNormal, 1).mass_kg, sample_limb(LimbClass::kNormal, 2).mass_kg);
 }
 
-TEST(DeviceFirmware, RendersTheCommandedTorque) {
-  Bench bench;
-  bench.hold_torque(kPush, 0.1);
-  EXPECT_NEAR((bench.hand.truth().motor_torque_Nm - kPush).norm(), 0, 2e-3);
-  EXPECT_TRUE(bench.state.status & kDeviceTorqueOn);
-}
-
 TEST(DeviceFirmware, TakesTorqueAwayTwentyMillisecondsAfterTheLastCommandWithoutAKick) {
   Bench bench;
   const JointVector strong{1.5, 0.5, 0.1};
