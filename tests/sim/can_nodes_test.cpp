@@ -238,19 +238,6 @@ TEST(ValveNode, IsNeutralInEveryNetworkStateButOperational) {
   }
 }
 
-TEST(ValveNode, WithItsCableOffGoesToNeutralUnheard) {
-  CanRig rig;
-  rig.start();
-  rig.command[1].set_point = 0.3;
-  rig.run(100ms);
-  ASSERT_TRUE(rig.nodes.inject(0x11, NodeFault::kSilent));
-  const Time silent = rig.now;
-  rig.run(60ms);
-  EXPECT_EQ(rig.nodes.outputs().spool_demand[1], 0);
-  EXPECT_FALSE(rig.newest(canopen::tpdo1_id(0x11), silent + 2ms));
-  EXPECT_FALSE(rig.newest(canopen::heartbeat_id(0x11), silent + 2ms));
-}
-
 TEST(EnableNode, DropsPilotPressureWhenASpoolStaysOutsideItsDemandsForAHundredMilliseconds) {
   CanRig rig;
   rig.start();

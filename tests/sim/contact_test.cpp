@@ -143,38 +143,6 @@ TEST(Contact, SeveralPlacesAtOnceAddUp) {
   EXPECT_NEAR(felt.bucket_Nm, kStiffness * kDepth_m * (cross(tip, {-1, 0}) + cross(heel, {0, -1})), 1e-6);
 }
 
-// Pressed in by 5 mm the tip is behind the corner when it comes to the end; it must not hook there.
-TEST(Contact, ATipThatSlidesOffTheEndOfAWallIsPushedOffNotHeld) {
-  for (const double angle : {-0.7, -0.4, -0.1}) {  // the tip is foremost
-    for (const double depth_m : {1e-3, 5e-3}) {
-      BucketMotion bucket = standing(angle);
-      const PlanarVector tip = bucket.at(outline().tip());
-      WorldDescription world;  // the wall is to the right, and above its end
-      world.walls.push_back({.point_m = {tip.x() - depth_m, tip.y() - 0.02},
-                             .normal = {-1, 0},
-                             .stiffness_N_per_m = kStiffness,
-                             .friction = 0,
-                             .from_m = -1,
-                             .to_m = 0});
-      WorldModel model(world, test::solar());
-      double last_N = 0;
-      for (int i = 0; i < 60; ++i) {
-        bucket.pin_m.y() -= 1e-3;
-        bucket.linkage_m.y() -= 1e-3;
-        (void)model.advance(1e-3 * i, 1e-3, bucket);
-        const PlanarVector on_bucket_N = model.forces(bucket).wall;
-        ASSERT_LE(on_bucket_N.y(), 1e-6) << angle << " " << depth_m << " " << i << ": " << on_bucket_N.transpose();
-        ASSERT_LE(on_bucket_N.x(), 1e-6);
-        // It grows as the tip's side comes to lie across the corner, without a jump.
-        const double before_N = i == 0 ? kStiffness * depth_m : last_N;
-        ASSERT_LT(std::abs(on_bucket_N.norm() - before_N), kStiffness * (0.1 * depth_m + 1.1e-3))
-            << i << " " << angle << " " << depth_m;
-        last_N = on_bucket_N.norm();
-      }
-    }
-  }
-}
-
 // Whatever of the bucket is foremost is pressed by 2 mm into a surface of a wall, near its corner. Without
 // friction and damping.
 struct PressedNearACorner {

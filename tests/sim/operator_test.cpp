@@ -201,16 +201,6 @@ TEST(Operator, TriesEnableAgainWhenNothingComesOfIt) {
   EXPECT_EQ(toy.person.phase(), 0);
 }
 
-TEST(Operator, LetsGoForAsLongAsItIsTold) {
-  Phase let_go = of_kind(PhaseKind::kLetGo);
-  let_go.duration_s = 1.5;
-  Toy toy({engage(), let_go, wait(1)});
-  toy.run(1);
-  EXPECT_NEAR(toy.run(2), 1.5, 0.01);
-  EXPECT_FALSE(toy.intent.enable);
-  EXPECT_NE(toy.view.mode, Mode::kEngaged);
-}
-
 TEST(Operator, MovesTheTipAlongAStraightLineWithinItsSpeed) {
   const PlanarVector way(0.3, -0.4);
   Toy toy({engage(), move_by(way, 0.25)});
@@ -282,20 +272,6 @@ TEST(Operator, PushesHarderUntilItSeesSomethingGiveWay) {
   EXPECT_EQ(toy.person.timed_out(), -1);
 }
 
-TEST(Operator, SweepsAboutItsPoseAndComesBackToIt) {
-  Toy toy({engage(), sweep(12), wait(1)});
-  toy.run(1);
-  const JointVector start = toy.view.ghost_rad;
-  JointVector least = start, most = start;
-  while (toy.person.phase() == 1) {
-    toy.step();
-    least = least.cwiseMin(toy.view.ghost_rad);
-    most = most.cwiseMax(toy.view.ghost_rad);
-  }
-  EXPECT_LT((toy.view.ghost_rad - start).cwiseAbs().maxCoeff(), 1e-3);
-  EXPECT_LT(((most - least) / 2 - JointVector(0.1, 0.2, 0.3)).cwiseAbs().maxCoeff(), 0.02);
-}
-
 TEST(Operator, GoesOnUntilTheMachineHasStoppedWhereAskedTo) {
   for (Phase phase : {sweep(3), wait(3)}) {
     phase.until_fault = true;
@@ -351,16 +327,6 @@ TEST(Operator, ClutchMovesTheHandAndNotTheMachine) {
   EXPECT_LT((toy.view.ghost_rad - machine).cwiseAbs().maxCoeff(), 1e-9) << "hand moved only while the clutch was held";
   toy.run(3);
   EXPECT_LT((toy.view.ghost_rad - machine).cwiseAbs().maxCoeff(), 1e-9);
-}
-
-TEST(Operator, ClutchIsLetGoWithItsPhase) {
-  Phase phase = clutch(JointVector(0.5, 0, 0));
-  phase.timeout_s = 0.7;
-  Toy toy({engage(), phase, wait(1)});
-  toy.run(2);
-  toy.step();
-  EXPECT_EQ(toy.person.timed_out(), 1);
-  EXPECT_FALSE(toy.intent.clutch);
 }
 
 TEST(Operator, IntentIsContinuousAcrossAllPhases) {
