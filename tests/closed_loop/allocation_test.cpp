@@ -15,7 +15,7 @@ TEST_P(EveryStep, AllocatesNothingInAWholeSession) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Allocation, EveryStep,
-                         testing::Values("wall_contact", "dismantle", "dig_cycle", "link_faults", "sensor_faults"),
+                         testing::Values("dismantle", "dig_cycle", "link_faults", "sensor_faults"),
                          [](const auto& test) { return std::string(test.param); });
 
 class EveryLaw : public testing::TestWithParam<const char*> {};

@@ -15,25 +15,25 @@ namespace {
 constexpr std::uint64_t kMachines = 200;
 constexpr double kChi95 = 5.99;
 
-/// One look at each machine, as looks at one machine are not independent: in the middle of what it holds.
+/// One look at each machine, as looks at one machine are not independent: two seconds into what it holds.
 std::optional<double> normalised_error(const session::SessionRecord& record) {
   const auto windows = session::press_windows(record);
   if (windows.empty()) return std::nullopt;
   const session::Window hold = session::hold_part(record, windows.front());
   if (hold.size() < 2) return std::nullopt;
-  const session::Sample& s = record.samples[hold.begin + hold.size() / 2];
+  const session::Sample& s = record.samples[hold.end - 1];
   const auto& c = s.machine.covariance_N2;
   const Eigen::Matrix2d covariance_N2{{c[0], c[1]}, {c[1], c[2]}};
   const PlanarVector error_N = s.machine.tip_force_N - s.truth.tip_force_N;
   return error_N.dot(covariance_N2.inverse() * error_N);
 }
 
-/// Moves freely for as long as the bias filter needs, presses, and holds for a while.
+/// Moves freely for as long as the bias filter needs, presses, and holds until the look.
 session::SessionSetup press_of(std::uint64_t seed) {
   session::SessionSetup setup = session_setup("wall_contact", seed);
   session::Scenario& scenario = setup.scenario;
   phase_named(scenario, "warm_up").duration_s = 10;
-  phase_named(scenario, "press").duration_s = 4;
+  phase_named(scenario, "press").duration_s = 2;
   while (scenario.phase_names.back() != "press") {
     scenario.phases.pop_back();
     scenario.phase_names.pop_back();

@@ -154,29 +154,28 @@ class EveryFault : public testing::TestWithParam<Fault> {
 };
 
 TEST_P(EveryFault, EndsInNeutralAndWaitsForTheOperator) {
-  for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    const Told t = told(seed);
-    ASSERT_TRUE(moves_between(t.wire, t.broken_s - 0.1, t.broken_s)) << "nothing moved that a fault could stop";
-    ASSERT_EQ(t.record.faults.size(), 1u);
+  const std::uint64_t seed = 1 + static_cast<std::uint64_t>(GetParam().kind) % 3;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  const Told t = told(seed);
+  ASSERT_TRUE(moves_between(t.wire, t.broken_s - 0.1, t.broken_s)) << "nothing moved that a fault could stop";
+  ASSERT_EQ(t.record.faults.size(), 1u);
 
-    const Witness witness = GetParam().witness;
-    if (witness != Witness::kNodes) {
-      EXPECT_LE(kept_since(t.wire, commands_motion, t.broken_s, t.released_s) - t.broken_s, kCommandNeutral_s);
-    }
-    EXPECT_FALSE(moves_between(t.wire, t.broken_s + kFaultLasts_s, t.released_s)) << "resumed by itself";
-
-    const auto breaks = witness == Witness::kFrames ? spool_is_open : pilot_is_on;
-    EXPECT_LE(kept_since(t.wire, breaks, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
-    EXPECT_LE(truly_closed_since(t.record, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
-    EXPECT_LT(turned_rad(t.record, t.broken_s + 1, t.released_s), 0.01) << "the machine did not stay where it was";
-
-    // Enable let go and pressed again, it works again.
-    const double again_s = t.start_of(kMovingAgain);
-    EXPECT_TRUE(moves_between(t.wire, again_s, again_s + 3));
-    EXPECT_GT(turned_rad(t.record, again_s, again_s + 3), 0.05);
-    EXPECT_EQ(t.record.phases_timed_out, 0);
+  const Witness witness = GetParam().witness;
+  if (witness != Witness::kNodes) {
+    EXPECT_LE(kept_since(t.wire, commands_motion, t.broken_s, t.released_s) - t.broken_s, kCommandNeutral_s);
   }
+  EXPECT_FALSE(moves_between(t.wire, t.broken_s + kFaultLasts_s, t.released_s)) << "resumed by itself";
+
+  const auto breaks = witness == Witness::kFrames ? spool_is_open : pilot_is_on;
+  EXPECT_LE(kept_since(t.wire, breaks, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
+  EXPECT_LE(truly_closed_since(t.record, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
+  EXPECT_LT(turned_rad(t.record, t.broken_s + 1, t.released_s), 0.01) << "the machine did not stay where it was";
+
+  // Enable let go and pressed again, it works again.
+  const double again_s = t.start_of(kMovingAgain);
+  EXPECT_TRUE(moves_between(t.wire, again_s, again_s + 3));
+  EXPECT_GT(turned_rad(t.record, again_s, again_s + 3), 0.05);
+  EXPECT_EQ(t.record.phases_timed_out, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faults, EveryFault,

@@ -109,7 +109,7 @@ std::string name_of(const testing::TestParamInfo<std::tuple<Phase, Side, Duratio
 }
 INSTANTIATE_TEST_SUITE_P(Stories, Restart,
                          testing::Combine(testing::ValuesIn(kPhases), testing::Values(Side::kOperator, Side::kMachine),
-                                          testing::Values(Duration(0), Duration(100ms), Duration(1500ms))),
+                                          testing::Values(Duration(0), Duration(1500ms))),
                          name_of);
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Whole sessions for tests: a scenario from its file, changed in memory where a test asks for it, run to its end.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <stdexcept>
@@ -13,18 +15,25 @@
 
 namespace knuckle::test {
 
-/// What `knuckle simulate --scenario NAME --seed N` would run, as the scenario's file says.
-inline session::SessionSetup session_setup(const std::string& scenario, std::uint64_t seed) {
+/// A drawn machine, led over a link of a millisecond each way.
+inline session::SessionSetup setup_of(const MachineDescription& machine, const std::string& device,
+                                      const session::Scenario& scenario, std::uint64_t seed,
+                                      sim::Family family = sim::Family::kSmooth) {
   session::SessionSetup setup;
-  setup.machine = load_machine(find_config("machine", "solar015"));
-  setup.device = load_device(find_config("device", "knuckle1"));
-  setup.scenario = session::load_scenario(find_config("scenario", scenario), setup.machine);
-  setup.truth = sim::sample_truth(setup.machine, seed);
-  setup.machine = calibrated(setup.machine);
-  setup.limb = sim::sample_limb(setup.scenario.limb, seed);
+  setup.machine = calibrated(machine);
+  setup.device = load_device(find_config("device", device));
+  setup.scenario = scenario;
+  setup.truth = sim::sample_truth(machine, family, seed);
+  setup.limb = sim::sample_limb(scenario.limb, seed);
   setup.to_machine.delay = setup.to_operator.delay = 1ms;
   setup.seed = seed;
   return setup;
+}
+
+/// What `knuckle simulate --scenario NAME --seed N` would run, as the scenario's file says.
+inline session::SessionSetup session_setup(const std::string& scenario, std::uint64_t seed) {
+  const MachineDescription machine = load_machine(find_config("machine", "solar015"));
+  return setup_of(machine, "knuckle1", session::load_scenario(find_config("scenario", scenario), machine), seed);
 }
 
 inline sim::Phase& phase_named(session::Scenario& scenario, const std::string& name) {
@@ -77,6 +86,20 @@ reaction_ms = 200
   phase("again", "kind = \"engage\"\n");
   phase("moving_again", sweep + "duration_s = 2\n");
   return text + faults;
+}
+
+/// That scenario for the machine of a file's text, with seed 1.
+inline FinishedSession run_broken_while_moving(const MachineDescription& machine, const std::string& device,
+                                               const std::string& faults, int moving_s) {
+  const session::Scenario scenario = session::parse_scenario(broken_while_moving(faults, moving_s), "s.toml", machine);
+  return run_session(setup_of(machine, device, scenario, 1));
+}
+
+/// The machine was stopped by the first fault, did not go on by itself, and was led again. @param about for messages
+inline void expect_led_again(const FinishedSession& finished, const std::string& about) {
+  EXPECT_EQ(finished.record.resumed_by_itself, 0) << about;
+  EXPECT_EQ(finished.record.samples.back().phase, 3) << about << ": led again";
+  EXPECT_EQ(finished.allocations, 0U) << about;
 }
 
 }  // namespace knuckle::test

@@ -20,7 +20,7 @@ constexpr double kStill_N = 1.0;          // peak to peak at the hand over the l
 constexpr double kMostLosses = 2;         // of contact, over 50 ms each
 constexpr double kWorstLosses = 8;        // known of drawn light grips on hard ground; kMostLosses is the goal there
 constexpr double kHoldError_N = 0.3;      // or a tenth of the force
-constexpr std::uint64_t kDeepSeeds = 10;  // per cell
+constexpr std::uint64_t kDeepSeeds = 11;  // per cell
 
 struct Cell {
   int round_trip_ms;
@@ -96,7 +96,9 @@ TEST_P(DefaultLaw, HoldsStillInContactWithTheForceThatIsThere) {
   EXPECT_EQ(untruth(session, phase_named(setup.scenario, "press").force_N), "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Stability, DefaultLaw, testing::Combine(kRoundTrips_ms, kStiffnesses_Npm, kLimbs), cell_name);
+// The outermost cells of the grid; those between them run every night, below.
+INSTANTIATE_TEST_SUITE_P(Stability, DefaultLaw,
+                         testing::Combine(testing::Values(2, 100), testing::Values(5e4, 2e7), kLimbs), cell_name);
 
 class DefaultLawDrawn : public testing::TestWithParam<Parameters> {};
 
@@ -109,7 +111,7 @@ bool misses_goal(const Cell& cell) {
 TEST_P(DefaultLawDrawn, HoldsStillInContactForDrawnMachinesAndHands) {
   const Cell cell = cell_of(GetParam());
   double worst = 0;
-  for (std::uint64_t seed = 2; seed < 2 + kDeepSeeds; ++seed) {
+  for (std::uint64_t seed = 1; seed <= kDeepSeeds; ++seed) {
     const FinishedSession session = run_session(press_on_ground(cell, seed));
     EXPECT_EQ(instability(session, misses_goal(cell) ? kWorstLosses : kMostLosses), "") << "seed " << seed;
     worst = std::max(worst, session.metrics.contact_losses.value_or(0));
@@ -139,7 +141,7 @@ TEST_P(DirectLaw, SwingsWhereTheLimbIsTooSoftForTheDelay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stability, DirectLaw,
-                         testing::Combine(testing::Values(100), testing::Values(1e6, 2e7),
+                         testing::Combine(testing::Values(100), testing::Values(2e7),
                                           testing::Values(LimbClass::kRelaxed, LimbClass::kLightGrip)),
                          cell_name);
 

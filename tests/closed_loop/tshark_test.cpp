@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -10,6 +9,7 @@
 #include "tests/closed_loop/session_rig.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/run_program.h"
+#include "tests/support/temporary_folder.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle::test {
@@ -29,17 +29,11 @@ class Tshark : public ::testing::Test {
   void SetUp() override {
     if (run_program("tshark", {"--version"}).exit_code != 0)
       GTEST_SKIP() << "NOT TESTED: tshark is not installed, so nobody else has looked at our CAN frames";
-    std::string folder = (std::filesystem::temp_directory_path() / "knuckle_tshark_XXXXXX").string();
-    ASSERT_NE(mkdtemp(folder.data()), nullptr);
-    folder_ = folder;
-  }
-  void TearDown() override {
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
   /// Frames in the order of the log. Text that is empty where a frame has no such field.
   [[nodiscard]] std::vector<Decoded> decode(const std::string& log) const {
-    const std::string file = folder_ + "/session.log";
+    const std::string file = folder_.file("session.log");
     std::ofstream(file) << log;
     std::vector<std::string> arguments{"-r", file,     "-d", "can.subdissector,canopen",
                                        "-T", "fields", "-E", "separator=|"};
@@ -61,7 +55,7 @@ class Tshark : public ::testing::Test {
   }
 
  private:
-  std::string folder_;
+  TemporaryFolder folder_;
 };
 
 /// What a frame is by its identifier (CiA 301, pre-defined connection set), in tshark's words.

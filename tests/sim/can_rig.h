@@ -27,6 +27,10 @@ inline MachineDescription bus_machine() {
   return machine;
 }
 
+inline std::vector<int> bytes(const CanFrame& frame) {
+  return {frame.data.begin(), frame.data.begin() + frame.size};
+}
+
 struct Heard {
   Time at{};
   CanFrame frame;

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "machine/load.h"
-#include "tests/support/no_alloc.h"
 #include "tests/support/places.h"
 #include "tests/support/solar.h"
 #include "transport/canopen.h"
@@ -111,14 +110,6 @@ TEST(MachineOnBus, InAThreadOfItsOwnItCarriesNoFrameBeforeItWasSent) {
   threaded.step(Time(2ms));
   threaded.step(Time(3ms));
   EXPECT_GE(carried_at, Time(2ms));
-}
-
-TEST(MachineOnBus, AllocatesNothingWhileStepping) {
-  Loaded far;
-  far.step(Time(1ms));
-  const test::NoAllocScope scope;
-  for (int ms = 2; ms < 100; ++ms) far.step(Time(ms * 1ms), [&far] { (void)far.controllers_end().send({.id = 0x80}); });
-  EXPECT_EQ(scope.allocations(), 0U);
 }
 
 TEST(MachineOnBus, RefusesAControllerWhosePeriodIsNoMultipleOfATick) {

@@ -58,16 +58,6 @@ TEST(ModuleNode, OutputsHaveNoSupplyUntilItIsStarted) {
   EXPECT_EQ(told.boom(), -2) << "0 V is twice as far as the file's 3 V";
 }
 
-TEST(ModuleNode, OutputsFollowTheirFrame) {
-  Told told;
-  told.set_up();
-  told.nmt(canopen::NmtCommand::kStart);
-  told.say(7500);
-  EXPECT_NEAR(told.boom(), 0.5, 1e-9);
-  told.say(4500);
-  EXPECT_NEAR(told.boom(), -0.5, 1e-9);
-}
-
 TEST(ModuleNode, WithoutFramesOrOutOfOperationOutputsTakeTheirErrorValues) {
   for (const int how : {0, 1, 2}) {
     Told told;
@@ -91,33 +81,6 @@ TEST(ModuleNode, WhoseErrorModeIsOffStaysWhereItIs) {
   told.say(9000);
   told.run(60ms);
   EXPECT_EQ(told.boom(), 1);
-}
-
-TEST(ModuleNode, WhoseGuardIsDeadStaysWhereItIs) {
-  Told told;
-  told.set_up();
-  told.nmt(canopen::NmtCommand::kStart);
-  told.say(9000);
-  ASSERT_TRUE(told.node.inject(NodeFault::kDeadGuard));
-  told.run(60ms);
-  EXPECT_EQ(told.boom(), 1);
-}
-
-TEST(ModuleNode, ABrokenWireIsThatOfTheFirstInput) {
-  Told told;
-  const auto sense = [&] {
-    for (const BroadcastFrame& frame : told.node.inputs())
-      for (const BroadcastField& field : frame.fields) told.node.sense(frame, field, field.analog->high);
-  };
-  sense();
-  EXPECT_EQ(told.module.value({0x6401, 1}), 32767U);
-  EXPECT_EQ(told.module.value({0x6401, 5}), 30000U);
-  EXPECT_EQ(told.module.value({0x6401, 9}), 29490U);
-  ASSERT_TRUE(told.node.inject(NodeFault::kInvalid));
-  sense();
-  EXPECT_NEAR(static_cast<std::int16_t>(told.module.value({0x6401, 1})), 0, 1) << "0 mA";
-  EXPECT_EQ(told.module.value({0x6401, 2}), 32767U);
-  EXPECT_FALSE(told.node.inject(NodeFault::kStuck));
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "machine/load.h"
 #include "sim/contact.h"
@@ -116,28 +115,12 @@ class MujocoArm {
     return full;
   }
   [[nodiscard]] JointVector bias() const { return Eigen::Map<const JointVector>(data_->qfrc_bias); }
-  [[nodiscard]] JointVector angle() const { return Eigen::Map<const JointVector>(data_->qpos); }
-  [[nodiscard]] JointVector rate() const { return Eigen::Map<const JointVector>(data_->qvel); }
-  [[nodiscard]] JointVector acceleration() const { return Eigen::Map<const JointVector>(data_->qacc); }
   /// Joint torques of a force at a point of the bucket, both frame W.
   [[nodiscard]] JointVector torque_of(const PlanarVector& force, const PlanarVector& at) {
     const std::array<double, 3> f{force.x(), 0, force.y()}, none{}, point{at.x(), 0, at.y()};
     std::array<double, 3> torque{};
     mj_applyFT(model_.get(), data_.get(), f.data(), none.data(), point.data(), model_->nbody - 1, torque.data());
     return Eigen::Map<const JointVector>(torque.data());
-  }
-  struct Contact {
-    PlanarVector at_m;
-    double normal_N;
-  };
-  [[nodiscard]] std::vector<Contact> contacts() const {
-    std::vector<Contact> contacts;
-    for (int i = 0; i < data_->ncon; ++i) {
-      std::array<double, 6> force{};
-      mj_contactForce(model_.get(), data_.get(), i, force.data());
-      contacts.push_back({{data_->contact[i].pos[0], data_->contact[i].pos[2]}, force[0]});
-    }
-    return contacts;
   }
 
  private:

@@ -1,4 +1,4 @@
-// MuJoCo as the witness of the arm's rigid body: equations of motion, motion over time, and what forces on the bucket's
+// MuJoCo as the witness of the arm's rigid body: equations of motion, and what forces on the bucket's
 // outline do to the joints.
 #include <gtest/gtest.h>
 
@@ -14,7 +14,6 @@ namespace {
 
 using mujoco::hull_xml;
 using mujoco::kPitch_rad;
-using mujoco::kStep_s;
 using mujoco::machine;
 using mujoco::MujocoArm;
 
@@ -69,74 +68,6 @@ TEST(MujocoWitness, ForcesOnTheBucketDoTheSameToTheJoints) {
       EXPECT_LT((RigidBody::bucket_torque(pose, in_m, cross(from_pin, in_m)) - witness.torque_of(force, at)).norm(),
                 1e-6);
     }
-  }
-}
-
-TEST(MujocoWitness, SameTorquesMoveTheArmTheSameWay) {
-  MujocoArm witness;
-  const RigidBody body(machine(), kPitch_rad);
-  JointVector angle(0.3, -1.5, -1.2), rate = JointVector::Zero();
-  const auto torque_at = [](double t) { return JointVector(2600 + 300 * std::sin(7 * t), 500 * std::cos(5 * t), -60); };
-  const auto acceleration = [&](const JointVector& q, const JointVector& w, const JointVector& torque) {
-    const PoseGeometry pose = body.pose(q);
-    return body.mass(pose, {}).solve(torque - body.bias(pose, w, {}));
-  };
-  witness.set(angle, rate);
-  for (int i = 0; i < 2000; ++i) {
-    const JointVector torque = torque_at(i * kStep_s);  // held over the step by both
-    constexpr double h = kStep_s;
-    const JointVector v1 = rate, a1 = acceleration(angle, v1, torque);
-    const JointVector v2 = rate + h / 2 * a1, a2 = acceleration(angle + h / 2 * v1, v2, torque);
-    const JointVector v3 = rate + h / 2 * a2, a3 = acceleration(angle + h / 2 * v2, v3, torque);
-    const JointVector v4 = rate + h * a3, a4 = acceleration(angle + h * v3, v4, torque);
-    angle += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
-    rate += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
-    witness.set(witness.angle(), witness.rate(), torque);
-    witness.step();
-  }
-  EXPECT_GT(rate.norm(), 0.1);
-  EXPECT_LT((angle - witness.angle()).norm(), 1e-9);
-  EXPECT_LT((rate - witness.rate()).norm(), 1e-8);
-}
-
-TEST(MujocoWitness, WhatTheGroundHoldsUpIsHeldByTheJointsAlike) {
-  // MuJoCo finds the contact forces its own way; the joints' balance with them must be that of our equations.
-  const RigidBody body(machine(), kPitch_rad);
-  for (const double bucket_rad : {-2.2, -1.2, -0.3}) {
-    const JointVector start(0.2, -1.3, bucket_rad);
-    const BucketOutline outline(machine());
-    const PoseGeometry first = body.pose(start);
-    double lowest = 1e9;
-    for (std::size_t i = 0; i < kCorners; ++i) {
-      const PlanarVector corner =
-          body.hull() * PlanarVector(first.boom_m + first.arm_m + first.bucket * outline.corner(i));
-      lowest = std::min(lowest, corner.y());
-    }
-    MujocoArm witness(lowest - 0.01);
-    // Arm and bucket are held by strong springs, the boom by too little to carry it.
-    JointVector angle = start, rate = JointVector::Zero(), torque = JointVector::Zero();
-    witness.set(angle, rate);
-    for (int i = 0; i < 12000; ++i) {
-      angle = witness.angle();
-      rate = witness.rate();
-      torque = body.bias(body.pose(angle), JointVector::Zero(), {});
-      torque += JointVector(-600, -2e5 * (angle[1] - start[1]), -2e5 * (angle[2] - start[2]));
-      torque -= JointVector(400, 3000, 1000).cwiseProduct(rate);
-      witness.set(angle, rate, torque);
-      if (i + 1 < 12000) witness.step();
-    }
-    const PoseGeometry pose = body.pose(angle);
-    JointVector held = JointVector::Zero();
-    double normal_N = 0;
-    for (const MujocoArm::Contact& contact : witness.contacts()) {
-      const PlanarVector force = body.hull().back(PlanarVector(0, contact.normal_N));
-      const PlanarVector from_pin = body.hull().back(contact.at_m) - pose.boom_m - pose.arm_m;
-      held += RigidBody::bucket_torque(pose, force, cross(from_pin, force));
-      normal_N += contact.normal_N;
-    }
-    EXPECT_GT(normal_N, 100) << bucket_rad;
-    const JointVector mine = body.mass(pose, {}).solve(torque + held - body.bias(pose, rate, {}));
-    EXPECT_LT((mine - witness.acceleration()).norm(), 1e-6 * (1 + held.norm())) << bucket_rad;
   }
 }
 

@@ -201,16 +201,6 @@ TEST(Operator, TriesEnableAgainWhenNothingComesOfIt) {
   EXPECT_EQ(toy.person.phase(), 0);
 }
 
-TEST(Operator, LetsGoForAsLongAsItIsTold) {
-  Phase let_go = of_kind(PhaseKind::kLetGo);
-  let_go.duration_s = 1.5;
-  Toy toy({engage(), let_go, wait(1)});
-  toy.run(1);
-  EXPECT_NEAR(toy.run(2), 1.5, 0.01);
-  EXPECT_FALSE(toy.intent.enable);
-  EXPECT_NE(toy.view.mode, Mode::kEngaged);
-}
-
 TEST(Operator, MovesTheTipAlongAStraightLineWithinItsSpeed) {
   const PlanarVector way(0.3, -0.4);
   Toy toy({engage(), move_by(way, 0.25)});
@@ -231,15 +221,6 @@ TEST(Operator, MovesTheTipAlongAStraightLineWithinItsSpeed) {
   EXPECT_NEAR(toy.view.ghost_rad.sum(), kPose.sum(), 0.01) << "the bucket keeps its angle";
 }
 
-TEST(Operator, MovesJointsWhereAskedTo) {
-  const JointVector goal = kPose + JointVector(-0.2, 0.3, -0.4);
-  Toy toy({engage(), move_to(goal)});
-  toy.run(2);
-  EXPECT_TRUE(toy.person.finished());
-  EXPECT_LT((toy.view.ghost_rad - goal).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_EQ(toy.person.timed_out(), -1);
-}
-
 TEST(Operator, WaitsForTheMachineAndGivesUpAtTheTimeOut) {
   Phase move = move_by({0.3, 0});
   move.timeout_s = 6;
@@ -251,14 +232,6 @@ TEST(Operator, WaitsForTheMachineAndGivesUpAtTheTimeOut) {
   toy.run(3);
   EXPECT_TRUE(toy.person.finished());
   EXPECT_EQ(toy.person.timed_out(), 1) << "the first one is told";
-}
-
-TEST(Operator, LeavesAMoveOutOfReachAtOnce) {
-  Toy toy({engage(), move_by({5, 0})});
-  toy.run(1);
-  const JointVector before = toy.intent.joint_rad;
-  EXPECT_LT(toy.run(2), 0.01);
-  EXPECT_EQ(toy.intent.joint_rad, before);
 }
 
 TEST(Operator, PressesWithTheForceAskedForAndHoldsStill) {
@@ -297,33 +270,6 @@ TEST(Operator, PushesHarderUntilItSeesSomethingGiveWay) {
   EXPECT_EQ(toy.person.phase(), 1);
   EXPECT_NEAR(toy.run(2), to_seconds(reaction), 0.02) << "seen late";
   EXPECT_EQ(toy.person.timed_out(), -1);
-}
-
-TEST(Operator, PressesForNothingThatIsLooseAlready) {
-  Phase phase = press(2, 0);
-  phase.until_break = true;
-  phase.pieces = 2;
-  Toy toy({engage(), phase, wait(1)}, 300ms);
-  toy.view.breaks = 2;
-  toy.run(1);
-  const JointVector start = toy.view.ghost_rad;
-  EXPECT_LT(toy.run(2), 0.4) << "no longer than it takes to see";
-  EXPECT_EQ(toy.view.ghost_rad, start);
-  EXPECT_EQ(toy.person.timed_out(), -1);
-}
-
-TEST(Operator, SweepsAboutItsPoseAndComesBackToIt) {
-  Toy toy({engage(), sweep(12), wait(1)});
-  toy.run(1);
-  const JointVector start = toy.view.ghost_rad;
-  JointVector least = start, most = start;
-  while (toy.person.phase() == 1) {
-    toy.step();
-    least = least.cwiseMin(toy.view.ghost_rad);
-    most = most.cwiseMax(toy.view.ghost_rad);
-  }
-  EXPECT_LT((toy.view.ghost_rad - start).cwiseAbs().maxCoeff(), 1e-3);
-  EXPECT_LT(((most - least) / 2 - JointVector(0.1, 0.2, 0.3)).cwiseAbs().maxCoeff(), 0.02);
 }
 
 TEST(Operator, GoesOnUntilTheMachineHasStoppedWhereAskedTo) {
@@ -383,22 +329,6 @@ TEST(Operator, ClutchMovesTheHandAndNotTheMachine) {
   EXPECT_LT((toy.view.ghost_rad - machine).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(Operator, ClutchIsLetGoWithItsPhase) {
-  Phase phase = clutch(JointVector(0.5, 0, 0));
-  phase.timeout_s = 0.7;
-  Toy toy({engage(), phase, wait(1)});
-  toy.run(2);
-  toy.step();
-  EXPECT_EQ(toy.person.timed_out(), 1);
-  EXPECT_FALSE(toy.intent.clutch);
-}
-
-TEST(Operator, ClutchWithNoWayToGoIsNoDivisionByZero) {
-  Toy toy({engage(), clutch(JointVector::Zero())});
-  toy.run(2);
-  EXPECT_TRUE(toy.person.finished());
-}
-
 TEST(Operator, IntentIsContinuousAcrossAllPhases) {
   std::vector<PathPoint> path(400, {kPose + JointVector(-0.1, 0.2, 0.1), JointVector::Zero()});
   Toy toy({engage(), sweep(6), move_by({0.1, 0.1}), press(2, 1), clutch(JointVector(0.2, 0.1, 0)), wait(0.5),
@@ -431,16 +361,6 @@ TEST(Operator, StaysWithinTheMachinesReachWhateverIsAskedAndGivesUpAPressThatTou
   }
   EXPECT_EQ(toy.person.timed_out(), 1);
   EXPECT_FALSE(toy.person.holding());
-}
-
-TEST(Operator, TimeInPhaseStartsAtZeroWithEachPhase) {
-  Toy toy({engage(), wait(3), wait(1)});
-  toy.run(1);
-  EXPECT_LE(toy.person.in_phase(toy.now), 1ms);
-  toy.run(2);
-  EXPECT_LE(toy.person.in_phase(toy.now), 1ms) << "not the length of the phase before";
-  toy.run_for(0.5);
-  EXPECT_NEAR(to_seconds(toy.person.in_phase(toy.now)), 0.5, 0.002);
 }
 
 TEST(Operator, WandersToAllEndsWithinItsSpeedAndComesToRest) {

@@ -194,32 +194,6 @@ Phase go_on_to(const JointVector& joints_rad) {
   return phase;
 }
 
-TEST(Person, AHandThatLooksGoesOnSmoothlyFromPhaseToPhase) {
-  Phase wait;
-  wait.kind = PhaseKind::kWait;
-  wait.duration_s = 1.5;
-  Phase press;
-  press.kind = PhaseKind::kPress;
-  press.direction = PlanarVector(1, 0);
-  press.speed_mps = 0.05;
-  press.force_N = 1;
-  press.duration_s = 1;
-  Phase move = go_on_to(test::kMidPosture + JointVector(0.1, 0.1, -0.1));
-  move.tolerance_m = 10;
-  Person looks;
-  looks.corrects = true;
-  HandOnDevice hand(test::steady_limb(), looks, {wait, move, press, wait, move});
-  JointVector before = test::kMidPosture;
-  for (int k = 0; k < 15'000; ++k) {
-    hand.felt_N = hand.plan.phase() == 2 ? PlanarVector(-1, 0) : PlanarVector::Zero();
-    hand.run(0.001);
-    ASSERT_LT((hand.intent.joint_rad - before).cwiseAbs().maxCoeff(), 1.5e-3)
-        << "phase " << hand.plan.phase() << " at " << to_seconds(hand.now) << " s";
-    before = hand.intent.joint_rad;
-  }
-  EXPECT_GE(hand.plan.phase(), 4);
-}
-
 /// @return how far the hand has stopped short of where it was meant to be, in its worst joint.
 double missing_rad(const LimbImpedance& limb, const Person& person) {
   const JointVector goal = test::kMidPosture + JointVector(0.2, 0.15, -0.3);
@@ -235,21 +209,6 @@ TEST(Person, ALightHandReachesItsTargetInSpiteOfFrictionOnlyWhereItLooks) {
   const double blind = missing_rad(light, {}), seeing = missing_rad(light, looks);
   EXPECT_GT(blind, 0.02) << "or there is no friction to overcome";
   EXPECT_LT(seeing, 0.2 * blind);
-}
-
-TEST(Person, ABarelyDampedHandIsNotMadeToSwingByItsOwnCorrections) {
-  const LimbImpedance light{0.4, 0.4, 8, 3e-3, 0.05, 0.3};
-  EXPECT_NEAR(steady_below_1ps(light), 0.4, 1e-9);
-  Person looks;
-  looks.corrects = true;
-  HandOnDevice hand(light, looks, {go_on_to(test::kMidPosture + JointVector(0.2, 0.15, -0.3))});
-  hand.run(20);
-  double fastest_radps = 0;
-  for (int k = 0; k < 20; ++k) {
-    hand.run(0.1);
-    fastest_radps = std::max(fastest_radps, hand.device.truth().rate_radps.cwiseAbs().maxCoeff());
-  }
-  EXPECT_LT(fastest_radps, 0.05);
 }
 
 TEST(Person, GivesWayInAHoldThatAnExactHandKeeps) {

