@@ -40,19 +40,6 @@ TEST_F(SimulatedLink, IsThatOfTheOptionsWhereTheFileSaysTheSame) {
   EXPECT_EQ(run(link("[both]\ndelay_ms = 30\n")).digest.whole, run("", 30).digest.whole);
 }
 
-TEST_F(SimulatedLink, RepeatsBitForBitWithAllThatTheModelHas) {
-  const std::string keys = R"([both]
-delay_ms = 20
-jitter = { distribution = "pareto", deviation_ms = 3 }
-slow_jitter = { distribution = "normal", deviation_ms = 3, correlation_s = 0.3 }
-burst_loss = { mean_good_s = 1, mean_bad_ms = 30, loss_in_bad = 0.5 }
-rate_limit = { rate_kBps = 90, queue_kB = 10 }
-)";
-  const std::string digest = run(link(keys)).digest.whole;
-  EXPECT_EQ(run(link(keys)).digest.whole, digest);
-  EXPECT_NE(run(link(keys + "loss = 0.01\n")).digest.whole, digest) << "in the last table";
-}
-
 TEST_F(SimulatedLink, AnOutageOfItsFileStopsTheMachineWithinTheLossPolicy) {
   session::SimulateOptions options;
   options.scenario = "free_motion";
