@@ -23,6 +23,7 @@
 #include "tests/support/candump.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
+#include "tests/support/says.h"
 #include "transport/secure/secure_link.h"
 
 namespace knuckle::test {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "tests/support/bad_toml.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 #include "transport/link_messages.h"
 
@@ -46,27 +46,14 @@ TEST(ChosenLink, StrangersAreToldOfOnceHoweverManyKeysAndAddressesTheyUse) {
   EXPECT_EQ(refused, 1);
 }
 
-TEST(ChosenLink, RefusesWhateverElseTheCredentialsOfARelayHoldInOneLineThatNamesTheFile) {
-  const test::TemporaryFolder temporary;
-  const KeyFolder folder(temporary.file("keys"));
-  const secure::Identity own = folder.make("desk");
-  DialOptions options;
-  options.rendezvous = options.turn = "127.0.0.1:1";
-  test::expect_bad_tomls_refused(folder.turn_file(), "user = \"me\"\npassword = \"mine\"\n",
-                                 [&] { (void)make_dialler(options, secure::Role::kOperator, folder, own, {}); });
-}
-
 TEST(ChosenLink, APlainLinkTakesAHostByItsNameAndStaysOnThisComputerUnlessAskedTwice) {
-  const auto refusal = [](const std::string& address) -> std::string {
-    LinkOptions options;
-    options.address = address;
-    options.insecure = 1;
-    return test::refusal([&] { (void)ChosenLink::connect(options); });
-  };
-  EXPECT_EQ(refusal("localhost:5683"), "accepted");
-  EXPECT_EQ(refusal("192.0.2.7:5683").find("--connect 192.0.2.7:5683: --insecure is for this computer's own"), 0u);
-  EXPECT_EQ(
-      refusal("nowhere.invalid:5683").find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no address: "), 0u);
+  LinkOptions options;
+  options.insecure = 1;
+  options.address = "localhost:5683";
+  EXPECT_EQ(test::refusal([&] { (void)ChosenLink::connect(options); }), "accepted");
+  options.address = "192.0.2.7:5683";
+  EXPECT_TRUE(test::begins(test::refusal([&] { (void)ChosenLink::connect(options); }),
+                           "--connect 192.0.2.7:5683: --insecure is for this computer's own"));
 }
 
 TEST(ChosenLink, NamesBothVersionsWhereTheFarEndsMessagesAreOfAnother) {

@@ -4,7 +4,9 @@
 #include <fstream>
 
 #include "app/pairing/chosen_link.h"
+#include "tests/support/bad_toml.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -12,41 +14,37 @@ namespace {
 
 using test::refusal;
 
-bool says(const std::string& text, const std::string& what) {
-  return text.find(what) != std::string::npos;
-}
+using test::says;
 
-TEST(DialOptions, RefuseWhatGoesWithARendezvousOnly) {
-  for (const DialOptions& options :
-       {DialOptions{"", "machine", "", ""}, DialOptions{"", "", "stun.example.org:3478", ""},
-        DialOptions{"", "", "", "turn.example.org:3478"}})
-    EXPECT_TRUE(says(refusal([&] { check(options, secure::Role::kOperator, false); }), "goes with --dial"));
-}
-
-TEST(DialOptions, RefuseARendezvousWithoutPairingAndWithoutAPeer) {
-  const DialOptions dial{"meet.example.org:5684", "", "", ""};
-  EXPECT_TRUE(says(refusal([&] { check(dial, secure::Role::kMachine, true); }), "--insecure"));
-  EXPECT_TRUE(says(refusal([&] { check(dial, secure::Role::kOperator, false); }), "needs --peer"));
-  EXPECT_EQ(refusal([&] { check(dial, secure::Role::kMachine, false); }), "accepted");
-}
-
-TEST(DialOptions, AMalformedAddressIsRefusedByTheNameOfItsOption) {
-  const auto refused = [](const DialOptions& options) {
-    return refusal([&] { check(options, secure::Role::kOperator, false); });
+TEST(DialOptions, RefuseWhatIsMissingMalformedOrDoesNotGoTogether) {
+  struct Case {
+    DialOptions options;
+    secure::Role role;
+    bool insecure;
+    const char* said;
   };
-  EXPECT_TRUE(says(refused({"foo", "machine", "", ""}), "--dial foo: is not HOST:PORT"));
-  EXPECT_TRUE(says(refused({"meet:5684", "machine", "foo", ""}), "--stun foo: is not HOST:PORT"));
-  EXPECT_TRUE(says(refused({"meet:5684", "machine", "", "foo:x"}), "--turn foo:x: port \"x\" must be"));
-  LinkOptions options;
-  options.address = "foo";
-  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::listen(options); }), "--listen foo: is not"));
-  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::connect(options); }), "--connect foo: is not"));
+  constexpr auto kOperator = secure::Role::kOperator, kMachine = secure::Role::kMachine;
+  const Case cases[]{
+      {{"", "machine", "", ""}, kOperator, false, "goes with --dial"},
+      {{"", "", "stun.example.org:3478", ""}, kOperator, false, "goes with --dial"},
+      {{"", "", "", "turn.example.org:3478"}, kOperator, false, "goes with --dial"},
+      {{"meet.example.org:5684", "", "", ""}, kMachine, true, "--insecure"},
+      {{"meet.example.org:5684", "", "", ""}, kOperator, false, "needs --peer"},
+      {{"meet.example.org:5684", "", "", ""}, kMachine, false, "accepted"},
+      {{"foo", "machine", "", ""}, kOperator, false, "--dial foo: is not HOST:PORT"},
+      {{"meet:5684", "machine", "foo", ""}, kOperator, false, "--stun foo: is not HOST:PORT"},
+      {{"meet:5684", "machine", "", "foo:x"}, kOperator, false, "--turn foo:x: port \"x\" must be"},
+  };
+  for (const Case& c : cases) EXPECT_TRUE(says(refusal([&] { check(c.options, c.role, c.insecure); }), c.said));
 }
 
 TEST(DialOptions, RefuseNoneAndBothOfAddressAndRendezvous) {
   LinkOptions options;
   EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::listen(options); }), "--listen"));
   EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::connect(options); }), "--dial"));
+  options.address = "foo";
+  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::listen(options); }), "--listen foo: is not"));
+  EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::connect(options); }), "--connect foo: is not"));
   options.address = "127.0.0.1:5683";
   options.dial = {"meet.example.org:5684", "machine", "", ""};
   EXPECT_TRUE(says(refusal([&] { (void)ChosenLink::connect(options); }), "--dial"));
@@ -66,18 +64,13 @@ TEST(DialOptions, TakeTheRelaysPasswordOnlyFromAFileThatNobodyElseCanRead) {
   const secure::Identity identity = secure::make_identity("desk");
   const secure::Peers peers{{secure::make_identity("machine").fingerprint(), "machine", false}};
   const DialOptions options{"127.0.0.1:5684", "machine", "", "127.0.0.1:3478"};
-  const auto made = [&] {
-    return refusal([&] { (void)make_dialler(options, secure::Role::kOperator, folder, identity, peers); });
-  };
-  const std::string file = folder.path() + "/turn.toml";
-  EXPECT_TRUE(says(made(), file + ": cannot be read"));
-  std::ofstream(file) << "user = \"knuckle\"\npassword = \"secret\"\n";
-  ::chmod(file.c_str(), 0640);
-  EXPECT_TRUE(says(made(), "chmod 600"));
-  ::chmod(file.c_str(), 0600);
-  EXPECT_EQ(made(), "accepted");
-  std::ofstream(file, std::ios::app) << "realm = \"x\"\n";
-  EXPECT_TRUE(says(made(), "realm"));
+  const auto make = [&] { (void)make_dialler(options, secure::Role::kOperator, folder, identity, peers); };
+  EXPECT_TRUE(says(refusal(make), folder.turn_file() + ": cannot be read"));
+  const std::string good = "user = \"knuckle\"\npassword = \"secret\"\n";
+  std::ofstream(folder.turn_file()) << good;
+  ::chmod(folder.turn_file().c_str(), 0640);
+  EXPECT_TRUE(says(refusal(make), "chmod 600"));
+  test::expect_bad_tomls_refused(folder.turn_file(), good, make);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <thread>
 
@@ -12,6 +13,7 @@
 #include "tests/support/bad_toml.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -20,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::refusal;
+using test::says;
 
 mode_t mode_of(const std::string& file) {
   struct stat status {};
@@ -55,27 +58,30 @@ TEST_F(Folder, MakesAKeyThatOnlyItsOwnerReads) {
   EXPECT_EQ(folder.identity().fingerprint(), made.fingerprint());
 }
 
-TEST_F(Folder, RefusesAKeyThatOthersCanReadAndAFolderThatTheyCanWrite) {
+TEST_F(Folder, RefusesFilesThatOthersCanReadOrWriteAndAFolderThatTheyCanWrite) {
   (void)folder.make("site arm");
-  for (const mode_t mode : {0640U, 0604U, 0660U, 0644U}) {
-    ::chmod(folder.key_file().c_str(), mode);
-    EXPECT_NE(refusal([&] { (void)folder.identity(); }).find("lets others at the private key"), std::string::npos)
-        << mode;
+  add(peer("desk 1"));
+  EXPECT_EQ(mode_of(folder.peers_file()), 0600U);
+  struct Case {
+    std::string path;
+    mode_t mode;
+    const char* why;
+  };
+  const std::string key = folder.key_file(), peers = folder.peers_file();
+  for (const auto& [path, mode, why] :
+       {Case{key, 0640, "lets others at the private key"}, Case{key, 0604, "lets others at the private key"},
+        Case{folder.path(), 0770, "mode 0770 of the folder"}, Case{folder.path(), 0707, "mode 0707 of the folder"},
+        Case{peers, 0620, "mode 0620 of the file"},
+        Case{folder.path(), 0755, "accepted"}}) {  // who may only look does no harm
+    const mode_t before = mode_of(path);
+    ::chmod(path.c_str(), mode);
+    EXPECT_TRUE(says(refusal([&] {
+                       (void)folder.identity();
+                       (void)folder.peers();
+                     }),
+                     why));
+    ::chmod(path.c_str(), before);
   }
-  ::chmod(folder.key_file().c_str(), 0600);
-  for (const mode_t mode : {0770U, 0707U, 0777U}) {
-    ::chmod(folder.path().c_str(), mode);
-    const std::string why = refusal([&] { (void)folder.identity(); });
-    EXPECT_NE(why.find("mode 0" +
-                       std::string(mode == 0770U   ? "770"
-                                   : mode == 0707U ? "707"
-                                                   : "777") +
-                       " of the folder"),
-              std::string::npos)
-        << why;
-  }
-  ::chmod(folder.path().c_str(), 0755);
-  EXPECT_EQ(refusal([&] { (void)folder.identity(); }), "accepted") << "who may only look does no harm";
 }
 
 TEST_F(Folder, SaysWhyAKeyCannotBeUsed) {
@@ -121,14 +127,6 @@ TEST_F(Folder, RemovesWhatAKilledProgramLeft) {
   EXPECT_TRUE(fs::exists(left("key.pem.backup"))) << "somebody's own";
 }
 
-TEST_F(Folder, RefusesPeersThatOthersCanWrite) {
-  (void)folder.make("site arm");
-  add(peer("desk 1"));
-  EXPECT_EQ(mode_of(folder.peers_file()), 0600U);
-  ::chmod(folder.peers_file().c_str(), 0620);
-  EXPECT_NE(refusal([&] { (void)folder.peers(); }).find("mode 0620 of the file"), std::string::npos);
-}
-
 TEST_F(Folder, KeepsWhatItKnowsOfEachFarEnd) {
   (void)folder.make("site arm");
   secure::Peer observer = peer("wall screen"), revoked = peer("desk 2");
@@ -144,41 +142,31 @@ TEST_F(Folder, KeepsWhatItKnowsOfEachFarEnd) {
   EXPECT_TRUE(read[2].revoked && !read[0].revoked && !read[1].revoked);
 }
 
-TEST_F(Folder, RefusesWhateverElseAPeersFileHoldsInOneLineThatNamesIt) {
+TEST_F(Folder, SaysWhatIsWrongInAPeersFileAndWhere) {
   (void)folder.make("site arm");
-  add(peer("desk 1"));
-  add(peer("desk 2"));
-  const auto read = [this] { (void)folder.peers(); };
-  test::expect_bad_tomls_refused(folder.peers_file(), test::content(folder.peers_file()), read, true);
-}
-
-TEST_F(Folder, SaysWhatIsWrongInAPeersFile) {
-  (void)folder.make("site arm");
-  const auto with = [&](const std::string& text) {
-    std::ofstream(folder.peers_file()) << text;
-    ::chmod(folder.peers_file().c_str(), 0600);
-    return refusal([&] { (void)folder.peers(); });
-  };
-  const std::string good = "name = \"desk 1\"\nfingerprint = \"" + std::string(64, 'a') +
-                           "\"\nexpires = \"2031-01-01T00:00:00Z\"\nrevoked = false\n";
-  EXPECT_EQ(with("[[peer]]\nrole = \"operator\"\n" + good), "accepted");
-  EXPECT_NE(with("[[peer]]\nrole = \"king\"\n" + good).find("role"), std::string::npos);
-  EXPECT_NE(with("[[peer]]\n" + good).find("role"), std::string::npos);
-  EXPECT_NE(with("[[peer]]\nrole = \"operator\"\nx = 1\n" + good).find("x"), std::string::npos)
-      << with("[[peer]]\nrole = \"operator\"\nx = 1\n" + good);
-  EXPECT_NE(with("[[peer]]\nname = \"a\\tb\"\n").find("peers.toml:2"), std::string::npos);
-  const std::string one = "[[peer]]\nrole = \"operator\"\n" + good;
-  const auto other = [&](const std::string& from, const std::string& to) {
+  const std::string digits(64, 'a');
+  const std::string one = "[[peer]]\nrole = \"operator\"\nname = \"desk 1\"\nfingerprint = \"" + digits +
+                          "\"\nexpires = \"2031-01-01T00:00:00Z\"\nrevoked = false\n";
+  const auto with = [&](const std::string& from, const std::string& to) {
     return std::string(one).replace(one.find(from), from.size(), to);
   };
-  const std::string cut = with(other(std::string(64, 'a'), "abc"));
-  EXPECT_NE(cut.find("peers.toml:4: key 'peer"), std::string::npos) << cut;
-  EXPECT_NE(cut.find("must be 64 hexadecimal digits"), std::string::npos) << cut;
-  const std::string twice = with(one + other("desk 1", "desk 2"));
-  EXPECT_NE(twice.find("peers.toml:10: key 'peer"), std::string::npos) << twice;
-  EXPECT_NE(twice.find("must be of one far end only"), std::string::npos) << twice;
-  const std::string same_name = with(one + other(std::string(64, 'a'), std::string(64, 'b')));
-  EXPECT_NE(same_name.find("peers.toml:9: key 'peer"), std::string::npos) << same_name;
+  const auto read = [this] { (void)folder.peers(); };
+  const std::vector<std::array<std::string, 2>> cases{
+      {with("operator", "king"), "role"},
+      {with("role = \"operator\"\n", ""), "role"},
+      {with("role", "x = 1\nrole"), "x"},
+      {with("desk 1", "a\\tb"), "peers.toml:3"},
+      {with(digits, "abc"), "peers.toml:4: key 'peer"},
+      {with(digits, "abc"), "must be 64 hexadecimal digits"},
+      {one + with("desk 1", "desk 2"), "peers.toml:10: key 'peer"},
+      {one + with("desk 1", "desk 2"), "must be of one far end only"},
+      {one + with(digits, std::string(64, 'b')), "peers.toml:9: key 'peer"},
+  };
+  for (const auto& [text, why] : cases) {
+    write_private_file(folder.peers_file(), text, Existing::kReplace);
+    EXPECT_TRUE(says(refusal(read), why)) << text;
+  }
+  test::expect_bad_tomls_refused(folder.peers_file(), one, read, true);
 }
 
 TEST_F(Folder, RenewsTheKeyAndKeepsThePairings) {
@@ -246,7 +234,7 @@ TEST(Expiry, AClockThatIsFarBehindIsToldOf) {
   EXPECT_EQ(clock_warning(2'000'000'000), "");
 }
 
-TEST_F(Folder, ARunningProgramNoticesARevocation) {
+TEST_F(Folder, ARunningProgramNoticesARevocationAndKeepsWhatItKnewWhereTheFileCannotBeRead) {
   (void)folder.make("site arm");
   add(peer("desk 1"));
   PeersWatch watch(folder);
@@ -258,20 +246,13 @@ TEST_F(Folder, ARunningProgramNoticesARevocation) {
   EXPECT_TRUE(changed->front().revoked);
   EXPECT_NE(watch.news().find("pairings were changed"), std::string::npos);
   EXPECT_FALSE(watch.changed());
+  std::ofstream(folder.peers_file(), std::ios::app) << "[[peer]\n";
+  EXPECT_FALSE(watch.changed());
+  EXPECT_TRUE(says(watch.news(), "the pairings from before stay in use"));
   fs::remove(folder.peers_file());
   const auto removed = watch.changed();
   ASSERT_TRUE(removed);
   EXPECT_TRUE(removed->empty()) << "nobody is paired any more";
-}
-
-TEST_F(Folder, AFileThatCannotBeReadChangesNothingAndIsToldOf) {
-  (void)folder.make("site arm");
-  add(peer("desk 1"));
-  PeersWatch watch(folder);
-  std::ofstream(folder.peers_file(), std::ios::app) << "[[peer]\n";
-  EXPECT_FALSE(watch.changed());
-  const std::string news = watch.news();
-  EXPECT_NE(news.find("the pairings from before stay in use"), std::string::npos) << news;
 }
 
 }  // namespace

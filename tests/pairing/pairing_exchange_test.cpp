@@ -72,20 +72,8 @@ struct Two : ::testing::Test {
 
 using PairingThreads = Two;
 
-TEST_F(PairingThreads, BothShowTheSameCode) {
-  listen();
-  call();
-  both_end();
-}
-
-TEST_F(PairingThreads, EachHearsWhetherTheOtherHasConfirmedTheCode) {
+TEST_F(PairingThreads, TheSecondToComeFindsTheFirstBothShowTheSameCodeAndEachHearsWhetherTheOtherHasConfirmedIt) {
   machine_says = Verdict::kNo;
-  listen();
-  call();
-  both_end();
-}
-
-TEST_F(PairingThreads, TheSecondToComeFindsTheFirst) {
   call();
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   listen();

@@ -116,20 +116,6 @@ TEST_F(OneEnd, IsAtTheRendezvousForThoseWhoAreAdmittedAndFollowsTheirChanges) {
   EXPECT_EQ(admitted.entered(), 1u);
 }
 
-TEST_F(OneEnd, IsAtNoRendezvousWhereNobodyIsAdmitted) {
-  begin(secure::Role::kOperator);
-  FarEnd machine = far_end();
-  ASSERT_TRUE(machine.hears("message"));
-  here_->set_peers({});
-  for (int i = 0; i < kPatience && here_->problem().find("revoked") == std::string::npos; ++i)
-    std::this_thread::sleep_for(10ms);
-  EXPECT_NE(here_->problem().find("pairing was revoked"), std::string::npos) << here_->problem();
-  const auto before = machine.entered();
-  here_->set_peers({peer(far_identity_)});
-  for (int i = 0; i < kPatience && machine.entered() == before; ++i) std::this_thread::sleep_for(10ms);
-  EXPECT_EQ(machine.entered(), before + 1);
-}
-
 TEST_F(OneEnd, OffersAnewWhenTheNetworkChangesDuringAnAttempt) {
   begin(secure::Role::kOperator);
   FarEnd machine = far_end();

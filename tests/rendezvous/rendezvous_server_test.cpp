@@ -54,41 +54,36 @@ TEST_F(Rendezvous, PassesAMessageToTheOthersInTheRoomAndToNobodyElse) {
   EXPECT_FALSE(stranger->says("entered"));
 }
 
-TEST_F(Rendezvous, LetsNobodySpeakIntoARoomThatTheyHaveNotJoined) {
-  const auto inside = member();
-  const auto outside = member(kOther);
-  outside->say("send " + kRoom + " QUJD");
-  EXPECT_TRUE(until([&] { return outside->ended(); }));
-  EXPECT_TRUE(outside->says("refused not in this room"));
-  EXPECT_FALSE(inside->says("message"));
-}
-
-TEST_F(Rendezvous, EndsWhoTalksNonsense) {
-  const auto inside = member();
-  for (const std::string& junk :
-       {std::string("GET / HTTP/1.1\r\n"), std::string("\0\0\0\n", 4), std::string("join x\n"),
-        std::string("\x16\x03\x01\x02\n"), "send " + kRoom + " !!!!\n"}) {
-    const auto one = client();
-    one->raw(junk);
-    EXPECT_TRUE(until([&] { return one->ended(); })) << junk;
+TEST_F(Rendezvous, EndsWhoTalksNonsenseFloodsOrGoesWhereNobodyMayAndServesTheOthers) {
+  Bounds bounds;
+  bounds.rooms_of_client = 2;
+  begin(bounds);
+  const auto one = member(), two = member();
+  std::string rooms, flood;
+  for (const char digit : {'c', 'd', 'e'}) rooms += "join " + std::string(ice::kRoomSize, digit) + "\n";
+  for (int i = 0; i < 200; ++i) flood += "ping\n";
+  const std::string no_line = "not a line of this protocol";
+  const std::vector<std::array<std::string, 2>> cases{
+      {"GET / HTTP/1.1\r\n", no_line},
+      {std::string("\0\0\0\n", 4), no_line},
+      {"join x\n", no_line},
+      {"\x16\x03\x01\x02\n", no_line},
+      {"send " + kRoom + " !!!!\n", no_line},
+      {std::string(3 * ice::kMostLine, 'x'), "line too long"},
+      {"join " + kOther + "\nsend " + kRoom + " QUJD\n", "not in this room"},
+      {rooms, "too many rooms"},
+      {flood, "too many lines"},
+  };
+  for (const auto& [says, why] : cases) {
+    const auto guest = client();
+    guest->raw(says);
+    EXPECT_TRUE(until([&] { return guest->ended(); })) << why;
+    EXPECT_TRUE(why == "line too long" || why == "too many lines" || guest->says("refused " + why)) << why;
   }
-  EXPECT_FALSE(inside->ended());
-  EXPECT_EQ(server_->counters().junk, 5u);
-}
-
-TEST_F(Rendezvous, EndsALineWithoutAnEnd) {
-  const auto one = client();
-  one->raw(std::string(3 * ice::kMostLine, 'x'));
-  EXPECT_TRUE(until([&] { return one->ended(); }));
-}
-
-TEST_F(Rendezvous, EndsAFloodAndServesTheOthers) {
-  const auto one = member(), two = member(), flood = member();
-  std::string lines;
-  for (int i = 0; i < 200; ++i) lines += "ping\n";
-  flood->raw(lines);
-  EXPECT_TRUE(until([&] { return flood->ended(); }));
+  EXPECT_EQ(server_->counters().junk, 8u);
   EXPECT_EQ(server_->counters().floods, 1u);
+  EXPECT_FALSE(one->ended());
+  EXPECT_FALSE(two->says("message"));
   one->say("send " + kRoom + " QUJD");
   EXPECT_TRUE(until([&] { return two->says("message"); }));
 }
@@ -179,16 +174,6 @@ TEST_F(Rendezvous, BoundsConnectionsOfAnAddressAndInAll) {
   EXPECT_TRUE(until([&] { return four->ended(); }));
   EXPECT_EQ(server_->counters().turned_away, 1u);
   EXPECT_EQ(server_->clients(), 3u);
-}
-
-TEST_F(Rendezvous, BoundsTheRoomsOfAClient) {
-  Bounds bounds;
-  bounds.rooms_of_client = 2;
-  begin(bounds);
-  const auto one = client();
-  for (const char digit : {'a', 'b', 'c'}) one->say("join " + std::string(ice::kRoomSize, digit));
-  EXPECT_TRUE(until([&] { return one->ended(); }));
-  EXPECT_TRUE(one->says("refused too many rooms"));
 }
 
 TEST_F(Rendezvous, AFullRoomGivesThePlaceOfWhoeverWasSilentLongest) {

@@ -23,13 +23,9 @@ class TwoEnds {
   static constexpr int kTries = 600;  // of 100 ms: reached only where nothing comes at all
 
   void begin_machine(const std::string& rendezvous, const ice::Servers& servers = {}) {
-    begin_machine_paired_with(desk_identity, rendezvous, servers);
-  }
-  void begin_machine_paired_with(const secure::Identity& other, const std::string& rendezvous,
-                                 const ice::Servers& servers = {}) {
     machine.reset();
     machine.emplace(ice::DialSetup{rendezvous, servers, secure::Role::kMachine}, machine_identity,
-                    secure::Peers{{other.fingerprint(), "desk", false}});
+                    secure::Peers{{desk_identity.fingerprint(), "desk", false}});
     machine->start(local_address(machine_link_.descriptor()));
   }
   void begin_desk(const std::string& rendezvous, const ice::Servers& servers = {}) {

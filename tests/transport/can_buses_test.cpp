@@ -62,6 +62,9 @@ TEST(CanBuses, TheWorseStateCountsAndWhoseItIs) {
   EXPECT_EQ(two.both.state(), CanState::kPassive);
   EXPECT_EQ(two.both.state_of(), 1);
   two.first.bus_off(0);
+  const OneOfBuses first(two.both, 0), second(two.both, 1);
+  EXPECT_EQ(first.state(), CanState::kBusOff);
+  EXPECT_EQ(second.state(), CanState::kPassive);
   EXPECT_EQ(two.both.state(), CanState::kBusOff);
   EXPECT_EQ(two.both.state_of(), 0);
   EXPECT_EQ(two.both.states(), (std::array{CanState::kBusOff, CanState::kPassive}));
@@ -72,17 +75,6 @@ TEST(CanBuses, TheWorseStateCountsAndWhoseItIs) {
   two.both.acknowledge();
   EXPECT_EQ(two.both.state(), CanState::kPassive);
   EXPECT_EQ(two.both.state_of(), 1);
-}
-
-TEST(OneOfBuses, HasItsOwnStateWhateverTheOthersIs) {
-  Two two;
-  OneOfBuses first(two.both, 0), second(two.both, 1);
-  two.first.disturb(0, true);
-  two.second.bus_off(0);
-  EXPECT_EQ(first.state(), CanState::kPassive);
-  EXPECT_EQ(second.state(), CanState::kBusOff);
-  two.first.disturb(0, false);
-  EXPECT_EQ(first.state(), CanState::kActive);
 }
 
 TEST(CanBuses, OneIsItselfAndHasNoSecond) {

@@ -41,16 +41,6 @@ TEST(Canopen, NetworkFramesAreParsedAndStrangeOnesRefused) {
   EXPECT_FALSE(parse_emergency(frame("090#30810100000000")));
 }
 
-TEST(Canopen, EmergencyAndAbortCodesAreReadable) {
-  EXPECT_STREQ(emergency_text(0x8130), "heartbeat of a watched node missing");
-  EXPECT_STREQ(emergency_text(0x4242), "device temperature");
-  EXPECT_STREQ(emergency_text(0xFF12), "device specific");
-  EXPECT_STREQ(emergency_text(0xABCD), "unknown error code");
-  EXPECT_STREQ(abort_text(SdoAbort::kNoObject), "object does not exist");
-  EXPECT_STREQ(abort_text(static_cast<SdoAbort>(0x08000022)), "data cannot be stored: device state");
-  EXPECT_STREQ(abort_text(static_cast<SdoAbort>(1)), "unknown abort code");
-}
-
 TEST(Canopen, ExpeditedSdoFramesHaveTheBytesOfCia301) {
   EXPECT_EQ(sdo_upload(0x20, kVendorId), frame("620#4018100100000000"));
   EXPECT_EQ(sdo_download(0x10, kProducerHeartbeat, 100, 2), frame("610#2B17100064000000"));

@@ -47,24 +47,6 @@ TEST(FrameChecksum, HasThePublishedCheckValuesOverNineDigits) {
   }
 }
 
-TEST(FrameChecksum, HasThePublishedValuesOfAutosar) {  // Specification of CRC Routines
-  struct Case {
-    std::vector<std::uint8_t> bytes;
-    std::uint8_t j1850, h2f;
-  };
-  for (const Case& c : std::initializer_list<Case>{{{0x00, 0x00, 0x00, 0x00}, 0x59, 0x12},
-                                                   {{0xF2, 0x01, 0x83}, 0x37, 0xC2},
-                                                   {{0x0F, 0xAA, 0x00, 0x55}, 0x79, 0xC6},
-                                                   {{0x00, 0xFF, 0x55, 0x11}, 0xB8, 0x77},
-                                                   {{0x92, 0x6B, 0x55}, 0x8C, 0x33},
-                                                   {{0xFF, 0xFF, 0xFF, 0xFF}, 0x74, 0x6C}}) {
-    CanFrame frame{.size = static_cast<std::uint8_t>(c.bytes.size())};
-    std::copy(c.bytes.begin(), c.bytes.end(), frame.data.begin());
-    EXPECT_EQ(checksum_of(over(Kind::kCrc8J1850, frame.size), frame), c.j1850);
-    EXPECT_EQ(checksum_of(over(Kind::kCrc8H2f, frame.size), frame), c.h2f);
-  }
-}
-
 TEST(FrameChecksum, GoesOverTheStatedBytesInTheStatedOrder) {
   const CanFrame frame = frame_of({0xF2, 0x99, 0x83, 0x01, 0x77});
   FrameChecksum checksum = over(Kind::kCrc8J1850, 3);

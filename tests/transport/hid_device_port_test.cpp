@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "tests/support/no_alloc.h"
+#include "tests/support/says.h"
 #include "transport/hid_reports.h"
 
 namespace knuckle {
@@ -181,21 +182,28 @@ TEST(HidDevicePortThreads, ACommandNeverReachesADeviceThatWasPluggedInAfterIt) {
   EXPECT_TRUE(cable.told().empty());
 }
 
-TEST(HidDevicePortThreads, OnlyTheDeviceWithTheSameSerialNumberIsTakenBack) {
-  Cable cable;
-  cable.plug("A");
-  HidDevicePort port(cable.opener());
-  ASSERT_TRUE(eventually([&] { return port.connected(); }));
-  cable.unplug();
-  ASSERT_TRUE(eventually([&] { return !port.connected(); }));
-  cable.plug("B");
-  ASSERT_TRUE(eventually([&] {
-    return port.status().problem.find("serial number A is attached; there is: serial number B") != std::string::npos;
-  }));
-  EXPECT_FALSE(port.connected());
-  cable.unplug();
-  cable.plug("A");
-  EXPECT_TRUE(eventually([&] { return port.connected(); }));
+TEST(HidDevicePortThreads, OnlyTheDeviceWithTheSameSerialNumberOrAtTheChosenPortIsTakenBack) {
+  struct Case {
+    HidChoice choice;
+    const char *serial, *port, *problem;  // of the one that is plugged in instead
+  };
+  for (const auto& [choice, serial, usb_port, problem] :
+       {Case{{}, "B", "1-1", "serial number A is attached; there is: serial number B"},
+        Case{{.serial = "", .usb_port = "1-1"}, "A", "1-3", "USB port 1-1 is attached"}}) {
+    Cable cable;
+    cable.plug("A", "1-1");
+    HidDevicePort port(cable.opener(), {.choice = choice});
+    ASSERT_TRUE(eventually([&] { return port.connected(); }));
+    cable.unplug();
+    ASSERT_TRUE(eventually([&] { return !port.connected(); }));
+    cable.plug(serial, usb_port);
+    ASSERT_TRUE(eventually([&, &said = problem] { return port.status().problem.find(said) != std::string::npos; }))
+        << port.status().problem;
+    EXPECT_FALSE(port.connected());
+    cable.unplug();
+    cable.plug("A", "1-1");
+    EXPECT_TRUE(eventually([&] { return port.connected(); }));
+  }
 }
 
 TEST(HidDevicePortThreads, ALoopThatDoesNotReadLosesReportsAndTheyAreCounted) {
@@ -221,61 +229,40 @@ TEST(HidDevicePortThreads, TheLoopsCallsAllocateNothing) {
   EXPECT_EQ(scope.allocations(), 0u);
 }
 
-TEST(HidDevicePort, ChoosesTheOnlyDeviceAndSaysWhyItCannotChoose) {
-  std::string problem;
-  EXPECT_EQ(choose_device({}, {}, problem), nullptr);
-  EXPECT_EQ(problem, "no haptic device is attached (USB 1209:0001)");
-  const std::vector<HidCandidate> one{{"/dev/hidraw0", "7", "1-2"}};
-  EXPECT_EQ(choose_device(one, {}, problem), &one[0]);
-  EXPECT_EQ(choose_device(one, {.serial = "8"}, problem), nullptr);
-  EXPECT_EQ(problem,
-            "no haptic device with serial number 8 is attached; there is: serial number 7 at USB port 1-2 "
-            "(/dev/hidraw0)");
-  const std::vector<HidCandidate> two{{"/dev/hidraw0", "7", "1-2"}, {"/dev/hidraw1", "", ""}};
-  EXPECT_EQ(choose_device(two, {.serial = "7"}, problem), &two[0]);
-  EXPECT_EQ(choose_device(two, {}, problem), nullptr);
-  EXPECT_EQ(problem,
-            "several haptic devices are attached: choose one by its serial number or its USB port: serial number 7 at "
-            "USB port 1-2 (/dev/hidraw0), no serial number (/dev/hidraw1)");
-}
-
-TEST(HidDevicePort, OfTwinsChoosesByTheUsbPortAndNamesBothPortsWhereNoneIsGiven) {
-  std::string problem;
-  const std::vector<HidCandidate> twins{{"/dev/hidraw0", "7", "1-2"}, {"/dev/hidraw1", "7", "1-3.1"}};
-  EXPECT_EQ(choose_device(twins, {.serial = "7"}, problem), nullptr);
-  EXPECT_EQ(problem,
-            "several haptic devices have serial number 7: choose one by its USB port: serial number 7 at USB port 1-2 "
-            "(/dev/hidraw0), serial number 7 at USB port 1-3.1 (/dev/hidraw1)");
-  EXPECT_EQ(choose_device(twins, {.usb_port = "1-3.1"}, problem), &twins[1]);
-  EXPECT_EQ(choose_device(twins, {.serial = "7", .usb_port = "1-2"}, problem), &twins[0]);
-  EXPECT_EQ(choose_device(twins, {.serial = "8", .usb_port = "1-2"}, problem), nullptr);
-  EXPECT_TRUE(problem.starts_with("no haptic device with serial number 8 at USB port 1-2 is attached; there is: "))
-      << problem;
-}
-
-TEST(HidDevicePort, ADeviceCannotWriteControlCharactersIntoAMessage) {
-  std::string problem;
-  const std::vector<HidCandidate> rogue{{"/dev/hidraw0", "\x1b[2J\n7", "1-2"}};
-  EXPECT_EQ(choose_device(rogue, {.serial = "7"}, problem), nullptr);
-  EXPECT_NE(problem.find("serial number \\x1b[2J\\x0a7 at USB port 1-2"), std::string::npos) << problem;
-  EXPECT_EQ(choose_device({{"/dev/hidraw0", "7", "1-2"}}, {.serial = rogue[0].serial}, problem), nullptr);
-  EXPECT_TRUE(problem.starts_with("no haptic device with serial number \\x1b[2J\\x0a7 is attached")) << problem;
-}
-
-TEST(HidDevicePort, ADeviceChosenByItsPortIsOpenedAgainAtThatPortOnly) {
-  Cable cable;
-  cable.plug("7", "1-2");
-  HidDevicePort port(cable.opener(), {.choice = {.serial = "", .usb_port = "1-2"}});
-  ASSERT_TRUE(eventually([&] { return port.connected(); }));
-  cable.unplug();
-  ASSERT_TRUE(eventually([&] { return !port.connected(); }));
-  cable.plug("7", "1-3");
-  ASSERT_TRUE(eventually([&] { return port.status().problem.find("USB port 1-2 is attached") != std::string::npos; }))
-      << port.status().problem;
-  EXPECT_FALSE(port.connected());
-  cable.unplug();
-  cable.plug("7", "1-2");
-  EXPECT_TRUE(eventually([&] { return port.connected(); }));
+TEST(HidDevicePort, ChoosesByWhatIsGivenAndSaysWhyItCannotChoose) {
+  const HidCandidate seven{"/dev/hidraw0", "7", "1-2"}, twin{"/dev/hidraw1", "7", "1-3.1"},
+      nameless{"/dev/hidraw1", "", ""}, rogue{"/dev/hidraw0", "\x1b[2J\n7", "1-2"};
+  const std::string of_seven = "serial number 7 at USB port 1-2 (/dev/hidraw0)";
+  struct Case {
+    std::vector<HidCandidate> attached;
+    HidChoice choice;
+    int chosen;  // -1: none
+    std::string problem;
+  };
+  const Case cases[]{
+      {{}, {}, -1, "no haptic device is attached (USB 1209:0001)"},
+      {{seven}, {}, 0, ""},
+      {{seven}, {.serial = "8"}, -1, "no haptic device with serial number 8 is attached; there is: " + of_seven},
+      {{seven, nameless}, {.serial = "7"}, 0, ""},
+      {{seven, nameless},
+       {},
+       -1,
+       "choose one by its serial number or its USB port: " + of_seven + ", no serial number"},
+      {{seven, twin}, {.serial = "7"}, -1, "serial number 7: choose one by its USB port: " + of_seven + ", serial"},
+      {{seven, twin}, {.usb_port = "1-3.1"}, 1, ""},
+      {{seven, twin}, {.serial = "7", .usb_port = "1-2"}, 0, ""},
+      {{seven, twin}, {.serial = "8", .usb_port = "1-2"}, -1, "no haptic device with serial number 8 at USB port 1-2"},
+      {{rogue}, {.serial = "7"}, -1, "serial number \\x1b[2J\\x0a7 at USB port 1-2"},
+      {{seven}, {.serial = rogue.serial}, -1, "no haptic device with serial number \\x1b[2J\\x0a7 is attached"},
+  };
+  for (const Case& c : cases) {
+    std::string problem;
+    const HidCandidate* const chosen = choose_device(c.attached, c.choice, problem);
+    EXPECT_EQ(chosen, c.chosen < 0 ? nullptr : &c.attached[static_cast<std::size_t>(c.chosen)]) << c.problem;
+    if (c.chosen < 0) {
+      EXPECT_TRUE(test::says(problem, c.problem));
+    }
+  }
 }
 
 TEST(HidDevicePort, UsbPortsAreNamedAsTheKernelNamesThem) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "tests/transport/hex.h"
 #include "transport/hid_pair.h"
 
@@ -62,31 +60,19 @@ TEST(HidReports, ChecksumIsCrc16CcittFalse) {
   EXPECT_EQ(crc16_ccitt_false(reinterpret_cast<const std::uint8_t*>(check.data()), check.size()), 0x29B1);
 }
 
-TEST(HidReports, EveryKindHasTheBytesOfTheDesign) {
+TEST(HidReports, EveryKindHasTheBytesOfTheDesignBothWays) {
+  const DeviceCommand command{5, TorqueMode::kTorque, 0, {500, -500, 0}, {1000, 500, 100}, 20, 0x1234};
   EXPECT_EQ(encode(some_state()), kState);
-  EXPECT_EQ(encode(DeviceCommand{5, TorqueMode::kTorque, 0, {500, -500, 0}, {1000, 500, 100}, 20, 0x1234}), kCommand);
+  EXPECT_EQ(encode(command), kCommand);
   EXPECT_EQ(encode(some_identity()), kIdentity);
   EXPECT_EQ(encode_describe_request(), report_of("04 01", 0x6F3A));
-}
-
-TEST(HidReports, DecodesTheSameBytes) {
-  const auto state = decode_state(kState);
-  ASSERT_TRUE(state);
-  EXPECT_EQ(state->counts, some_state().counts);
-  EXPECT_EQ(state->counts_per_s, some_state().counts_per_s);
-  EXPECT_EQ(state->current_mA, some_state().current_mA);
-  EXPECT_EQ(state->temperature_dC, -55);
-  EXPECT_EQ(encode(*state), kState);
-  const auto command = decode_command(kCommand);
-  ASSERT_TRUE(command);
-  EXPECT_EQ(command->mode, TorqueMode::kTorque);
-  EXPECT_EQ(command->torque_permille[1], -500);
-  EXPECT_EQ(encode(*command), kCommand);
-  const auto identity = decode_identity(kIdentity);
-  ASSERT_TRUE(identity);
-  EXPECT_EQ(identity->joint_sign, some_identity().joint_sign);
-  EXPECT_EQ(identity->gear_ratio, some_identity().gear_ratio);
-  EXPECT_EQ(encode(*identity), kIdentity);
+  EXPECT_EQ(encode(decode_state(kState).value()), kState);
+  EXPECT_EQ(encode(decode_command(kCommand).value()), kCommand);
+  EXPECT_EQ(encode(decode_identity(kIdentity).value()), kIdentity);
+  EXPECT_EQ(decode_state(kState)->counts, some_state().counts);
+  EXPECT_EQ(decode_state(kState)->temperature_dC, -55);
+  EXPECT_EQ(decode_command(kCommand)->torque_permille[1], -500);
+  EXPECT_EQ(decode_identity(kIdentity)->gear_ratio, some_identity().gear_ratio);
   EXPECT_TRUE(is_describe_request(report_of("04 01", 0x6F3A)));
 }
 
@@ -124,30 +110,6 @@ TEST(HidReports, WrongVersionModeFlagsOrValuesAreRefusedThoughTheChecksumFits) {
   DeviceIdentity zero = some_identity();
   zero.counts_per_turn[2] = 0;
   EXPECT_FALSE(decode_identity(encode(zero)));
-}
-
-TEST(HidReports, RandomValuesSurviveTheRoundTrip) {
-  std::mt19937 random(11);
-  const auto any = [&]<typename T>(T& value) { value = static_cast<T>(random()); };
-  for (int i = 0; i < 2000; ++i) {
-    DeviceState state;
-    any(state.sequence);
-    any(state.device_time_us);
-    any(state.bus_mV);
-    any(state.temperature_dC);
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      any(state.counts[j]);
-      any(state.counts_per_s[j]);
-      any(state.current_mA[j]);
-    }
-    state.status = random() & 0x3F;
-    state.fault = random() & 0x3F;
-    const auto back = decode_state(encode(state));
-    ASSERT_TRUE(back) << i;
-    ASSERT_EQ(back->counts, state.counts);
-    ASSERT_EQ(back->counts_per_s, state.counts_per_s);
-    ASSERT_EQ(encode(*back), encode(state));
-  }
 }
 
 TEST(HidPair, DeliversInOrderOneTickLater) {

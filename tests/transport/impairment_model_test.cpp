@@ -81,6 +81,16 @@ LinkImpairment delayed(Duration delay) {
   return impairment;
 }
 
+TEST(ImpairmentModel, UniformJitterStaysInItsBoundsWithItsDeviation) {
+  LinkImpairment impairment = delayed(20ms);
+  impairment.jitter = 10ms;
+  const auto travel = travels(impairment, 10'000);
+  EXPECT_GE(quantile(travel, 0), 10);
+  EXPECT_LE(quantile(travel, 1), 30);
+  for (const double q : {0.1, 0.5, 0.9}) EXPECT_NEAR(quantile(travel, q), 10 + 20 * q, 0.4);
+  EXPECT_NEAR(correlation(travel, 1), 0, 0.05);
+}
+
 TEST(ImpairmentModel, NormalJitterHasItsMeanDeviationAndQuantilesAndNoMoreThanFourDeviations) {
   LinkImpairment impairment = delayed(100ms);
   impairment.jitter = 10ms;
@@ -208,6 +218,39 @@ TEST(ImpairmentModel, OutagesComeAtTheirTimesAndAgainAfterTheirPeriod) {
   }
 }
 
+TEST(ImpairmentModel, RandomOutagesLoseEverythingForTheirLengthAtTheirRate) {
+  LinkImpairment impairment;
+  impairment.bursts_per_s = 1;
+  impairment.burst_length = 50ms;
+  const auto travel = travels(impairment, 50'000);  // 100 s
+  EXPECT_NEAR(share_lost(travel), 0.05 / 1.05, 0.02);
+  std::size_t run = 0;
+  for (const double t : travel) {
+    EXPECT_TRUE(t < 0 || run == 0 || run >= 24) << run;
+    run = t < 0 ? run + 1 : 0;
+  }
+}
+
+TEST(ImpairmentModel, CopiesComeAsOftenAsAskedAndASecondPathBringsThemAlsoOfWhatTheFirstLoses) {
+  LinkImpairment copied;
+  copied.duplication = 0.2;
+  ImpairmentModel twice(copied, 1);
+  for (int i = 0; i < 10'000; ++i) (void)twice.send(kBytes, Time(i * 2ms));
+  EXPECT_NEAR(static_cast<double>(twice.counts().duplicated), 2000, 4 * 40);
+  LinkImpairment both = delayed(5ms);
+  both.second_path = 250ms;
+  both.outages = {{.from = Time(100ms), .length = 200ms}};
+  ImpairmentModel model(both, 1);
+  for (int i = 0; i < 500; ++i) {
+    const Time now(i * 2ms);
+    const auto fate = model.send(kBytes, now);
+    const bool out = i >= 50 && i < 150;
+    ASSERT_EQ(fate.copies, out ? 1U : 2U) << i;
+    EXPECT_EQ(fate.arrivals[0], now + 250ms) << i;
+    EXPECT_TRUE(out || fate.arrivals[1] == now + 5ms) << i;
+  }
+}
+
 TEST(ImpairmentModel, OutagesThatAreRareBeyondAllMeasureDoNotCome) {
   for (const double rare : {1e-12, 1e-300}) {
     LinkImpairment impairment;
@@ -258,6 +301,9 @@ TEST(ImpairmentModel, RefusesSettingsThatAreImpossibleOrContradictEachOther) {
     spoil(impairment);
     EXPECT_THROW(ImpairmentModel(impairment, 1), InputError);
   };
+  refused([](LinkImpairment& i) { i.loss = 1.5; });
+  refused([](LinkImpairment& i) { i.delay = -1ms; });
+  refused([](LinkImpairment& i) { i.second_path = -1ms; });
   refused([](LinkImpairment& i) { i.burst_loss.loss_in_bad = 2; });
   refused([](LinkImpairment& i) { i.burst_loss.mean_bad = 0ms; });
   refused([](LinkImpairment& i) { i.burst_loss.mean_good = -1ms; });

@@ -188,32 +188,23 @@ TEST(LinkMessages, TruncatedLongerOrForeignDatagramsAreRefused) {
   const auto refused = [](std::span<const std::uint8_t> bytes) {
     return !decode_master(bytes) && !decode_slave(bytes) && !decode_status(bytes);
   };
-  for_each_kind([&refused](const auto&, auto good) {
+  const auto kind = [](std::span<const std::uint8_t> bytes) { return link_kind(bytes).has_value(); };
+  for_each_kind([&](const auto&, auto good) {
+    EXPECT_EQ(link_kind(good), static_cast<LinkKind>(good[3]));
     for (std::size_t size = 0; size < good.size(); ++size) EXPECT_TRUE(refused(std::span(good).first(size))) << size;
     for (std::size_t header = 0; header < 4; ++header) {
       auto foreign = good;
       foreign[header] ^= 0x40;
       EXPECT_TRUE(refused(foreign)) << header;
+      EXPECT_TRUE(header == 3 || !kind(foreign)) << header;
     }
+    EXPECT_FALSE(kind(std::span(good).first(3)));
     EXPECT_EQ(decode_master(good).has_value() + decode_slave(good).has_value() + decode_status(good).has_value() +
                   decode_home(good).has_value(),
               1);
     good.push_back(0);
     EXPECT_TRUE(refused(good));
   });
-}
-
-TEST(LinkMessages, TellTheirKindInTheHeader) {
-  EXPECT_EQ(link_kind(encode(MasterMessage{}).view()), LinkKind::kMaster);
-  EXPECT_EQ(link_kind(encode(SlaveMessage{}).view()), LinkKind::kSlave);
-  EXPECT_EQ(link_kind(encode(MachineStatus{}).view()), LinkKind::kStatus);
-  for (std::size_t byte = 0; byte < 3; ++byte) {
-    Datagram foreign = encode(SlaveMessage{});
-    foreign.bytes[byte] ^= 0x40;
-    EXPECT_FALSE(link_kind(foreign.view())) << byte;
-  }
-  EXPECT_FALSE(link_kind(encode(SlaveMessage{}).view().first(3)));
-  EXPECT_FALSE(link_kind({}));
 }
 
 /// As in the design but for a few bytes.
@@ -378,12 +369,6 @@ TEST(LinkMessages, RandomBytesAreRefusedOrReadAsWhatIsSentAsTheSameBytes) {
     }
     EXPECT_GT(accepted, 100) << "the noise was not refused for its header alone";
   });
-}
-
-TEST(LinkMessages, EveryModeHasAName) {
-  EXPECT_STREQ(name(Mode::kOff), "off");
-  EXPECT_STREQ(name(Mode::kSelfTest), "self_test");
-  EXPECT_STREQ(name(Mode::kEStop), "e_stop");
 }
 
 TEST(LinkMessages, TheFuzzersSeedsAreOfThisVersion) {

@@ -80,16 +80,6 @@ TEST(LinkSession, NewestNumberWinsAcrossTheWrap) {
   EXPECT_FALSE(newer(0x80000001, 0));
 }
 
-TEST(LinkSession, NewestNumberWins) {
-  Conversation c;
-  EXPECT_EQ(c.take(1000), Verdict::kBegins);
-  EXPECT_EQ(c.take(1001), Verdict::kNews);
-  EXPECT_EQ(c.take(1001), Verdict::kOld);
-  EXPECT_EQ(c.take_at(c.arrival(1001), 1000), Verdict::kOld);
-  EXPECT_EQ(c.take(1100), Verdict::kNews);
-  EXPECT_EQ(c.take_at(c.arrival(1100), 1050), Verdict::kOld);
-}
-
 TEST(LinkSession, LateCopyIsNoNewsHoweverLongTheSilence) {
   Conversation c;
   ASSERT_EQ(c.take(1000), Verdict::kBegins);

@@ -1,4 +1,4 @@
-// Numbers in frames: against a decoder that goes bit by bit, canmatrix, and the frames of today's nodes.
+// Numbers in frames: against a decoder that goes bit by bit, and canmatrix.
 #include "transport/signal_codec.h"
 
 #include <gtest/gtest.h>
@@ -17,9 +17,7 @@
 #include "tests/support/no_alloc.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
-#include "tests/support/sensor_frames.h"
 #include "tests/support/temporary_folder.h"
-#include "transport/canopen.h"
 #include "transport/timed_frame.h"
 
 namespace knuckle {
@@ -312,122 +310,6 @@ TEST(SignalCodec, AllocatesNothing) {
   const auto value = read_value(field, frame);
   EXPECT_EQ(scope.allocations(), 0U);
   EXPECT_TRUE(value);
-}
-
-// ---- The frames of CANopen nodes as fields
-
-constexpr BitField value_field(Type type, std::uint8_t start_bit, std::uint8_t bits, double scale) {
-  return {type, Order::kLittleEndian, start_bit, bits, scale};
-}
-constexpr BitField kWord = value_field(Type::kUnsigned, 0, 16, 1);
-
-/// Values of a signal: inside its range, on its steps, far outside, and no numbers.
-std::vector<double> drawn_values(DrawnFields& drawn, double range, double step) {
-  std::vector<double> values{0.0, -0.0, kNan, kInfinity, -kInfinity, 1e300, -1e300, 0.5 * step, -2.5 * step};
-  for (int n = 0; n < 3000; ++n) {
-    values.push_back(drawn.uniform(-range, range));
-    values.push_back(drawn.uniform(-1e4, 1e4) * range);
-    values.push_back(static_cast<double>(static_cast<int>(drawn.uniform(-range, range) / step)) * step);
-  }
-  return values;
-}
-
-/// Both ways: `frame_of(value)` is what the field writes, and what `parse` makes of any frame is what the field reads.
-template <typename FrameOf, typename Parse>
-void expect_as_now(const BitField& field, double range, const FrameOf& frame_of, const Parse& parse) {
-  DrawnFields drawn(8);
-  for (const double value : drawn_values(drawn, range, field.scale)) {
-    const CanFrame expected = frame_of(value);
-    CanFrame frame = expected;
-    write_raw(field, ~read_raw(field, expected).value(), frame);  // so that nothing is right by itself
-    write_value(field, value, frame);
-    ASSERT_EQ(frame, expected) << told(field) << ", " << value;
-  }
-  for (int n = 0; n < 20000; ++n) {
-    CanFrame frame = drawn.frame();
-    if (n == 0) frame.data = {0, 0, 0, 0x80};  // -0.0 of a float
-    expect_same(read_value(field, frame).value(), parse(frame), told(field));
-  }
-}
-
-TEST(SignalCodec, HasTheBytesAndTheValuesThatSensorsFramesHaveNow) {
-  using namespace canopen;
-  for (const int digits : {0, 1, 2, 3}) {
-    const PressureFormat format = pressure_format(false, digits);
-    expect_as_now(
-        value_field(Type::kSigned, 0, 32, format.unit_Pa), 4e7,
-        [&](double value) {
-          return pressure_frame(0x1A0, {value, 5}, format);
-        },
-        [&](const CanFrame& frame) { return parse_pressure(frame, format)->pressure_Pa; });
-  }
-  const PressureFormat floats = pressure_format(true, 2);
-  expect_as_now(
-      value_field(Type::kFloat, 0, 32, floats.unit_Pa), 4e7,
-      [&](double value) {
-        return pressure_frame(0x1A0, {value, 5}, floats);
-      },
-      [&](const CanFrame& frame) { return parse_pressure(frame, floats)->pressure_Pa; });
-  expect_as_now(
-      value_field(Type::kUnsigned, 32, 8, 1), 255,
-      [](double value) {
-        const auto status = std::isnan(value) ? 0 : std::clamp(std::round(value), 0.0, 255.0);
-        return pressure_frame(0x1A0, {1e5, static_cast<std::uint8_t>(status)});
-      },
-      [](const CanFrame& frame) { return static_cast<double>(parse_pressure(frame)->status); });
-  for (const double step_m : {kEncoderStep_m, 2.5e-5, 1e-3 / 3}) {
-    expect_as_now(
-        value_field(Type::kSigned, 0, 32, step_m), 3,
-        [&](double value) {
-          return encoder_frame(0x1B0, {value, 0.25}, step_m);
-        },
-        [&](const CanFrame& frame) { return parse_encoder(frame, step_m)->position_m; });
-    expect_as_now(
-        value_field(Type::kSigned, 32, 16, step_m), 1,
-        [&](double value) {
-          return encoder_frame(0x1B0, {0.25, value}, kEncoderStep_m, step_m);
-        },
-        [&](const CanFrame& frame) { return parse_encoder(frame, kEncoderStep_m, step_m)->speed_mps; });
-  }
-  for (const double step_rad : {kTiltStep_rad, kTiltStep_rad / 10}) {
-    expect_as_now(
-        value_field(Type::kSigned, 0, 16, step_rad), 3,
-        [&](double value) { return tilt_frame(0x1B8, value, step_rad); },
-        [&](const CanFrame& frame) { return parse_tilt(frame, step_rad).value(); });
-  }
-}
-
-TEST(SignalCodec, HasTheBytesAndTheValuesThatValvesFramesHaveNow) {
-  using namespace canopen;
-  for (const double full_stroke : {kFullStroke, 32.0, 1000.0, 10000.0, 32767.0}) {
-    // A stroke that is no power of two has no exact inverse: there the last bit of what is read may differ.
-    const bool exact = std::exp2(std::round(std::log2(full_stroke))) == full_stroke;
-    const auto near = [&](double now, const CanFrame& frame, const BitField& field) {
-      const double value = read_value(field, frame).value();
-      if (!exact && std::abs(value - now) <= std::abs(now) * std::numeric_limits<double>::epsilon()) return value;
-      return now;
-    };
-    const BitField spool = value_field(Type::kSigned, 16, 16, 1 / full_stroke);
-    expect_as_now(
-        spool, 1,
-        [&](double value) {
-          return valve_status_frame(0x190, {0x1234, value}, full_stroke);
-        },
-        [&](const CanFrame& frame) { return near(parse_valve_status(frame, full_stroke)->spool, frame, spool); });
-    expect_as_now(
-        spool, 1,
-        [&](double value) {
-          return valve_command_frame(0x210, {0x1234, value}, full_stroke);
-        },
-        [&](const CanFrame& frame) { return near(parse_valve_command(frame, full_stroke)->set_point, frame, spool); });
-  }
-  expect_as_now(
-      kWord, 65535,
-      [](double value) {
-        const auto word = std::isnan(value) ? 0 : std::clamp(std::round(value), 0.0, 65535.0);
-        return valve_command_frame(0x210, {static_cast<std::uint16_t>(word), 0.5});
-      },
-      [](const CanFrame& frame) { return static_cast<double>(parse_valve_command(frame)->control_word); });
 }
 
 // ---- canmatrix

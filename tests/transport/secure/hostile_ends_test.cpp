@@ -3,21 +3,12 @@
 #include <openssl/evp.h>
 #include <openssl/x509.h>
 
-#include <mutex>
-#include <optional>
-
 #include "tests/transport/secure/secure_rig.h"
 #include "transport/link_inbox.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::secure {
 namespace {
-
-/// The datagrams of a handshake.
-struct Outbox final : DtlsSession::Out {
-  std::vector<Bytes> datagrams;
-  void put(std::span<const std::uint8_t> bytes) override { datagrams.emplace_back(bytes.begin(), bytes.end()); }
-};
 
 /// A program of one's own, that is none of ours: it handshakes, but only sends what it is told to.
 class OwnClient {
@@ -64,40 +55,7 @@ class OwnClient {
   DtlsSession::Progress progress_ = DtlsSession::Progress::kUnderWay;
 };
 
-/// A machine whose owner may change its mind about peers.
-struct HostileEndsThreads : ::testing::Test {
-  std::mutex mutex;
-  std::optional<Peers> newer;
-  SecureLinkAccess access{.newer_peers = [this] {
-    const std::lock_guard lock(mutex);
-    return std::exchange(newer, std::nullopt);
-  }};
-  End machine{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, access)};
-
-  [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(machine.link->port()); }
-  [[nodiscard]] End desk(const Identity& identity, const SecureLinkTiming& timing = {}) const {
-    return {SecureLink::connect(address(), identity, {peer(machine_identity())}, timing)};
-  }
-  void change_peers(Peers peers) {
-    {
-      const std::lock_guard lock(mutex);
-      newer = std::move(peers);
-    }
-    EXPECT_TRUE(until([this] {
-      machine.step(9);
-      const std::lock_guard lock(mutex);
-      return !newer.has_value();
-    }));
-  }
-  /// For so many steps of 5 ms.
-  void run(int steps, const std::function<void()>& each) {
-    for (int i = 0; i < steps; ++i) {
-      each();
-      machine.step(9);
-      ::poll(nullptr, 0, 5);
-    }
-  }
-};
+using HostileEndsThreads = SecureLinkThreads;
 
 TEST_F(HostileEndsThreads, WhoIsRevokedWhileItsHandshakeIsHeldBackIsNotLetIn) {
   OwnClient held(desk_identity(), address());
@@ -107,7 +65,7 @@ TEST_F(HostileEndsThreads, WhoIsRevokedWhileItsHandshakeIsHeldBackIsNotLetIn) {
     return held.keeps();
   }));
   run(40, [&] { held.step(true); });  // the machine has read its certificate
-  change_peers({peer(desk_identity(), true)});
+  change_peers_now({peer(desk_identity(), true)});
   run(60, [&] { held.step(); });
   run(60, [&] { held.say(42); });
   EXPECT_EQ(machine.messages, 0);
@@ -119,11 +77,7 @@ TEST_F(HostileEndsThreads, WhoHadControlIsNotHeardOnceAnotherHasItAlsoWhereThatO
   SecureLinkTiming stubborn;
   stubborn.silence = 60s;  // goes on with its session whatever happens
   End first = desk(desk_identity(), stubborn);
-  ASSERT_TRUE(until([&] {
-    first.step(1);
-    machine.step(9);
-    return machine.heard == 1;
-  }));
+  ASSERT_TRUE(talk(first));
   run(230, [] {});  // silent for more than a second
   OwnClient second(other_identity(), address());
   ASSERT_TRUE(until([&] {
@@ -139,17 +93,9 @@ TEST_F(HostileEndsThreads, WhoHadControlIsNotHeardOnceAnotherHasItAlsoWhereThatO
 
 TEST_F(HostileEndsThreads, AnotherProgramWithTheSameKeyIsAnotherOperator) {
   End first = desk(desk_identity());
-  ASSERT_TRUE(until([&] {
-    first.step(1);
-    machine.step(9);
-    return machine.heard == 1;
-  }));
+  ASSERT_TRUE(talk(first, 1));
   End second = desk(desk_identity());
-  ASSERT_TRUE(until([&] {  // the first one's loop stands still
-    second.step(2);
-    machine.step(9);
-    return machine.heard == 2;
-  }));
+  ASSERT_TRUE(talk(second, 2)) << "the first one's loop stands still";
   EXPECT_EQ(machine.count(LinkEvent::Kind::kConnected), 2);
   EXPECT_EQ(machine.count(LinkEvent::Kind::kRenewed), 0);
   bool mixed = false;
@@ -161,47 +107,18 @@ TEST_F(HostileEndsThreads, AnotherProgramWithTheSameKeyIsAnotherOperator) {
   EXPECT_FALSE(mixed);
 }
 
-/// One whose certificate expires while a test runs.
-Identity brief_identity() {
+TEST_F(HostileEndsThreads, AnOperatorWhoseCertificateExpiresIsCutOffAndItsPicturesEnd) {
   Identity brief = make_identity("desk 3");
   X509_time_adj_ex(X509_getm_notAfter(brief.certificate.get()), 0, 4, nullptr);
-  EXPECT_GT(X509_sign(brief.certificate.get(), brief.key.get(), EVP_sha256()), 0);
-  return brief;
-}
-
-TEST_F(HostileEndsThreads, PicturesEndWithTheOperatorsCertificate) {
-  const Identity brief = brief_identity();
-  change_peers({peer(brief)});
+  ASSERT_GT(X509_sign(brief.certificate.get(), brief.key.get(), EVP_sha256()), 0);
+  change_peers_now({peer(brief)});
   End op = desk(brief);
   std::optional<VideoSecret> secret;
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    machine.step(9);
-    return machine.heard == 1 && machine.link->take(secret);
-  }));
+  ASSERT_TRUE(talk_until(op, 1, [&] { return machine.heard == 1 && machine.link->take(secret); }));
   ASSERT_TRUE(secret);
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    machine.step(9);
-    return machine.link->take(secret);
-  }));
+  ASSERT_TRUE(talk_until(op, 1, [&] { return machine.count(LinkEvent::Kind::kCutOff) == 1; }));
+  EXPECT_TRUE(talk_until(op, 1, [&] { return machine.link->take(secret); }));
   EXPECT_FALSE(secret) << "nothing is left to seal pictures with";
-}
-
-TEST_F(HostileEndsThreads, AnOperatorWhoseCertificateExpiresIsCutOff) {
-  const Identity brief = brief_identity();
-  change_peers({peer(brief)});
-  End op = desk(brief);
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    machine.step(9);
-    return machine.heard == 1;
-  }));
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    machine.step(9);
-    return machine.count(LinkEvent::Kind::kCutOff) == 1;
-  }));
   const int before = machine.messages;
   run(60, [&] { op.step(1); });
   EXPECT_EQ(machine.messages, before);
@@ -232,70 +149,71 @@ TEST_F(HostileEndsThreads, HandshakesThatDoNotGoOnKeepNobodyOut) {
   }));
 }
 
-TEST_F(HostileEndsThreads, WhoPassesTheQuestionOnDoesNotGetTheSession) {
-  // Between the two: everything passes, and copies are sent ahead from an address of the thief's own.
-  const auto bound = [] { return UdpSocket(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on")); };
-  const UdpSocket in = bound(), out = bound(), thief = bound();
-  const SocketAddress site = parse_address(address());
-  End op{SecureLink::connect("127.0.0.1:" + std::to_string(local_address(in.descriptor()).port()), desk_identity(),
-                             {peer(machine_identity())})};
-  SocketAddress desk_address;
-  bool steals = false;
-  const auto pass = [&] {
+/// Somebody between the two, through whom everything passes.
+class OnTheWay {
+ public:
+  explicit OnTheWay(const std::string& site) : site_(parse_address(site)) {}
+  [[nodiscard]] std::string address() const { return text(local_address(in_.descriptor())); }
+  /// @param seen each datagram of the desk's, before it goes on.
+  void pass(const std::function<void(std::span<const std::uint8_t>)>& seen) {
     std::array<std::uint8_t, 2048> bytes;
     SocketAddress from;
-    while (const auto arrival = in.receive(bytes, from)) {
-      desk_address = from;
+    while (const auto arrival = in_.receive(bytes, from)) {
+      desk_ = from;
       const auto datagram = std::span(bytes).first(arrival->size);
-      if (steals && bytes[0] >= kTagMark) (void)thief.send(datagram, site);
-      (void)out.send(datagram, site);
+      seen(datagram);
+      send_on(datagram);
     }
-    while (const auto arrival = out.receive(bytes, from))
-      (void)in.send(std::span(bytes).first(arrival->size), desk_address);
-    while (const auto arrival = thief.receive(bytes, from))
-      (void)thief.send(std::span(bytes).first(arrival->size), from == site ? desk_address : site);
-  };
-  ASSERT_TRUE(until([&] {
+    while (const auto arrival = out_.receive(bytes, from)) (void)in_.send(std::span(bytes).first(arrival->size), desk_);
+  }
+  void send_on(std::span<const std::uint8_t> datagram) const { (void)out_.send(datagram, site_); }
+  [[nodiscard]] const SocketAddress& site() const { return site_; }
+  [[nodiscard]] const SocketAddress& desk() const { return desk_; }
+
+ private:
+  const UdpSocket in_ = SecureLinkThreads::bound_socket(), out_ = SecureLinkThreads::bound_socket();
+  const SocketAddress site_;
+  SocketAddress desk_;
+};
+
+TEST_F(HostileEndsThreads, WhoSendsCopiesAheadAndPassesTheQuestionOnGetsNeitherTheSessionNorItsWords) {
+  const UdpSocket thief = bound_socket();
+  OnTheWay way(address());
+  End op{SecureLink::connect(way.address(), desk_identity(), {peer(machine_identity())})};
+  bool steals = false;
+  const auto both = [&] {
     op.step(1);
-    pass();
+    way.pass([&](std::span<const std::uint8_t> datagram) {
+      if (steals && datagram[0] >= kTagMark) (void)thief.send(datagram, way.site());
+    });
     machine.step(9);
-    pass();
+    (void)machine.link->send(Bytes(200, 9));
+    std::array<std::uint8_t, 2048> bytes;
+    SocketAddress from;
+    while (const auto arrival = thief.receive(bytes, from)) {
+      EXPECT_LT(arrival->size, 100U) << "a question, not the machine's words";
+      (void)thief.send(std::span(bytes).first(arrival->size), from == way.site() ? way.desk() : way.site());
+    }
     return machine.heard == 1 && op.heard == 9;
-  }));
+  };
+  ASSERT_TRUE(until(both));
   steals = true;
-  run(200, [&] {
-    op.step(1);
-    pass();
-  });
+  run(200, both);
   EXPECT_EQ(machine.count(LinkEvent::Kind::kMoved), 0);
   EXPECT_EQ(op.count(LinkEvent::Kind::kMoved), 0);
 }
 
 TEST_F(HostileEndsThreads, TimeBehindForgedDatagramsCountsAsAge) {
   // Their tag is the session's: anybody on the way can read it.
-  const UdpSocket in(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on")),
-      out(open_udp_socket("", parse_address("127.0.0.1:0"), ::bind, "listen on"));
-  const SocketAddress site = parse_address(address());
-  End op{SecureLink::connect("127.0.0.1:" + std::to_string(local_address(in.descriptor()).port()), desk_identity(),
-                             {peer(machine_identity())})};
-  SocketAddress desk_address;
+  OnTheWay way(address());
+  End op{SecureLink::connect(way.address(), desk_identity(), {peer(machine_identity())})};
   Bytes forged;
   const auto pass = [&] {
-    std::array<std::uint8_t, 2048> bytes;
-    SocketAddress from;
-    while (const auto arrival = in.receive(bytes, from)) {
-      desk_address = from;
-      const auto datagram = std::span(bytes).first(arrival->size);
-      if (bytes[0] >= kTagMark) forged.assign(datagram.begin(), datagram.end());
-      (void)out.send(datagram, site);
-    }
-    while (const auto arrival = out.receive(bytes, from))
-      (void)in.send(std::span(bytes).first(arrival->size), desk_address);
+    way.pass([&](std::span<const std::uint8_t> datagram) {
+      if (datagram[0] >= kTagMark) forged.assign(datagram.begin(), datagram.end());
+    });
   };
-  ASSERT_TRUE(until([&] {
-    op.step(1);
-    pass();
-    machine.step(9);
+  ASSERT_TRUE(talk_until(op, 1, [&] {
     pass();
     return machine.heard == 1 && !forged.empty();
   }));
@@ -310,7 +228,7 @@ TEST_F(HostileEndsThreads, TimeBehindForgedDatagramsCountsAsAge) {
   };
   (void)read();
   forged.back() ^= 1U;
-  for (int i = 0; i < 100; ++i) (void)out.send(forged, site);
+  for (int i = 0; i < 100; ++i) way.send_on(forged);
   (void)op.link->send(Bytes{5});
   pass();
   std::optional<Duration> age;
@@ -328,17 +246,12 @@ TEST_F(HostileEndsThreads, TimeBehindForgedDatagramsCountsAsAge) {
 }
 
 TEST_F(HostileEndsThreads, AnObserverThatRenewsItsKeysKeepsItsPlace) {
-  End site{SecureLink::listen("127.0.0.1:0", machine_identity(), desks(), {}, {.most_observers = 1})};
+  machine.link = listening({.most_observers = 1});
   SecureLinkTiming often;
   often.renew_keys = 200ms;
-  End screen{SecureLink::connect("127.0.0.1:" + std::to_string(site.link->port()), desk_identity(),
-                                 {peer(machine_identity())}, often, {.purpose = Purpose::kObserve})};
-  ASSERT_TRUE(until([&] {
-    screen.step(1);
-    site.step(9);
-    return site.count(LinkEvent::Kind::kObserves) >= 3;
-  }));
-  EXPECT_EQ(site.count(LinkEvent::Kind::kRefused), 0);
+  End watcher = screen(desk_identity(), often);
+  EXPECT_TRUE(talk_until(watcher, 1, [&] { return machine.count(LinkEvent::Kind::kObserves) >= 3; }));
+  EXPECT_EQ(machine.count(LinkEvent::Kind::kRefused), 0);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "transport/secure/secure_link.h"
+#include "tests/transport/secure/secure_rig.h"
 
 namespace knuckle::secure {
 namespace {
@@ -19,19 +19,12 @@ std::size_t resident_kB() {
   return 0;
 }
 
-Peers only(const Identity& identity) {
-  Peer peer;
-  peer.fingerprint = identity.fingerprint();
-  peer.name = identity.name;
-  return {peer};
-}
-
 TEST(DeepSecureLink, TenMillionMessagesWithNewKeysGrowNothing) {
-  const Identity arm = make_identity("arm"), desk = make_identity("desk");
+  const Identity &arm = machine_identity(), &desk = desk_identity();
   SecureLinkTiming often;
-  often.renew_keys = std::chrono::milliseconds(500);
-  const auto machine = SecureLink::listen("127.0.0.1:0", arm, only(desk));
-  const auto console = SecureLink::connect("127.0.0.1:" + std::to_string(machine->port()), desk, only(arm), often);
+  often.renew_keys = 500ms;
+  const auto machine = SecureLink::listen("127.0.0.1:0", arm, {peer(desk)});
+  const auto console = SecureLink::connect("127.0.0.1:" + std::to_string(machine->port()), desk, {peer(arm)}, often);
   const std::array<std::uint8_t, 300> bytes{};
   constexpr long kMessages = 10'000'000, kWarm = kMessages / 10;
   long received = 0, renewed = 0, sent = 0;
