@@ -30,10 +30,6 @@ class RateRuleFor4000 : public testing::Test {
   Time now_{10s};
 };
 
-TEST_F(RateRuleFor4000, IsWhatWasAskedWhileThePathIsWell) {
-  EXPECT_EQ(run(60s, 30ms), 4000);
-}
-
 TEST_F(RateRuleFor4000, IsHalvedAndHalvedAgainEverySecondWhileAQueueStandsOnThePath) {
   (void)run(10s, 30ms);
   EXPECT_EQ(run(280ms, 300ms), 4000);
