@@ -99,20 +99,6 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   EXPECT_FALSE(far.side.slave.operator_input().message().presence);
 }
 
-TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
-  const auto picture = [] {
-    console::ConsoleHost host(simulated("wall_contact"), Led::kByScenario, nullptr, nullptr);
-    host.skip_to(9);
-    return host.view();
-  };
-  const console::ConsoleView a = picture(), b = picture();
-  EXPECT_GE(a.simulated_s, 8.99);
-  EXPECT_EQ(a.now, b.now);
-  EXPECT_EQ(a.machine.position_rad, b.machine.position_rad);
-  EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
-  EXPECT_EQ(a.machine.mode, Mode::kEngaged);
-}
-
 TEST(ConsoleHost, RefusesWhatItCannotBeginAndKeepsWhatWasChosen) {
   console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
   EXPECT_THROW(host.choose(simulated("no_such_place"), Led::kByPerson), InputError);

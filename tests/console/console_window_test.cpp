@@ -27,7 +27,7 @@ void expect_has_to_press_again(ConsoleRig& rig, console::Dropped dropped) {
   EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
 }
 
-TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
+TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMoreAndDoesNotResumeAsItRunsAgain) {
   ConsoleRig rig;
   lead(rig);
   rig.stalled = true;
@@ -36,6 +36,8 @@ TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
   expect_neutral_within(rig, stalled, console::kInputAgeLimit + 200ms);
   rig.loop.take(rig.view);
   EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+  rig.stalled = false;
+  expect_has_to_press_again(rig, console::Dropped::kStalled);
 }
 
 /// Somebody with a haptic device in front of the window.
@@ -91,7 +93,7 @@ struct DeviceRig {
   }
 };
 
-TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
+TEST(ConsoleWindow, ThatStallsOrNobodyAttendsLetsNobodyLeadWithAHapticDeviceEither) {
   DeviceRig rig;
   rig.engage();
   rig.stalled = true;
@@ -99,6 +101,11 @@ TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   rig.run(0.3);
   rig.expect_has_to_press_again(console::Dropped::kStalled);
+  DeviceRig alone;
+  alone.engage();
+  alone.window.attended = false;
+  alone.run(0.3);
+  alone.expect_has_to_press_again(console::Dropped::kNoFocus);
 }
 
 TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarriedNothingOfIt) {
@@ -111,15 +118,7 @@ TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarried
   rig.expect_has_to_press_again(console::Dropped::kStalled);
 }
 
-TEST(ConsoleWindow, ThatNobodyAttendsLetsNobodyLeadWithAHapticDevice) {
-  DeviceRig rig;
-  rig.engage();
-  rig.window.attended = false;
-  rig.run(0.3);
-  rig.expect_has_to_press_again(console::Dropped::kNoFocus);
-}
-
-TEST(ConsoleWindow, ThatNobodyAttendsHoldsNothingAndIsNeutralOnTheWire) {
+TEST(ConsoleWindow, ThatNobodyAttendsIsNeutralOnTheWireAndDoesNotResumeAsItIsAttendedAgain) {
   ConsoleRig rig;
   lead(rig);
   rig.attended = false;  // keys stay held: as a gamepad's, which does not care for windows
@@ -130,13 +129,6 @@ TEST(ConsoleWindow, ThatNobodyAttendsHoldsNothingAndIsNeutralOnTheWire) {
   EXPECT_TRUE(rig.view.input.unattended);
   EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
   EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, false));
-}
-
-TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.attended = false;
-  rig.run(1);
   rig.attended = true;
   expect_has_to_press_again(rig, console::Dropped::kNoFocus);
   EXPECT_FALSE(rig.view.input.unattended);
@@ -190,15 +182,6 @@ TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
   rig.loop.take(rig.view);
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   EXPECT_LT((rig.view.machine.position_rad - before).cwiseAbs().maxCoeff(), 0.01);
-}
-
-TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  rig.run(1);
-  rig.stalled = false;
-  expect_has_to_press_again(rig, console::Dropped::kStalled);
 }
 
 TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {

@@ -119,27 +119,6 @@ TEST(OperatorStation, NobodyLeadsAnotherMachine) {
   EXPECT_FALSE(rig.sent.presence || rig.sent.enable) << "whatever it was before";
 }
 
-/// Keys that ask for the machine as soon as it can be had, and a machine's side that tells this name.
-bool ever_engages(const std::string& name) {
-  test::FarRig rig;
-  MachineDescription told = rig.setup.machine;
-  told.name = name;
-  rig.far.side.report_status(told, true);
-  rig.run(5s);
-  for (int press = 0; press < 5 && rig.far.side.slave.mode() != Mode::kEngaged; ++press) {
-    rig.keys.enable = false;
-    rig.run(100ms);
-    rig.keys.enable = true;
-    rig.run(1900ms);
-  }
-  return rig.far.side.slave.mode() == Mode::kEngaged;
-}
-
-TEST(OperatorStation, AMachineEngagesOnlyWhereBothSidesMeanTheSame) {
-  EXPECT_TRUE(ever_engages("solar015"));
-  EXPECT_FALSE(ever_engages("compact080"));
-}
-
 TEST(OperatorStation, NobodyLeadsBeforeTheMachineHasSaidWhichItIsButAfterwardsItsSilenceIsNoReason) {
   StationRig rig;
   rig.statuses = 0;

@@ -59,16 +59,6 @@ TEST(TwoBuses, TheOperatorSeesWhichIsInWhichStateAndTheLoadOfEach) {
   }
 }
 
-TEST(TwoBuses, TheOperatorSeesThatBothAreBadAndHow) {
-  TwoBuses rig;
-  rig.run(3s);
-  rig.bus(0).disturb(0, true);
-  rig.bus(1).bus_off(0);
-  rig.run(500ms);
-  EXPECT_EQ(rig.view.status.buses[0].state, CanState::kPassive);
-  EXPECT_EQ(rig.view.status.buses[1].state, CanState::kBusOff);
-}
-
 /// Nothing is wrong with the controller then: the load says it, and the reason names the bus.
 TEST(TwoBuses, TheOperatorSeesWhichIsSilent) {
   TwoBuses rig;
