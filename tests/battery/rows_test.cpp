@@ -64,28 +64,21 @@ class RowsFileTest : public testing::Test {
   std::string path_ = folder_.file("rows.jsonl");
 };
 
-TEST_F(RowsFileTest, ComesBackAsItWasWritten) {
+TEST_F(RowsFileTest, ComesBackAsItWasWrittenToOneProcessAtATimeWithoutALineThatWasCutOff) {
   {
     RowsFile file(path_, feel_key());
     EXPECT_TRUE(file.there().empty());
+    EXPECT_THROW(RowsFile(path_, feel_key()), InputError);
     file.add(row_of(3, 20, 0, 0.1, 0.1));
     file.add(row_of(1, 20, 0, 0.1, 0.1));
   }
+  const std::string whole = text();
+  write(whole + R"({"cell":4,"drawn":{"rtt_)");
   const RowsFile again(path_, feel_key());
+  EXPECT_EQ(text(), whole);
   ASSERT_EQ(again.there().size(), 2U);
   EXPECT_EQ(again.there().at(3).dump(), row_of(3, 20, 0, 0.1, 0.1).dump());
   EXPECT_EQ(read_rows(path_, feel_key()).size(), 2U);
-}
-
-TEST_F(RowsFileTest, ForgetsALineThatWasCutOff) {
-  { RowsFile(path_, feel_key()).add(row_of(3, 20, 0, 0.1, 0.1)); }
-  const std::string whole = text();
-  write(whole + R"({"cell":4,"drawn":{"rtt_)");
-  {
-    RowsFile file(path_, feel_key());
-    EXPECT_EQ(file.there().size(), 1U);
-  }
-  EXPECT_EQ(text(), whole);
 }
 
 TEST_F(RowsFileTest, RefusesAnotherBatterysRowsAndSaysWhatDiffers) {
@@ -153,11 +146,6 @@ TEST(BatterySensitivity, FindsWhatAMetricGoesWithAndNothingElse) {
       EXPECT_LT(std::abs(one.correlation), 0.4);
     }
   }
-}
-
-TEST_F(RowsFileTest, BelongsToOneProcessAtATime) {
-  const RowsFile first(path_, feel_key());
-  EXPECT_THROW(RowsFile(path_, feel_key()), InputError);
 }
 
 TEST_F(RowsFileTest, RefusesLinesThatAreNoRows) {

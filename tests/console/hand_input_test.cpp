@@ -46,13 +46,10 @@ TEST(Keys, NoTwoActionsShareAKey) {
   }
 }
 
-TEST(Gamepad, StickWithinTheDeadZoneIsNobody) {
+TEST(Gamepad, StickIsNobodyInTheDeadZoneThenGrowsWithoutAJumpUpToFullRateAndNeverLeadsBeyondIt) {
   for (double at = -kStickDeadZone; at <= kStickDeadZone; at += 1e-3) EXPECT_EQ(stick_share(at), 0) << at;
   EXPECT_FALSE(hand_from_gamepad(pad_with(GamepadState::kRightY, 0.149F)).hand.presence);
   EXPECT_TRUE(hand_from_gamepad(pad_with(GamepadState::kRightY, 0.151F)).hand.presence);
-}
-
-TEST(Gamepad, StickGrowsWithoutAJumpUpToFullRateAndNeverLeadsBeyondIt) {
   double last = 0;
   for (double at = kStickDeadZone; at <= 1; at += 1e-3) {
     const double share = stick_share(at);

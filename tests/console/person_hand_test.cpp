@@ -37,17 +37,13 @@ struct HandRig {
   }
 };
 
-TEST(PersonHand, IsOffTheDeviceWhenNobodyIsThere) {
+TEST(PersonHand, IsOffTheDeviceUntilSomebodyTakesHoldThenPressesEnableAndLetsGoAtOnce) {
   HandRig rig;
   rig.held.enable = true;  // without presence it means nothing
   rig.held.rate_radps = kFullRate_radps;
   rig.run(500ms);
   EXPECT_FALSE(rig.intent.presence || rig.intent.enable);
   EXPECT_EQ(rig.intent.joint_rad, rig.seen.hand_rad);
-}
-
-TEST(PersonHand, TakesHoldBeforeItPressesEnableAndLetsGoAtOnce) {
-  HandRig rig;
   rig.held.presence = rig.held.enable = true;
   rig.run(200ms);
   EXPECT_TRUE(rig.intent.presence);

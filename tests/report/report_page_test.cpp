@@ -88,7 +88,8 @@ void expect_in_order(const std::string& text, const std::vector<std::string>& pa
 }
 
 TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
-  const session::Judged judged = session::judge(missing_one_of_each());
+  const session::SessionResult session = missing_one_of_each();
+  const session::Judged judged = session::judge(session);
   const std::string text = summary_text(judged, "");
   expect_in_order(text, {"piece broken off, 52 kg lifted and weighed within",
                          "; 1 fault, valves closed within 250 ms, no motion resumed",
