@@ -6,15 +6,16 @@
 #include <fstream>
 
 #include "app/check/file_check.h"
-#include "tests/support/patterns.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::checking {
 namespace {
 
 namespace fs = std::filesystem;
+using test::says;
 
 const std::string kConfig = test::source_dir() + "/config";
 
@@ -29,29 +30,6 @@ std::string with_line(std::string text, const std::string& table, const std::str
   EXPECT_NE(from, std::string::npos) << table;
   EXPECT_NE(at, 0U) << key;
   return text.replace(at, text.find('\n', at) - at, line);
-}
-
-/// Words of a drawing, with about the room that they take.
-struct DrawnWords {
-  std::string words;
-  double left, right, top, bottom;
-  [[nodiscard]] bool overlaps(const DrawnWords& o) const {
-    return left < o.right && o.left < right && top < o.bottom && o.top < bottom;
-  }
-};
-std::vector<DrawnWords> drawn_words(const std::string& svg, const std::string& css_class) {
-  const std::string text =
-      "<text class=\"" + css_class + "\" x=\"([-.0-9]+)\" y=\"([-.0-9]+)\" font-size=\"([.0-9]+)\"[^>]*>([^<]*)<";
-  std::vector<DrawnWords> all;
-  for (const auto& drawn : test::matches(svg, text)) {
-    const double x = std::stod(drawn[1]), y = std::stod(drawn[2]), height = std::stod(drawn[3]);
-    const std::string& words = drawn[4];
-    const double width = 0.5 * height * static_cast<double>(words.size());
-    const double left = css_class == "letter" ? x - width / 2 : x;  // letters stand on their middle
-    all.push_back({words, left, left + width, y - 0.7 * height, y});
-  }
-  EXPECT_FALSE(all.empty()) << css_class;
-  return all;
 }
 
 class Check : public ::testing::Test {
@@ -112,7 +90,7 @@ TEST_F(Check, NineFaultsOfAMachineFileAreNineLinesAndExitCodeTwo) {
         ": key 'hydraulics.main_relief_bar' is missing; is 'main_releif_bar' here meant to be it?",
         ": key 'bus.sync_Hz' = '200': must be a number within [50, 250]", ": key 'limits.floor_m' = 2: must be within",
         ": key 'control.dithering' = true: unknown key; did you mean 'dither'?"})
-    EXPECT_NE(err_.find(told), std::string::npos) << told << " in\n" << err_;
+    EXPECT_TRUE(says(err_, told));
   EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 9) << err_;
   EXPECT_EQ(err_.rfind("knuckle: " + file_ + ":", 0), 0U) << err_;
 }
@@ -125,12 +103,11 @@ TEST_F(Check, AFullBusIsToldBesideAnIdThatTwoNodesHaveButNotWhereItsFramesAreNot
   };
   const auto twice = errors("id = 0x11", "id = 0x10");
   ASSERT_EQ(twice.size(), 2U);
-  EXPECT_NE(twice[0].find("bit_rate_kbps' = 250: too slow: these frames load the bus to 119.1 %"), std::string::npos)
-      << twice[0];
-  EXPECT_NE(twice[1].find("id' = 0x10: is taken by"), std::string::npos) << twice[1];
+  EXPECT_TRUE(says(twice[0], "bit_rate_kbps' = 250: too slow: these frames load the bus to 119.1 %"));
+  EXPECT_TRUE(says(twice[1], "id' = 0x10: is taken by"));
   const auto unknown = errors("profile = \"cia410\"", "profile = \"cia409\"");
   ASSERT_EQ(unknown.size(), 1U);
-  EXPECT_EQ(unknown[0].find("too slow"), std::string::npos);
+  EXPECT_FALSE(says(unknown[0], "too slow"));
 }
 
 TEST_F(Check, OtherKindsTellAllTheirFaultsToo) {
@@ -158,51 +135,37 @@ TEST_F(Check, OtherKindsTellAllTheirFaultsToo) {
       3U);
 }
 
-TEST_F(Check, WhatIsNoneOfTheKindsIsRefusedWithThem) {
+TEST_F(Check, WhatIsNoneOfTheKindsIsRefusedAndAMachineForAFileOfNone) {
   const std::string said = test::refusal([&] { (void)check_file(written("title = \"x\"\n"), ""); });
-  EXPECT_NE(said.find("is none of the files that can be checked"), std::string::npos);
+  EXPECT_TRUE(says(said, "is none of the files that can be checked"));
   EXPECT_EQ(test::refusal([&] { (void)check_file(written(""), ""); }), file_ + ": is empty: nothing to check");
-}
-
-TEST_F(Check, AMachineIsRefusedForAFileThatIsOfNone) {
   for (const auto& [file, kind] : {std::pair{"machines/solar015.toml", "machine"}, {"links/lte.toml", "link"}}) {
-    const std::string said = test::refusal([&, &name = file] { (void)check_file(kConfig + "/" + name, "compact080"); });
-    EXPECT_EQ(said, std::string("--machine compact080: does not go with a file of kind ") + kind);
+    EXPECT_EQ(test::refusal([&, &name = file] { (void)check_file(kConfig + "/" + name, "compact080"); }),
+              std::string("--machine compact080: does not go with a file of kind ") + kind);
   }
 }
 
-TEST_F(Check, ComputedRangesAndRatesStandBesideTheFiles) {
+TEST_F(Check, ComputedRangesAndRatesStandBesideTheFilesAndALimitOfAnotherMachineIsNoted) {
   EXPECT_EQ(run({kConfig + "/machines/solar015.toml"}), 0);
   EXPECT_EQ(err_, "");
   // Range of the file and of the cylinder, lengths, levers, and the rate that IsRefusedWithKeyValueAndBound knows.
-  EXPECT_NE(out_.find("boom    -0.474 to 1.092"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("0.773 to 1.114  0.755 to 1.135"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("0.634\n"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("limits.reach_m = 3.3 m: the tip goes to 3."), std::string::npos) << out_;
-}
-
-TEST_F(Check, ALimitOfAnotherMachineIsNoted) {
+  for (const char* told : {"boom    -0.474 to 1.092", "0.773 to 1.114  0.755 to 1.135", "0.634\n",
+                           "limits.reach_m = 3.3 m: the tip goes to 3."})
+    EXPECT_TRUE(says(out_, told));
   EXPECT_EQ(run({written(with_line(shipped("machines/compact080.toml"), "limits", "reach_m", "reach_m = 3.3"))}), 0);
-  EXPECT_NE(out_.find("note: limits.reach_m = 3.3"), std::string::npos) << out_;
+  EXPECT_TRUE(says(out_, "note: limits.reach_m = 3.3"));
 }
 
 TEST_F(Check, TheDrawingHasEveryPinAndTheLimits) {
   const std::string drawing = folder_.file("mine.svg");
   EXPECT_EQ(run({kConfig + "/machines/solar015.toml", "--drawing", drawing}), 0) << err_;
   const std::string svg = test::content(drawing);
-  for (const char pin : std::string("ABCDEFGHJKLT"))
-    EXPECT_NE(svg.find(std::string(">") + pin + "</text>"), std::string::npos) << pin;
+  for (const char pin : std::string("ABCDEFGHJKLT")) EXPECT_TRUE(says(svg, std::string(">") + pin + "</text>"));
   for (const char* shown :
        {"reach_m = 3.3", "floor_m = -2.6", "class=\"range\"", "class=\"sweep\"", "arm -148 to -29 deg"})
-    EXPECT_NE(svg.find(shown), std::string::npos) << shown;
-  for (const char* machine : {"solar015", "compact080", "standard200"}) {
-    ASSERT_EQ(run({kConfig + "/machines/" + machine + ".toml", "--drawing", drawing}), 0) << err_;
-    for (const DrawnWords& letter : drawn_words(test::content(drawing), "letter"))
-      for (const DrawnWords& range : drawn_words(test::content(drawing), "angle"))
-        EXPECT_FALSE(letter.overlaps(range)) << machine << ": " << letter.words << " on " << range.words;
-  }
+    EXPECT_TRUE(says(svg, shown));
   EXPECT_EQ(run({kConfig + "/devices/knuckle1.toml", "--drawing", drawing}), 2);
-  EXPECT_NE(err_.find("only goes with a machine file"), std::string::npos) << err_;
+  EXPECT_TRUE(says(err_, "only goes with a machine file"));
 }
 
 }  // namespace

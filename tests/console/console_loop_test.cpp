@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "tests/console/console_rig.h"
@@ -193,23 +192,6 @@ TEST(ConsoleReset, BeginsAnewAndNeutralWhateverIsHeld) {
       std::is_sorted(rig.frames.begin(), rig.frames.end(), [](const auto& a, const auto& b) { return a.at < b.at; }));
   EXPECT_EQ(session::commands_not_neutral(rig.frames, rig.setup.machine, reset, rig.now), 0);
   EXPECT_EQ(rig.view.machine.mode, Mode::kReady);
-}
-
-TEST(ConsoleDemo, ShowsTheSameAtTheSameTimeBitForBit) {
-  const auto at_12_s = [](double look_every_s) {
-    ConsoleRig rig(live_setup("wall_contact", 3), console::LiveSession::Led::kByScenario);
-    for (double t = 0; t < 12; t += look_every_s) rig.run(look_every_s);
-    return std::pair{rig.view, rig.frames.size()};
-  };
-  const auto [a, frames_a] = at_12_s(0.5);
-  const auto [b, frames_b] = at_12_s(4);
-  EXPECT_EQ(a.now, b.now);
-  EXPECT_EQ(frames_a, frames_b);
-  for (int j = 0; j < kJoints; ++j)
-    EXPECT_EQ(std::bit_cast<std::uint64_t>(a.machine.position_rad[j]),
-              std::bit_cast<std::uint64_t>(b.machine.position_rad[j]));
-  EXPECT_EQ(a.hand.sent_force_N, b.hand.sent_force_N);
-  EXPECT_EQ(a.machine.mode, Mode::kEngaged);  // it was a session
 }
 
 TEST(ConsoleDemo, GoesOnAndHasNothingToSayWhenNobodyAttendsOrTheWindowStalls) {

@@ -27,15 +27,34 @@ void expect_has_to_press_again(ConsoleRig& rig, console::Dropped dropped) {
   EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
 }
 
-TEST(ConsoleWindow, ThatStallsHoldsNothingAnyMore) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  const Time stalled = rig.now;
-  rig.run(2);
-  expect_neutral_within(rig, stalled, console::kInputAgeLimit + 200ms);
-  rig.loop.take(rig.view);
-  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+TEST(ConsoleWindow, ThatStallsIsTooSmallOrThatNobodyAttendsHoldsNothingAndDoesNotResumeByItself) {
+  const struct {
+    console::Dropped why;
+    void (*set)(ConsoleRig& rig, bool away);  // keys stay held: as a gamepad's, which does not care for windows
+    Duration noticed;
+  } kWays[]{
+      {console::Dropped::kStalled, [](ConsoleRig& rig, bool away) { rig.stalled = away; }, console::kInputAgeLimit},
+      {console::Dropped::kNoFocus, [](ConsoleRig& rig, bool away) { rig.attended = !away; }, 0ms},
+      {console::Dropped::kTooSmall, [](ConsoleRig& rig, bool away) { rig.input.too_small = away; }, 0ms}};
+  for (const auto& way : kWays) {
+    SCOPED_TRACE(static_cast<int>(way.why));
+    ConsoleRig rig;
+    lead(rig);
+    way.set(rig, true);
+    const Time since = rig.now;
+    rig.run(2);
+    expect_neutral_within(rig, since, way.noticed + 200ms);
+    rig.loop.take(rig.view);
+    EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
+    EXPECT_EQ(rig.view.machine.mode, Mode::kReady);  // no fault
+    EXPECT_EQ(rig.view.input.unattended, !rig.attended);
+    EXPECT_EQ(told(rig, ConsoleEventKind::kAttended, false), !rig.attended);
+    EXPECT_EQ(told(rig, ConsoleEventKind::kTooSmall, true), rig.input.too_small);
+    way.set(rig, false);
+    expect_has_to_press_again(rig, way.why);
+    EXPECT_FALSE(rig.view.input.unattended);
+    EXPECT_TRUE(way.why != console::Dropped::kNoFocus || told(rig, ConsoleEventKind::kAttended, true));
+  }
 }
 
 /// Somebody with a haptic device in front of the window.
@@ -91,7 +110,7 @@ struct DeviceRig {
   }
 };
 
-TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
+TEST(ConsoleWindow, ThatStallsOrNobodyAttendsLetsNobodyLeadWithAHapticDeviceEither) {
   DeviceRig rig;
   rig.engage();
   rig.stalled = true;
@@ -99,6 +118,11 @@ TEST(ConsoleWindow, ThatStallsLetsNobodyLeadWithAHapticDeviceEither) {
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   rig.run(0.3);
   rig.expect_has_to_press_again(console::Dropped::kStalled);
+  DeviceRig alone;
+  alone.engage();
+  alone.window.attended = false;
+  alone.run(0.3);
+  alone.expect_has_to_press_again(console::Dropped::kNoFocus);
 }
 
 TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarriedNothingOfIt) {
@@ -109,38 +133,6 @@ TEST(ConsoleWindow, ThatStallsAMomentTooLongIsNoticedThoughTheLinkMayHaveCarried
   rig.stalled = false;
   rig.run(0.5);
   rig.expect_has_to_press_again(console::Dropped::kStalled);
-}
-
-TEST(ConsoleWindow, ThatNobodyAttendsLetsNobodyLeadWithAHapticDevice) {
-  DeviceRig rig;
-  rig.engage();
-  rig.window.attended = false;
-  rig.run(0.3);
-  rig.expect_has_to_press_again(console::Dropped::kNoFocus);
-}
-
-TEST(ConsoleWindow, ThatNobodyAttendsHoldsNothingAndIsNeutralOnTheWire) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.attended = false;  // keys stay held: as a gamepad's, which does not care for windows
-  const Time away = rig.now;
-  rig.run(1);
-  expect_neutral_within(rig, away, 200ms);
-  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);  // no fault
-  EXPECT_TRUE(rig.view.input.unattended);
-  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
-  EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, false));
-}
-
-TEST(ConsoleWindow, ThatIsAttendedAgainWithEnableHeldDoesNotResume) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.attended = false;
-  rig.run(1);
-  rig.attended = true;
-  expect_has_to_press_again(rig, console::Dropped::kNoFocus);
-  EXPECT_FALSE(rig.view.input.unattended);
-  EXPECT_TRUE(told(rig, ConsoleEventKind::kAttended, true));
 }
 
 /// GLFW lets go of every key when the focus goes, and is not told of one that is held as it comes back.
@@ -159,21 +151,6 @@ TEST(ConsoleWindow, WithoutFocusIsNotToldWhetherAKeyIsStillHeldAndSoGoesOnAsking
   EXPECT_EQ(rig.view.input.dropped, console::Dropped::kNo);
 }
 
-TEST(ConsoleWindow, ThatIsTooSmallForAnyScreenHoldsNothingAndDoesNotResumeAsItGrows) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.input.too_small = true;
-  const Time small = rig.now;
-  rig.run(1);
-  expect_neutral_within(rig, small, 200ms);
-  EXPECT_EQ(rig.view.machine.mode, Mode::kReady);
-  EXPECT_FALSE(rig.view.hand.presence || rig.view.hand.enable);
-  EXPECT_TRUE(told(rig, ConsoleEventKind::kTooSmall, true));
-  EXPECT_FALSE(told(rig, ConsoleEventKind::kAttended, false)) << "the focus was there";
-  rig.input.too_small = false;
-  expect_has_to_press_again(rig, console::Dropped::kTooSmall);
-}
-
 TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
   ConsoleRig rig;
   rig.start_up();
@@ -190,15 +167,6 @@ TEST(ConsoleWindow, ThatAsksForNoNumberMovesNothing) {
   rig.loop.take(rig.view);
   EXPECT_EQ(rig.view.machine.mode, Mode::kEngaged);
   EXPECT_LT((rig.view.machine.position_rad - before).cwiseAbs().maxCoeff(), 0.01);
-}
-
-TEST(ConsoleWindow, ThatRunsAgainWithEnableHeldDoesNotResume) {
-  ConsoleRig rig;
-  lead(rig);
-  rig.stalled = true;
-  rig.run(1);
-  rig.stalled = false;
-  expect_has_to_press_again(rig, console::Dropped::kStalled);
 }
 
 TEST(ConsoleWindow, ThatStallsMissesNoEventOfTheMeantime) {

@@ -18,7 +18,7 @@ GamepadState pad_with(GamepadState::Axis axis, float value) {
   return state;
 }
 
-TEST(Keyboard, EachKeyMovesItsJointAndOppositeKeysCancel) {
+TEST(Keyboard, EachKeyMovesItsJointAndOppositeKeysCancelAndWithoutOneNobodyIsThere) {
   HeldKeys keys;
   keys.boom_up = keys.arm_in = keys.bucket_out = true;
   const HandInput hand = hand_from_keys(keys);
@@ -27,20 +27,14 @@ TEST(Keyboard, EachKeyMovesItsJointAndOppositeKeysCancel) {
   EXPECT_FALSE(hand.enable);
   keys.boom_down = keys.arm_out = keys.bucket_in = true;
   EXPECT_EQ(hand_from_keys(keys).rate_radps, JointVector(JointVector::Zero()));
-}
-
-TEST(Keyboard, SlowIsSlowerAndIsNoHandOnTheMachine) {
-  HeldKeys keys;
-  keys.slow = true;
-  EXPECT_FALSE(hand_from_keys(keys).presence);
-  keys.boom_down = true;
-  EXPECT_DOUBLE_EQ(hand_from_keys(keys).rate_radps[kBoom], -kSlowShare * kFullRate_radps[kBoom]);
-}
-
-TEST(Keyboard, NobodyIsThereWithoutAKey) {
-  const HandInput hand = hand_from_keys({});
-  EXPECT_FALSE(hand.presence || hand.enable || hand.clutch);
-  EXPECT_TRUE(hand.rate_radps.isZero());
+  const HandInput nobody = hand_from_keys({});
+  EXPECT_FALSE(nobody.presence || nobody.enable || nobody.clutch);
+  EXPECT_TRUE(nobody.rate_radps.isZero());
+  HeldKeys slow;
+  slow.slow = true;
+  EXPECT_FALSE(hand_from_keys(slow).presence) << "slow is no hand on the machine";
+  slow.boom_down = true;
+  EXPECT_DOUBLE_EQ(hand_from_keys(slow).rate_radps[kBoom], -kSlowShare * kFullRate_radps[kBoom]);
 }
 
 TEST(Keys, NoTwoActionsShareAKey) {
@@ -52,13 +46,10 @@ TEST(Keys, NoTwoActionsShareAKey) {
   }
 }
 
-TEST(Gamepad, StickWithinTheDeadZoneIsNobody) {
+TEST(Gamepad, StickIsNobodyInTheDeadZoneThenGrowsWithoutAJumpUpToFullRateAndNeverLeadsBeyondIt) {
   for (double at = -kStickDeadZone; at <= kStickDeadZone; at += 1e-3) EXPECT_EQ(stick_share(at), 0) << at;
   EXPECT_FALSE(hand_from_gamepad(pad_with(GamepadState::kRightY, 0.149F)).hand.presence);
   EXPECT_TRUE(hand_from_gamepad(pad_with(GamepadState::kRightY, 0.151F)).hand.presence);
-}
-
-TEST(Gamepad, StickGrowsWithoutAJumpUpToFullRate) {
   double last = 0;
   for (double at = kStickDeadZone; at <= 1; at += 1e-3) {
     const double share = stick_share(at);
@@ -68,14 +59,11 @@ TEST(Gamepad, StickGrowsWithoutAJumpUpToFullRate) {
     last = share;
   }
   EXPECT_DOUBLE_EQ(stick_share(1), 1);
-  EXPECT_LT(stick_share(0.5), 0.3);  // fine near the middle
-}
-
-TEST(Gamepad, StickBeyondItsRangeOrNoNumberNeverLeadsBeyondFullRate) {
   EXPECT_DOUBLE_EQ(stick_share(1.7), 1);
   EXPECT_DOUBLE_EQ(stick_share(-1e30), -1);
   for (const double odd : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     EXPECT_EQ(stick_share(odd), 0);
+  EXPECT_LT(stick_share(0.5), 0.3);  // fine near the middle
 }
 
 TEST(Gamepad, SticksAreThoseOfAnExcavator) {

@@ -14,6 +14,7 @@
 #include "estimation/regressor.h"
 #include "machine/load.h"
 #include "tests/console/console_rig.h"
+#include "tests/support/says.h"
 
 namespace knuckle::console {
 namespace {
@@ -85,19 +86,21 @@ TEST(JointLoads, NoLoadThatABucketMayHoldIsAPress) {
   EXPECT_EQ(still.load(kBoom).pushes, 1) << "it is known to be empty: the boom lifts on something";
 }
 
-TEST(JointLoads, AnArmThatLiesOnTheGroundPressesByItsWeightAndNotByOil) {
-  Still still;
-  still.set_torque(kBoom, 0);
-  still.m.pressure_Pa[0] = 5e5;
-  EXPECT_EQ(still.load(kBoom).pushes, 0);
-}
-
-TEST(JointLoads, OilThatSlowsAJointDownPressesOnNothing) {
-  Still still;
-  still.set_torque(kBoom, -20000);
-  EXPECT_EQ(still.load(kBoom).pushes, -1);
-  still.m.velocity_radps[kBoom] = 0.3;
-  EXPECT_EQ(still.load(kBoom).pushes, 0);
+TEST(JointLoads, PressesOnNothingByTheArmsOwnWeightNorByOilThatSlowsAJointDownNorByWhatIsNoNumber) {
+  Still lying;
+  lying.set_torque(kBoom, 0);
+  lying.m.pressure_Pa[0] = 5e5;
+  EXPECT_EQ(lying.load(kBoom).pushes, 0);
+  Still slowed;
+  slowed.set_torque(kBoom, -20000);
+  EXPECT_EQ(slowed.load(kBoom).pushes, -1);
+  slowed.m.velocity_radps[kBoom] = 0.3;
+  EXPECT_EQ(slowed.load(kBoom).pushes, 0);
+  Still unknown;
+  unknown.m.pressure_Pa.fill(std::nan(""));
+  for (const int joint : {kBoom, kArm, kBucket}) EXPECT_EQ(unknown.load(joint).pushes, 0);
+  unknown.m.position_rad.fill(std::nan(""));
+  for (const int joint : {kBoom, kArm, kBucket}) EXPECT_EQ(unknown.load(joint).end, 0);
 }
 
 TEST(JointLoads, TellTheChamberThatPushesAndWhetherItIsAtRelief) {
@@ -195,59 +198,33 @@ TEST(JointLoads, ARodIsAtRestThatMovesNoMoreThanTheStepsOfItsEncoderSeemTo) {
   EXPECT_FALSE(still.load(kArm).at_rest);
 }
 
-TEST(PushWatch, APushLastsThatGoesOneWayForHalfASecondWithAllRodsAtRest) {
-  const auto push = [](int way, bool at_rest = true) {
+TEST(PushWatch, APushIsSteadyAfterAQuarterOfASecondWhateverMovesAndLastsAfterHalfOfOneWithAllRodsAtRest) {
+  const struct {
+    int way;
+    bool at_rest;
+    Duration at;
+    bool steady, lasts;
+  } kLooks[]{{1, true, 1000ms, false, false}, {1, true, 1240ms, false, false},
+             {1, true, 1250ms, true, false},  {1, true, 1480ms, true, false},
+             {1, true, 1500ms, true, true},   {-1, true, 1520ms, false, false},
+             {-1, true, 1770ms, true, false}, {-1, true, 2000ms, true, false},
+             {-1, true, 2020ms, true, true},  {-1, false, 2040ms, true, false},  // the boom moves
+             {-1, true, 2060ms, true, false}, {-1, true, 2310ms, true, false},
+             {-1, true, 2560ms, true, true},  {0, true, 2580ms, false, false},
+             {1, true, 2600ms, false, false}, {1, true, 3600ms, false, false},  // nobody looked meanwhile
+             {1, true, 100ms, false, false},                                    // another session
+             {1, true, 350ms, true, false},   {1, true, 600ms, true, true}};
+  PushWatch watch;
+  for (const auto& look : kLooks) {
     JointLoads loads;
     for (JointLoad& load : loads) load.at_rest = true;
-    loads[kBoom].at_rest = at_rest;
-    loads[kArm].pushes = way;
-    return loads;
-  };
-  PushWatch watch;
-  const auto lasts = [&](JointLoads loads, Duration at) {
-    watch.watch(loads, Time(at));
+    loads[kBoom].at_rest = look.at_rest;
+    loads[kArm].pushes = look.way;
+    watch.watch(loads, Time(look.at));
+    EXPECT_EQ(loads[kArm].steady, look.steady) << to_seconds(look.at);
+    EXPECT_EQ(loads[kArm].lasts, look.lasts) << to_seconds(look.at);
     EXPECT_FALSE(loads[kBoom].lasts || loads[kBucket].lasts);
-    return loads[kArm].lasts;
-  };
-  EXPECT_FALSE(lasts(push(1), 1000ms));
-  EXPECT_FALSE(lasts(push(1), 1480ms));
-  EXPECT_TRUE(lasts(push(1), 1500ms));
-  EXPECT_FALSE(lasts(push(-1), 1520ms)) << "the other way";
-  EXPECT_FALSE(lasts(push(-1), 2000ms));
-  EXPECT_TRUE(lasts(push(-1), 2020ms));
-  EXPECT_FALSE(lasts(push(-1, false), 2040ms)) << "the boom moves";
-  EXPECT_FALSE(lasts(push(-1), 2060ms));
-  EXPECT_TRUE(lasts(push(-1), 2560ms));
-  EXPECT_FALSE(lasts({}, 2580ms));
-  EXPECT_FALSE(lasts(push(1), 2600ms));
-  EXPECT_FALSE(lasts(push(1), 3600ms)) << "nobody looked meanwhile";
-  EXPECT_FALSE(lasts(push(1), 100ms)) << "another session";
-  EXPECT_TRUE(lasts(push(1), 600ms));
-}
-
-TEST(PushWatch, APushIsSteadyThatGoesOneWayForAQuarterOfASecondWhateverMoves) {
-  PushWatch watch;
-  const auto steady = [&](int way, Duration at) {
-    JointLoads loads;
-    loads[kArm].pushes = way;
-    watch.watch(loads, Time(at));
-    EXPECT_FALSE(loads[kArm].lasts) << "it moves";
-    return loads[kArm].steady;
-  };
-  EXPECT_FALSE(steady(1, 1000ms));
-  EXPECT_FALSE(steady(1, 1240ms));
-  EXPECT_TRUE(steady(1, 1250ms));
-  EXPECT_FALSE(steady(-1, 1260ms));
-  EXPECT_TRUE(steady(-1, 1510ms));
-  EXPECT_FALSE(steady(0, 1520ms));
-}
-
-TEST(JointLoads, SayNothingOfWhatIsNoNumber) {
-  Still still;
-  still.m.pressure_Pa.fill(std::nan(""));
-  for (const JointLoad& load : joint_loads(still.m, still.machine, still.kinematics)) EXPECT_EQ(load.pushes, 0);
-  still.m.position_rad.fill(std::nan(""));
-  for (const JointLoad& load : joint_loads(still.m, still.machine, still.kinematics)) EXPECT_EQ(load.end, 0);
+  }
 }
 
 // As a person leads the simulated machine.
@@ -295,17 +272,6 @@ TEST(LedByKeys, EachJointThatIsLedToItsEndSaysSoAndGoesOnSayingIt) {
           << led.view.machine.position_rad.transpose() << " led to " << led.view.hand.set_point_rad.transpose() << ", "
           << text(led.view.machine.blocking);
   }
-}
-
-TEST(LedByKeys, ABucketCurledToItsEndKeepsItsOilShutInAndPressesOnNothing) {
-  LoadedConsole led("free_motion");
-  led.keys.bucket_in = true;
-  led.run(9);
-  led.keys = {};
-  const JointLoads loads = led.watch(5);
-  ASSERT_EQ(led.view.machine.mode, Mode::kReady);
-  EXPECT_EQ(still_pressing(led.view, loads), "");
-  EXPECT_EQ(shut_in(led.view, loads).rfind("oil shut in, bucket 20", 0), 0U) << shut_in(led.view, loads);
 }
 
 TEST(LedByKeys, AnArmThatIsLetGoOfAtSpeedInFreeAirIsNeverSaidToPress) {
@@ -359,8 +325,8 @@ TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKn
   ASSERT_EQ(led.view.machine.mode, Mode::kEngaged);
   ASSERT_FALSE(force_text(led.view).known) << "a cylinder is at its end stop";
   const BlindPress press = blind_press(led.view, led.watch(0.3));
-  EXPECT_EQ(press.text.rfind("pressing; cannot be measured: ", 0), 0U) << press.text;
-  EXPECT_NE(press.text.find("boom"), std::string::npos) << press.text;
+  EXPECT_TRUE(test::begins(press.text, "pressing; cannot be measured: "));
+  EXPECT_TRUE(test::says(press.text, "boom"));
   EXPECT_GT(press.least_N, 1000);
   EXPECT_TRUE(feels_end_of_range(led.view, led.setup.machine)) << "which is all that is felt of it";
   EXPECT_GT(led.view.hand.sent_force_N.norm(), 0.5);
@@ -368,8 +334,8 @@ TEST(LedByKeys, AMachineThatPressesOnTheGroundIsSaidToPressThoughItsForceIsNotKn
   const JointLoads loads = led.watch(10);
   ASSERT_EQ(led.view.machine.mode, Mode::kReady);
   const std::string still = still_pressing(led.view, loads);
-  EXPECT_EQ(still.rfind("still pressing: ", 0), 0U) << still;
-  EXPECT_NE(still.find("boom"), std::string::npos) << still;
+  EXPECT_TRUE(test::begins(still, "still pressing: "));
+  EXPECT_TRUE(test::says(still, "boom"));
 }
 
 }  // namespace

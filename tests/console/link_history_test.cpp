@@ -56,7 +56,7 @@ TEST_F(MinutesOfTheLink, HaveOfTheRoundTripTheMedianByWhichTheWordGoes) {
   EXPECT_FLOAT_EQ(history_.ago(0, LinkMeasure::kNewestRoundTrip).most, 0.9F);
 }
 
-TEST_F(MinutesOfTheLink, AreUnknownWhereNobodyLookedOrNothingWasHeard) {
+TEST_F(MinutesOfTheLink, AreUnknownWhereNobodyLookedOrNothingWasHeardAndBeginAnewWithTheSession) {
   pass(5);
   view_.now += 3s;
   pass(2);
@@ -69,10 +69,6 @@ TEST_F(MinutesOfTheLink, AreUnknownWhereNobodyLookedOrNothingWasHeard) {
   EXPECT_TRUE(std::isnan(history_.ago(0, LinkMeasure::kNewestRoundTrip).most));
   EXPECT_TRUE(std::isnan(history_.ago(0, LinkMeasure::kJitter).most)) << "nor is an old jitter";
   EXPECT_FLOAT_EQ(history_.ago(0, LinkMeasure::kSilence).most, 10);
-}
-
-TEST_F(MinutesOfTheLink, BeginAnewWithTheSession) {
-  pass(30);
   view_.now = Time{};
   pass(3);
   EXPECT_LE(history_.size(), 4u);

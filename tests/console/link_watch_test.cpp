@@ -47,14 +47,6 @@ TEST(LinkWatch, ASteadyLinkHasItsDelayNoJitterAndNoLoss) {
   EXPECT_EQ(rig.watch.loss(), 0);
 }
 
-TEST(LinkWatch, LossIsTheShareThatNeverCame) {
-  LinkImpairment impairment = delayed(10ms);
-  impairment.loss = 0.2;
-  WatchedLink rig(impairment);
-  rig.run(10);
-  EXPECT_NEAR(rig.watch.loss(), 0.2, 0.03);
-}
-
 TEST(LinkWatch, JitterAndLateMessagesAreNoLoss) {
   LinkImpairment impairment = delayed(30ms);
   impairment.jitter = 20ms;
@@ -103,6 +95,7 @@ TEST(LinkWatch, ALongSilenceIsLossOfTheLastTenSecondsAfterItToo) {
   EXPECT_NEAR(rig.watch.loss(), 0.2, 0.01);
   rig.run(3);
   EXPECT_EQ(rig.watch.loss(), 0);
+  EXPECT_EQ(rig.watch.arrival_jitter().max(), Duration::zero());
 }
 
 TEST(NumbersSeen, CountsEachNumberOnceWhereverTheSequenceWrapsAndHoweverFarItJumps) {
@@ -120,17 +113,6 @@ TEST(NumbersSeen, CountsEachNumberOnceWhereverTheSequenceWrapsAndHoweverFarItJum
   EXPECT_DOUBLE_EQ(numbers.missing(1000, 11), 29.0 / 50);
   EXPECT_EQ(numbers.add(kFirst + 1'000'000), Arrival::kNewest);
   EXPECT_DOUBLE_EQ(numbers.missing(1000, 0), 0.999);
-}
-
-TEST(LinkWatch, ForgetsWhatIsMoreThanTenSecondsOld) {
-  LinkImpairment impairment = delayed(10ms);
-  impairment.outages = {{.from = Time(2s), .length = 500ms}};
-  WatchedLink rig(impairment);
-  rig.run(5);
-  EXPECT_NEAR(rig.watch.loss(), 0.1, 0.03);
-  rig.run(11);
-  EXPECT_EQ(rig.watch.loss(), 0);
-  EXPECT_EQ(rig.watch.arrival_jitter().max(), Duration::zero());
 }
 
 TEST(LinkWatch, AMachineThatBeginsItsNumbersAnewIsNoLoss) {

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -18,14 +16,14 @@
 namespace knuckle::report {
 namespace {
 
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 std::string page(const session::SessionResult& session, const Origin& origin = {}) {
   std::ostringstream out;
   write_report(session::judge(session), origin, out);
   return out.str();
-}
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(NumberText, NeverWritesAPowerOfTen) {
@@ -58,18 +56,6 @@ TEST(MetricText, AreThereForEveryMetricAndDifferent) {
   EXPECT_EQ(metric_text("another"), "another");
 }
 
-TEST(Report, SaysByWhichCommandItWasMadeAndWhen) {
-  const std::string text =
-      page(session::synthetic_session(), {"knuckle simulate --scenario 'my <wall>'", "2026-11-25T12:00:00Z"});
-  EXPECT_TRUE(has(text, "knuckle simulate --scenario 'my &lt;wall&gt;'"));
-  EXPECT_TRUE(has(text, "2026-11-25T12:00:00Z"));
-}
-
-TEST(Report, IsTheSamePageForTheSameSessionAndOrigin) {
-  const session::SessionResult session = session::synthetic_session();
-  EXPECT_EQ(page(session, {"a", "b"}), page(session, {"a", "b"}));
-}
-
 const PageFigure& figure(const std::vector<PageFigure>& figures, const std::string& title) {
   for (const PageFigure& one : figures) {
     if (one.title == title) return one;
@@ -91,24 +77,44 @@ session::SessionResult missing_one_of_each() {
   return session;
 }
 
-TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
-  session::SessionResult session = missing_one_of_each();
-  const session::Judged judged = session::judge(session);
-  const std::string text = summary_text(judged, "");
+/// These parts follow each other.
+void expect_in_order(const std::string& text, const std::vector<std::string>& parts) {
   std::size_t at = 0;
-  for (const std::string part :
-       {"piece broken off, 52 kg lifted and weighed within",
-        "; 1 fault, valves closed within 250 ms, no motion resumed",
-        "FAILED:\n    latched faults: 1, at most 0; at 20.0 s, release [faults]\n", "[max_slew_N_per_ms]",
-        "one session in 40 may miss a requirement: see what other seeds do",
-        "1 of 2 goals not reached:\n    error of the felt force while engaged, as a share of the true one: ",
-        ", goal < 0.000001; at ", "NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met\n"}) {
+  for (const std::string& part : parts) {
     const std::size_t found = text.find(part, at);
     ASSERT_NE(found, std::string::npos) << part << " in\n" << text;
     at = found;
   }
+}
+
+TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
+  const session::SessionResult session = missing_one_of_each();
+  const session::Judged judged = session::judge(session);
+  const std::string text = summary_text(judged, "");
+  expect_in_order(text, {"piece broken off, 52 kg lifted and weighed within",
+                         "; 1 fault, valves closed within 250 ms, no motion resumed",
+                         "FAILED:\n    latched faults: 1, at most 0; at 20.0 s, release [faults]\n",
+                         "[max_slew_N_per_ms]", "1 of 2 goals not reached:\n", ", goal < 0.000001; at ",
+                         "NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met\n"});
   EXPECT_FALSE(has(text, "engaged_s")) << "what was met";
   EXPECT_TRUE(has(summary_text(judged, "", true), "engaged_s"));
+}
+
+TEST(Summary, JudgesNothingOfASessionCutShortAndSaysWhereRequirementsDoNotDecide) {
+  session::SessionResult session = missing_one_of_each();
+  session.criteria.erase(session.criteria.begin());
+  session.requirements_decide = false;
+  std::string text = summary_text(session::judge(session), "");
+  EXPECT_FALSE(has(text, "FAILED"));
+  EXPECT_TRUE(has(text, "requirements not met; they decide with the default machine, or with --judge:"));
+  EXPECT_TRUE(has(text, "\npassed: 1 of 1 safety bound met\n"));
+  session.requirements_decide = true;
+  session.record.cut_short = true;
+  text = summary_text(session::judge(session), "");
+  EXPECT_TRUE(has(text, "\nended by --duration: not judged\n"));
+  EXPECT_FALSE(has(text, "FAILED") || has(text, "not reached"));
+  for (session::FaultRecord& fault : session.record.faults) fault.spool_neutral_s = 0;
+  EXPECT_TRUE(has(summary_text(session::judge(session), ""), "1 fault, valves not closed,"));
 }
 
 TEST(Verdict, OfUnfeltForceSaysHowMuchOfItTheDeviceCannotShow) {
@@ -129,59 +135,18 @@ TEST(Verdict, OfUnfeltForceSaysHowMuchOfItTheDeviceCannotShow) {
   EXPECT_FALSE(has(summary_text(judged, "", true), "cannot show"));
 }
 
-TEST(Summary, SaysWhereRequirementsDoNotDecide) {
-  session::SessionResult session = missing_one_of_each();
-  session.requirements_decide = false;
-  session.criteria.erase(session.criteria.begin());
-  const std::string text = summary_text(session::judge(session), "");
-  EXPECT_FALSE(has(text, "FAILED")) << text;
-  EXPECT_TRUE(has(text, "requirements not met; they decide with the default machine, or with --judge:"));
-  EXPECT_FALSE(has(text, "one session in 40")) << text;
-  EXPECT_TRUE(has(text, "\npassed: 1 of 1 safety bound met\n")) << text;
-}
-
-TEST(Summary, OfASessionCutShortJudgesNothing) {
-  session::SessionResult session = missing_one_of_each();
-  session.record.cut_short = true;
-  session.criteria.erase(session.criteria.begin());
-  const std::string text = summary_text(session::judge(session), "");
-  EXPECT_TRUE(has(text, "\nended by --duration: not judged\n")) << text;
-  EXPECT_FALSE(has(text, "FAILED") || has(text, "not reached")) << text;
-  for (session::FaultRecord& fault : session.record.faults) fault.spool_neutral_s = 0;
-  EXPECT_TRUE(has(summary_text(session::judge(session), ""), "1 fault, valves not closed,"));
-}
-
-TEST(Report, HasTheVerdictFirstThenWhatFailedWithItsMomentInThePlots) {
-  const std::string text = page(missing_one_of_each());
-  std::size_t at = 0;
-  for (const std::string part :
-       {"NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
-        "1 of 2 goals not reached: ", "✗ failed", "goal not reached", "2 met", "Key moments"}) {
-    const std::size_t found = text.find(part, at);
-    ASSERT_NE(found, std::string::npos) << part;
-    at = found;
-  }
+TEST(Report, HasItsCommandAndTheVerdictThenWhatFailedInWordsWithItsMomentInThePlots) {
+  const std::string text =
+      page(missing_one_of_each(), {"knuckle simulate --scenario 'my <wall>'", "2026-11-25T12:00:00Z"});
+  EXPECT_TRUE(has(text, "knuckle simulate --scenario 'my &lt;wall&gt;'"));
+  EXPECT_TRUE(has(text, "2026-11-25T12:00:00Z"));
+  expect_in_order(text, {"NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
+                         "1 of 2 goals not reached: ", "✗ failed", "goal not reached", "2 met", "Key moments"});
+  EXPECT_TRUE(has(text, "piece down"));
+  EXPECT_FALSE(has(text, "piece_down") || has(text, "link_lost"));
   const auto link = test::matches(text, "<a href=\"#([a-z-]+)\">20.0 s, release</a>");
   ASSERT_FALSE(link.empty());
   EXPECT_TRUE(has(text, "<section id=\"" + link[0][1] + "\">"));
-}
-
-TEST(Report, NamesPhasesAndEventsInWordsAndHasNoEmptyTile) {
-  const std::string text = page(missing_one_of_each());
-  EXPECT_TRUE(has(text, "piece down"));
-  EXPECT_FALSE(has(text, "piece_down") || has(text, "link_lost"));
-  EXPECT_FALSE(has(text, "<dd>-</dd>"));
-}
-
-TEST(ReportPlots, CompareWhatIsFeltWithContactAndLoad) {
-  session::SessionResult session = session::synthetic_session();
-  for (session::Sample& s : session.record.samples) {
-    s.truth.tip_force_N.setZero();
-    s.truth.weight_N = {0, -500};
-  }
-  session.record.force_scale = 1e-3;
-  const std::string script = figure(report_plots(session), "Felt force").figure.script;
-  EXPECT_TRUE(has(script, "0 0.5\n")) << "the load's weight is felt, too";
 }
 
 TEST(ReportPlots, ShowTheMomentsThatThePageNames) {
@@ -192,59 +157,29 @@ TEST(ReportPlots, ShowTheMomentsThatThePageNames) {
   }
 }
 
-TEST(Report, SaysCriteriaInWordsAndNamesThem) {
-  const std::string text = page(session::synthetic_session());
-  EXPECT_TRUE(has(text, "error of the tip in free motion, RMS"));
-  EXPECT_TRUE(has(text, "tip_rms_m"));
-  EXPECT_FALSE(test::has_match(text, R"(>[<≤≥ ]*-?[0-9.]+e[+-]?[0-9]+ )")) << "a power of ten";
-}
-
-TEST(Report, ListsLatenciesInWords) {
+TEST(Report, SaysCriteriaAndLatenciesInWordsAndNamesThem) {
   session::SessionResult session = session::synthetic_session();
   session.hops = {{"hand_to_valve", 12, {14000, 21000, 23500}}};
   const std::string text = page(session);
-  for (const std::string& part :
-       {std::string("Latencies"), hop_text("hand_to_valve"), std::string("14 ms"), std::string("23.5 ms")})
+  for (const std::string& part : {std::string("error of the tip in free motion, RMS"), std::string("tip_rms_m"),
+                                  hop_text("hand_to_valve"), std::string("14 ms"), std::string("23.5 ms")})
     EXPECT_TRUE(has(text, part)) << part;
+  EXPECT_FALSE(test::has_match(text, R"(>[<≤≥ ]*-?[0-9.]+e[+-]?[0-9]+ )")) << "a power of ten";
 }
 
-std::size_t times_in(const std::string& text, const std::string& part) {
-  std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
-  return count;
-}
-
-TEST(ReportPlots, ShowValveCommandsAndFeltAgainstTrueForce) {
-  const auto figures = report_plots(session::synthetic_session());
+TEST(ReportPlots, ShowValveCommandsAndFeltAgainstTrueForceOfContactAndLoad) {
+  session::SessionResult session = session::synthetic_session();
+  for (session::Sample& s : session.record.samples) {
+    s.truth.tip_force_N.setZero();
+    s.truth.weight_N = {0, -500};
+  }
+  session.record.force_scale = 1e-3;
+  const auto figures = report_plots(session);
   const std::string valves = figure(figures, "Valve commands").figure.script;
   for (const char* joint : {"boom, %", "arm, %", "bucket, %"}) EXPECT_TRUE(has(valves, joint)) << joint;
-  EXPECT_EQ(times_in(valves, "title 'command'"), 3u);
-  const std::string felt = figure(figures, "Felt against true force").figure.script;
-  EXPECT_TRUE(has(felt, "ylabel 'felt force, N'"));
-  EXPECT_TRUE(has(felt, "xlabel 'contact and load, true, scaled to the hand, N'"));
-}
-
-TEST(ReportPlots, EachPanelHasItsOwnKeyAndALabelInsideThePicture) {
-  for (const PageFigure& one : report_plots(session::synthetic_session())) {
-    const std::string& script = one.figure.script;
-    if (!has(script, "multiplot")) continue;
-    EXPECT_TRUE(has(script, "set key at graph 1, graph")) << one.title << ": keys of panels lie on each other";
-    EXPECT_FALSE(has(script, "set ylabel")) << one.title << ": leaves the picture where numbers are long";
-    EXPECT_EQ(times_in(script, "set label 1000 '"), times_in(script, "\nplot ")) << one.title;
-  }
-}
-
-TEST(ReportPlots, ColourTheSidesOfACylinderAlikeInEveryPanel) {
-  auto session = session::synthetic_session();
-  for (session::Sample& sample : session.record.samples) sample.machine.measured = true;
-  const auto figures = report_plots(session);
-  const std::string script = figure(figures, "Cylinder pressures").figure.script;
-  std::map<std::string, std::set<std::string>> colours;
-  for (const auto& curve : test::matches(script, R"(lc rgb '(#[0-9A-F]+)' [^']*title '([AB]), )"))
-    colours[curve[2]].insert(curve[1]);
-  ASSERT_EQ(colours.size(), 2u);
-  for (const auto& [side, used] : colours) EXPECT_EQ(used.size(), 1u) << side;
-  EXPECT_NE(colours["A"], colours["B"]);
+  EXPECT_EQ(test::matches(valves, "title 'command'").size(), 3u);
+  EXPECT_TRUE(has(figure(figures, "Felt force").figure.script, "0 0.5\n")) << "the load's weight is felt, too";
+  EXPECT_TRUE(has(figure(figures, "Felt against true force").figure.script, "ylabel 'felt force, N'"));
 }
 
 }  // namespace

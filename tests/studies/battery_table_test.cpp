@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "app/identify/commission.h"
 #include "app/studies/battery_machine.h"
 #include "app/studies/force_scores.h"
+#include "tests/support/solar.h"
 
 namespace knuckle::studies {
 namespace {
@@ -67,10 +70,13 @@ TEST(BatteryTable, CountsAPullThatAContactModelRefusesAsMissed) {
   EXPECT_EQ(value("false torque about the tip, p95"), 12);
 }
 
-TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissed) {
-  const auto rows = battery_rows({machine_with(good()), machine_with(Row::object(), false, false)}, kFullScale_kg);
-  EXPECT_EQ(row(rows, "machines with a usable result").value, 0.5);
-  EXPECT_EQ(row(rows, "machines with a usable result").met, false);
+TEST(BatteryTable, SaysThatAMachineWithoutAUsableResultIsATargetMissedAlsoWhereItFailedAltogether) {
+  for (const Row& other :
+       {machine_with(Row::object(), false, false), Row{{"seed", 2}, {"failure", "did not engage"}}}) {
+    const auto rows = battery_rows({machine_with(good()), other}, kFullScale_kg);
+    EXPECT_EQ(row(rows, "machines with a usable result").value, 0.5);
+    EXPECT_EQ(row(rows, "machines with a usable result").met, false);
+  }
 }
 
 TEST(BatteryTable, JudgesAResultThatHeldOutMotionSpeaksAgainstButDoesNotCallItUsable) {
@@ -82,24 +88,7 @@ TEST(BatteryTable, JudgesAResultThatHeldOutMotionSpeaksAgainstButDoesNotCallItUs
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").value, 1000);
 }
 
-TEST(BatteryTable, CountsAMachineThatFailedAltogether) {
-  const auto rows = battery_rows({machine_with(good()), {{"seed", 2}, {"failure", "did not engage"}}}, kFullScale_kg);
-  EXPECT_EQ(row(rows, "machines with a usable result").met, false);
-}
-
-TEST(BatteryTable, TakesAStepThatWasNeverSeenAsInfinitelyLate) {
-  Row metrics = good();
-  metrics["detection_s"] = metric({0.03, std::numeric_limits<double>::infinity()});
-  const auto rows = battery_rows({machine_with(Row::parse(metrics.dump()))}, kFullScale_kg);
-  EXPECT_EQ(row(rows, "500 N step seen after, p95").met, false);
-}
-
-TEST(BatteryTable, TellsPayloadAsTwoSigmaOfFullScale) {
-  const auto rows = battery_rows({machine_with(good())}, kFullScale_kg);
-  EXPECT_NEAR(row(rows, "payload error").value, 100 * 2 * 0.5 / 150, 1e-9);
-}
-
-TEST(BatteryTable, JudgesMediansAndTailsOfMachines) {
+TEST(BatteryTable, JudgesMediansAndTailsOfMachinesAndPayloadAsTwoSigmaOfFullScale) {
   std::vector<Row> machines;
   for (int i = 1; i <= 20; ++i) {
     Row metrics = good();
@@ -109,16 +98,39 @@ TEST(BatteryTable, JudgesMediansAndTailsOfMachines) {
   const auto rows = battery_rows(machines, kFullScale_kg);
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").value, 10);
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, p95").value, 19);
+  EXPECT_NEAR(row(rows, "payload error").value, 100 * 2 * 0.5 / 150, 1e-9);
 }
 
-TEST(BatteryTable, LeavesOutWhatWasNotMeasuredAndMissesATargetThatWasAskedFor) {
+TEST(BatteryTable, LeavesOutWhatWasNotMeasuredMissesATargetAskedForAndTakesAStepNeverSeenAsInfinitelyLate) {
   Row metrics = good();
   metrics.erase("payload_error_kg");
   metrics.erase("slow_rms_N");
-  const auto rows = battery_rows({machine_with(metrics)}, kFullScale_kg);
+  metrics["detection_s"] = metric({0.03, std::numeric_limits<double>::infinity()});
+  const auto rows = battery_rows({machine_with(Row::parse(metrics.dump()))}, kFullScale_kg);
+  EXPECT_EQ(row(rows, "500 N step seen after, p95").met, false);
   EXPECT_THROW((void)row(rows, "payload error"), std::runtime_error);
   EXPECT_TRUE(std::isnan(row(rows, "no-load tip force, slow, RMS, median").value));
   EXPECT_EQ(row(rows, "no-load tip force, slow, RMS, median").met, false);
+}
+
+TEST(BatteryMachine, IsCommissionedAndJudgedByEveryMethod) {
+  BatterySetup setup;
+  setup.nominal = test::solar();
+  identify::set_surveyor(setup.family, setup.commission);
+  setup.trials.slow_s = setup.trials.digging_s = 5;
+  setup.trials.presses = 2;
+  setup.trials.knocks = setup.trials.lifts = 1;
+  setup.full.usual_errors = setup.full_nominal_pins.usual_errors = false;  // for the sake of time
+  const Row judged = judge_machine(setup, sim::sample_truth(setup.nominal, 1), 1);
+  ASSERT_TRUE(is_judged_machine(judged)) << judged;
+  ASSERT_FALSE(judged.contains("failure")) << judged;
+  std::vector<std::string> methods;
+  for (const Row& method : judged["methods"]) methods.push_back(method["method"]);
+  for (const char* method : {kFull, kFullNominalPins, kFullFineEncoders, kUncalibrated})
+    EXPECT_EQ(std::count(methods.begin(), methods.end(), method), 1) << method;
+  const auto rows = battery_rows({judged}, setup.nominal.payload_full_scale_kg);
+  EXPECT_EQ(row(rows, "machines with a usable result").value, 1);
+  EXPECT_TRUE(std::isfinite(row(rows, "no-load tip force, slow, RMS, median").value));
 }
 
 TEST(BatteryMachine, RefusesWhatIsNoJudgedMachine) {

@@ -27,18 +27,17 @@ TEST(DebianPackage, IsTheOneWhoseSourceTheInstalledElementIsMadeFrom) {
   }
 }
 
-TEST(DebianPackage, IsKnownOfWhatGStreamerAsksAnInstallerFor) {
-  EXPECT_EQ(debian_package_of("gstreamer|1.0|knuckle|RTSP protocol source|urisource-rtsp"),
-            "gstreamer1.0-plugins-good");
-  EXPECT_EQ(debian_package_of("gstreamer|1.0|knuckle|GStreamer element x264enc|element-x264enc"),
-            "gstreamer1.0-plugins-ugly");
-  EXPECT_EQ(debian_package_of("gstreamer|1.0|knuckle|H.265 decoder|decoder-video/x-h265, level=(string)4"),
-            "gstreamer1.0-libav");
-}
-
-TEST(DebianPackage, IsNotGuessed) {
-  for (const char* part : {"", "nosuchsrc", "x264", "x264encoder", "gstreamer|1.0|a|b|element-nosuchsrc", "x264enc "})
-    EXPECT_EQ(debian_package_of(part), "") << part;
+TEST(DebianPackage, IsKnownOfWhatGStreamerAsksAnInstallerForAndNotGuessed) {
+  for (const auto& [part, package] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"gstreamer|1.0|knuckle|RTSP protocol source|urisource-rtsp", "gstreamer1.0-plugins-good"},
+           {"gstreamer|1.0|knuckle|GStreamer element x264enc|element-x264enc", "gstreamer1.0-plugins-ugly"},
+           {"gstreamer|1.0|knuckle|H.265 decoder|decoder-video/x-h265, level=(string)4", "gstreamer1.0-libav"},
+           {"", ""},
+           {"x264", ""},
+           {"x264encoder", ""},
+           {"gstreamer|1.0|a|b|element-nosuchsrc", ""},
+           {"x264enc ", ""}})
+    EXPECT_EQ(debian_package_of(part), package) << part;
 }
 
 TEST(DebianPackage, IsNamedWhereAnElementIsMissing) {

@@ -62,31 +62,6 @@ TEST(SenderOverRtp, StampsEveryPictureWithTheTimeItWasCaptured) {
   }
 }
 
-TEST(SenderOverRtp, MarksItsPacketsBelowWhatLeadsTheMachine) {
-  const std::uint16_t port = free_port();
-  Camera camera({"front", receiver_of(port)});
-  const LossyWire wire(port, 0);
-  const Sender sender(to(wire.port()));
-  ASSERT_NE(next_frame(camera), nullptr);
-  constexpr int kAf41 = 34;
-  EXPECT_EQ(wire.dscp(), kAf41);
-}
-
-TEST(SenderOverRtp, IsSeenOnWhereFivePercentAreLost) {
-  const std::uint16_t port = free_port();
-  Camera camera({"front", receiver_of(port)});
-  const LossyWire wire(port, 0.05);
-  const Sender sender(to(wire.port(),
-                         "videotestsrc is-live=true pattern=snow ! video/x-raw,width=320,height=180,"
-                         "framerate=30/1"));
-  int pictures = 0;
-  EXPECT_TRUE(comes([&] {
-    if (camera.take()) ++pictures;
-    return pictures >= 40 && wire.lost() >= 5;
-  }));
-  EXPECT_EQ(camera.status().troubles, 0u);
-}
-
 TEST(SenderOverRtp, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
   const std::uint16_t port = free_port();
   Camera camera({"front", receiver_of(port)});
@@ -106,7 +81,7 @@ TEST(SenderOverRtp, IsFrozenWhenTheNetworkIsCutAndLiveAgainAfter) {
   EXPECT_TRUE(becomes(VideoState::kLive));
 }
 
-TEST(SenderOverRtp, SendsLessWhenItIsTold) {
+TEST(SenderOverRtp, SendsLessWhenItIsToldAndAlwaysMarkedBelowWhatLeadsTheMachine) {
   const LossyWire wire(free_port(), 1);  // counts all, and passes nothing on
   Sender sender({{"front", "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,framerate=30/1"},
                  "127.0.0.1",
@@ -122,29 +97,8 @@ TEST(SenderOverRtp, SendsLessWhenItIsTold) {
   sender.set_rate(kLeastRate_kbps);
   (void)packets_of_30();
   EXPECT_LT(packets_of_30(), before / 2);
-}
-
-TEST(SenderOverRtp, StampsGivenPicturesWithTheirCapture) {
-  const std::uint16_t port = free_port();
-  Camera camera({"front", receiver_of(port)});
-  constexpr int kWidth = 320, kHeight = 180;
-  SenderSetup setup = to(port);
-  setup.camera = given_pictures("front", kWidth, kHeight);
-  Sender sender(setup);
-  const auto pixels = std::make_shared<std::vector<std::uint8_t>>(std::size_t{4} * kWidth * kHeight);
-  int pictures = 0;
-  ASSERT_TRUE(comes([&] {
-    auto given = std::make_unique<Frame>();
-    *given = {
-        .width_px = kWidth, .height_px = kHeight, .row_bytes = 4 * kWidth, .pixels = pixels->data(), .memory = pixels};
-    given->captured = now();
-    sender.give(std::move(given));
-    const auto frame = camera.take();
-    if (!frame) return false;
-    const Duration unix_now = std::chrono::system_clock::now().time_since_epoch();
-    EXPECT_LT(std::abs(to_seconds(unix_now - unix_of(frame->captured))), 10);
-    return ++pictures == 10;
-  }));
+  constexpr int kAf41 = 34;
+  EXPECT_EQ(wire.dscp(), kAf41);
 }
 
 /// Given pictures, and the stamps of what becomes of them on the wire.
@@ -231,14 +185,6 @@ TEST_F(GivenOverRtp, AKeyPictureComesSoonHoweverSlowlyPicturesDo) {
   for (; key_pictures_ == keys && sender.pictures() < before + 10; std::this_thread::sleep_for(700ms))
     give(sender, now());
   EXPECT_GT(key_pictures_, keys) << "none of " << sender.pictures() - before << " pictures";
-}
-
-TEST(SenderOverRtp, SaysWhatIsWrongWithItsCamera) {
-  Sender sender(to(free_port(), "v4l2src device=/dev/video97"));
-  ASSERT_TRUE(comes([&] { return sender.status().troubles > 0; }));
-  const std::string line = sender.status().why.data();
-  EXPECT_NE(line.find("camera front: "), std::string::npos) << line;
-  EXPECT_NE(line.find("/dev/video97"), std::string::npos) << line;
 }
 
 }  // namespace

@@ -16,14 +16,10 @@ class Timeline : public testing::Test {
   Time first_ = played_.run.first(), last_ = played_.run.last();
 };
 
-TEST_F(Timeline, BeginsPausedAtTheFirstStep) {
-  EXPECT_EQ(timeline_.cursor(), first_);
-  EXPECT_FALSE(timeline_.playing());
+TEST_F(Timeline, BeginsPausedPlaysAtItsSpeedAndStopsAtTheEnd) {
   timeline_.pass(1);
   EXPECT_EQ(timeline_.cursor(), first_);
-}
-
-TEST_F(Timeline, PlaysAtItsSpeedAndStopsAtTheEnd) {
+  EXPECT_FALSE(timeline_.playing());
   timeline_.toggle();
   timeline_.pass(0.5);
   EXPECT_EQ(timeline_.cursor(), first_ + 500ms);
@@ -42,9 +38,13 @@ TEST_F(Timeline, PlaysAtItsSpeedAndStopsAtTheEnd) {
   EXPECT_TRUE(timeline_.playing());
 }
 
-TEST_F(Timeline, StepsFromOneCycleOfALoopToTheNext) {
+TEST_F(Timeline, StepsFromOneCycleOfALoopToTheNextAndIsStoppedByIt) {
+  timeline_.toggle();
   timeline_.seek(Time(1s) + 300us);
+  EXPECT_FALSE(timeline_.playing());
+  timeline_.toggle();
   timeline_.step(true);
+  EXPECT_FALSE(timeline_.playing());
   EXPECT_EQ(timeline_.cursor(), Time(1001ms));
   timeline_.step(true);
   EXPECT_EQ(timeline_.cursor(), Time(1002ms));
@@ -94,15 +94,6 @@ TEST_F(Timeline, JumpsFromEventToEventAndPauses) {
     timeline_.jump(false);
     EXPECT_EQ(timeline_.cursor(), *at);
   }
-}
-
-TEST_F(Timeline, IsStoppedByWhoeverMovesIt) {
-  timeline_.toggle();
-  timeline_.seek(Time(1s));
-  EXPECT_FALSE(timeline_.playing());
-  timeline_.toggle();
-  timeline_.step(true);
-  EXPECT_FALSE(timeline_.playing());
 }
 
 }  // namespace
