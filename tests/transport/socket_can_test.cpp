@@ -279,10 +279,9 @@ TEST_F(PulledAdapter, IsLookedForOnlyOnceItIsGoneAndComesBackDownUntilItSendsAga
   EXPECT_TRUE(step());
   EXPECT_FALSE(bus.find_again()) << "nothing is missing";
   for (unsigned times = 1; times <= 2; ++times) {
-    auto& before = times == 1 ? old : fresh;
     there = false;
-    put(before[0].second, wire(0x190, 1));
-    without_interface = {before[0].first, before[1].first, before[2].first};
+    put(times == 1 ? old[0].second : fresh[0].second, wire(0x190, 1));
+    pull();
     EXPECT_FALSE(step());
     EXPECT_EQ(bus.state(), CanState::kDown);
     EXPECT_NE(bus.diagnosis().find("plug the adapter in again"), std::string::npos) << bus.diagnosis();
