@@ -149,7 +149,7 @@ TEST(RotaryEncoders, APresetIsWhatTheyCountWhereTheCylinderHasThisLength) {
     const LinkDescription& link = machine.links[static_cast<std::size_t>(joint)];
     for (double angle = link.min_rad; angle < link.max_rad; angle += 0.01) {
       const CanFrame frame = counted(machine, joint, angle);
-      const unsigned steps = frame.data[0] | frame.data[1] << 8U;
+      const auto steps = static_cast<std::uint32_t>(frame.data[0] | frame.data[1] << 8);
       EXPECT_EQ(preset_steps(machine, joint, kinematics.cylinder_at(joint, angle)->length_m), steps) << angle;
     }
   }
