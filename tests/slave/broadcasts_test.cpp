@@ -6,16 +6,12 @@
 #include <numbers>
 #include <optional>
 
-#include "core/error.h"
 #include "machine/reason_text.h"
-#include "slave/bus_listen.h"
-#include "slave/bus_map.h"
 #include "slave/j1939_bus.h"
 #include "slave/plausibility.h"
 #include "slave/sensors.h"
-#include "tests/slave/bench_machine.h"
+#include "tests/slave/reasons.h"
 #include "tests/support/multiplexed_machine.h"
-#include "tests/support/refusal.h"
 #include "tests/support/says.h"
 
 namespace knuckle::slave {
@@ -85,14 +81,6 @@ TEST(Broadcasts, AreReadByTheirBits) {
   EXPECT_NEAR(measured->hull_pitch_rad, 3 * std::numbers::pi / 180, 1e-9);
 }
 
-TEST(Broadcasts, IdentifiersOf11BitsAreOthers) {
-  FedBroadcasts fed;
-  fed.front->id = 0x021;  // the same lower bits
-  fed.pressures->id = 0x18FF2021;
-  fed.feed();
-  EXPECT_FALSE(fed.sensors.measurement());
-}
-
 TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
   FedBroadcasts fed;
   fed.feed();
@@ -110,24 +98,36 @@ TEST(Broadcasts, ARawValueThatSaysThereIsNoneIsAFaultByTheSignalsName) {
   EXPECT_EQ(fed.fault(), "");
 }
 
+/// How a frame can be closed wrongly, and what is said of it.
+struct Closing {
+  const char* said;
+  void (*breaks)(FedBroadcasts& fed);
+};
+const Closing kWrongSum{"the checksum of its frame is wrong: ",
+                        [](FedBroadcasts&fed) {
+                          fed.sums = false;
+                          fed.body->data[3] ^= 1U;
+                        }},
+    kStands{"the counter of its frame stands: ", [](FedBroadcasts&fed) { fed.counts = false; }},
+    kBeyondItsModulus{"", [](FedBroadcasts&fed) {
+                        fed.counts = false;
+                        fed.body->data[2] = 15;
+                      }};
+const std::string kOfBody = "sensor_invalid: body (0x1A5), slope: ";
+
 TEST(Broadcasts, ACounterThatStandsAndAWrongChecksumMakeValuesNone) {
-  for (const bool counter : {true, false}) {
+  for (const Closing& closing : {kStands, kWrongSum, kBeyondItsModulus}) {
     FedBroadcasts fed;
     fed.feed(20);  // the counter begins anew
     EXPECT_EQ(fed.fault(), "");
-    (counter ? fed.counts : fed.sums) = false;
-    if (!counter) fed.body->data[3] ^= 1U;
+    closing.breaks(fed);
     fed.body->data[0] = 0;
     fed.feed(2);
     EXPECT_EQ(fed.fault(), "") << "single ones are left out";
     EXPECT_NEAR(fed.sensors.measurement()->hull_pitch_rad, 3 * std::numbers::pi / 180, 1e-9);
     fed.feed();
-    EXPECT_EQ(fed.fault(), std::string("sensor_invalid: body (0x1A5), slope: ") +
-                               (counter ? "the counter of its frame stands: what sends it hangs and repeats its last "
-                                          "frame, or does not count as the machine file says"
-                                        : "the checksum of its frame is wrong: check cable and termination, and its "
-                                          "checksum in the machine file"));
-    (counter ? fed.counts : fed.sums) = true;
+    EXPECT_TRUE(test::begins(fed.fault(), kOfBody + closing.said));
+    fed.counts = fed.sums = true;
     fed.feed();
     EXPECT_EQ(fed.fault(), "");
   }
@@ -137,27 +137,15 @@ TEST(Broadcasts, WhatIsTooOldBecauseItsFramesDidNotCountSaysWhy) {
   MachineDescription machine = calibrated_broadcasts();
   machine.bus.sensor_age_limit_s = 0.015;
   machine.bus.tilt_every_nth_sync = 1;
-  for (const bool counter : {true, false}) {
+  for (const Closing& closing : {kStands, kWrongSum}) {
     FedBroadcasts fed(machine);
     fed.feed(3);
-    (counter ? fed.counts : fed.sums) = false;
-    if (!counter) fed.body->data[3] ^= 1U;
+    closing.breaks(fed);
     fed.feed(1);
     EXPECT_EQ(fed.fault(), "");
     fed.feed(1);
-    EXPECT_TRUE(test::begins(fed.fault(),
-                             std::string("sensor_invalid: body (0x1A5), slope: the ") +
-                                 (counter ? "counter of its frame stands: " : "checksum of its frame is wrong: ")));
+    EXPECT_TRUE(test::begins(fed.fault(), kOfBody + closing.said));
   }
-}
-
-TEST(Broadcasts, ACountBeyondTheModulusIsNone) {
-  FedBroadcasts fed;
-  fed.feed(2);
-  fed.counts = false;
-  fed.body->data[2] = 15;
-  fed.feed(3);
-  EXPECT_TRUE(test::begins(fed.fault(), "sensor_invalid: body (0x1A5), slope: "));
 }
 
 TEST(Broadcasts, WhatIsNoNumberIsNeverAValue) {
@@ -181,13 +169,6 @@ TEST(Broadcasts, WhatIsNoNumberIsNeverAValue) {
       EXPECT_NE(fed.fault(), "");
     }
   }
-}
-
-TEST(Broadcasts, AnAngleATurnOffIsAWrongOne) {
-  FedBroadcasts fed;
-  fed.front->data[0] = fed.front->data[1] = 0xFF;
-  fed.feed(3);
-  EXPECT_FALSE(fed.sensors.measurement());
 }
 
 TEST(Broadcasts, AFrameThatWasLostIsNoFault) {
@@ -215,34 +196,6 @@ TEST(Broadcasts, SilenceAndShortFramesAreToldByName) {
       cut.fault(),
       "frame_short: pressure_1 (0x18FF2021), boom_head_pressure: frame is too short to be used: what sends it was "
       "changed, or its bytes in the machine file are wrong (it has 5, and 6 in the file)");
-}
-
-TEST(Broadcasts, AreHeardAndCountedForTheBus) {
-  const MachineDescription machine = calibrated_broadcasts();
-  const std::vector<CanFilter> heard = heard_by_controller(machine.bus);
-  for (const std::uint32_t id : {kFrontAngle, kPressureFrame, kBodyFrame})
-    EXPECT_EQ(std::count(heard.begin(), heard.end(), id), 1);
-  const std::vector<PeriodicFrame> map = bus_map(machine.bus);
-  const auto body =
-      std::find_if(map.begin(), map.end(), [](const PeriodicFrame& frame) { return frame.id == kBodyFrame; });
-  ASSERT_NE(body, map.end());
-  EXPECT_EQ(body->rate_Hz, 50);
-}
-
-TEST(Broadcasts, AMachineOfThemIsLedAndStopsWhenTheyStop) {
-  test::BenchMachine m(test::broadcast_machine());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.run(1s);
-  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
-  const auto& frames = m.frames(kFrontAngle);
-  EXPECT_NEAR(static_cast<double>(frames.size()), to_seconds(m.now - Time(10s)) / 0.01, 2) << "whatever the nodes do";
-  const auto measured = m.loop.sensors().measurement().value();
-  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
-  m.can.lost = {kFrontAngle};
-  m.run(70ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_TRUE(test::begins(m.fault(), "sensor_stale: front_angle (0x18FF1021), "));
-  for (int i = 0; i < kJoints; ++i) EXPECT_NE(m.command_neutral_since(m.now - 30ms, i), kNever) << i;
 }
 
 /// Of pressures in steps of 2 bar. @param travel_mps of the arm's cylinder. @return the first fault.
@@ -320,15 +273,6 @@ TEST(Multiplexed, OneThatNoLongerComesIsTold) {
   EXPECT_TRUE(test::begins(fed.fault(), "sensor_stale: pressure_1 (0x18FF1021), boom_head_pressure: "));
 }
 
-TEST(Multiplexed, TheCounterRunsOverAllFramesOfTheIdentifier) {
-  FedInTurn fed;
-  fed.feed(20);
-  EXPECT_EQ(fed.fault(), "");
-  fed.counts = false;
-  fed.feed(4);
-  EXPECT_TRUE(test::begins(fed.fault(), "sensor_invalid: "));
-}
-
 TEST(Multiplexed, OneCountForEachOfTheFramesIsNoneThatStands) {
   BusDescription bus = test::multiplexed_machine().bus;
   for (BroadcastFrame& frame : bus.broadcasts)
@@ -350,21 +294,6 @@ TEST(Multiplexed, OneThatComesAgainAndAgainAmongLivingOnesIsFound) {
   EXPECT_TRUE(test::says(fed.fault(), "_angle"));
 }
 
-TEST(Multiplexed, IsOneStreamOnTheBus) {
-  const BusDescription bus = test::multiplexed_machine().bus;
-  const std::vector<CanFilter> heard = heard_by_controller(bus);
-  EXPECT_EQ(std::count(heard.begin(), heard.end(), CanFilter(kFrontAngle)), 1);
-  double rate_Hz = 0;
-  int streams = 0;
-  for (const PeriodicFrame& frame : bus_map(bus)) {
-    if (frame.id != kFrontAngle) continue;
-    rate_Hz += frame.rate_Hz;
-    ++streams;
-  }
-  EXPECT_EQ(streams, 1);
-  EXPECT_NEAR(rate_Hz, 200, 1e-9);
-}
-
 TEST(Multiplexed, AGroupHasOneSenderWhateverItsMultiplexerSays) {
   std::string text = test::multiplexed(test::kBroadcasts);
   for (int n = 0; n < 2; ++n) text = test::replaced(text, "id = 0x18FF1021", "pgn = 0xFF10");
@@ -380,15 +309,6 @@ TEST(Multiplexed, AGroupHasOneSenderWhateverItsMultiplexerSays) {
   CanFrame from_22{0x18FF1022U | kExtendedId, 8, {0, 0, 0, 0, 0, 0, 0, 2}};
   EXPECT_FALSE(groups.receive(from_22, now)) << "its values are none";
   EXPECT_TRUE(test::is(groups.fault(now), ReasonCode::kGroupTwice));
-}
-
-TEST(Multiplexed, AMachineOfThemIsLed) {
-  test::BenchMachine m(test::multiplexed_machine());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.run(1s);
-  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
-  const auto measured = m.loop.sensors().measurement().value();
-  for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
 }
 
 }  // namespace

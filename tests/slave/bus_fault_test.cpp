@@ -81,18 +81,6 @@ TEST(BusFault, EndsInNeutralNamesItselfAndWaitsForTheOperator) {
   }
 }
 
-TEST(BusFault, BusOffIsNotForgottenBecauseTheControllerWasRestarted) {
-  LedMachine m;
-  m.bus.bus_off(0);
-  m.run(50ms);
-  m.bus.recover(0);
-  m.wire.clear();
-  set_enable(m, false, 5s);  // let go of, but nobody has asked to go on
-  EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kBusOff));
-  EXPECT_TRUE(m.frames(0x080).empty()) << "the nodes must see that nobody leads them";
-  EXPECT_TRUE(m.frames(0x701).empty());
-}
-
 TEST(BusFault, AnEStopThatWasOpenBeforeDoesNotHideTheQuestionAfterABusOff) {
   LedMachine m;
   m.nodes.set_estop(true);
@@ -102,8 +90,11 @@ TEST(BusFault, AnEStopThatWasOpenBeforeDoesNotHideTheQuestionAfterABusOff) {
   set_enable(m, false, 2s);
   m.nodes.set_estop(false);
   m.bus.recover(0);
-  m.run(100ms);
+  m.wire.clear();
+  m.run(1s);  // let go of, but nobody has asked to go on
   EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kBusOff));
+  EXPECT_TRUE(m.frames(0x080).empty()) << "the nodes must see that nobody leads them";
+  EXPECT_TRUE(m.frames(0x701).empty());
   set_enable(m, true, 100ms);
   set_enable(m, false, 4s);
   set_enable(m, true, 0ms);
@@ -212,25 +203,6 @@ TEST(TwoBuses, BothFloodedAreNeutralInTimeAndTheSignalsBusIsNamed) {
     EXPECT_LE(to_seconds(stopped - from), limit_s + 0.02);
     EXPECT_TRUE(test::says(m.fault(), ", bus "));
   }
-}
-
-TEST(TwoBuses, AFloodOfStrangersOnBothThatLeavesRoomIsNoFault) {
-  TwoBuses m(kMachines[0]);
-  ASSERT_TRUE(m.led()) << m.fault();
-  for (int i = 0; i < 1000; ++i) {
-    if (i % 2 == 0) flood(m.bus, 1);
-    if (i % 4 == 0) flood(m.second, 1);
-    m.move(JointVector(0.02, -0.02, -0.02), 1ms);
-  }
-  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
-}
-
-TEST(TwoBuses, WhatStopsComingOnTheSecondIsNamedWithIt) {
-  TwoBuses m(kMachines[0]);
-  ASSERT_TRUE(m.led()) << m.fault();
-  m.can.lost = {0x18FF2021U | kExtendedId | kSecondBus};
-  m.run(100ms);
-  EXPECT_TRUE(test::begins(m.fault(), "sensor_stale: pressure_1 (0x18FF2021, bus machine), boom_head_pressure: "));
 }
 
 /// The slope's frame and the boom valve's status have the same identifier, each on its bus.

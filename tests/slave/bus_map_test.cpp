@@ -4,30 +4,44 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <tuple>
 
 #include "machine/bus_budget.h"
 #include "machine/load.h"
 #include "tests/slave/bench_machine.h"
 #include "tests/support/bus_nodes.h"
+#include "tests/support/multiplexed_machine.h"
 
 namespace knuckle::slave {
 namespace {
 
 using test::BenchMachine;
 
-TEST(BusMap, IsWhatTravelsInOperation) {
-  BenchMachine m;
-  ASSERT_TRUE(m.engage());
-  m.run(100ms);
-  m.wire.clear();
-  m.run(2s);
-  std::map<std::uint32_t, std::pair<int, int>> seen;  // frames, size
-  for (const auto& w : m.wire) seen[w.frame.id] = {seen[w.frame.id].first + 1, w.frame.size};
-  const auto map = bus_map(m.description.bus);
-  EXPECT_EQ(seen.size(), map.size());
-  for (const PeriodicFrame& f : map) {
-    EXPECT_NEAR(seen[f.id].first, 2 * f.rate_Hz, 1) << std::hex << f.id;
-    EXPECT_EQ(seen[f.id].second, f.size) << std::hex << f.id;
+TEST(BusMap, IsWhatTravelsInOperationAndWhatTheControllerHears) {
+  // Several frames may come under one identifier.
+  const std::tuple<const char*, MachineDescription, int> machines[] = {{"nodes", test::test_machine(), 1},
+                                                                       {"broadcasts", test::broadcast_machine(), 1},
+                                                                       {"in turn", test::multiplexed_machine(), 2}};
+  for (const auto& [name, machine, within] : machines) {
+    SCOPED_TRACE(name);
+    BenchMachine m(machine);
+    ASSERT_TRUE(m.engage()) << m.fault();
+    m.run(1s);
+    m.wire.clear();
+    m.run(2s);
+    EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
+    const auto measured = m.loop.sensors().measurement().value();
+    for (int i = 0; i < kJoints; ++i) EXPECT_NEAR(measured.cylinder_m[i], m.signals.cylinder_m[i], 3e-4) << i;
+    std::map<std::uint32_t, std::pair<int, int>> seen;  // frames, size
+    for (const auto& w : m.wire) seen[w.frame.id] = {seen[w.frame.id].first + 1, w.frame.size};
+    const auto map = bus_map(m.description.bus);
+    const auto heard = heard_by_controller(m.description.bus);
+    EXPECT_EQ(seen.size(), map.size());
+    for (const PeriodicFrame& f : map) {
+      EXPECT_NEAR(seen[f.id].first, 2 * f.rate_Hz, within) << std::hex << f.id;
+      EXPECT_EQ(seen[f.id].second, f.size) << std::hex << f.id;
+      EXPECT_TRUE(hears(heard, f.id)) << std::hex << f.id;
+    }
   }
 }
 

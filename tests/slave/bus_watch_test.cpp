@@ -3,15 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <memory>
-#include <random>
-#include <string>
 #include <vector>
 
 #include "tests/slave/leading.h"
 #include "tests/support/no_alloc.h"
-#include "tests/support/says.h"
 #include "tests/support/sensor_frames.h"
 
 namespace knuckle::slave {
@@ -252,15 +247,6 @@ TEST(NodeIdTwice, TwoDevicesThatDoAllTheSameAreFoundBeforeAnythingMovesAndNamed)
   }
 }
 
-TEST(NodeIdTwice, ADeviceOfAnotherKindIsFoundByItsAnswersThoughOneOfTheTwoIsRight) {
-  BenchMachine m;
-  Twin twin(m, 0x22);
-  twin.nodes.set_product(0x22, 0x77);
-  twin.run(2s);
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kNodeIdTwice, 0x22));
-  EXPECT_TRUE(test::says(text(m.loop.fault()), "two answers to one request"));
-}
-
 /// What joins the bus of a machine that is led: frames of a node's id from elsewhere, so many a second.
 Reason joined(const CanFrame& frame, double per_s, Duration most = 10s) {
   LedMachine m;
@@ -329,16 +315,6 @@ TEST(NodeIdTwice, IsFoundAsSoonAfterAHealthyHourAsAtOnce) {
   EXPECT_LT(syncs, 15);
 }
 
-TEST(NodeIdTwice, WhatADelayHeldUpIsNotTooMuch) {
-  Counting watch;
-  const CanFrame pressure = canopen::pressure_frame(0x1A2, {20e5, 0});
-  for (int round = 0; round < 1000; ++round) {  // five answers at once, again and again
-    for (int i = 0; i < 5; ++i) watch.synced();
-    for (int i = 0; i < 5; ++i) watch.receive(pressure, Time{1s});
-    ASSERT_FALSE(watch.twice()) << round;
-  }
-}
-
 TEST(NodeIdTwice, WhatMayBeHeldUpForAsLongAsAFileLetsASensorsValueAgeIsNoSign) {
   BusDescription bus = test::test_machine().bus;
   bus.sensor_age_limit_s = 0.2;
@@ -388,13 +364,6 @@ TEST(NodeIdTwice, OneSignAloneIsNoFaultAndTwoAre) {
     watch.restart();
     EXPECT_FALSE(watch.twice()) << "forgotten with the next start";
   }
-}
-
-TEST(NodeIdTwice, ABootUpNobodyCausedIsANodeThatStartedAnew) {
-  LedMachine m;
-  for (int i = 0; i < 30; ++i) stranger(m).send(canopen::heartbeat_frame(0x22, NmtState::kBootUp));
-  m.run(50ms);
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kNodeFault, 0x22));
 }
 
 TEST(NodeIdTwice, ForeignSyncExplainsTheAnswersToIt) {

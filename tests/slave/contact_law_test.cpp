@@ -8,7 +8,6 @@
 #include <random>
 #include <utility>
 
-#include "machine/load.h"
 #include "machine/oil_stiffness.h"
 #include "tests/slave/standing.h"
 #include "tests/support/solar.h"
@@ -208,18 +207,6 @@ TEST(ContactLaw, CrossesOverNoFasterThanValvesAndFiltersAllow) {
   }
   EXPECT_GT(fastest, 2.5 * control.contact_crossover_radps) << "poses in which there is something to do";
   EXPECT_LT(slowest, control.contact_crossover_radps) << "and some in which there is not";
-}
-
-TEST(ContactLaw, TheMachineFileSaysHowFastItMayCrossOver) {
-  const Bench bench;
-  MachineDescription half = test::solar();
-  half.control.contact_crossover_radps /= 2;
-  const Touch touch = bench.touched({-3000, 0}, test::solar().bucket_profile.back_m);
-  const JointVector rate = bench.law.to_joints(touch.jacobian) * PlanarVector(1, 0);
-  const auto stiff_mps = [&](const ContactLaw& law) {
-    return PlanarVector(touch.jacobian * law.steadied_radps(rate, touch, bench.state)).x();
-  };
-  EXPECT_NEAR(stiff_mps(ContactLaw(half)) / stiff_mps(bench.law), 0.5, 0.1);
 }
 
 TEST(ContactLaw, FreeMotionIsNotSlowed) {

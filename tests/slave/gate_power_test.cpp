@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "tests/slave/gate_bench.h"
 
@@ -92,24 +91,6 @@ TEST_F(GatePower, SharesPowerAmongJointsByWhatTheyTake) {
   EXPECT_EQ(gate(JointVector(1, 1, 1)).limits, 0);
 }
 
-TEST_F(GatePower, PowerAtTheLimitItselfIsPassed) {
-  // Half open without a dead band, nothing carried, and numbers that binary fractions say exactly: 0.5 m3/s at 2^20 Pa.
-  state.pressure_Pa.fill(0);
-  limits.min_rad.setConstant(-1e9);
-  limits.max_rad.setConstant(1e9);
-  for (ValveDescription& valve : limits.valve) {
-    valve.dead_band_extend = valve.dead_band_retract = 0;
-    valve.nominal_flow_m3ps = 1;
-    valve.nominal_drop_Pa = 1024 * 1024;
-  }
-  limits.load_sensing_margin_Pa = 1048576;
-  limits.pump_flow_m3ps = 10;
-  limits.file.power_W = 524288;
-  EXPECT_FALSE(gate(only(kArm, 0.5)).limiting);
-  limits.file.power_W = 524287.5;
-  expect_reason(gate(only(kArm, 0.5)).limiting, ReasonCode::kPowerLimit, 0, 524.288, 524.2875);
-}
-
 TEST_F(GatePower, TheFirstLimitIsTold) {
   MachineDescription machine = test::test_machine();
   machine.limits.floor_m = limits.kinematics.tip(state.angle_rad).y() - 0.01;
@@ -157,33 +138,6 @@ TEST_F(GatePower, WithoutPressuresThePowerOfTheFileIsKeptAtThePumpsRelief) {
   const double flow_m3ps = valve.flow_share(valve.opening(r.commands.value()[kBoom]), true) * valve.nominal_flow_m3ps *
                            std::sqrt(limits.main_relief_Pa / valve.nominal_drop_Pa);
   EXPECT_LE(std::min(flow_m3ps, limits.pump_flow_m3ps) * limits.main_relief_Pa, 1.001 * limits.file.power_W);
-}
-
-/// Over the last 10 bar less and less flow, at the limit and beyond none: whatever the other rules say.
-TEST_F(GatePower, FlowIntoAChamberFadesToNothingAtItsPressureLimit) {
-  std::mt19937 rng(13);
-  const auto draw = [&rng](double low, double high) { return std::uniform_real_distribution<>(low, high)(rng); };
-  const double limit_Pa = limits.file.chamber_pressure_Pa;
-  int faded = 0, shut = 0;
-  for (int i = 0; i < 20000; ++i) {
-    place(JointVector(draw(-0.3, 0.9), draw(-2.4, -0.7), draw(-2.3, 0.6)));
-    for (double& p : state.pressure_Pa) p = limit_Pa + draw(-20e5, 5e5);
-    const JointVector wanted(draw(-1, 1), draw(-1, 1), draw(-1, 1));
-    const GateResult r = gate(wanted);
-    for (int j = 0; j < kJoints; ++j) {
-      const ValveDescription& valve = limits.valve[static_cast<std::size_t>(j)];
-      const bool extends = wanted[j] > 0;
-      const double left_Pa = limit_Pa - state.pressure_Pa[static_cast<std::size_t>(2 * j + (extends ? 0 : 1))];
-      const double most = std::clamp(left_Pa / limits.table.pressure_band_Pa, 0.0, 1.0);
-      ASSERT_LE(valve.flow_share(valve.opening(r.commands[j]), extends), most + 1e-9) << i;
-      if (most == 0) {
-        ASSERT_EQ(r.commands[j], 0) << i;
-      }
-      faded += most > 0 && most < 1 && r.commands[j] != 0 ? 1 : 0;
-      shut += most == 0 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(std::min(faded, shut), 1000) << "or this has tested nothing";
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "machine/reason_text.h"
 #include "tests/slave/gate_bench.h"
 #include "tests/slave/leading.h"
-#include "tests/support/bus_nodes.h"
 
 namespace knuckle::slave {
 namespace {
@@ -266,10 +265,11 @@ TEST(HomeOnTwo, IsTakenOnlyAfterASecondInWhichItStoodAndTouchedNothing) {
   Time now = m.now;
   for (int i = 0; i < 2000; ++i) home.note_pressed(false, now += 5ms);
   home.offer(kBoom);
-  const HomeOnTwo::Machine calm{true, false, JointVector::Zero(), false};
-  const HomeOnTwo::Machine unknown{}, moves{true, false, {0, 0.1, 0}, false},
-      pressed{true, false, JointVector::Zero(), true};
-  for (const HomeOnTwo::Machine& not_calm : {unknown, moves, pressed}) {
+  const auto moving = [](double rate_radps) {
+    return HomeOnTwo::Machine{true, false, JointVector(0, rate_radps, 0), false};
+  };
+  const HomeOnTwo::Machine calm = moving(0), unknown{}, pressed{true, false, JointVector::Zero(), true};
+  for (const HomeOnTwo::Machine& not_calm : {unknown, moving(0.051), moving(-0.051), moving(std::nan("")), pressed}) {
     for (int i = 0; i < 180; ++i) {
       home.look(calm, now += 5ms);
       home.choose(1, now);
@@ -304,16 +304,6 @@ TEST(HomeOnTwo, IsNotOfferedWhileAnotherNodeHasFailedToo) {
   }
 }
 
-TEST(HomeOnTwo, ASecondCylindersTransmittersAreAStopAndNothingElse) {
-  OfferedHome m;
-  m.nodes.inject(node_of_pressure(m, 2), sim::NodeFault::kInvalid);
-  m.run(1500ms);
-  choose(m);
-  EXPECT_TRUE(test::is(m.loop.blocking(), ReasonCode::kSensorInvalid));
-  EXPECT_FALSE(m.loop.home().chosen());
-  EXPECT_EQ(m.link.last()->unknown_torques, 1);
-}
-
 /// Whether the boom's pressures count as measured, and can be given up.
 bool boom_counts(const BenchMachine& m) {
   return m.loop.home().cylinder_of({ReasonCode::kNodeSilent, node_of_pressure(m, 0), 0, 0}) == kBoom;
@@ -330,28 +320,6 @@ void press_and_release_at_failure_of(BenchMachine& m, std::uint8_t node) {
   ASSERT_TRUE(shown()) << text(m.loop.blocking());
   test::press_and_release(m);
   m.run(1500ms);
-}
-
-TEST(HomeOnTwo, TheTransmittersAreTriedAgainAlsoBesideAnotherFailure) {
-  for (const NodeRole role : {NodeRole::kPressure, NodeRole::kEncoder})
-    for (const sim::NodeFault how : {sim::NodeFault::kInvalid, sim::NodeFault::kSilent}) {
-      OfferedHome m;
-      const std::uint8_t other = another_node(m, role, 2);
-      SCOPED_TRACE(node_text(other, m.description.bus) + (how == sim::NodeFault::kSilent ? ", silent" : ""));
-      m.nodes.inject(other, how);
-      m.run(1500ms);
-      ASSERT_FALSE(m.link.last()->home_offered);
-      EXPECT_FALSE(boom_counts(m)) << "nothing is taken back by itself";
-      press_and_release_at_failure_of(m, other);
-      EXPECT_TRUE(boom_counts(m)) << text(m.loop.blocking());
-
-      m.nodes.inject(node_of_pressure(m, 0), sim::NodeFault::kNone);
-      m.nodes.inject(other, sim::NodeFault::kNone);
-      m.run(5s);
-      EXPECT_EQ(m.link.last()->unknown_torques, 0);
-      EXPECT_FALSE(m.loop.home().chosen());
-      EXPECT_TRUE(test::engages_anew(m));
-    }
 }
 
 TEST(HomeOnTwo, IsOfferedForTheSecondOfTwoCylindersOnceTheFirstIsSoundAndTriedAgain) {
@@ -429,20 +397,6 @@ TEST_F(HomeGate, LimitsNothingWhereTheFileSaysThatNobodyMeasuresThem) {
   EXPECT_EQ(gate(JointVector(0.35, 0, 0)).limits & kLimitHome, 0);
   state.pressures_known = {false, false, true};
   EXPECT_NE(gate(JointVector(0.35, 0, 0)).limits & kLimitHome, 0);
-}
-
-TEST(HomeOnTwo, IsNotTakenWhileAJointMovesFasterThanOneThatMayBeEngaged) {
-  const BenchMachine m;
-  HomeOnTwo home(m.description);
-  home.offer(kBoom);
-  for (const double rate_radps : {0.051, -0.051, std::nan("")}) {
-    home.look({true, false, JointVector(0, rate_radps, 0), false}, m.now);
-    home.choose(1, m.now);
-    const Reason why = home.blocking(m.now);
-    EXPECT_EQ(why.code, ReasonCode::kMachineMoving) << text(why);
-    EXPECT_EQ(why.subject, kArm);
-    EXPECT_FLOAT_EQ(why.limit, 0.05F);
-  }
 }
 
 }  // namespace

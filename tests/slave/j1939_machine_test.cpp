@@ -10,7 +10,6 @@
 #include "slave/status_reporter.h"
 #include "tests/slave/leading.h"
 #include "tests/support/says.h"
-#include "tests/support/two_buses.h"
 #include "transport/j1939.h"
 #include "transport/machine_readings.h"
 
@@ -65,25 +64,6 @@ TEST(J1939Machine, WhatIsNotAvailableOrNoLongerComesIsUnknownAndStopsNothing) {
   EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << m.fault();
 }
 
-TEST(J1939Machine, HoursComeByRequestAlone) {
-  J1939Machine m(test::j1939_machine());
-  m.run(200ms);
-  EXPECT_TRUE(std::isnan(m.readings().engine_time_s));
-  EXPECT_TRUE(m.frames(0x18FEE500U | kExtendedId).empty());
-  m.run(25s);
-  EXPECT_NEAR(m.readings().engine_time_s, 4321 * 3600, 90);
-  EXPECT_EQ(m.frames(0x18EA00F9U | kExtendedId).size(), 3U);
-  EXPECT_EQ(m.frames(0x18FEE500U | kExtendedId).size(), 3U);
-}
-
-TEST(J1939Machine, HoursComeByRequestOverTheSecondBus) {
-  J1939Machine m(parse_machine(test::on_two_buses(test::j1939_text()), "m.toml"));
-  m.run(5s);
-  EXPECT_NEAR(m.readings().engine_time_s, 4321 * 3600, 90);
-  EXPECT_EQ(m.frames(0x18EA00F9U | kExtendedId | kSecondBus).size(), 1U);
-  EXPECT_TRUE(m.frames(0x18EA00F9U | kExtendedId).empty());
-}
-
 TEST(J1939Machine, AnOrderlyStopHearsPilotPressureInAGroup) {
   const std::string state = test::replaced(test::kStateBroadcast, "id = 0x18FF4021", "pgn = 0xFF40");
   J1939Machine m(parse_machine(test::command_text(test::kRateCommands, state), "m.toml"));
@@ -102,14 +82,6 @@ TEST(J1939Machine, ASecondSenderOfItsAnglesStopsIt) {
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_TRUE(test::begins(m.fault(), "group_twice: front_angle (PGN 0xFF10), arm_angle: two devices send"));
   EXPECT_LT((m.loop.sensors().measurement()->cylinder_m - before).norm(), 1e-3) << "and was not believed";
-}
-
-TEST(J1939Machine, AForeignCommanderIsAnotherControllerFromWhicheverAddress) {
-  J1939Machine m(test::commanded_j1939_machine());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.send({.id = 0x0CFF0127U | kExtendedId, .size = 8, .data = {}});
-  m.run(10ms);
-  EXPECT_TRUE(m.faulted(ReasonCode::kOtherController));
 }
 
 TEST(J1939Machine, CommandsWaitForTheirAddressAndEndWithIt) {

@@ -62,55 +62,6 @@ struct HeardPackets {
   std::uint32_t id = 0;
 };
 
-TEST(J1939PacketsOfABus, AreOneMessageUnderItsGroup) {
-  HeardPackets bus;
-  const Bytes message(20, 7);
-  EXPECT_EQ(bus.hears(parts(0x21, message)), message);
-  EXPECT_EQ(bus.id, bus.machine.bus.broadcast(NodeRole::kReading, 3).frame->id);
-  CanFrame other{.id = 0x0CF00400U | kExtendedId, .size = 8, .data = {}};
-  EXPECT_TRUE(bus.j1939.receive(other, bus.now));
-  EXPECT_FALSE(bus.j1939.message()) << "said once";
-  EXPECT_TRUE(bus.hears(parts(0x21, message, kForeignGroup)).empty()) << "of no group of the file";
-  EXPECT_EQ(bus.j1939.news_count(), 0U);
-}
-
-TEST(J1939PacketsOfABus, ThatAreLostAreToldWithWhatToDoOnceInTenSeconds) {
-  HeardPackets bus;
-  std::vector<CanFrame> frames = parts(0x21, Bytes(20, 7));
-  frames.erase(frames.begin() + 2);
-  for (int i = 0; i < 9; ++i, bus.now += 850ms) EXPECT_TRUE(bus.hears(frames).empty());
-  EXPECT_EQ(bus.j1939.news_count(), 1U);
-  EXPECT_EQ(bus.newest(),
-            "coolant (PGN 0x1FF60): packet 2 of 3 from 0x21 did not come, so that message was thrown away: check the "
-            "bus load, termination and plugs");
-  bus.now += 2s;
-  EXPECT_TRUE(bus.hears(frames).empty());
-  EXPECT_EQ(bus.j1939.news_count(), 2U) << "still";
-}
-
-/// J1939-21: a device has one message to everybody under way at a time.
-TEST(J1939PacketsOfABus, EndWithTheNextAnnouncementOfTheirSender) {
-  HeardPackets bus;
-  std::vector<CanFrame> cut = parts(0x21, Bytes(20, 7));
-  cut.resize(1);
-  EXPECT_TRUE(bus.hears(cut).empty());
-  EXPECT_TRUE(bus.hears(parts(0x21, Bytes(30, 9), kForeignGroup)).empty()) << "its packets are not of that group";
-  EXPECT_TRUE(test::says(bus.newest(), "packet 1 of 3 from 0x21 did not come"));
-  EXPECT_EQ(bus.hears(parts(0x21, Bytes(20, 8))), Bytes(20, 8));
-}
-
-TEST(J1939PacketsOfABus, OfASecondSenderAreNotMixedIn) {
-  HeardPackets bus;
-  const std::vector<CanFrame> first = parts(0x21, Bytes(20, 7)), second = parts(0x22, Bytes(20, 9));
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    const Bytes whole = bus.hears(first[i]);
-    EXPECT_EQ(whole, i + 1 == first.size() ? Bytes(20, 7) : Bytes());
-    EXPECT_TRUE(bus.hears(second[i]).empty());
-  }
-  EXPECT_EQ(bus.j1939.news_count(), 1U);
-  EXPECT_TRUE(test::says(bus.newest(), "also comes from 0x22; the values of 0x21 count"));
-}
-
 TEST(J1939PacketsOfABus, AreOfTheBusTheyCameFrom) {
   HeardPackets bus;
   const std::vector<CanFrame> frames = parts(0x21, Bytes(20, 7));

@@ -22,17 +22,6 @@ class JogGate : public JogGateBench {
   }
 };
 
-TEST_F(JogGate, PassesASmallOpeningOfTheJointOfThePlan) {
-  for (int joint = 0; joint < kJoints; ++joint) {
-    state.joint = joint;
-    for (double u = -0.35; u <= 0.35; u += 0.01) {
-      const GateResult r = gate(only(joint, u));
-      EXPECT_EQ(r.commands, only(joint, u));
-      EXPECT_FALSE(r.fault);
-    }
-  }
-}
-
 TEST_F(JogGate, RefusesWhatIsBeyondThirtyFivePercentOfStroke) {
   for (double u = -1.2; u <= 1.2; u += 0.003) {
     if (std::abs(u) > 0.35) {

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <random>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tests/slave/jog_bench.h"
@@ -169,20 +167,6 @@ TEST(Jog, WhateverEndsAMotionLeavesItNeutralAndUnpoweredFromThatStepOn) {
   }
 }
 
-TEST(Jog, ASlopeMayBeOlderThanTheOthersByTheSyncWithoutIt) {
-  JogRig rig;
-  rig.moving();
-  rig.bench.nodes.inject(0x38, sim::NodeFault::kSilent);
-  Duration oldest{};
-  for (int i = 0; i < 20; ++i) {
-    rig.step();
-    if (rig.jog.phase() == Phase::kMoving) oldest = rig.bench.now - rig.jog.sensors().at.back();
-  }
-  EXPECT_GT(oldest, 25ms);
-  EXPECT_LE(oldest, 30ms);
-  EXPECT_EQ(rig.jog.trouble().subject, 0x38);
-}
-
 TEST(Jog, NothingMovesWithoutPilotPressure) {
   JogRig rig;
   rig.start();
@@ -238,17 +222,6 @@ TEST(Jog, TaskIsTakenAtRestOnly) {
   rig.finish();
   rig.jog.move({.joint = 3, .peak = 0.3});
   EXPECT_EQ(rig.jog.phase(), Phase::kRest) << "there is no such joint";
-}
-
-TEST(Jog, PlanThatAsksForMoreThanTheGateAllowsEndsAtItsLimit) {
-  JogRig rig;
-  rig.bench.blocked[kBoom] = true;
-  rig.start();
-  rig.jog.move({.joint = kBoom, .peak = 0.6, .rise_1ps = 0.1, .travel_m = 1});
-  rig.finish();
-  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kCommandInvalid));
-  for (const JogSample& s : rig.samples) EXPECT_LE(s.command, 0.35);
-  EXPECT_GT(rig.samples.back().command, 0.34);
 }
 
 /// What the wire carried since recording began: one opening at a time, small, and opened slowly.

@@ -2,8 +2,6 @@
 // auxiliary valves of ISO 11783-7, outputs of a module.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
 #include <set>
 #include <string>
 
@@ -95,21 +93,6 @@ TEST_P(LedByFrames, AValveThatDoesNotMoveIsFoundByTheMotion) {
   m.run(1s);
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_TRUE(m.engage()) << m.fault();
-}
-
-TEST_P(LedByFrames, AValveThatStaysOpenIsFoundByTheMotion) {
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.jammed[kArm] = 0.5;
-  m.run(1s);
-  EXPECT_EQ(m.loop.mode(), Mode::kFault);
-  EXPECT_TRUE(test::begins(m.fault(), "motion_not_following: arm: "));
-}
-
-TEST_P(LedByFrames, AnotherSenderOfItsCommandsIsAFault) {
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.bus.port(2).send({.id = m.description.bus.commands.front().id, .size = 8, .data = {}});
-  m.run(20ms);
-  EXPECT_TRUE(m.faulted(ReasonCode::kOtherController));
 }
 
 TEST_P(LedByFrames, IsLeftNeutralByAnOrderlyStop) {
@@ -227,60 +210,6 @@ TEST_P(LedByAModule, ThatStartsAnewIsNeutralAndAFault) {
   m.move(JointVector(0.15, 0, 0), 100ms);
   EXPECT_EQ(m.loop.mode(), Mode::kFault) << m.fault();
   EXPECT_EQ(m.nodes.outputs().spool_demand, JointVector::Zero());
-}
-
-TEST_P(LedByAModule, HasNoPilotPressureWhileNobodyLeads) {
-  ASSERT_TRUE(m.engage()) << m.fault();
-  EXPECT_TRUE(m.nodes.outputs().pilot);
-  m.hand.enable = false;
-  m.run(300ms);
-  EXPECT_FALSE(m.nodes.outputs().pilot);
-}
-
-/// Of all commands of auxiliary valves since the last call: how many, and how many are not blocked.
-struct SaidToValves {
-  int all = 0, open = 0;
-};
-SaidToValves said_to_valves(test::BenchMachine& m) {
-  SaidToValves said;
-  for (const auto& [at, frame] : m.wire) {
-    const auto& commands = m.description.bus.commands;
-    if (std::none_of(commands.begin(), commands.end(), [&](const auto& one) { return one.id == frame.id; })) continue;
-    ++said.all;
-    const int state = frame.data[2] & 0xF;
-    EXPECT_LE(state, 2) << "float, or none";
-    EXPECT_EQ(state == 0, frame.data[0] == 0);
-    said.open += state == 0 ? 0 : 1;
-  }
-  m.wire.clear();
-  return said;
-}
-
-TEST(AuxiliaryValves, AreBlockedWhereNobodyLeads) {
-  test::BenchMachine m(test::valves_machine());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  (void)said_to_valves(m);
-  m.move(JointVector(0.1, -0.1, 0.15), 2s);
-  const SaidToValves moving = said_to_valves(m);
-  EXPECT_NEAR(moving.all, 2 * (50 + 100 + 50), 8) << "each 20 and 10 ms, and more where a joint stops";
-  EXPECT_GT(moving.open, 100);
-  m.hand.enable = false;
-  m.run(20ms);
-  (void)said_to_valves(m);
-  m.run(2s);
-  EXPECT_EQ(said_to_valves(m).open, 0);
-}
-
-TEST(AuxiliaryValves, AreBlockedByTheEStopAtOnce) {
-  test::BenchMachine m(test::valves_machine());
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.move(JointVector(0.1, -0.1, 0.15), 500ms);
-  m.nodes.set_estop(true);
-  m.run(40ms);  // its state comes every 25 ms
-  (void)said_to_valves(m);
-  m.move(JointVector(0.1, -0.1, 0.15), 500ms);
-  EXPECT_EQ(m.loop.mode(), Mode::kEStop);
-  EXPECT_EQ(said_to_valves(m).open, 0);
 }
 
 TEST(AuxiliaryValves, HaveOneCommanderWhateverItsPriorityAndAddress) {

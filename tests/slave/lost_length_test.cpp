@@ -1,8 +1,6 @@
 // A cylinder length that was doubtful for a while counts again only after enable was pressed and let go.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/slave/leading.h"
 
 namespace knuckle::slave {
@@ -175,23 +173,6 @@ TEST(SlaveLoop, DrumThatSlipsOnWhileEnableIsPressedIsAskedAboutAnew) {
   m.run(20ms);
   expect_shown(m, ReasonCode::kLengthElsewhere);
   EXPECT_NEAR(m.loop.blocking().value, 100, 1);
-}
-
-TEST(SlaveLoop, PressFromBeforeALengthSettledDoesNotMakeItCount) {
-  LedMachine m;
-  ASSERT_TRUE(m.nodes.inject(0x30, sim::NodeFault::kInvalid));
-  m.run(400ms);
-  ASSERT_EQ(m.loop.mode(), Mode::kFault);
-  m.hand.enable = false;
-  m.run(100ms);
-  m.hand.enable = true;  // nothing asks anything yet
-  m.run(100ms);
-  m.signals.cylinder_m[kBoom] += 0.04;
-  m.nodes.inject(0x30, sim::NodeFault::kNone);
-  m.run(3s);
-  m.hand.enable = false;
-  m.run(1s);
-  expect_elsewhere(m, 0x30);
 }
 
 }  // namespace

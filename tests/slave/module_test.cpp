@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "slave/node_setup.h"
 #include "tests/slave/bench_machine.h"
@@ -74,25 +73,6 @@ TEST(Module, WithMoreOutputsThanTheFileSaysIsNotStarted) {
   EXPECT_EQ(m.setup_failure(), "module (node 0x41): reading 0x6411:00 gave 0x8, the machine file says 0x4");
 }
 
-/// Nor reset: its outputs would be at the device's defaults, which need not be neutral.
-TEST(Module, ThatTakesNoErrorValuesIsNotStarted) {
-  OnModule m;
-  m.module().refuse({0x6444, 3}, canopen::SdoAbort::kDeviceState);
-  m.engage();
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kNodeSetup));
-  EXPECT_FALSE(m.told(canopen::NmtCommand::kResetNode));
-}
-
-TEST(Module, WithoutAnyGuardIsStartedOnlyIfTheFileSaysWhy) {
-  for (const char* why : {"", "unguarded = \"a relay\"\n"}) {
-    OnModule m(
-        test::module_machine(test::kVoltageOutputs, "error_value_shift", std::string(why) + "error_value_shift"));
-    m.module().remove({0x1401, 5});
-    m.module().remove(canopen::kConsumerHeartbeat);
-    EXPECT_EQ(m.engage(), *why != 0) << m.fault();
-  }
-}
-
 TEST(Module, ABrokenWireIsAFaultInWords) {
   OnModule m;
   ASSERT_TRUE(m.engage()) << m.fault();
@@ -103,14 +83,6 @@ TEST(Module, ABrokenWireIsAFaultInWords) {
   EXPECT_EQ(m.loop.mode(), Mode::kFault);
   EXPECT_TRUE(test::begins(m.fault(), "sensor_invalid: module (node 0x41), boom_head_pressure: "));
   EXPECT_TRUE(test::says(m.fault(), "; outside 4-20mA: its wire is broken or has a short circuit"));
-}
-
-TEST(Module, ThatSendsNoInputsUntilItIsToldToIsHeard) {
-  OnModule m;
-  ASSERT_TRUE(m.engage()) << m.fault();
-  m.module().replace(canopen::kAnalogInputSends, 0);
-  m.run(100ms);
-  EXPECT_TRUE(test::is(m.loop.fault(), ReasonCode::kSensorStale));
 }
 
 constexpr std::uint32_t kNeutral = 6000;  // mV

@@ -211,22 +211,6 @@ TEST(NodeSetup, PresetMakesAnEncoderShowTheLengthAndOutlivesAReset) {
   EXPECT_NEAR(shown(), 0.91, 1.5e-4);
 }
 
-TEST(NodeSetup, EveryNodeOfTheFileHasAScriptThatBeginsWithItsIdentity) {
-  const std::vector<NodeScript> scripts = node_scripts(test::test_machine());
-  ASSERT_EQ(scripts.size(), 14U);
-  EXPECT_EQ(scripts[0].node.name, "boom_valve");
-  EXPECT_EQ(scripts[4].node.name, "boom_rod_pressure");
-  EXPECT_EQ(scripts[13].node.name, "enable");
-  for (const NodeScript& node : scripts) {
-    ASSERT_GE(node.script.size(), 3U);
-    const canopen::Object identity[] = {canopen::kDeviceType, canopen::kVendorId, canopen::kProductCode};
-    for (std::size_t i = 0; i < 3; ++i) {
-      EXPECT_EQ(node.script[i].kind, SetupPart::Kind::kIdentity);
-      EXPECT_EQ(node.script[i].asked.at(0).object, identity[i]);
-    }
-  }
-}
-
 // Sensors that let nobody change how they send, and send by a timer of their own.
 
 constexpr std::uint8_t kPressureNode = 0x20, kTiltNode = 0x38;
@@ -245,19 +229,6 @@ void sends_by_timer(BenchMachine& m, std::uint8_t node, std::uint32_t timer_ms, 
 std::string failure_of(BenchMachine& m) {
   (void)m.fails(6s);
   return m.setup_failure();
-}
-
-TEST(OwnTimer, IsTakenAsItIsAndTheMachineRuns) {
-  BenchMachine m;
-  for (const std::uint8_t node : {kPressureNode, std::uint8_t{0x30}}) sends_by_timer(m, node, 10);
-  sends_by_timer(m, kTiltNode, 25);
-  ASSERT_TRUE(m.engage()) << m.setup_failure();
-  m.wire.clear();
-  m.run(2s);
-  for (const std::uint32_t id : {0x1A0U, 0x1B0U}) EXPECT_EQ(m.frames(id).size(), 200U) << id;
-  EXPECT_EQ(m.frames(0x1B8).size(), 80U);
-  EXPECT_EQ(m.loop.mode(), Mode::kEngaged) << text(m.loop.fault());
-  EXPECT_NEAR(m.loop.sensors().measurement()->pressure_Pa[0], m.signals.pressure_Pa[0], 2e5);
 }
 
 TEST(OwnTimer, ThatIsNoFasterThanSyncAndNoSlowerThanTheAgeLimitLetsIsRefusedInOneLineElse) {
@@ -290,13 +261,6 @@ TEST(OwnTimer, ThatMayBeSetIsSetAsOftenAsSync) {
   ASSERT_TRUE(m.engage()) << m.setup_failure();
   EXPECT_EQ(m.nodes.node(kPressureNode)->value(canopen::kTpdo1Timer), 5U);
   EXPECT_EQ(m.nodes.node(kTiltNode)->value(canopen::kTpdo1Timer), 10U);
-}
-
-TEST(OwnTimer, IsNotAskedForWhereTheTransmissionTypeIsAsWanted) {
-  BenchMachine m;
-  ASSERT_TRUE(m.engage()) << m.setup_failure();
-  for (const CanFrame& answer : m.frames(canopen::sdo_response_id(kPressureNode)))
-    EXPECT_NE(canopen::parse_sdo_response(answer)->object, canopen::kTpdo1Timer);
 }
 
 TEST(OwnTimer, DoesNotHelpASensorThatSendsWithAnotherNumberOfSyncs) {

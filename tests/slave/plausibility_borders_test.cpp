@@ -147,8 +147,8 @@ TEST_F(PlausibilityBorders, OilThatExpandsIsTakenOffButNoneIsAddedWherePressureR
 
 TEST_F(PlausibilityBorders, OpenBeginsFourPercentBeyondTheDirectionsOwnDeadBand) {
   each_way([this](int joint, bool extends) {
-    open(joint, extends, band(extends) + 0.0399);
-    EXPECT_EQ(found_after(), 0);
+    open(joint, extends, band(extends) + 0.04);
+    EXPECT_EQ(found_after(), 0) << "is not open yet";
     open(joint, extends, band(extends) + 0.0401);
     EXPECT_NE(found_after(), 0);
   });
@@ -161,8 +161,8 @@ TEST_F(PlausibilityBorders, NothingIsExpectedTenMillimetresBeforeTheEndItGoesTo)
     open(joint, extends, 0.5);
     m.cylinder_m[joint] = from_end(0.0099);
     EXPECT_EQ(found_after(), 0);
-    m.cylinder_m[joint] = from_end(0.0101);
-    EXPECT_NE(found_after(), 0);
+    m.cylinder_m[joint] = from_end(0.010);
+    EXPECT_NE(found_after(), 0) << "is not at its end yet";
     fresh();  // away from the end it stands at
     open(joint, extends, 0.5);
     m.cylinder_m[joint] = extends ? c.min_length_m : c.max_length_m;
@@ -214,22 +214,6 @@ TEST_F(PlausibilityBorders, ASpoolThatPassesThroughItsDeadBandForgetsNothing) {
   });
 }
 
-TEST_F(PlausibilityBorders, WhileASpoolPassesOilStillLeavesByTheSideThatItLeftBy) {
-  each_way([this](int joint, bool extends) {
-    for (const double passing : {-0.05, 0.0, 0.05}) {
-      fresh();
-      driven_Pa(joint, extends) = 110e5;  // taken for the returning side's, its fall would explain seven millimetres
-      open(joint, extends, 0.5);
-      ASSERT_FALSE(step());
-      spool[joint] = passing;
-      m.cylinder_m[joint] += extends ? 0.001 : -0.001;  // it coasts
-      ASSERT_FALSE(step());
-      open(joint, extends, 0.5);  // and from here on is not seen to move
-      EXPECT_EQ(found_after(), 1 + static_cast<int>(std::floor(0.004 / delivered_m(joint, extends, 0.5)))) << passing;
-    }
-  });
-}
-
 TEST_F(PlausibilityBorders, AnAxisThatIsNotDrivenAsAStalledOneMustMoveWithinEightTenthsOfASecond) {
   each_way([this](int joint, bool extends) {
     returning_Pa(joint, extends) = kTank_Pa;
@@ -243,36 +227,22 @@ TEST_F(PlausibilityBorders, AnAxisThatIsNotDrivenAsAStalledOneMustMoveWithinEigh
     open(joint, extends, 0.5);
     driven_Pa(joint, extends) = 0.6 * 205e5 + 20;
     EXPECT_EQ(found_after(), 0);
-    // The time counts without a break only.
+    fresh();  // at the border itself
+    returning_Pa(joint, extends) = kTank_Pa;
+    open(joint, extends, 0.5);
+    driven_Pa(joint, extends) = 0.6 * 205e5;
+    live = false;
+    EXPECT_NE(found_after(), 0) << "is not driven as a stalled one yet";
+    live = true;
+    fresh();  // the time counts without a break only
+    returning_Pa(joint, extends) = kTank_Pa;
+    open(joint, extends, 0.5);
     driven_Pa(joint, extends) = 50e5;
     for (int i = 0; i < 150; ++i) ASSERT_FALSE(step());
     driven_Pa(joint, extends) = 150e5;
     ASSERT_FALSE(step());
     driven_Pa(joint, extends) = 50e5;
     for (int i = 0; i < 150; ++i) ASSERT_FALSE(step());
-  });
-}
-
-// A border belongs to what is well.
-TEST_F(PlausibilityBorders, NothingIsFoundAtTheBorderItself) {
-  each_way([this](int joint, bool extends) {
-    open(joint, extends, band(extends) + 0.04);
-    EXPECT_EQ(found_after(), 0) << "is not open yet";
-    fresh();
-    open(joint, extends, 0.5);
-    const CylinderDescription& c = cylinder(joint);
-    m.cylinder_m[joint] = extends ? c.max_length_m - 0.010 : c.min_length_m + 0.010;
-    EXPECT_NE(found_after(), 0) << "is not at its end yet";
-    fresh();
-    open(joint, extends, 0.5);
-    returning_Pa(joint, extends) = kTank_Pa;
-    driven_Pa(joint, extends) = 0.6 * 205e5;
-    live = false;
-    EXPECT_NE(found_after(), 0) << "is not driven as a stalled one yet";
-    live = true;
-    fresh();
-    open(joint, extends, band(extends) - 0.03);
-    EXPECT_EQ(found_after(kForever, [&] { m.cylinder_m[joint] += 0.05 * kCheckStep_s; }), 0) << "is not closed yet";
   });
 }
 
@@ -335,20 +305,6 @@ TEST_F(PlausibilityBorders, TravelIsOfThatCylinderAndSumsFromItsFirstLength) {
   });
 }
 
-TEST_F(PlausibilityBorders, TravelIsForgottenWhenTheValveOpens) {
-  each_way([this](int joint, bool) {
-    EXPECT_EQ(found_after(0.3), 0);
-    for (int i = 0; i < 2; ++i) {
-      m.cylinder_m[joint] += 0.012;
-      EXPECT_EQ(found_after(0.02), 0) << i;
-      spool[joint] = 0.1;
-      EXPECT_EQ(found_after(0.02), 0);
-      spool[joint] = 0;
-      EXPECT_EQ(found_after(0.2), 0);
-    }
-  });
-}
-
 // Lengths near 0 are no machine's, but their differences are exact.
 TEST_F(PlausibilityBorders, ALengthAtTheBorderItselfIsWell) {
   for (int joint = 0; joint < kJoints; ++joint) {
@@ -374,8 +330,8 @@ TEST_F(PlausibilityBorders, ALengthAtTheBorderItselfIsWell) {
 TEST_F(PlausibilityBorders, AValveIsClosedThreePercentInsideTheDirectionsOwnDeadBand) {
   each_way([this](int joint, bool extends) {
     const auto moves = [&] { m.cylinder_m[joint] += (extends ? 1 : -1) * 0.05 * kCheckStep_s; };
-    open(joint, extends, band(extends) - 0.0299);
-    EXPECT_EQ(found_after(kForever, moves), 0);
+    open(joint, extends, band(extends) - 0.03);
+    EXPECT_EQ(found_after(kForever, [&] { m.cylinder_m[joint] += 0.05 * kCheckStep_s; }), 0) << "is not closed yet";
     fresh();
     open(joint, extends, band(extends) - 0.0301);
     EXPECT_NE(found_after(kForever, moves), 0);
@@ -421,14 +377,6 @@ TEST_F(PlausibilityBorders, ATransmitterThatRepeatsItselfIsFoundOnceItsNeighbour
   }
 }
 
-TEST_F(PlausibilityBorders, ItsNeighboursSpanCountsUpAndDown) {
-  live = false;
-  const double still_Pa = pressure_Pa[1];
-  EXPECT_NE(found_after(kForever, [&] { pressure_Pa[1] = still_Pa + (steps % 2 == 0 ? 1 : -1) * (2.5e5 + 50); }), 0);
-  EXPECT_EQ(found.subject, 0x20);
-  live = true;
-}
-
 TEST_F(PlausibilityBorders, ATransmitterThatRepeatsItselfIsFoundOnceTheCylinderHasMoved) {
   for (const double way_m : {0.0049, 0.0051, -0.0049, -0.0051}) {
     for (int joint = 0; joint < kJoints; ++joint) {
@@ -457,17 +405,6 @@ TEST_F(PlausibilityBorders, AnEmptyChamberMayStandAtOneValue) {
     EXPECT_EQ(found_after(1, [&] { pressure_Pa[1] = still_Pa + (steps % 2 == 0 ? 0 : 10e5); }) != 0, value_Pa >= 3e5);
   }
   live = true;
-}
-
-TEST_F(PlausibilityBorders, TheFirstOfSeveralIsTold) {
-  open(kArm, true, 0.5);
-  open(kBucket, true, 0.5);
-  returning_Pa(kArm, true) = returning_Pa(kBucket, true);
-  machine.cylinders[kBucket] = machine.cylinders[kArm];
-  plausibility = Plausibility(machine, kCheckStep_s);
-  m.cylinder_m[kBucket] = m.cylinder_m[kArm];
-  EXPECT_NE(found_after(), 0);
-  EXPECT_EQ(found.subject, 0x31);
 }
 
 TEST_F(PlausibilityBorders, ResetForgetsEverything) {

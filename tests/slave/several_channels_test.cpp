@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "machine/reason_text.h"
-#include "slave/plausibility.h"
 #include "tests/slave/jog_bench.h"
 #include "tests/support/says.h"
 
@@ -81,20 +80,16 @@ TEST(SeveralChannels, ADeviceThatLetsNobodyChangeItsMappingIsReadAsItIs) {
 }
 
 TEST(SeveralChannels, AFrameThatIsMissingNamesItsFirstSignalInTheFaultThatTheOperatorReads) {
-  constexpr std::array<const char*, 3> kFirst{"boom_head_pressure", "arm_head_pressure", "bucket_head_pressure"};
-  for (std::size_t pdo = 0; pdo < kFirst.size(); ++pdo) {
-    BenchMachine m(machine_with_one_transmitter());
-    ASSERT_TRUE(m.engage());
-    m.can.lost = {m.description.bus.pressure(0).tpdo_id(pdo)};
-    m.run(100ms);
-    EXPECT_EQ(m.loop.mode(), Mode::kFault);
-    const std::string said = text(m.link.last()->fault, m.description.bus);
-    const std::string expected = std::string("pressures (node 0x20), ") + kFirst[pdo] + ": sensor has stopped sending";
-    EXPECT_EQ(said.substr(0, expected.size()), expected);
-    m.can.lost.clear();
-    m.run(1s);
-    EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
-  }
+  BenchMachine m(machine_with_one_transmitter());
+  ASSERT_TRUE(m.engage());
+  m.can.lost = {m.description.bus.pressure(0).tpdo_id(1)};
+  m.run(100ms);
+  EXPECT_EQ(m.loop.mode(), Mode::kFault);
+  EXPECT_TRUE(test::begins(text(m.link.last()->fault, m.description.bus),
+                           "pressures (node 0x20), arm_head_pressure: sensor has stopped sending"));
+  m.can.lost.clear();
+  m.run(1s);
+  EXPECT_TRUE(m.engage()) << text(m.loop.blocking());
 }
 
 TEST(SeveralChannels, AStaleSignalsFaultBecomesThatOfItsNodeOnceTheNodeSaysThatItStopped) {
@@ -146,21 +141,6 @@ TEST(SeveralChannels, AnImpossibleValueNamesItsSignal) {
   EXPECT_EQ(signal_name(sensors.fault(Time(1s))), "bucket_rod_pressure");
 }
 
-TEST(SeveralChannels, APressureThatContradictsTheOthersIsNamed) {
-  const MachineDescription machine = machine_with_one_transmitter();
-  Plausibility rules(machine, 0.005);
-  estimation::Measurement m;
-  m.pressure_Pa.fill(50e5);
-  m.cylinder_m = JointVector(1, 1, 1);
-  Reason found;
-  for (int i = 0; i < 200 && !found; ++i) {
-    m.pressure_Pa[2] += 1e5;  // of the arm only the rod side stands
-    found = rules.step(m, JointVector::Zero(), {});
-  }
-  EXPECT_TRUE(test::is(found, ReasonCode::kSensorImplausible));
-  EXPECT_EQ(signal_name(found), "arm_rod_pressure");
-}
-
 TEST(SeveralChannels, ANodeIdThatTwoUseIsNoticedAndOneLateFrameOfEachIsNot) {
   const BusDescription bus = machine_with_one_transmitter().bus;
   const auto after = [&bus](int frames_a_sync, int extra) {
@@ -180,25 +160,6 @@ TEST(SeveralChannels, ANodeIdThatTwoUseIsNoticedAndOneLateFrameOfEachIsNot) {
   EXPECT_TRUE(test::is(after(2, 0), ReasonCode::kNodeIdTwice, kTransmitter));
   EXPECT_FALSE(after(1, 0));
   EXPECT_FALSE(after(1, 9)) << "half of what is too many, three times at once: one sign";
-}
-
-TEST(SeveralChannels, AreReadBeforeAnythingMoves) {
-  const MachineDescription machine = machine_with_one_transmitter();
-  VirtualCanBus bus(2, machine.bus.bit_rate);
-  sim::CanNodes nodes(machine, {}, bus.port(1), 1);
-  sim::MachineSignals signals;
-  for (std::size_t i = 0; i < 6; ++i) signals.pressure_Pa[i] = 1e6 * static_cast<double>(i + 1);
-  Jog jog(machine, bus.port(0));
-  jog.start();
-  for (Time now{1s}; now < Time(3s); now += 1ms) {
-    nodes.step(now, signals);
-    bus.advance(now);
-    if (now.time_since_epoch() / 1ms % 5 == 0) jog.step(now);
-  }
-  ASSERT_TRUE(jog.client().operational()) << text(jog.client().setup_failure(), machine.bus);
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(jog.sensors().pressure_Pa[i], signals.pressure_Pa[i], 1e4) << i;
-  EXPECT_FALSE(jog.sensors().invalid());
-  EXPECT_NE(jog.sensors().oldest(), kNever);
 }
 
 }  // namespace

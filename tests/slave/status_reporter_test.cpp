@@ -45,10 +45,6 @@ struct ReportingBench {
     run(100ms);
     ASSERT_EQ(reporter.sent().acted_report_at, Time(1h));
   }
-  void expect_nobodys_report() const {
-    EXPECT_EQ(reporter.sent().acted_report_at, kNever);
-    EXPECT_EQ(reporter.sent().acted_ago, 0ns);
-  }
   test::BenchMachine m;
   CanMeter meter;
   Told told;
@@ -78,56 +74,27 @@ TEST(StatusReporter, TellsWhetherTheMachineIsASimulationAndWhetherItsForcesAreCa
     EXPECT_EQ(bench.told.statuses.back().simulated, simulated);
     EXPECT_FALSE(bench.told.statuses.back().calibrated);
   }
-  test::BenchMachine m;
-  MachineDescription description = m.description;
+  ReportingBench bench;
+  MachineDescription description = bench.m.description;
   description.dynamics_calibration.emplace();
-  CanMeter meter;
-  Told told;
-  StatusReporter reporter(description, m.bus.port(0), meter, told, false);
-  reporter.step(Time(1s), m.loop);
-  ASSERT_EQ(told.statuses.size(), 1U);
-  EXPECT_TRUE(told.statuses.back().calibrated);
-}
-
-TEST(StatusReporter, DoesNotMakeUpForWhatAHungLoopMissed) {
-  ReportingBench bench;
-  bench.run(1s);
-  const std::size_t before = bench.told.statuses.size();
-  bench.m.run(2s);  // without it
-  bench.run(100ms);
-  EXPECT_LE(bench.told.statuses.size(), before + 3);
-}
-
-TEST(StatusReporter, ShowsCommandsSpoolsAndPilotOfTheLedMachine) {
-  ReportingBench bench;
-  ASSERT_TRUE(bench.m.engage()) << text(bench.m.loop.blocking());
-  bench.m.move(JointVector(0.25, -0.25, -0.3), 400ms);
-  bench.run(5ms);
-  const MachineStatus& status = bench.reporter.sent();
-  EXPECT_TRUE(status.pilot_on);
-  EXPECT_EQ(status.valve_command, bench.m.loop.commands());
-  EXPECT_EQ(status.spool, bench.m.loop.client().spool());
-  EXPECT_GT(status.spool.cwiseAbs().minCoeff(), 0.05);
-  EXPECT_GT(status.oil_flow_m3ps, 0);
-  EXPECT_GT(status.hydraulic_power_W, 0);
+  StatusReporter reporter(description, bench.m.bus.port(0), bench.meter, bench.told, false);
+  reporter.step(Time(1s), bench.m.loop);
+  ASSERT_EQ(bench.told.statuses.size(), 1U);
+  EXPECT_TRUE(bench.told.statuses.back().calibrated);
 }
 
 TEST(StatusReporter, TellsWhyTheForceIsKnownNoBetter) {
   ReportingBench bench;
+  bench.run(10ms);
+  ASSERT_FALSE(bench.m.loop.state());
+  ASSERT_EQ(bench.m.loop.confidence(), 0);
+  EXPECT_EQ(bench.reporter.sent().force_doubts, estimation::kBadInput) << "sensors are not usable yet";
   ASSERT_TRUE(bench.m.engage()) << text(bench.m.loop.blocking());
   bench.run(500ms);
   const std::uint16_t doubts = bench.reporter.sent().force_doubts;
   EXPECT_EQ(doubts, bench.m.loop.force().confidence_reasons);
   EXPECT_TRUE(doubts & estimation::kBiasNotLearned) << "it has never moved freely";
   EXPECT_FALSE(doubts & estimation::kBadInput);
-}
-
-TEST(StatusReporter, SaysThatSensorsAreNotUsableWhereTheForceIsToldWithoutConfidence) {
-  ReportingBench bench;
-  bench.run(10ms);
-  ASSERT_FALSE(bench.m.loop.state());
-  ASSERT_EQ(bench.m.loop.confidence(), 0);
-  EXPECT_EQ(bench.reporter.sent().force_doubts, estimation::kBadInput);
 }
 
 /// Which set-point each of its frames on the wire was made of, against what was told afterwards.
@@ -174,27 +141,20 @@ TEST(StatusReporter, TellsWhoseReportIsOnTheValvesWireAndHowLongAgo) {
   EXPECT_GT(told, 30);
 }
 
-TEST(StatusReporter, NobodysReportIsOnTheWireOnceTheMachineIsLetGo) {
-  ReportingBench bench;
-  bench.m.hand.device_report_at = Time(1h);
-  bench.run(3s);
-  EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever) << "not led yet";
-  ASSERT_NO_FATAL_FAILURE(bench.lead_with_report());
-  bench.m.hand.enable = false;
-  bench.run(100ms);
-  bench.expect_nobodys_report();
-}
-
-TEST(StatusReporter, NobodysReportIsOnTheWireOnceNoSetPointLeavesTheController) {
-  for (const bool bus_off : {true, false}) {
+TEST(StatusReporter, NobodysReportIsOnTheWireOnceNobodyLeadsOrNoSetPointLeavesTheController) {
+  constexpr void (*kEnds[])(test::BenchMachine&) = {[](test::BenchMachine& m) { m.hand.enable = false; },
+                                                    [](test::BenchMachine& m) { m.bus.bus_off(0); },
+                                                    [](test::BenchMachine& m) { m.bus.take_down(0, true); }};
+  for (const auto end : kEnds) {
     ReportingBench bench;
+    bench.m.hand.device_report_at = Time(1h);
+    bench.run(1s);
+    EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever) << "not led yet";
     ASSERT_NO_FATAL_FAILURE(bench.lead_with_report());
-    if (bus_off)
-      bench.m.bus.bus_off(0);
-    else
-      bench.m.bus.take_down(0, true);
+    end(bench.m);
     bench.run(100ms);
-    bench.expect_nobodys_report();
+    EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
+    EXPECT_EQ(bench.reporter.sent().acted_ago, 0ns);
   }
 }
 
@@ -211,21 +171,27 @@ TEST(StatusReporter, AReportIsNoLongerOnTheWireThanTheValvesWatchdogLetsIt) {
   EXPECT_EQ(bench.reporter.sent().acted_report_at, kNever);
 }
 
-TEST(StatusReporter, OldSensorsTakeNoOil) {
+TEST(StatusReporter, ShowsTheLedMachineAndOldSensorsTakeNoOil) {
   ReportingBench bench;
   auto& m = bench.m;
   ASSERT_TRUE(m.engage()) << text(m.loop.blocking());
   m.move(JointVector(0.25, -0.25, -0.3), 400ms);
   bench.run(5ms);
-  ASSERT_GT(bench.reporter.sent().oil_flow_m3ps, 0);
+  const MachineStatus& status = bench.reporter.sent();
+  EXPECT_TRUE(status.pilot_on);
+  EXPECT_EQ(status.valve_command, m.loop.commands());
+  EXPECT_EQ(status.spool, m.loop.client().spool());
+  EXPECT_GT(status.spool.cwiseAbs().minCoeff(), 0.05);
+  ASSERT_GT(status.oil_flow_m3ps, 0);
+  EXPECT_GT(status.hydraulic_power_W, 0);
   for (const NodeDescription& valve : test::nodes_with(m.description.bus, NodeRole::kValve))
     m.nodes.inject(valve.id, sim::NodeFault::kFrozen);
   m.nodes.inject(m.description.bus.encoder(kArm).id, sim::NodeFault::kSilent);
   bench.run(200ms);
   ASSERT_TRUE(m.loop.state());
-  EXPECT_GT(oil_demand(m.description, *m.loop.state(), bench.reporter.sent().spool).flow_m3ps, 0) << "as it was";
-  EXPECT_EQ(bench.reporter.sent().oil_flow_m3ps, 0);
-  EXPECT_EQ(bench.reporter.sent().hydraulic_power_W, 0);
+  EXPECT_GT(oil_demand(m.description, *m.loop.state(), status.spool).flow_m3ps, 0) << "as it was";
+  EXPECT_EQ(status.oil_flow_m3ps, 0);
+  EXPECT_EQ(status.hydraulic_power_W, 0);
 }
 
 TEST(StatusReporter, PassesOnWhatTheLoopsThreadSaysOfItsTime) {
