@@ -109,6 +109,7 @@ class MujocoArm {
     mj_forward(model_.get(), data_.get());
   }
   void step() { mj_step(model_.get(), data_.get()); }
+  [[nodiscard]] JointVector angle() const { return Eigen::Map<const JointVector>(data_->qpos); }
   [[nodiscard]] Eigen::Matrix3d mass() const {
     Eigen::Matrix<double, 3, 3, Eigen::RowMajor> full;
     mj_fullM(model_.get(), full.data(), data_->qM);
