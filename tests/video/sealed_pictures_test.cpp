@@ -10,6 +10,7 @@
 #include "tests/support/says.h"
 #include "tests/video/lossy_wire.h"
 #include "tests/video/patience.h"
+#include "tests/video/picture_key.h"
 #include "video/camera.h"
 #include "video/sender.h"
 
@@ -20,12 +21,6 @@ constexpr const char* kBall =
     "videotestsrc is-live=true pattern=ball ! video/x-raw,width=320,height=180,framerate=30/1";
 constexpr const char* kSnow =
     "videotestsrc is-live=true pattern=snow ! video/x-raw,width=640,height=360,framerate=30/1";
-
-PictureKey key_of(std::uint8_t seed) {
-  PictureKey key;
-  key.fill(seed);
-  return key;
-}
 
 /// A sender and a receiver, and between them whoever listens, keeps, changes and says again.
 class SealedPictures : public testing::Test {

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "tests/video/picture_key.h"
 #include "video/sealing.h"
 
 namespace knuckle::video {
