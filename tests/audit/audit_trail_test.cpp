@@ -165,6 +165,7 @@ TEST_F(Audit, SurvivesSigkillAtAnyTime) {
         if (i % 100 == 0) trail.flush();
       }
     }
+    for (int i = 0; i < 1000 && !std::filesystem::exists(folder); ++i) ::usleep(1000);
     ::usleep(static_cast<useconds_t>(10'000 + 7'000 * round));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
