@@ -15,7 +15,6 @@
 #include "tests/slave/bench_machine.h"
 #include "tests/support/j1939_machine.h"
 #include "tests/support/no_alloc.h"
-#include "tests/support/says.h"
 #include "tests/support/two_buses.h"
 #include "transport/machine_readings.h"
 
@@ -52,9 +51,6 @@ struct HeardPackets {
       now += 50ms;
     }
     return last;
-  }
-  [[nodiscard]] std::string newest() const {
-    return j1939.news_count() == 0 ? "" : text(j1939.news(j1939.news_count() - 1), machine.bus);
   }
   MachineDescription machine;
   J1939Bus j1939{machine.bus};
