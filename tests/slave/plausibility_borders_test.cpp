@@ -305,6 +305,20 @@ TEST_F(PlausibilityBorders, TravelIsOfThatCylinderAndSumsFromItsFirstLength) {
   });
 }
 
+TEST_F(PlausibilityBorders, TravelIsForgottenWhenTheValveOpens) {
+  each_way([this](int joint, bool) {
+    EXPECT_EQ(found_after(0.3), 0);
+    for (int i = 0; i < 2; ++i) {
+      m.cylinder_m[joint] += 0.012;
+      EXPECT_EQ(found_after(0.02), 0) << i;
+      spool[joint] = 0.1;
+      EXPECT_EQ(found_after(0.02), 0);
+      spool[joint] = 0;
+      EXPECT_EQ(found_after(0.2), 0);
+    }
+  });
+}
+
 // Lengths near 0 are no machine's, but their differences are exact.
 TEST_F(PlausibilityBorders, ALengthAtTheBorderItselfIsWell) {
   for (int joint = 0; joint < kJoints; ++joint) {
