@@ -259,11 +259,15 @@ TEST_F(PairedProgramsThreads, ASessionLeavesItsAuditTrail) {
   EXPECT_TRUE(test::says(warned.err, "is BROKEN: " + trail + "/audit-000001.jsonl:"));
 }
 
-TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
+TEST_F(PairedProgramsThreads, ATrailHasOneWriterAndARevokedOperatorIsCutOffWhileItRuns) {
   pair("desk 1");
   RunningProgram machine(test::program("knuckle"), slave());
   RunningProgram desk(test::program("knuckle"), master("desk 1"));
   ASSERT_TRUE(notes("control_taken"));
+  const ProgramRun second = run_program(test::program("knuckle"),
+                                        {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_TRUE(test::says(second.err, "another program writes its audit trail there"));
   EXPECT_EQ(run_program(test::program("knuckle"), {"pair", "--keys", keys("machine"), "--revoke", "desk 1"}).exit_code,
             0);
   ASSERT_TRUE(notes("cut_off"));
@@ -271,10 +275,6 @@ TEST_F(PairedProgramsThreads, ARevokedOperatorIsCutOffWhileItRuns) {
   ASSERT_TRUE(notes("refused"));
   desk.signal(SIGTERM);
   EXPECT_TRUE(test::says(desk.wait().err, "has revoked this computer's pairing"));
-  const ProgramRun second = run_program(test::program("knuckle"),
-                                        {"slave", "--simulate", "--listen", "127.0.0.1:0", "--keys", keys("machine")});
-  EXPECT_EQ(second.exit_code, 2);
-  EXPECT_TRUE(test::says(second.err, "another program writes its audit trail there"));
 }
 
 TEST_F(PairedProgramsThreads, ControlChangesHandsByALineOfTheOperator) {
