@@ -95,7 +95,7 @@ function(knuckle_tests folder)
   math(EXPR last "${tests_SHARDS} - 1")
   foreach(shard RANGE ${last})
     add_test(NAME ${name}.${shard} COMMAND test_${name} --gtest_filter=-Deep*:*Thread*.*)
-    set_tests_properties(${name}.${shard} PROPERTIES LABELS ${tests_LABEL} COST ${tests_SHARDS} TIMEOUT 600
+    set_tests_properties(${name}.${shard} PROPERTIES LABELS ${tests_LABEL} COST ${tests_SHARDS} TIMEOUT 1200
                          ENVIRONMENT "GTEST_TOTAL_SHARDS=${tests_SHARDS};GTEST_SHARD_INDEX=${shard}")
   endforeach()
   set(common TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)
