@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "recording/recording.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/forget_interrupts.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
@@ -59,6 +60,7 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
 }
 
 TEST(SimulateCommand, ASessionThatFailsOrIsInterruptedLeavesNoOutput) {
+  const test::ForgetInterrupts afterwards;
   const Folder folder;
   session::SimulateOptions options;
   options.csv = folder.file("a.csv");
@@ -77,6 +79,7 @@ TEST(SimulateCommand, ASessionThatFailsOrIsInterruptedLeavesNoOutput) {
 
 /// Interrupts a session when it looks for the `look`th time, each 2 s, after before() was called. @return what is said.
 std::string interrupted_at(int look, const session::SimulateOptions& options, const std::function<void()>& before) {
+  const test::ForgetInterrupts afterwards;
   int looks = 0;
   const auto interrupted = [&](const session::SimulateOptions& asked, const session::SessionHooks& hooks) {
     session::SessionHooks own = hooks;
