@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "tests/audit/audit_folder.h"
 #include "tests/support/refusal.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/says.h"
 
 namespace knuckle::audit {
@@ -41,14 +42,10 @@ void note_some(AuditTrail& trail) {
 
 /// `knuckle audit FOLDER`. @return its exit code.
 int audit_command(const std::string& folder, std::string* out = nullptr, std::string* err = nullptr) {
-  ::testing::internal::CaptureStdout();
-  ::testing::internal::CaptureStderr();
-  const int code = cli::run_program({"knuckle", "", "", {audit_entry()}}, {"audit", folder});
-  const std::string printed = ::testing::internal::GetCapturedStdout();
-  const std::string told = ::testing::internal::GetCapturedStderr();
-  if (out != nullptr) *out = printed;
-  if (err != nullptr) *err = told;
-  return code;
+  const test::ProgramRun run = test::run_inside({"knuckle", "", "", {audit_entry()}}, {"audit", folder});
+  if (out != nullptr) *out = run.out;
+  if (err != nullptr) *err = run.err;
+  return run.exit_code;
 }
 
 constexpr const char* kMissing = "lines before it were removed or changed while no program wrote here";

@@ -6,10 +6,16 @@
 #include <fstream>
 #include <string>
 
+#include "app/session/frame_log.h"
+#include "recording/events.h"
+#include "recording/file_names.h"
+#include "recording/recording.h"
+#include "recording/wire_events.h"
 #include "tests/bringup/commission_script.h"
 #include "tests/support/places.h"
 #include "tests/support/run_program.h"
 #include "tests/support/says.h"
+#include "tests/support/solar.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::bringup {
@@ -17,9 +23,34 @@ namespace {
 
 using knuckle::test::says;
 namespace fs = std::filesystem;
+using recording::WireEventKind;
 using namespace std::chrono_literals;
 
-TEST(InterruptedCommission, LeavesNothingHalfWrittenAndProgressToGoOnFrom) {
+struct Interrupted {
+  session::FrameLog sent_and_received;
+  std::string last_event;
+  bool complete = false;
+};
+Interrupted interrupted_in(const std::string& folder) {
+  Interrupted all;
+  const auto files = recording::files_in(folder);
+  EXPECT_EQ(files.size(), 1u);
+  if (files.size() != 1) return all;
+  recording::Recording recording({files.front().path});
+  while (const auto entry = recording.next()) {
+    if (entry->topic == recording::Topic::kEvents)
+      all.last_event = recording::decode_log(entry->data, recording.head().started_unix_ns).value().text;
+    if (entry->topic != recording::Topic::kMachineWires) continue;
+    const auto wires = recording::decode_wires(entry->data, kLinkVersion);
+    for (const recording::WireEvent& event : wires->events)
+      if (event.kind == WireEventKind::kCanSent || event.kind == WireEventKind::kCanReceived)
+        all.sent_and_received.push_back({wires->at, recording::can_frame(event)});
+  }
+  all.complete = recording.complete();
+  return all;
+}
+
+TEST(InterruptedCommission, LeavesNothingHalfWrittenAClosedRecordingANeutralMachineAndProgressToGoOnFrom) {
   const knuckle::test::TemporaryFolder folder;
   const std::string fifo = folder.file("typed"), said = folder.file("said"), out = folder.file("found.toml"),
                     log = folder.file("log");
@@ -44,6 +75,12 @@ TEST(InterruptedCommission, LeavesNothingHalfWrittenAndProgressToGoOnFrom) {
   EXPECT_FALSE(fs::exists(out));
   for (const auto& file : fs::recursive_directory_iterator(folder.path()))
     EXPECT_FALSE(says(file.path().string(), ".partial"));
+  const Interrupted recorded = interrupted_in(log);
+  EXPECT_TRUE(recorded.complete);
+  EXPECT_EQ(recorded.last_event, "interrupted; the machine is neutral");
+  ASSERT_FALSE(recorded.sent_and_received.empty());
+  const Time end = recorded.sent_and_received.back().at + 1ms;
+  EXPECT_TRUE(session::neutral_times(recorded.sent_and_received, knuckle::test::solar(), end - 1ms, end).command);
   const auto resumed = knuckle::test::run_program("/bin/sh", {"-c", command + " --resume < /dev/null"});
   EXPECT_TRUE(says(resumed.out, "Goes on after step 5 of the run before")) << resumed.err;
 }

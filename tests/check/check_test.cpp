@@ -8,6 +8,7 @@
 #include "app/check/file_check.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
@@ -41,12 +42,10 @@ class Check : public ::testing::Test {
   int run(const std::vector<std::string>& arguments) {
     std::vector<std::string> all{"check"};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    ::testing::internal::CaptureStderr();
-    ::testing::internal::CaptureStdout();
-    const int code = cli::run_program({"knuckle", "", "", {check_entry()}}, all);
-    out_ = ::testing::internal::GetCapturedStdout();
-    err_ = ::testing::internal::GetCapturedStderr();
-    return code;
+    const test::ProgramRun run = test::run_inside({"knuckle", "", "", {check_entry()}}, all);
+    out_ = run.out;
+    err_ = run.err;
+    return run.exit_code;
   }
 
   const test::TemporaryFolder folder_;

@@ -6,10 +6,13 @@
 #include <csignal>
 #include <thread>
 
+#include "tests/support/forget_interrupts.h"
+
 namespace knuckle::cli {
 namespace {
 
 TEST(InterruptGuard, TheSameWishSentTwiceIsOne) {
+  const test::ForgetInterrupts afterwards;
   const InterruptGuard guard;
   EXPECT_FALSE(guard.pending());
   std::raise(SIGTERM);  // as `timeout` does: to the program, and to its group

@@ -10,6 +10,7 @@
 #include "app/cli/interrupt.h"
 #include "core/error.h"
 #include "tests/support/file_size_limit.h"
+#include "tests/support/forget_interrupts.h"
 #include "tests/support/stalled_pipe.h"
 #include "tests/support/temporary_folder.h"
 
@@ -119,6 +120,7 @@ TEST(OutputFile, StopsWaitingForAPipesReaderWhenTold) {
   const Folder folder;
   const std::string pipe = folder.file("pipe");
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const test::ForgetInterrupts afterwards;
   const InterruptGuard guard;
   std::raise(SIGTERM);
   EXPECT_THROW(OutputFile("--csv", pipe), Interrupted);

@@ -14,6 +14,7 @@
 #include "app/cli/command.h"
 #include "app/cli/output_file.h"
 #include "app/cli/terminal.h"
+#include "tests/support/run_inside.h"
 
 namespace knuckle::cli {
 namespace {
@@ -62,13 +63,10 @@ TEST(PrintableOutput, CoversAllThatACommandPrints) {
                                                 return 0;
                                               };
                                             }}}};
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  const int code = run_program(program, {"print"});
-  std::cout << std::flush;
-  EXPECT_EQ(testing::internal::GetCapturedStdout(), shown("", "\n"));
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), shown("", "\n"));
-  EXPECT_EQ(code, 0);
+  const test::ProgramRun run = test::run_inside(program, {"print"});
+  EXPECT_EQ(run.out, shown("", "\n"));
+  EXPECT_EQ(run.err, shown("", "\n"));
+  EXPECT_EQ(run.exit_code, 0);
 }
 
 /// A terminal, and what it was sent.

@@ -87,12 +87,18 @@ TEST(DeepKnownMissInContact, AFrozenBucketEncoderPushesTheWallNoMoreThanIsKnown)
 
 /// The mode that was heard last says nothing of a machine that is not heard any more: these hands, whose press ends
 /// just before the link comes back, let go, press anew and lead the machine out of the wall.
+void expect_led_out_after_link_cut(std::uint64_t seed) {
+  const FinishedSession session = broken_in_contact(FaultKind::kLinkCut, 0, seed);
+  EXPECT_EQ(session.metrics.phases_timed_out, 0) << "seed " << seed;
+  EXPECT_EQ(session.record.samples.back().truth.tip_force_N.norm(), 0) << "seed " << seed;
+}
+
 TEST(RecoveryInContact, HandsDoNotTakeAMachineThatTheyDoNotHearForEngaged) {
-  for (const std::uint64_t seed : {4U, 20U}) {
-    const FinishedSession session = broken_in_contact(FaultKind::kLinkCut, 0, seed);
-    EXPECT_EQ(session.metrics.phases_timed_out, 0) << "seed " << seed;
-    EXPECT_EQ(session.record.samples.back().truth.tip_force_N.norm(), 0) << "seed " << seed;
-  }
+  for (const std::uint64_t seed : {4U, 20U}) expect_led_out_after_link_cut(seed);
+}
+
+TEST(DeepRecoveryInContact, NorDoOtherHands) {
+  expect_led_out_after_link_cut(17);
 }
 
 /// The law gives way to cues while the machine presses.

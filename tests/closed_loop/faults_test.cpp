@@ -151,50 +151,61 @@ class EveryFault : public testing::TestWithParam<Fault> {
     const Fault& fault = GetParam();
     return Told(run_session(story({fault.kind, kMoving, kFaultAfter_s, kFaultLasts_s, fault.subject}, seed)));
   }
+  /// Of the machine and hands of that seed.
+  static void expect_neutral_until_asked_again(std::uint64_t seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Told t = told(seed);
+    ASSERT_TRUE(moves_between(t.wire, t.broken_s - 0.1, t.broken_s)) << "nothing moved that a fault could stop";
+    ASSERT_EQ(t.record.faults.size(), 1u);
+
+    const Witness witness = GetParam().witness;
+    if (witness != Witness::kNodes) {
+      EXPECT_LE(kept_since(t.wire, commands_motion, t.broken_s, t.released_s) - t.broken_s, kCommandNeutral_s);
+    }
+    EXPECT_FALSE(moves_between(t.wire, t.broken_s + kFaultLasts_s, t.released_s)) << "resumed by itself";
+
+    const auto breaks = witness == Witness::kFrames ? spool_is_open : pilot_is_on;
+    EXPECT_LE(kept_since(t.wire, breaks, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
+    EXPECT_LE(truly_closed_since(t.record, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
+    EXPECT_LT(turned_rad(t.record, t.broken_s + 1, t.released_s), 0.01) << "the machine did not stay where it was";
+
+    // Enable let go and pressed again, it works again.
+    const double again_s = t.start_of(kMovingAgain);
+    EXPECT_TRUE(moves_between(t.wire, again_s, again_s + 3));
+    EXPECT_GT(turned_rad(t.record, again_s, again_s + 3), 0.05);
+    EXPECT_EQ(t.record.phases_timed_out, 0);
+  }
 };
 
 TEST_P(EveryFault, EndsInNeutralAndWaitsForTheOperator) {
-  const std::uint64_t seed = 1 + static_cast<std::uint64_t>(GetParam().kind) % 3;
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  const Told t = told(seed);
-  ASSERT_TRUE(moves_between(t.wire, t.broken_s - 0.1, t.broken_s)) << "nothing moved that a fault could stop";
-  ASSERT_EQ(t.record.faults.size(), 1u);
-
-  const Witness witness = GetParam().witness;
-  if (witness != Witness::kNodes) {
-    EXPECT_LE(kept_since(t.wire, commands_motion, t.broken_s, t.released_s) - t.broken_s, kCommandNeutral_s);
-  }
-  EXPECT_FALSE(moves_between(t.wire, t.broken_s + kFaultLasts_s, t.released_s)) << "resumed by itself";
-
-  const auto breaks = witness == Witness::kFrames ? spool_is_open : pilot_is_on;
-  EXPECT_LE(kept_since(t.wire, breaks, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
-  EXPECT_LE(truly_closed_since(t.record, t.broken_s, t.released_s) - t.broken_s, kSpoolNeutral_s);
-  EXPECT_LT(turned_rad(t.record, t.broken_s + 1, t.released_s), 0.01) << "the machine did not stay where it was";
-
-  // Enable let go and pressed again, it works again.
-  const double again_s = t.start_of(kMovingAgain);
-  EXPECT_TRUE(moves_between(t.wire, again_s, again_s + 3));
-  EXPECT_GT(turned_rad(t.record, again_s, again_s + 3), 0.05);
-  EXPECT_EQ(t.record.phases_timed_out, 0);
+  expect_neutral_until_asked_again(1 + static_cast<std::uint64_t>(GetParam().kind) % 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults, EveryFault,
-                         testing::Values(Fault{"LinkCut", FaultKind::kLinkCut}, Fault{"LinkNaN", FaultKind::kLinkNaN},
-                                         Fault{"PressureNodeSilent", FaultKind::kNodeSilent, 0x22},
-                                         Fault{"EncoderNodeSilent", FaultKind::kNodeSilent, 0x30},
-                                         Fault{"ValveNodeSilent", FaultKind::kNodeSilent, 0x11, Witness::kPilot},
-                                         Fault{"ValveNodeReset", FaultKind::kNodeReset, 0x10, Witness::kPilot},
-                                         Fault{"EmergencyStorm", FaultKind::kEmcyStorm, 0x31},
-                                         Fault{"SyncDropped", FaultKind::kSyncDropped, 0, Witness::kPilot},
-                                         Fault{"BusCut", FaultKind::kBusCut, 0, Witness::kNodes},
-                                         Fault{"BusOff", FaultKind::kBusOff, 0, Witness::kNodes},
-                                         Fault{"CanDown", FaultKind::kCanDown, 0, Witness::kNodes},
-                                         Fault{"NoAcknowledge", FaultKind::kNoAcknowledge},
-                                         Fault{"DeviceUnplugged", FaultKind::kDeviceUnplugged},
-                                         Fault{"DeviceTruncated", FaultKind::kDeviceTruncated},
-                                         Fault{"LoopHung", FaultKind::kLoopHung, 0, Witness::kNodes},
-                                         Fault{"EStop", FaultKind::kEStop}),
-                         [](const auto& test) { return std::string(test.param.name); });
+class EveryFaultDrawn : public EveryFault {};
+
+TEST_P(EveryFaultDrawn, EndsInNeutralAndWaitsForTheOperator) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) expect_neutral_until_asked_again(seed);
+}
+
+const Fault kEachFault[] = {Fault{"LinkCut", FaultKind::kLinkCut},
+                            Fault{"LinkNaN", FaultKind::kLinkNaN},
+                            Fault{"PressureNodeSilent", FaultKind::kNodeSilent, 0x22},
+                            Fault{"EncoderNodeSilent", FaultKind::kNodeSilent, 0x30},
+                            Fault{"ValveNodeSilent", FaultKind::kNodeSilent, 0x11, Witness::kPilot},
+                            Fault{"ValveNodeReset", FaultKind::kNodeReset, 0x10, Witness::kPilot},
+                            Fault{"EmergencyStorm", FaultKind::kEmcyStorm, 0x31},
+                            Fault{"SyncDropped", FaultKind::kSyncDropped, 0, Witness::kPilot},
+                            Fault{"BusCut", FaultKind::kBusCut, 0, Witness::kNodes},
+                            Fault{"BusOff", FaultKind::kBusOff, 0, Witness::kNodes},
+                            Fault{"CanDown", FaultKind::kCanDown, 0, Witness::kNodes},
+                            Fault{"NoAcknowledge", FaultKind::kNoAcknowledge},
+                            Fault{"DeviceUnplugged", FaultKind::kDeviceUnplugged},
+                            Fault{"DeviceTruncated", FaultKind::kDeviceTruncated},
+                            Fault{"LoopHung", FaultKind::kLoopHung, 0, Witness::kNodes},
+                            Fault{"EStop", FaultKind::kEStop}};
+const auto kFaultName = [](const auto& test) { return std::string(test.param.name); };
+INSTANTIATE_TEST_SUITE_P(Faults, EveryFault, testing::ValuesIn(kEachFault), kFaultName);
+INSTANTIATE_TEST_SUITE_P(DeepFaults, EveryFaultDrawn, testing::ValuesIn(kEachFault), kFaultName);
 
 TEST(HungLoop, LooksDeadOnTheWire) {
   const Told t(run_session(story({FaultKind::kLoopHung, kMoving, kFaultAfter_s, kFaultLasts_s, 0}, 1)));

@@ -43,6 +43,15 @@ TEST(FewNodes, AreSafeAmidFaultsAndInContact) {
     EXPECT_EQ(unsafe(few_nodes_text(), scenario), "") << scenario;
 }
 
+TEST(DeepFewNodes, AreSafeAmidFaultsAndInContactInMoreSessions) {
+  for (const char* scenario : {"bus_faults", "sensor_faults", "hidden_faults", "wall_contact"})
+    EXPECT_EQ(unsafe(few_nodes_text(), scenario, 2), "") << scenario;
+  for (const char* scenario : {"free_motion", "bus_faults"}) EXPECT_EQ(unsafe(axes_text(), scenario), "") << scenario;
+  EXPECT_EQ(unsafe(rotary_text(), "sensor_faults"), "");
+  EXPECT_EQ(unsafe(with_rotary_encoders(few_nodes_text()), "wall_contact"), "");
+  EXPECT_EQ(unsafe(valves_text(), "free_motion"), "");
+}
+
 TEST(ValveAxes, AreSafeAmidFaultsAndInContact) {
   for (const char* scenario : {"wall_contact", "hidden_faults"})
     EXPECT_EQ(unsafe(axes_text(), scenario), "") << scenario;

@@ -131,7 +131,8 @@ TEST_P(Scenario, MeetsItsSafetyBoundsAlwaysAndEachRequirementInMostSessions) {
 }
 
 TEST(RecordedScenarios, MeetTheirSafetyBoundsAlwaysAndEachRequirementInMostSessions) {
-  if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "no recorded dig cycles beside the checkout";
+  if (!std::filesystem::exists(kRecording))
+    GTEST_SKIP() << "NOT TESTED: real recordings: no ../shared/data/excavator_dig_cycles";
   for (const char* scenario : kRecorded) {
     SCOPED_TRACE(scenario);
     expect_met_by_most(scenario);

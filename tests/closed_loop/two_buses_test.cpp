@@ -32,30 +32,35 @@ std::string fault_text(const std::string& kind, const std::string& bus) {
          "\"\n";
 }
 
-TEST(TwoBuses, OneCutOrOffIsNeutralWithinBoundsAndNamed) {
-  struct Case {
-    Machine machine;
-    std::string kind, code, bus;
-  };
-  for (const auto& [machine, kind, code, bus] :
-       {Case{nodes(), "bus_cut", "bus_passive", "valves"}, Case{nodes(), "bus_off", "bus_off", "machine"},
-        Case{own_controller(), "bus_off", "bus_off", "valves"},
-        Case{own_controller(), "bus_cut", "bus_passive", "machine"}}) {
-    const MachineDescription& read = machine.description;
-    const FinishedSession finished = run_broken_while_moving(read, machine.device, fault_text(kind, bus), 4);
-    const std::string about = read.name + ", " + kind + " of " + bus;
-    ASSERT_EQ(finished.record.faults.size(), 1U) << about;
-    const session::FaultRecord& fault = finished.record.faults.front();
-    EXPECT_TRUE(begins(text_with_code(fault.reason, read.bus), code + ": bus " + bus + ": ")) << about;
-    EXPECT_LE(fault.at_s - fault.injected_s.value_or(0), 0.02) << about;
-    if (!fault.controller_silent) {
-      EXPECT_GT(fault.command_neutral_s, 0) << about;
-      EXPECT_LE(fault.command_neutral_s - fault.last_good_input_s, kCommandNeutral_s) << about;
-    }
-    EXPECT_GT(fault.spool_neutral_s, 0) << about;
-    EXPECT_LE(fault.spool_neutral_s - fault.last_good_input_s, kSpoolNeutral_s) << about;
-    expect_led_again(finished, about);
+void expect_neutral_and_named(const Machine& machine, const std::string& kind, const std::string& bus) {
+  const MachineDescription& read = machine.description;
+  const FinishedSession finished = run_broken_while_moving(read, machine.device, fault_text(kind, bus), 4);
+  const std::string code = kind == "bus_cut" ? "bus_passive" : "bus_off";
+  const std::string about = read.name + ", " + kind + " of " + bus;
+  ASSERT_EQ(finished.record.faults.size(), 1U) << about;
+  const session::FaultRecord& fault = finished.record.faults.front();
+  EXPECT_TRUE(begins(text_with_code(fault.reason, read.bus), code + ": bus " + bus + ": ")) << about;
+  EXPECT_LE(fault.at_s - fault.injected_s.value_or(0), 0.02) << about;
+  if (!fault.controller_silent) {
+    EXPECT_GT(fault.command_neutral_s, 0) << about;
+    EXPECT_LE(fault.command_neutral_s - fault.last_good_input_s, kCommandNeutral_s) << about;
   }
+  EXPECT_GT(fault.spool_neutral_s, 0) << about;
+  EXPECT_LE(fault.spool_neutral_s - fault.last_good_input_s, kSpoolNeutral_s) << about;
+  expect_led_again(finished, about);
+}
+
+TEST(TwoBuses, OneCutOrOffIsNeutralWithinBoundsAndNamed) {
+  expect_neutral_and_named(nodes(), "bus_cut", "valves");
+  expect_neutral_and_named(nodes(), "bus_off", "machine");
+  expect_neutral_and_named(own_controller(), "bus_off", "valves");
+  expect_neutral_and_named(own_controller(), "bus_cut", "machine");
+}
+
+TEST(DeepTwoBuses, EitherCutOrOffIsNeutralWithinBoundsAndNamed) {
+  for (const Machine& machine : {nodes(), own_controller()})
+    for (const char* kind : {"bus_cut", "bus_off"})
+      for (const char* bus : {"valves", "machine"}) expect_neutral_and_named(machine, kind, bus);
 }
 
 TEST(TwoBuses, BothFloodedAsFullAsTheyCanBeStillCarryWhatCounts) {

@@ -34,7 +34,8 @@ MachineDescription machine_of_sold_parts(const DeviceFile& valve, const DeviceFi
 }
 
 TEST(SoldDevices, StartAsTheyAreDeliveredAndAgainAfterAFaultWithoutASecondBoot) {
-  if (!std::filesystem::exists(test::source_dir() + "/../shared")) GTEST_SKIP() << "no ../shared";
+  if (!std::filesystem::exists(test::source_dir() + "/../shared"))
+    GTEST_SKIP() << "NOT TESTED: devices that are sold: no ../shared";
   const DeviceFile valve = read_device_file(kDevices + "PVED-CC.eds"),
                    tilt = read_device_file(kDevices + "DST-X720.eds");
   EXPECT_TRUE(fit_of(valve, machine(), "boom_valve").obstacles.empty());

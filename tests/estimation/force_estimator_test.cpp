@@ -315,6 +315,12 @@ TEST(TipForce, StraightArmGivesAFiniteAnswerThatAdmitsIgnorance) {
   EXPECT_NEAR(tip.force_N.dot(across), across.dot(PlanarVector(500, 500)), 5);
 }
 
+TEST(TipForce, TorquesThatNoTipForceExplainsLeaveAResidual) {
+  // A hit on the boom turns the boom alone.
+  const auto bent = Kinematics(test_machine()).tip_jacobian({0.3, -1.5, -0.9});
+  EXPECT_GT(solve_tip_force(bent, {1500, 0, 0}, 400 * Eigen::Matrix3d::Identity()).residual_sigma, 4);
+}
+
 TEST(ForceEstimator, NonFiniteInputRepeatsTheLastEstimateWithoutConfidence) {
   Twin run(real_sensors());
   run.free_motion(2);

@@ -5,6 +5,7 @@
 #include "app/explain/timeline.h"
 #include "machine/reason_text.h"
 #include "tests/support/j1939_machine.h"
+#include "tests/support/lines.h"
 #include "tests/support/says.h"
 #include "transport/j1939_packets.h"
 
@@ -25,12 +26,6 @@ struct Overheard {
   Time now{100s};
 };
 
-std::string lines_of(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
-}
-
 TEST(ExplainJ1939, NamesBothSendersOfAGroupAndSinceWhenThereIsASecond) {
   const MachineDescription machine = test::j1939_machine("id = 0x18FF1021", "pgn = 0xFF10");
   Overheard bus;
@@ -41,7 +36,7 @@ TEST(ExplainJ1939, NamesBothSendersOfAGroupAndSinceWhenThereIsASecond) {
       bus.cause({ReasonCode::kGroupTwice, subject_of(NodeRole::kEncoder, kArm, machine.bus), 0x77, 0x21}, machine);
   EXPECT_EQ(cause.id, "group_twice");
   EXPECT_TRUE(test::says(cause.text, "front_angle (PGN 0xFF10), arm_angle: two devices send"));
-  EXPECT_EQ(lines_of(cause.supports),
+  EXPECT_EQ(test::lines_of(cause.supports),
             "0x21 sent it 6 times, first at 100.000 s\n0x77 sent it 1 times, first at 100.050 s\n");
   EXPECT_EQ(cause.since, Time(100050ms));
 }
@@ -53,7 +48,7 @@ TEST(ExplainJ1939, NamesWhoTookTheAddress) {
   bus.hears(j1939::claim_frame(0x11, 0x05));
   const Cause cause = bus.cause({ReasonCode::kAddressLost, 0, 5, 0}, machine);
   EXPECT_EQ(cause.id, "address_lost");
-  EXPECT_EQ(lines_of(cause.supports), "claimed by NAME 0x0000000000000011 at 100.010 s; the lower NAME has it\n");
+  EXPECT_EQ(test::lines_of(cause.supports), "claimed by NAME 0x0000000000000011 at 100.010 s; the lower NAME has it\n");
   EXPECT_EQ(cause.since, Time(100010ms));
 }
 
@@ -65,7 +60,7 @@ TEST(ExplainJ1939, NotesLostPacketsAndOtherDevicesAndKnowsPacketsForTheMachines)
   bus.hears(j1939::packet_frame(0x21, 2, message));
   bus.hears(j1939::claim_frame(0x17, 0x21));
   bus.hears(j1939::claim_frame(0x18, 0x21));
-  const std::string notes = lines_of(j1939_notes(bus.window, machine));
+  const std::string notes = test::lines_of(j1939_notes(bus.window, machine));
   EXPECT_TRUE(test::says(notes, "at 100.010 s: coolant (PGN 0x1FF60): packet 1 of 3 from 0x21 did not come"));
   EXPECT_TRUE(
       test::says(notes, "at 100.030 s: coolant (PGN 0x1FF60): its sender's address 0x21 is claimed by another"));

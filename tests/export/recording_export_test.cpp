@@ -269,7 +269,7 @@ class Hdf5Export : public ::testing::Test {
 TEST_F(Hdf5Export, H5pyReadsEveryNumberAsRecorded) {
   const ProgramRun run = test::run_program("/usr/bin/python3", {test::source_dir() + "/tests/export/hdf5_witness.py",
                                                                 hdf5_, out_});  // Debian's: its modules
-  if (run.exit_code == 77 || run.exit_code == 127) GTEST_SKIP() << "python3-h5py is not installed";
+  if (run.exit_code == 77 || run.exit_code == 127) GTEST_SKIP() << "NOT TESTED: python3-h5py is not installed";
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto lines = table(content(out_), '\t');
   compare(lines);
@@ -286,7 +286,7 @@ TEST_F(Hdf5Export, OctaveReadsEveryNumberAsRecorded) {
   const ProgramRun run =
       test::run_program("octave", {"--no-gui", "--norc", "--quiet", "--path", test::source_dir() + "/tests/export",
                                    "--eval", "octave_witness('" + hdf5_ + "', '" + csv_ + "', '" + out_ + "')"});
-  if (run.exit_code == 127) GTEST_SKIP() << "octave is not installed";
+  if (run.exit_code == 127) GTEST_SKIP() << "NOT TESTED: octave is not installed";
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto lines = table(content(out_), '\t');
   compare(lines);

@@ -6,22 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/command.h"
 #include "app/export/export_command.h"
 #include "app/recordings/import.h"
-#include "tests/support/run_program.h"
+#include "tests/support/run_inside.h"
 
 namespace knuckle::test {
 
 inline ProgramRun run_knuckle(const std::vector<std::string>& arguments) {
-  testing::internal::CaptureStdout();
-  testing::internal::CaptureStderr();
-  ProgramRun run;
-  run.exit_code =
-      cli::run_program({"knuckle", "", "", {exporting::export_entry(), recordings::import_entry()}}, arguments);
-  run.out = testing::internal::GetCapturedStdout();
-  run.err = testing::internal::GetCapturedStderr();
-  return run;
+  return run_inside({"knuckle", "", "", {exporting::export_entry(), recordings::import_entry()}}, arguments);
 }
 
 inline ProgramRun run_export(std::vector<std::string> arguments) {

@@ -7,6 +7,7 @@
 
 #include "estimation/identification/full.h"
 #include "tests/identification/synthetic.h"
+#include "tests/support/lines.h"
 #include "tests/support/says.h"
 
 namespace knuckle::estimation {
@@ -32,12 +33,6 @@ FullResult result_of(const std::vector<Recording>& recordings) {
   const FullResult result = identify_full(plain_machine(), recordings);
   EXPECT_FALSE(result.summary.usable);
   return result;
-}
-
-std::string lines_of(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) all += line + "\n";
-  return all;
 }
 
 /// 30 s, every sample of it spoilt.
@@ -69,7 +64,7 @@ TEST(Refusal, OfDataThatCannotTellSaysWhatIsMissing) {
            {recorded(machine, OneWay{}, 30, 0.01), "boom cylinder retracts for 0.0 s only"},
            {spoilt([](Measurement& m) { std::swap(m.pressure_Pa[2], m.pressure_Pa[5]); }), "the model explains only"},
        }) {
-    const std::string all = lines_of(result_of({recording}).summary.reasons);
+    const std::string all = test::lines_of(result_of({recording}).summary.reasons);
     EXPECT_TRUE(test::says(all, words));
     EXPECT_FALSE(test::says(all, "not run"));
   }
@@ -77,7 +72,7 @@ TEST(Refusal, OfDataThatCannotTellSaysWhatIsMissing) {
 }
 
 TEST(Refusal, OfPosesAtRestWhichDoNotShowInertia) {
-  EXPECT_TRUE(test::says(lines_of(result_of({poses(plain_machine(), 30, 1)}).summary.indistinct),
+  EXPECT_TRUE(test::says(test::lines_of(result_of({poses(plain_machine(), 30, 1)}).summary.indistinct),
                          "J1 does not show in the data"));
 }
 

@@ -12,7 +12,7 @@
 #include "app/cli/command.h"
 #include "app/identify/identify.h"
 #include "tests/support/refusal.h"
-#include "tests/support/run_program.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::test {
@@ -22,11 +22,7 @@ class IdentifyFolder : public testing::Test {
   [[nodiscard]] std::string path(const std::string& name) const { return folder_.file(name); }
   static ProgramRun identify(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "identify");
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = cli::run_program(program_of_it(), arguments);
-    const std::string out = testing::internal::GetCapturedStdout();
-    return {code, out, testing::internal::GetCapturedStderr()};
+    return run_inside(program_of_it(), arguments);
   }
   /// What it refuses to do so; "accepted" where it does not.
   static std::string refusal(std::vector<std::string> arguments) {

@@ -4,12 +4,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/cli/command.h"
 #include "app/operators/study.h"
 #include "recording/mcap/file_writer.h"
 #include "recording/topics.h"
 #include "tests/operators/recorded_sessions.h"
-#include "tests/support/run_program.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
@@ -27,13 +26,7 @@ class OperatorsCommand : public testing::Test {
   [[nodiscard]] test::ProgramRun run(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> arguments{"operators", "--plan", plan_};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    test::ProgramRun result;
-    result.exit_code = cli::run_program({"knuckle-studies", "", "", {operators_entry()}}, arguments);
-    result.out = testing::internal::GetCapturedStdout();
-    result.err = testing::internal::GetCapturedStderr();
-    return result;
+    return test::run_inside({"knuckle-studies", "", "", {operators_entry()}}, arguments);
   }
   test::TemporaryFolder folder_;
   std::string plan_ = folder_.file("plan.toml");

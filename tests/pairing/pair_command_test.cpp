@@ -7,6 +7,7 @@
 #include "app/pairing/key_folder.h"
 #include "app/pairing/pairing_exchange.h"
 #include "core/error.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/temporary_folder.h"
 
 namespace knuckle::pairing {
@@ -19,17 +20,17 @@ struct PairCommand : ::testing::Test {
 
   int run(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"pair", "--keys", folder.path()});
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    int code = -1;
-    try {
-      code = cli::parse_command_line({"knuckle", "", "", {pair_entry()}}, arguments).run();
-    } catch (const InputError& error) {
-      refusal = error.what();
-    }
-    out = testing::internal::GetCapturedStdout();
-    err = testing::internal::GetCapturedStderr();
-    return code;
+    const test::ProgramRun done = test::run_inside([&] {
+      try {
+        return cli::parse_command_line({"knuckle", "", "", {pair_entry()}}, arguments).run();
+      } catch (const InputError& error) {
+        refusal = error.what();
+        return -1;
+      }
+    });
+    out = done.out;
+    err = done.err;
+    return done.exit_code;
   }
   /// Why it is refused; empty where it is not.
   std::string refused(const std::vector<std::string>& arguments) {

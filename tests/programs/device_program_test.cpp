@@ -13,6 +13,7 @@
 #include "machine/load.h"
 #include "master/device_driver.h"
 #include "tests/support/places.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/says.h"
 #include "transport/hid_file_port.h"
 #include "transport/hid_reports.h"
@@ -161,10 +162,11 @@ TEST(DeviceProgramThreads, BreaksWhatItWasAskedToAndTellsWhenTheDeviceTakesItsTo
 }
 
 TEST(DeviceCommands, PrintTheReportDescriptorAGadgetIsSetUpWith) {
-  testing::internal::CaptureStdout();
-  EXPECT_EQ(cli::parse_command_line({"knuckle", "", "", {device_entry()}}, {"device", "--descriptor", "-"}).run(), 0);
-  EXPECT_EQ(testing::internal::GetCapturedStdout(),
-            std::string(kHidReportDescriptor.begin(), kHidReportDescriptor.end()));
+  const test::ProgramRun run = test::run_inside([] {
+    return cli::parse_command_line({"knuckle", "", "", {device_entry()}}, {"device", "--descriptor", "-"}).run();
+  });
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.out, std::string(kHidReportDescriptor.begin(), kHidReportDescriptor.end()));
 }
 
 }  // namespace

@@ -219,6 +219,45 @@ TEST(ProgramThreads, EmergenciesAreToldInWordsAndAFloodOfThemOnce) {
   EXPECT_TRUE(site.slave.setup_failures.empty());
 }
 
+/// Nodes that answer nothing; one of them sends as many emergencies before each step as are kept of one.
+class FloodedBus final : public CanBus {
+ public:
+  bool send(const CanFrame& /*frame*/) noexcept override { return true; }
+  bool receive(CanFrame& frame) noexcept override {
+    frame = canopen::emergency_frame(0x31, {0xFF00, 1, {}});
+    if (++given_ <= slave::EmergencyLog::kKept) return true;
+    given_ = 0;
+    ++steps;
+    return false;
+  }
+  [[nodiscard]] CanState state() const noexcept override { return CanState::kActive; }
+  std::atomic<int> steps{0};
+
+ private:
+  std::size_t given_ = 0;
+};
+
+TEST(ProgramThreads, AFloodOfEmergenciesKeepsNoOtherNewsOut) {
+  constexpr int kUnseenSteps = 400;  // 2 s: a set-up that nobody answers fails within one
+  MachineDescription impatient = machine();
+  impatient.bus.boot_timeout_s = 0.5;
+  impatient.bus.sdo_timeout_s = 0.1;
+  FloodedBus bus;
+  UdpLink link = UdpLink::listen("127.0.0.1:0");
+  const auto flooded = [&bus] { return bus.steps >= kUnseenSteps; };
+  programs::SlaveRecords records;
+  records.on_mode = [&](const ModeEvent&) { (void)eventually(flooded); };  // from the first mode on nobody looks
+  Heard said;
+  programs::SlaveOutcome outcome;
+  {
+    programs::ProgramConsole console("slave", said.stream, false);  // says the last at its end
+    outcome = programs::run_slave(impatient, bus, link, random_start(), {[&] { return !flooded(); }, console}, records);
+  }
+  EXPECT_GT(outcome.records_lost, 0U) << "more than there is room for";
+  EXPECT_EQ(outcome.emergencies.size(), 1U);
+  EXPECT_FALSE(outcome.setup_failures.empty()) << said.text();
+}
+
 TEST(ProgramThreads, PressuresThatComeWithoutStatusAreToldAtTheStart) {
   MachineDescription lacking = machine();
   node_in(lacking.bus, NodeRole::kPressure, 2).tpdo_maps = {{0x91300120}};

@@ -12,7 +12,9 @@
 #include "core/error.h"
 #include "recording/recording.h"
 #include "tests/session/synthetic_session.h"
+#include "tests/support/forget_interrupts.h"
 #include "tests/support/refusal.h"
+#include "tests/support/run_inside.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
@@ -28,15 +30,14 @@ TEST(SimulateCommand, WritesEveryOutputWhenTheSessionIsDone) {
   options.csv = folder.file("a.csv");
   options.json = folder.file("a.json");
   options.candump = folder.file("a.log");
-  testing::internal::CaptureStdout();
-  const int code =
-      simulate_command(options, "", [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
-        *hooks.candump << "(0.000000) can0 080#\n";
-        return session::synthetic_session();
-      });
-  const std::string summary = testing::internal::GetCapturedStdout();
-  EXPECT_EQ(code, 1);
-  EXPECT_TRUE(test::says(summary, "[hold_error_N]\nNOT passed"));
+  const test::ProgramRun run = test::run_inside([&] {
+    return simulate_command(options, "", [](const session::SimulateOptions&, const session::SessionHooks& hooks) {
+      *hooks.candump << "(0.000000) can0 080#\n";
+      return session::synthetic_session();
+    });
+  });
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_TRUE(test::says(run.out, "[hold_error_N]\nNOT passed"));
   EXPECT_EQ(folder.count(), 3);
   EXPECT_EQ(content(options.candump), "(0.000000) can0 080#\n");
 }
@@ -51,14 +52,17 @@ TEST(SimulateCommand, ARecordingThatEndedTooEarlyIsAnErrorAndEverythingElseIsWri
     session.log.problem = "No space left on device";
     return session;
   };
-  testing::internal::CaptureStdout();
-  EXPECT_EQ(test::refusal([&] { return simulate_command(options, "", cut); }),
-            "--log " + options.log + ": No space left on device");
-  EXPECT_TRUE(test::says(testing::internal::GetCapturedStdout(), "hold_error_N"));
+  const test::ProgramRun run = test::run_inside([&] {
+    EXPECT_EQ(test::refusal([&] { return simulate_command(options, "", cut); }),
+              "--log " + options.log + ": No space left on device");
+    return 0;
+  });
+  EXPECT_TRUE(test::says(run.out, "hold_error_N"));
   EXPECT_EQ(folder.count(), 1) << "the table";
 }
 
 TEST(SimulateCommand, ASessionThatFailsOrIsInterruptedLeavesNoOutput) {
+  const test::ForgetInterrupts afterwards;
   const Folder folder;
   session::SimulateOptions options;
   options.csv = folder.file("a.csv");
@@ -77,6 +81,7 @@ TEST(SimulateCommand, ASessionThatFailsOrIsInterruptedLeavesNoOutput) {
 
 /// Interrupts a session when it looks for the `look`th time, each 2 s, after before() was called. @return what is said.
 std::string interrupted_at(int look, const session::SimulateOptions& options, const std::function<void()>& before) {
+  const test::ForgetInterrupts afterwards;
   int looks = 0;
   const auto interrupted = [&](const session::SimulateOptions& asked, const session::SessionHooks& hooks) {
     session::SessionHooks own = hooks;

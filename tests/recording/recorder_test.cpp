@@ -265,7 +265,7 @@ TEST(Recorder, EveryProgramThatRecordsCountsInTheFolder) {
 
 TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
   SmallDisk disk(1'500'000);
-  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  if (!disk.mounted()) GTEST_SKIP() << "NOT TESTED: full disks: may not mount one";
   int ticks = 0;
   const RecorderStatus status =
       record(short_session("wall_contact", 20), into(disk.path()), [&](session::Session&) { ++ticks; });
@@ -289,7 +289,7 @@ TEST(Recorder, FullDiskEndsTheRecordingAndNothingElse) {
 
 TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
   SmallDisk disk(1'500'000);
-  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  if (!disk.mounted()) GTEST_SKIP() << "NOT TESTED: full disks: may not mount one";
   RecorderOptions how = into(disk.path());
   how.keep = false;
   how.least_free_bytes = 0;
@@ -310,7 +310,7 @@ TEST(Recorder, FlightRecordThatTheDiskCutOffIsNotTakenForAWholeOne) {
 
 TEST(Recorder, StopsBeforeTheDiskIsFullAndDeletesNothingOfAProgramThatRuns) {
   SmallDisk disk(4'000'000);
-  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  if (!disk.mounted()) GTEST_SKIP() << "NOT TESTED: full disks: may not mount one";
   RecorderOptions how = into(disk.path());
   how.least_free_bytes = 2'500'000;  // of so small a disk, a tenth counts: 400 kB
   const std::string live = disk.path() + "/1970-01-01T00-00-00Z_master_part001.mcap";  // begun in the same second

@@ -167,7 +167,8 @@ TEST(HalfwayChange, IsNotSeenInWhatAMachineDoes) {
 
 TEST(HalfwayChange, IsNotSeenInRealRecordings) {
   const std::filesystem::path folder = test::source_dir() + "/../shared/data/excavator_dig_cycles";
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real recordings here: ../shared/data is absent";
+  if (!std::filesystem::exists(folder))
+    GTEST_SKIP() << "NOT TESTED: real recordings: no ../shared/data/excavator_dig_cycles";
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".csv") continue;

@@ -12,13 +12,12 @@
 #include "app/report/result_text.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/patterns.h"
+#include "tests/support/says.h"
 
 namespace knuckle::report {
 namespace {
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::says;
 
 std::string page(const session::SessionResult& session, const Origin& origin = {}) {
   std::ostringstream out;
@@ -96,8 +95,8 @@ TEST(Summary, SaysWhatWasDoneThenWhatFailedThenWhichGoalsAreNotReachedAndWhen) {
                          "FAILED:\n    latched faults: 1, at most 0; at 20.0 s, release [faults]\n",
                          "[max_slew_N_per_ms]", "1 of 2 goals not reached:\n", ", goal < 0.000001; at ",
                          "NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met\n"});
-  EXPECT_FALSE(has(text, "engaged_s")) << "what was met";
-  EXPECT_TRUE(has(summary_text(judged, "", true), "engaged_s"));
+  EXPECT_FALSE(says(text, "engaged_s")) << "what was met";
+  EXPECT_TRUE(says(summary_text(judged, "", true), "engaged_s"));
 }
 
 TEST(Summary, JudgesNothingOfASessionCutShortAndSaysWhereRequirementsDoNotDecide) {
@@ -105,16 +104,16 @@ TEST(Summary, JudgesNothingOfASessionCutShortAndSaysWhereRequirementsDoNotDecide
   session.criteria.erase(session.criteria.begin());
   session.requirements_decide = false;
   std::string text = summary_text(session::judge(session), "");
-  EXPECT_FALSE(has(text, "FAILED"));
-  EXPECT_TRUE(has(text, "requirements not met; they decide with the default machine, or with --judge:"));
-  EXPECT_TRUE(has(text, "\npassed: 1 of 1 safety bound met\n"));
+  EXPECT_FALSE(says(text, "FAILED"));
+  EXPECT_TRUE(says(text, "requirements not met; they decide with the default machine, or with --judge:"));
+  EXPECT_TRUE(says(text, "\npassed: 1 of 1 safety bound met\n"));
   session.requirements_decide = true;
   session.record.cut_short = true;
   text = summary_text(session::judge(session), "");
-  EXPECT_TRUE(has(text, "\nended by --duration: not judged\n"));
-  EXPECT_FALSE(has(text, "FAILED") || has(text, "not reached"));
+  EXPECT_TRUE(says(text, "\nended by --duration: not judged\n"));
+  EXPECT_FALSE(says(text, "FAILED") || says(text, "not reached"));
   for (session::FaultRecord& fault : session.record.faults) fault.spool_neutral_s = 0;
-  EXPECT_TRUE(has(summary_text(session::judge(session), ""), "1 fault, valves not closed,"));
+  EXPECT_TRUE(says(summary_text(session::judge(session), ""), "1 fault, valves not closed,"));
 }
 
 TEST(Verdict, OfUnfeltForceSaysHowMuchOfItTheDeviceCannotShow) {
@@ -125,34 +124,34 @@ TEST(Verdict, OfUnfeltForceSaysHowMuchOfItTheDeviceCannotShow) {
   judged.metrics.unfelt_showable_s = 0.38;
   judged.criteria = session::evaluate(session.criteria, judged.metrics, session.record);
   const std::string excuse = "; the device cannot show 0.12 s of it";
-  EXPECT_TRUE(has(summary_text(judged, ""), "0.5 s, goal 0 s" + excuse)) << summary_text(judged, "");
+  EXPECT_TRUE(says(summary_text(judged, ""), "0.5 s, goal 0 s" + excuse));
   std::ostringstream report;
   write_report(judged, {}, report);
-  EXPECT_TRUE(has(report.str(), "0.5 s, goal 0 s" + excuse));
-  EXPECT_TRUE(has(report.str(), "<br><span class=\"soft\">the device cannot show 0.12 s of it</span>"));
+  EXPECT_TRUE(says(report.str(), "0.5 s, goal 0 s" + excuse));
+  EXPECT_TRUE(says(report.str(), "<br><span class=\"soft\">the device cannot show 0.12 s of it</span>"));
   judged.metrics.unfelt_s = 0.0;
   judged.criteria = session::evaluate(session.criteria, judged.metrics, session.record);
-  EXPECT_FALSE(has(summary_text(judged, "", true), "cannot show"));
+  EXPECT_FALSE(says(summary_text(judged, "", true), "cannot show"));
 }
 
 TEST(Report, HasItsCommandAndTheVerdictThenWhatFailedInWordsWithItsMomentInThePlots) {
   const std::string text =
       page(missing_one_of_each(), {"knuckle simulate --scenario 'my <wall>'", "2026-11-25T12:00:00Z"});
-  EXPECT_TRUE(has(text, "knuckle simulate --scenario 'my &lt;wall&gt;'"));
-  EXPECT_TRUE(has(text, "2026-11-25T12:00:00Z"));
+  EXPECT_TRUE(says(text, "knuckle simulate --scenario 'my &lt;wall&gt;'"));
+  EXPECT_TRUE(says(text, "2026-11-25T12:00:00Z"));
   expect_in_order(text, {"NOT passed: 1 of 2 safety bounds, 0 of 1 requirement met", "piece broken off, 52 kg lifted",
                          "1 of 2 goals not reached: ", "✗ failed", "goal not reached", "2 met", "Key moments"});
-  EXPECT_TRUE(has(text, "piece down"));
-  EXPECT_FALSE(has(text, "piece_down") || has(text, "link_lost"));
+  EXPECT_TRUE(says(text, "piece down"));
+  EXPECT_FALSE(says(text, "piece_down") || says(text, "link_lost"));
   const auto link = test::matches(text, "<a href=\"#([a-z-]+)\">20.0 s, release</a>");
   ASSERT_FALSE(link.empty());
-  EXPECT_TRUE(has(text, "<section id=\"" + link[0][1] + "\">"));
+  EXPECT_TRUE(says(text, "<section id=\"" + link[0][1] + "\">"));
 }
 
 TEST(ReportPlots, ShowTheMomentsThatThePageNames) {
   for (const PageFigure& one : report_plots(session::synthetic_session(), {{12.5, "3"}})) {
-    if (has(one.figure.script, "xlabel 'time, s'")) {
-      EXPECT_TRUE(has(one.figure.script, "set label '3' at 12.5,")) << one.title;
+    if (says(one.figure.script, "xlabel 'time, s'")) {
+      EXPECT_TRUE(says(one.figure.script, "set label '3' at 12.5,")) << one.title;
     }
   }
 }
@@ -163,7 +162,7 @@ TEST(Report, SaysCriteriaAndLatenciesInWordsAndNamesThem) {
   const std::string text = page(session);
   for (const std::string& part : {std::string("error of the tip in free motion, RMS"), std::string("tip_rms_m"),
                                   hop_text("hand_to_valve"), std::string("14 ms"), std::string("23.5 ms")})
-    EXPECT_TRUE(has(text, part)) << part;
+    EXPECT_TRUE(says(text, part));
   EXPECT_FALSE(test::has_match(text, R"(>[<≤≥ ]*-?[0-9.]+e[+-]?[0-9]+ )")) << "a power of ten";
 }
 
@@ -176,10 +175,10 @@ TEST(ReportPlots, ShowValveCommandsAndFeltAgainstTrueForceOfContactAndLoad) {
   session.record.force_scale = 1e-3;
   const auto figures = report_plots(session);
   const std::string valves = figure(figures, "Valve commands").figure.script;
-  for (const char* joint : {"boom, %", "arm, %", "bucket, %"}) EXPECT_TRUE(has(valves, joint)) << joint;
+  for (const char* joint : {"boom, %", "arm, %", "bucket, %"}) EXPECT_TRUE(says(valves, joint));
   EXPECT_EQ(test::matches(valves, "title 'command'").size(), 3u);
-  EXPECT_TRUE(has(figure(figures, "Felt force").figure.script, "0 0.5\n")) << "the load's weight is felt, too";
-  EXPECT_TRUE(has(figure(figures, "Felt against true force").figure.script, "ylabel 'felt force, N'"));
+  EXPECT_TRUE(says(figure(figures, "Felt force").figure.script, "0 0.5\n")) << "the load's weight is felt, too";
+  EXPECT_TRUE(says(figure(figures, "Felt against true force").figure.script, "ylabel 'felt force, N'"));
 }
 
 }  // namespace

@@ -113,6 +113,9 @@ TEST(ForceLimitedApproach, LeavingByHoweverLittleIsLeaving) {
   const JointVector rate = towards({0.001, 0.3});
   EXPECT_EQ(limit_approach(rate, jacobian(), steady({400, 0}), kLimit_N).rate_radps, rate);
   EXPECT_NEAR(tip_mps(limit_approach(rate, jacobian(), steady({-400, 0}), kLimit_N)), kFree_mps, 1e-12);
+  // Up to a fifth of the limit a force has no direction that could be left.
+  for (const double force_N : {299.0, 300.0})
+    EXPECT_NEAR(tip_mps(limit_approach(rate, jacobian(), steady({force_N, 0}), kLimit_N)), kFree_mps, 1e-12) << force_N;
 }
 
 TEST(ForceLimitedApproach, OnlyJointsThatPressAreSlowedAndAllByOneFactor) {
@@ -262,6 +265,13 @@ Eigen::Matrix3d without_boom() {
 }
 /// Arm and bucket in line: what pushes along them turns neither joint.
 const JointVector kInLine(0.3, -1.5, 0.01);
+
+TEST(UnseenForce, WhereTwoTorquesTellItNothingIsLimited) {
+  const JointVector rate(0.3, -0.2, 0.4);
+  const LimitedApproach result = limit_unseen(rate, jacobian(), without_boom(), {0, 0});
+  EXPECT_EQ(result.rate_radps, rate);
+  EXPECT_FALSE(result.limiting);
+}
 
 TEST(UnseenForce, TheTipDoesNotAdvanceTheWayInWhichAForceWouldNotBeSeen) {
   const PlanarJacobian here = Kinematics(test::test_machine()).tip_jacobian(kInLine);

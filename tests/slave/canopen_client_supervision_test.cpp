@@ -189,6 +189,25 @@ TEST_F(BusSupervision, EnableInputsSayEStopAndPilot) {
 
 // ---- what is sent
 
+/// Set-points every so-many-th SYNC; every second one: below.
+class SetPointPeriod : public SupervisedBus, public ::testing::WithParamInterface<int> {
+ protected:
+  SetPointPeriod() : SupervisedBus(described(GetParam())) {}
+  static MachineDescription described(int every_nth_sync) {
+    MachineDescription d = machine_with_exact_limits();
+    d.bus.set_point_every_nth_sync = every_nth_sync;
+    return d;
+  }
+};
+
+TEST_P(SetPointPeriod, IsWhatTheMachineFileSays) {
+  up();
+  port.sent.clear();
+  for (int i = 0; i < 12; ++i) step();
+  for (int i = 0; i < kJoints; ++i) EXPECT_EQ(sent_to_valve(i).size(), 12U / static_cast<unsigned>(GetParam())) << i;
+}
+INSTANTIATE_TEST_SUITE_P(Each, SetPointPeriod, ::testing::Values(1, 3));
+
 TEST_F(BusSupervision, SetPointsGoOutEverySecondSyncAndADropAtOnce) {
   up();
   const auto commands_of = [this](int joint) { return sent_to_valve(joint).size(); };

@@ -354,5 +354,21 @@ TEST(GuardOutputs, AModuleThatAnswersNothingIsNotLedOn) {
   EXPECT_FALSE(rig.bench.nodes.outputs().pilot && rig.jog.phase() == Phase::kRest);
 }
 
+/// Of an angle, which could be one of the joint's.
+TEST(GuardOutputs, ABrokenWireOfAnInputEndsAMotion) {
+  std::string inputs = test::kInputs;
+  for (const auto& [from, to] : {std::pair("\n8 = ", "\n0 = "), {"\n1 = ", "\n8 = "}, {"\n0 = ", "\n1 = "}})
+    inputs = test::replaced(inputs, from, to);
+  inputs = test::replaced(inputs, "low = -0.6", "low = 0.2");  // a broken wire reads as 0.075 rad
+  OutputsRig rig(parse_machine(test::module_text(test::kVoltageOutputs, inputs), "m.toml"));
+  rig.start();
+  rig.jog.move({.joint = kBoom, .peak = 0.3, .travel_m = 1});
+  for (int i = 0; i < 2000 && rig.jog.phase() != Phase::kMoving; ++i) rig.step();
+  ASSERT_TRUE(rig.bench.nodes.inject(kModuleId, sim::NodeFault::kInvalid));
+  for (int i = 0; i < 3; ++i) rig.step();
+  EXPECT_TRUE(test::is(rig.jog.trouble(), ReasonCode::kSensorInvalid));
+  EXPECT_EQ(rig.bench.nodes.outputs().spool_demand, JointVector::Zero());
+}
+
 }  // namespace
 }  // namespace knuckle::slave

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "machine/reason_text.h"
+#include "slave/plausibility.h"
 #include "tests/slave/jog_bench.h"
 #include "tests/support/says.h"
 
@@ -139,6 +140,21 @@ TEST(SeveralChannels, AnImpossibleValueNamesItsSignal) {
   for (int i = 0; i < 3; ++i) sensors.receive(second_broken, Time(1s));
   EXPECT_TRUE(test::is(sensors.fault(Time(1s)), ReasonCode::kSensorInvalid));
   EXPECT_EQ(signal_name(sensors.fault(Time(1s))), "bucket_rod_pressure");
+}
+
+TEST(SeveralChannels, APressureThatContradictsTheOthersIsNamed) {
+  const MachineDescription machine = machine_with_one_transmitter();
+  Plausibility rules(machine, 0.005);
+  estimation::Measurement m;
+  m.pressure_Pa.fill(50e5);
+  m.cylinder_m = JointVector(1, 1, 1);
+  Reason found;
+  for (int i = 0; i < 200 && !found; ++i) {
+    m.pressure_Pa[2] += 1e5;  // of the arm only the rod side stands
+    found = rules.step(m, JointVector::Zero(), {});
+  }
+  EXPECT_TRUE(test::is(found, ReasonCode::kSensorImplausible));
+  EXPECT_EQ(signal_name(found), "arm_rod_pressure");
 }
 
 TEST(SeveralChannels, ANodeIdThatTwoUseIsNoticedAndOneLateFrameOfEachIsNot) {

@@ -53,6 +53,14 @@ TEST(ThreadCan, TheLoopSeesTheStateOfEachOfTwoAndAcknowledgesIt) {
   EXPECT_EQ(can.controller().state(), CanState::kPassive);
 }
 
+TEST(ThreadCan, AFullQueueRefusesAndCounts) {
+  ThreadCan can;
+  int accepted = 0;
+  for (std::uint32_t n = 0; n < 100; ++n) accepted += can.controller().send(numbered(n));
+  EXPECT_EQ(accepted, 64);
+  EXPECT_EQ(can.dropped(), 36u);
+}
+
 TEST(ThreadCan, AllocatesNothing) {
   VirtualCanBus bus(2, 500'000);
   ThreadCan can;

@@ -149,7 +149,7 @@ TEST(McapFileWriter, ALimitOnTheFilesSizeIsAnErrorAndLeavesWholeRecords) {
 TEST(McapFileWriter, ASmallDiskLeavesAFileOfWholeChunks) {
   // A file system of 256 KiB in a name space of this test's own.
   const SmallDisk disk(256 << 10);
-  if (!disk.mounted()) GTEST_SKIP() << "may not mount";
+  if (!disk.mounted()) GTEST_SKIP() << "NOT TESTED: full disks: may not mount one";
   const std::string path = disk.path() + "/a.mcap";
   FileWriter writer;
   ASSERT_TRUE(writer.open(path, sample_topics()));
