@@ -282,11 +282,13 @@ TEST(CsvReader, FindsDatesAndTimesInsideTextAcrossMidnightAndTheEndOfAYear) {
 }
 
 TEST(CsvReader, ReportsEachKindOnceWithItsRows) {
-  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,3,0\n0.3,4,40\n0.4,5,0\n0.5,6,60\n");
+  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,3,0\n0.3,4,40\n0.4,5,0\n0.5,6,60\n0.55,7\n0.6,x,70\n");
   const std::vector<std::string> lines = table.report();
-  ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(test::says(lines[0], "6 rows, 6 used"));
-  EXPECT_EQ(lines[1], "3 x drop-out (not used) in P: row 3-4, 6");
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_TRUE(test::says(lines[0], "8 rows, 7 used"));
+  EXPECT_EQ(lines[1], "1 x row with another number of cells than the header (left out): row 8");
+  EXPECT_EQ(lines[2], "1 x cell that is not a number (not used) in A: row 9");
+  EXPECT_EQ(lines[3], "3 x drop-out (not used) in P: row 3-4, 6");
   EXPECT_EQ(row_list({2, 3, 4, 9, 11}, 2), "2-4, 9 and 1 more");
 }
 
