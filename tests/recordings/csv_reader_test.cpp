@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -36,15 +37,14 @@ zero_is_drop_out = true
 )";
 const std::string kMap = kTimeInSeconds + kTwoChannels;
 
-std::string file(const std::string& suffix, const std::string& text) {
-  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::string path = ::testing::TempDir() + "knuckle_csv_" + test + suffix;
-  std::ofstream(path, std::ios::binary) << text;
-  return path;
+std::string written(const std::string& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
 }
 
 MappedTable read(const std::string& csv, const std::string& map = kMap) {
-  return read_mapped_csv(file(".csv", csv), file(".toml", map));
+  const test::TemporaryFolder folder;
+  return read_mapped_csv(written(folder.file("table.csv"), csv), written(folder.file("map.toml"), map));
 }
 
 /// The refusal, without the folder of the file; "accepted" where there is none.
@@ -293,7 +293,7 @@ TEST(CsvReader, ReportsEachKindOnceWithItsRows) {
 }
 
 TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
-  EXPECT_EQ(refusal(""), "knuckle_csv_RefusesWithOneLineWhatCannotBeRead.csv: is empty");
+  EXPECT_EQ(refusal(""), "table.csv: is empty");
   const std::pair<const char*, const char*> cases[] = {
       {"\n \r\n", "is empty"},
       {"t,A,P\n", "0 usable rows of 0, at least 4"},
@@ -311,8 +311,9 @@ TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
     EXPECT_TRUE(test::says(line, part));
     EXPECT_FALSE(test::says(line, "\n"));
   }
-  const std::string map = file(".toml", kMap);
-  EXPECT_THROW((void)read_mapped_csv(::testing::TempDir(), map), InputError);
+  const test::TemporaryFolder folder;
+  const std::string map = written(folder.file("map.toml"), kMap);
+  EXPECT_THROW((void)read_mapped_csv(folder.path().string(), map), InputError);
   EXPECT_THROW((void)read_mapped_csv("/nowhere.csv", map), InputError);
 }
 
