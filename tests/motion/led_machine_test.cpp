@@ -9,7 +9,6 @@
 #include "sim/machine_on_bus.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/command_machine.h"
-#include "tests/support/places.h"
 #include "tests/support/solar.h"
 #include "transport/canopen.h"
 
