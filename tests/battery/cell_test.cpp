@@ -14,7 +14,6 @@
 
 #include "app/battery/rows.h"
 #include "app/session/session_setup.h"
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "machine/load.h"
 #include "sim/plant.h"

@@ -54,6 +54,12 @@ TEST_F(Program, ExitCodeSaysWhetherWhatDecidesWasMet) {
   EXPECT_NE(missed.out.find("\nNOT passed: "), std::string::npos) << missed.out;
   EXPECT_EQ(simulate({"--scenario", missing, "--delay-ms", "2"}).exit_code, 0) << "it does not decide then";
   EXPECT_EQ(simulate({"--scenario", missing, "--delay-ms", "2", "--judge"}).exit_code, 1);
+  const std::string brief = path("press.toml");
+  std::ofstream(brief) << content(test::source_dir() + "/tests/recordings_replayed/press.toml")
+                       << "\n[[requirement]]\nmetric = \"engaged_s\"\nmin = 0.1\n";
+  const ProgramRun met = simulate({"--scenario", brief, "--judge"});
+  EXPECT_EQ(met.exit_code, 0) << met.out << met.err;
+  EXPECT_TRUE(says(met.out, "\npassed: 1 of 1 requirement met\n"));
   EXPECT_EQ(run_program(test::program("knuckle"), {}).exit_code, 0);
 }
 

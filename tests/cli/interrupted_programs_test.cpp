@@ -31,8 +31,9 @@ class InterruptedProgram : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(InterruptedProgram, ExplainSaysOneLine) {
+TEST_F(InterruptedProgram, ReplayAndExplainSayOneLine) {
   const std::string file = recording();
+  expect_ends({"replay", file});
   expect_ends({"explain", file, "--json", folder_.file("out.json")});
   EXPECT_EQ(folder_.count(), 1);
 }

@@ -73,11 +73,13 @@ TEST_F(OutputFolders, ThatAreMissingAreMade) {
 TEST_F(OutputFolders, ThatCannotBeMadeAreRefusedInOneLine) {
   const std::string file = folder_.file("file");
   std::ofstream(file) << "mine";
+  int refused = 0;
   for (const Writer& writer : writers_) {
     for (const auto& [option, name] : writer.outputs) {
       const bool own_way = option == "--log" || option == "--flights" || option == "--audit" || option == "--keys" ||
                            option == "--hdf5" || option == "--descriptor";
       if (!own_way) continue;
+      ++refused;
       const std::string place = file + "/below/" + name;
       const ProgramRun ran = run(writer, {option, place});
       EXPECT_EQ(ran.exit_code, 2) << writer.command.front() << ' ' << option;
@@ -85,6 +87,7 @@ TEST_F(OutputFolders, ThatCannotBeMadeAreRefusedInOneLine) {
       EXPECT_EQ(ran.err, "knuckle: " + named + place + ": cannot be written: Not a directory\n");
     }
   }
+  EXPECT_EQ(refused, 8);
   EXPECT_EQ(content(file), "mine");
 }
 

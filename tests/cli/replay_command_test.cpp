@@ -48,7 +48,7 @@ class ReplayCommand : public testing::Test {
 TEST_F(ReplayCommand, SaysInOneLineThatARecordingIsCutOffAsExplainAndExportDoAndFails) {
   const std::string cut = cut_at(0.6);
   const std::vector<std::vector<std::string>> commands{
-      {"replay", cut}, {"export", cut, "--side", "machine", "--csv", folder_->file("cut.csv")}};
+      {"replay", cut}, {"explain", cut}, {"export", cut, "--side", "machine", "--csv", folder_->file("cut.csv")}};
   for (const std::vector<std::string>& arguments : commands) {
     const auto run = test::run_program(test::program("knuckle"), arguments);
     EXPECT_EQ(run.err.find("knuckle " + arguments.front() + ": " + cut + ": "), 0U) << run.err;

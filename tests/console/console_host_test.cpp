@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <vector>
+
 #include "app/session/session_setup.h"
 #include "core/error.h"
 #include "slave/status_reporter.h"
 #include "tests/console/console_rig.h"
+#include "tests/support/candump.h"
 #include "transport/udp_link.h"
 
 namespace knuckle::test {
@@ -14,8 +18,9 @@ namespace {
 
 using Led = console::LiveSession::Led;
 
-TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsItThoughEnableIsHeldOn) {
-  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, nullptr);
+TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsItThoughEnableIsHeldOnAndEveryFrameIsLogged) {
+  std::ostringstream candump;
+  console::ConsoleHost host(simulated("free_motion"), Led::kByPerson, nullptr, &candump);
   HostWindow window{host};
   host.begin();
   ASSERT_TRUE(window.until_mode(Mode::kReady));
@@ -34,6 +39,10 @@ TEST(ConsoleHostThread, KeysLeadTheMachineAndStopEndsItThoughEnableIsHeldOn) {
   EXPECT_NE(host.view().machine.mode, Mode::kEngaged) << "enable is still held";
   host.stop();
   EXPECT_EQ(host.frames_lost(), 0u);
+  std::istringstream log(candump.str());
+  const std::vector<WireFrame> frames = read_candump(log);
+  ASSERT_FALSE(frames.empty());
+  EXPECT_GT(frames.back().at_s, stopped_s + 0.9) << "of the second after the stop, too";
   EXPECT_EQ(window.book.matching({console::Severity::kAlarm, "operator_stop"}).size(), 1u);
 }
 

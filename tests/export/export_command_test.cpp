@@ -57,8 +57,9 @@ TEST(ExportCommand, WritesEachRecordedPictureIntoItsFolderAndNowhereElse) {
 
 TEST(ExportCommand, FailsAsExplainDoesOfADamagedRecordingAndShowsWhatCouldBeRead) {
   const TemporaryFolder folder;
-  const std::string file = folder.file("session.mcap"), csv = folder.file("machine.csv");
-  std::string damaged = content(test::recorded_session().recording);
+  const std::string file = folder.file("session.mcap"), csv = folder.file("machine.csv"),
+                    whole = test::recorded_session().recording;
+  std::string damaged = content(whole);
   damaged[damaged.size() / 2] ^= 1;
   std::ofstream(file, std::ios::binary) << damaged;
   const ProgramRun exported = run_export({file, "--csv", csv, "--side", "machine"}),
@@ -67,6 +68,7 @@ TEST(ExportCommand, FailsAsExplainDoesOfADamagedRecordingAndShowsWhatCouldBeRead
   EXPECT_GT(content(csv).size(), 1000U);
   EXPECT_EQ(explained.exit_code, 1) << explained.err;
   EXPECT_NE(explained.out, "");
+  EXPECT_EQ(test::run_program(test::program("knuckle"), {"explain", whole}).exit_code, 0) << "nothing is damaged";
 }
 
 TEST(ExportCommand, OverwritesNoInputAndNoOtherOutput) {

@@ -146,8 +146,16 @@ TEST(Urdf, MassesOfIdentifiedParametersStayTheDrawingsWhereSteelOfThemExists) {
   machine.dynamics_calibration.emplace();
   machine.dynamics_calibration->parameters.head<kBaseCount>() = 1.02 * estimation::lumped_parameters(machine);
   const auto model = test::parsed_urdf(urdf_of(machine));
-  for (int i = 0; i < kJoints; ++i)
-    EXPECT_DOUBLE_EQ(model->getLink(kJointNames[static_cast<std::size_t>(i)])->inertial->mass, drawn_kg[i]);
+  double all_kg = machine.bucket_linkage.rocker_mass_kg + machine.bucket_linkage.coupler_mass_kg;
+  for (int i = 0; i < kJoints; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    EXPECT_DOUBLE_EQ(model->getLink(kJointNames[k])->inertial->mass, drawn_kg[i]);
+    EXPECT_GT(drawn_kg[i], machine.links[k].mass_kg) << "what hangs on it counts";
+    all_kg += machine.links[k].mass_kg + machine.cylinders[k].body_mass_kg + machine.cylinders[k].rod_mass_kg;
+  }
+  const CylinderDescription& boom = machine.cylinders[kBoom];  // the hull carries a part of it
+  EXPECT_LT(drawn_kg.sum(), all_kg);
+  EXPECT_GT(drawn_kg.sum(), all_kg - boom.body_mass_kg - boom.rod_mass_kg);
 }
 
 /// A bucket whose inertia came out so small that no 67 kg have its moments.

@@ -9,7 +9,6 @@
 #include "sim/machine_on_bus.h"
 #include "tests/support/bus_nodes.h"
 #include "tests/support/command_machine.h"
-#include "tests/support/places.h"
 #include "tests/support/solar.h"
 #include "transport/canopen.h"
 
@@ -20,10 +19,10 @@ const JointVector kStart(0.3, -1.5, -0.9), kAway(0.45, -1.3, -1.1);
 
 struct Bench {
   explicit Bench(const sim::MachineTruth& truth = sim::nominal_truth(test::solar()), Time first_step = {},
-                 const JointVector& start_rad = kStart)
+                 const JointVector& start_rad = kStart, const MachineDescription& machine = test::solar())
       : simulated(std::make_shared<sim::MachineOnBus>(truth, sim::WorldDescription{}, start_rad, 1)),
         access(sim::access_to(simulated)),
-        led(test::solar(), access, first_step) {
+        led(machine, access, first_step) {
     simulated->bus().set_tap({[](void* self, Time at, const CanFrame& frame) {
                                 if (frame.id == canopen::kSyncId) static_cast<Bench*>(self)->syncs.push_back(at);
                               },
@@ -53,14 +52,20 @@ TEST(LedMachine, EngagesAMachineThatIsReadyBeforeItIsHeard) {
   EXPECT_NO_THROW(led.engage());
 }
 
-TEST(LedMachine, RecordsOneSampleAStep) {
-  Bench bench;
+TEST(LedMachine, RecordsOneSampleAStepWithTheRawReadingsOfItsCalibratedEncoders) {
+  MachineDescription machine = test::solar();
+  sim::MachineTruth truth = sim::nominal_truth(machine);
+  machine.sensors.encoder_offset_m = truth.encoder_offset_m = JointVector(2e-3, -1e-3, 1.5e-3);
+  Bench bench(truth, {}, kStart, machine);
   bench.led.engage();
   estimation::Recording recording;
   const std::size_t before = bench.syncs.size();
   for (int ms = 0; ms < 200; ++ms) {
     const bool added = bench.led.record(recording);
     EXPECT_EQ(added, bench.access.now().time_since_epoch() % 5ms == 0ms) << ms;
+    if (!added || recording.samples.size() > 1) continue;
+    const JointVector shown_m = bench.simulated->plant().cylinder_m + truth.encoder_offset_m;
+    EXPECT_LT((recording.samples[0].cylinder_m - shown_m).cwiseAbs().maxCoeff(), 3e-4);
   }
   EXPECT_EQ(recording.samples.size(), 40U);
   EXPECT_EQ(recording.usable.size(), 40U);

@@ -9,7 +9,6 @@
 
 #include "core/error.h"
 #include "tests/support/free_address.h"
-#include "tests/support/temporary_folder.h"
 #include "transport/udp_socket.h"
 
 namespace knuckle::pairing {

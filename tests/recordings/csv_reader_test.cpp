@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
+#include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
 namespace {
@@ -36,15 +37,14 @@ zero_is_drop_out = true
 )";
 const std::string kMap = kTimeInSeconds + kTwoChannels;
 
-std::string file(const std::string& suffix, const std::string& text) {
-  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::string path = ::testing::TempDir() + "knuckle_csv_" + test + suffix;
-  std::ofstream(path, std::ios::binary) << text;
-  return path;
+std::string written(const std::string& file, const std::string& text) {
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
 }
 
 MappedTable read(const std::string& csv, const std::string& map = kMap) {
-  return read_mapped_csv(file(".csv", csv), file(".toml", map));
+  const test::TemporaryFolder folder;
+  return read_mapped_csv(written(folder.file("table.csv"), csv), written(folder.file("map.toml"), map));
 }
 
 /// The refusal, without the folder of the file; "accepted" where there is none.
@@ -282,16 +282,18 @@ TEST(CsvReader, FindsDatesAndTimesInsideTextAcrossMidnightAndTheEndOfAYear) {
 }
 
 TEST(CsvReader, ReportsEachKindOnceWithItsRows) {
-  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,3,0\n0.3,4,40\n0.4,5,0\n0.5,6,60\n");
+  const MappedTable table = read("t,A,P\n0,1,10\n0.1,2,0\n0.2,3,0\n0.3,4,40\n0.4,5,0\n0.5,6,60\n0.55,7\n0.6,x,70\n");
   const std::vector<std::string> lines = table.report();
-  ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(test::says(lines[0], "6 rows, 6 used"));
-  EXPECT_EQ(lines[1], "3 x drop-out (not used) in P: row 3-4, 6");
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_TRUE(test::says(lines[0], "8 rows, 7 used"));
+  EXPECT_EQ(lines[1], "1 x row with another number of cells than the header (left out): row 8");
+  EXPECT_EQ(lines[2], "1 x cell that is not a number (not used) in A: row 9");
+  EXPECT_EQ(lines[3], "3 x drop-out (not used) in P: row 3-4, 6");
   EXPECT_EQ(row_list({2, 3, 4, 9, 11}, 2), "2-4, 9 and 1 more");
 }
 
 TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
-  EXPECT_EQ(refusal(""), "knuckle_csv_RefusesWithOneLineWhatCannotBeRead.csv: is empty");
+  EXPECT_EQ(refusal(""), "table.csv: is empty");
   const std::pair<const char*, const char*> cases[] = {
       {"\n \r\n", "is empty"},
       {"t,A,P\n", "0 usable rows of 0, at least 4"},
@@ -309,8 +311,9 @@ TEST(CsvReader, RefusesWithOneLineWhatCannotBeRead) {
     EXPECT_TRUE(test::says(line, part));
     EXPECT_FALSE(test::says(line, "\n"));
   }
-  const std::string map = file(".toml", kMap);
-  EXPECT_THROW((void)read_mapped_csv(::testing::TempDir(), map), InputError);
+  const test::TemporaryFolder folder;
+  const std::string map = written(folder.file("map.toml"), kMap);
+  EXPECT_THROW((void)read_mapped_csv(folder.path().string(), map), InputError);
   EXPECT_THROW((void)read_mapped_csv("/nowhere.csv", map), InputError);
 }
 

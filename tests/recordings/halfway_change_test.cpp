@@ -13,7 +13,6 @@
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
-#include "tests/support/temporary_folder.h"
 
 namespace knuckle::recordings {
 namespace {

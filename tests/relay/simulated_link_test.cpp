@@ -6,7 +6,6 @@
 
 #include "app/programs/programs.h"
 #include "app/session/session_result.h"
-#include "core/error.h"
 #include "tests/support/places.h"
 #include "tests/support/refusal.h"
 #include "tests/support/run_program.h"

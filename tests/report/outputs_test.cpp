@@ -10,7 +10,6 @@
 #include "app/report/machine_drawing.h"
 #include "app/report/report.h"
 #include "app/report/result_text.h"
-#include "core/error.h"
 #include "machine/kinematics.h"
 #include "tests/session/synthetic_session.h"
 #include "tests/support/places.h"

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <fstream>
-#include <functional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -97,6 +96,7 @@ TEST(CameraOfGStreamer, SaysWhatIsWrongWithItsSource) {
   std::ofstream(words) << std::string(20'000, 'x');
   for (const auto& [source, said] : std::vector<std::pair<std::string, std::string>>{
            {"v4l2src device=/dev/video97", "/dev/video97"},
+           {"v4l2src device=/dev/video97", "Check that the camera is there"},
            {"rtsp://127.0.0.1:9/nothing", "and the network; connecting again"},
            {"filesrc location=" + words + " ! h264parse ! avdec_h264", "codec"}}) {
     Camera camera({"front", source});

@@ -79,6 +79,7 @@ TEST(PictureOverRtp, IsMarkedWhereAPartOfItWasLostUntilTheNextKeyPicture) {
     if (const auto frame = camera.take()) whole = frame->damaged ? 0 : whole + 1;
     return whole >= 40;
   })) << "nothing lost, nothing marked";
+  const std::uint32_t troubles = camera.status().troubles;
   bool damaged = false;
   const auto next_is_damaged = [&] {
     const auto frame = next_frame(camera);
@@ -98,6 +99,7 @@ TEST(PictureOverRtp, IsMarkedWhereAPartOfItWasLostUntilTheNextKeyPicture) {
     const auto frame = camera.take();
     return frame && !frame->damaged;
   })) << "whole again";
+  EXPECT_EQ(camera.status().troubles, troubles) << "loss is no reason to connect again";
 }
 
 }  // namespace

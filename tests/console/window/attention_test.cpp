@@ -80,6 +80,25 @@ TEST_F(Attention, SpaceIsABlankWhileTextIsTypedAndEscIsStop) {
   EXPECT_TRUE(state().stop) << "deleting a word must not release it";
 }
 
+/// Up and out are positive.
+TEST_F(Attention, EachKeyOfMotionMovesItsJointAloneAndTheWayThatTheHelpSays) {
+  const struct {
+    const char* key;
+    int joint, way;
+  } kMotions[]{{"q", kBoom, 1}, {"a", kBoom, -1},  {"w", kArm, 1},
+               {"s", kArm, -1}, {"e", kBucket, 1}, {"d", kBucket, -1}};
+  for (const auto& motion : kMotions) {
+    SCOPED_TRACE(motion.key);
+    ASSERT_TRUE(xdotool(std::string("keydown ") + motion.key));
+    JointVector rate_radps = input().hand.rate_radps;
+    EXPECT_GT(motion.way * rate_radps[motion.joint], 0);
+    rate_radps[motion.joint] = 0;
+    EXPECT_TRUE(rate_radps.isZero()) << "another joint, too: " << rate_radps.transpose();
+    ASSERT_TRUE(xdotool(std::string("keyup ") + motion.key));
+    EXPECT_TRUE(input().hand.rate_radps.isZero()) << "let go of";
+  }
+}
+
 TEST_F(Attention, EnableHeldWhileItsGamepadWasGoneHasNotBeenPressed) {
   const auto enabled = [this](std::optional<bool> bumper) {
     std::optional<GamepadState> pad;

@@ -392,6 +392,7 @@ TEST_F(CamerasInWindow, AreDrawnAsSoonAsTheSimulatedMachinesCameraHasAPicture) {
 
 TEST(VideoAlarm, SaysHowOldThePictureIs) {
   EXPECT_EQ(screens::video_alarm(video::VideoState::kFrozen, 0.42), "VIDEO FROZEN 0.4 s");
+  EXPECT_EQ(screens::video_alarm(video::VideoState::kLate, 1.26), "VIDEO LATE 1.3 s");
   EXPECT_EQ(screens::video_alarm(video::VideoState::kLive, 0.04), "");
 }
 

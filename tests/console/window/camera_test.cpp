@@ -8,7 +8,6 @@
 
 #include "machine/kinematics.h"
 #include "machine/load.h"
-#include "tests/support/places.h"
 #include "tests/support/solar.h"
 
 namespace knuckle::console::window {

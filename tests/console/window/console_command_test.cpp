@@ -15,7 +15,6 @@
 #include "tests/console/window/canned_console.h"
 #include "tests/console/window/console_run.h"
 #include "tests/console/window/virtual_display.h"
-#include "tests/support/places.h"
 
 namespace knuckle::console::window {
 namespace {

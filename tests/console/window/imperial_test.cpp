@@ -43,6 +43,8 @@ TEST_F(Imperial, LeavesNoMetricUnitOnAnyScreen) {
   view_.machine.mode = Mode::kReady;  // the banner has a force, a limit and its unit
   view_.machine.blocking = {ReasonCode::kPowerLimit, 0, 9.1F, 9};
   EXPECT_NE(metric(), "") << "the test sees what is drawn";
+  does("key F9");
+  EXPECT_TRUE(state().light && theme().light) << "in the other colours, too";
   does("key F10");
   for (const char* screen : {"F1", "F2", "F3", "F4", "F5", "F6", "F7"}) {
     does(std::string("key ") + screen);

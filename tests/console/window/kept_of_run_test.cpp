@@ -100,6 +100,16 @@ TEST(KeptOfRun, HasTenMinutesOfTheLinkUpToTheCursorAndNothingBehindIt) {
   EXPECT_FLOAT_EQ(latest(Time(101s)), 0.5F);
 }
 
+TEST(KeptOfRun, HasNoMinutesOfALinkWhoseOperatorsSideWasNotRecorded) {
+  const test::TemporaryFolder folder;
+  const player::Played played = player::load({test::one_side(folder, "press", false)});
+  const Kinematics kinematics(played.machine);
+  KeptOfRun kept(played.run, played.machine, kinematics);
+  kept.show(played.run.last());
+  for (std::size_t ago = 0; ago < kept.shown().link.size(); ++ago)
+    EXPECT_TRUE(std::isnan(kept.shown().link.ago(ago, LinkMeasure::kLoss).most)) << "not 0 %";
+}
+
 std::size_t points(const ContactTrail& trail, Time now) {
   return static_cast<std::size_t>(std::count_if(trail.points().begin(), trail.points().end(), [now](const auto& point) {
     return ContactTrail::freshness(point, now) > 0;

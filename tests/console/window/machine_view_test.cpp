@@ -162,6 +162,30 @@ TEST_F(MachineViewPicture, ShowsTheSceneOfItsTime) {
   EXPECT_LT(piece, 0.02);
 }
 
+TEST_F(MachineViewPicture, TheArmShinesThroughAWallInFrontOfIt) {
+  picture::MachinePicture picture = at_rest();
+  const PlanarVector tip = pose_of(machine(), picture.measured_rad).tip_m;
+  const auto corner = [&](double x, double z) { return PlanarVector(tip + PlanarVector(x, z)); };
+  const session::Scene block{{"wall",
+                              session::SceneLine::Kind::kWall,
+                              {corner(-0.3, 0.3), corner(-0.3, -0.3), corner(0.3, -0.3), corner(0.3, 0.3)},
+                              true}};
+  picture.scene = &block;
+  const Drawn hiding = drawn(picture);
+  picture.measured_rad[kBucket] -= 0.3;
+  const Drawn moved = drawn(picture);
+  // Well inside the block, where its own edges are not.
+  const auto at = [&](double x, double z) { return *picture::pixel_of(side_, kWhole, {tip.x() + x, 0, tip.y() + z}); };
+  const Eigen::Vector2i low = at(-0.25, 0.25).cast<int>(), high = at(0.25, -0.25).cast<int>();
+  int changed = 0;
+  for (int y = low.y(); y < high.y(); ++y)
+    for (int x = low.x(); x < high.x(); ++x) {
+      const auto i = 3 * static_cast<std::size_t>((kHeight - 1 - y) * kWidth + x);
+      if (hiding[i] != moved[i]) ++changed;
+    }
+  EXPECT_GT(changed, 50) << "the bucket moves inside the block";
+}
+
 TEST_F(MachineViewPicture, LeavesTheRestOfTheWindowAlone) {
   glDisable(GL_SCISSOR_TEST);
   glClearColor(1, 0, 1, 1);

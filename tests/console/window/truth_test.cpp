@@ -240,6 +240,10 @@ TEST(BannerReason, SaysOfAMachineThatIsLedWhyItDoesNotMoveAndWhatIsNotFelt) {
   const auto reason = [&](const JointLoads& loads) { return screens::banner_reason(view, false, 0, {}, loads); };
   EXPECT_TRUE(says(reason(pressing_arm()), "bucket in (curl): at its end, move it the other way"));
   EXPECT_FALSE(says(reason(pressing_arm()), "cannot be measured")) << "it is";
+  view.machine.confidence = 0.9;
+  view.hand.warning = {ReasonCode::kEnergyWatchdog, 0, 0.04F, 0.03F};
+  EXPECT_TRUE(says(reason({}), text(view.hand.warning))) << reason({});
+  view.hand.warning = {};
   view.machine.confidence = 0.07;
   EXPECT_TRUE(says(reason(pressing_arm()), "pressing hard; cannot be measured: arm at relief"));
   EXPECT_TRUE(says(reason({}), "force is not known (confidence 7 %)")) << reason({});
