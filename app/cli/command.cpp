@@ -6,12 +6,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <sstream>
 
@@ -187,7 +189,7 @@ std::string place_of(const std::string& file) {
 }
 
 /// What a file holds that no output may replace, whatever it is called; nullptr: nothing of the kind.
-const char* kept_content(const std::string& file, bool may_be_recording) {
+const char* kept_content(const std::string& file) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(file, none)) return nullptr;
   std::string start(4096, '\0');
@@ -197,7 +199,14 @@ const char* kept_content(const std::string& file, bool may_be_recording) {
   const auto has = [&start](const char* text) { return start.find(text) != std::string::npos; };
   if (start.starts_with("-----BEGIN ") && has("PRIVATE KEY-----")) return "holds a private key";
   if (start.starts_with("{\"n\":") && has("\"mono_s\":") && has("\"before\":")) return "holds an audit trail";
-  return !may_be_recording && start.starts_with("\x89MCAP0\r\n") ? "holds a recording" : nullptr;
+  if (start.starts_with("\x89MCAP0\r\n")) return "holds a recording";
+  std::string kind = std::filesystem::path(file).extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (kind == ".eds" && !start.empty()) return "is a vendor's device file";
+  if (kind != ".dbc" || start.empty()) return nullptr;
+  in.clear();
+  start.append(std::istreambuf_iterator<char>(in), {});
+  return has("Written by knuckle ") ? nullptr : "is a DBC that Knuckle did not write";  // export/write_dbc.cpp
 }
 
 }  // namespace
@@ -314,7 +323,7 @@ void Places::take(const std::string& option, const std::string& file, Use use) {
     const char* const stream = path == "-" ? ": only one output can be standard output" : "";
     refuse_option(option, file, "already taken by " + other->second + stream);
   }
-  const char* why = kept_content(path, use == Use::kRecording);
+  const char* why = kept_content(path);
   for (const KeptName kept : kept_names)
     if (why == nullptr) why = kept(path);
   if (why != nullptr) refuse_option(option, file, std::string(why) + kOtherName);

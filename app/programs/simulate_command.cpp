@@ -91,7 +91,7 @@ void check_places(const session::SimulateOptions& o) {
   for (const std::string& file : o.operator_paths()) places.input("--operator", file);
   places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
-  places.recording_output("--log", o.log);
+  places.output("--log", o.log);
   places.output("--csv", o.csv);
   places.output("--report", o.report);
   places.output("--json", o.json);
