@@ -94,6 +94,17 @@ std::string misplaced_value(const std::vector<std::string>& arguments, const CLI
   return "";
 }
 
+/// CLI11 would take the next option for the value. One that begins so is given as --json=--name. @throws InputError
+void check_no_value_left_out(const std::vector<std::string>& arguments, const CLI::App& command) {
+  for (std::size_t i = 0; i + 1 < arguments.size() && arguments[i] != "--"; ++i) {
+    const std::string &word = arguments[i], &next = arguments[i + 1];
+    const CLI::Option* const option = word.starts_with('-') ? command.get_option_no_throw(word) : nullptr;
+    const bool needs_value = option != nullptr && option->get_expected_max() > 0;
+    const bool another = next.starts_with('-') && command.get_option_no_throw(next) != nullptr;  // such as -v
+    if (needs_value && (another || next.starts_with("--"))) refuse_option(option->get_name(), "", "needs a value");
+  }
+}
+
 /// Where CLI11 leaves it to be guessed which option is meant, in words of our own.
 std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std::string& command,
                     const std::vector<std::string>& arguments) {
@@ -146,6 +157,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
   const std::map<std::string, std::function<int()>> runs = declare(program, *app);
   const std::string see_help = " (see " + program.name + " " + (asked_for.empty() ? "" : asked_for + " ") + "--help)";
   try {
+    if (!asked_for.empty()) check_no_value_left_out(arguments, *app->get_subcommand(asked_for));
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app->parse(std::move(reversed));
   } catch (const CLI::Success& asked) {
@@ -154,7 +166,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
     throw InputError(refusal(error, *app, asked_for, arguments) + see_help);
-  } catch (const InputError& error) {  // a value that an option refuses (options.cpp)
+  } catch (const InputError& error) {  // also a value that an option refuses (options.cpp)
     throw InputError(error.what() + see_help);
   }
   const CLI::App& chosen = *app->get_subcommands().front();

@@ -78,6 +78,11 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
         {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
         {{"--mute=1"}, "--mute: takes no value"},
         {{"--map"}, "--map: needs a value"},
+        {{"--map", "--mute"}, "--map: needs a value"},
+        {{"--map", "--no-such"}, "--map: needs a value"},
+        {{"--map", "-h"}, "--map: needs a value"},
+        {{"--slow", "--mute"}, "--slow: needs a value"},
+        {{"--place", "a", "--place", "--mute"}, "--place: needs a value"},
         {{"--duraton", "3"}, "--duraton: unknown option"},
         {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
     std::vector<std::string> arguments{"dig", "--pit", "deep"};
@@ -104,6 +109,11 @@ TEST(CommandLineOptions, TakeWhatIsANumberOrAWordOfTheirs) {
   EXPECT_EQ(kDug->places, (std::vector<std::string>{"a b", "c"}));
   EXPECT_EQ(kDug->mode, "cues");
   EXPECT_TRUE(kDug->mute);
+  EXPECT_EQ(refusal({"dig", "--pit", "-", "--map=--mute", "--place", "-x"}), "accepted");
+  EXPECT_EQ(kDug->pit, "-");
+  EXPECT_EQ(kDug->map, "--mute");
+  EXPECT_EQ(kDug->places, std::vector<std::string>{"-x"});
+  EXPECT_FALSE(kDug->mute);
 }
 
 TEST(Places, RefuseWhateverAnOutputWouldReplace) {
