@@ -53,7 +53,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
                "Random seed of the plant's true parameters alone: one machine, on the day that --seed draws")
       .check(cli::seed_error);
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
-  c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
+  c.add_option("--jitter-ms", o.jitter_ms, "Link jitter: half-width of the delay's variation, at most the delay");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
   c.add_option("--bursts-per-s", o.bursts_per_s, "Mean rate of link outages of 50 ms, 0 to 10");
   c.add_option("--impairment", o.impairment,
