@@ -67,8 +67,8 @@ struct CommandLine {
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 done, also what runs until it is interrupted; 1 failed or a criterion was not met; 2 wrong usage or "
-    "bad input; 130 interrupted before it was done.";
+    "Exit codes: 0 done (also after Ctrl+C of a program that runs until then); 1 failed or a criterion was not met; "
+    "2 wrong usage or bad input; 130 ended by Ctrl+C before it was done.";
 
 /// @param value may be empty: "option: why". @throws InputError "option value: why".
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
