@@ -18,6 +18,7 @@
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "transport/socket_address.h"
 
 namespace knuckle::programs {
 namespace {
@@ -105,7 +106,10 @@ void check_link(const session::SimulateOptions& o) {
   if (o.listen.empty() != o.connect.empty())
     cli::refuse_option(o.listen.empty() ? "--connect" : "--listen", o.listen + o.connect,
                        "give --listen and --connect, or neither");
-  if (!o.listen.empty() && !o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
+  if (o.listen.empty()) return;
+  if (!o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
+  (void)parse_address(o.listen, "--listen");
+  (void)parse_host_and_port(o.connect, "--connect");
 }
 
 void check(const session::SimulateOptions& o) {
