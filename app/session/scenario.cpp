@@ -421,10 +421,9 @@ Scenario parse_scenario(std::string_view text, const std::string& source, const 
   return read_scenario(TomlTable::parse(text, source), machine);
 }
 
-void refuse_faults(const Scenario& scenario) {
+void refuse_faults(const Scenario& scenario, const std::string& how) {
   if (scenario.faults.empty()) return;
-  throw InputError(scenario.source +
-                   ": schedules faults, which need virtual time: run it with knuckle simulate, without --realtime");
+  throw InputError(scenario.source + ": schedules faults, which need virtual time: run it with knuckle simulate" + how);
 }
 
 void check_strength(const Scenario& scenario, sim::LimbClass limb) {

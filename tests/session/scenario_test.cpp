@@ -323,6 +323,13 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine_named().bus.pressure(5).id);
 }
 
+TEST_F(ScenarioFile, WithFaultsIsRefusedInRealTimeInTheWordsOfWhoRunsIt) {
+  const Scenario scenario = load(kWhole);
+  const std::string said = test::refusal([&] { refuse_faults(scenario); });
+  EXPECT_TRUE(said.ends_with(": run it with knuckle simulate")) << said;
+  EXPECT_EQ(test::refusal([&] { refuse_faults(scenario, ", without --realtime"); }), said + ", without --realtime");
+}
+
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {
   const std::string node = "node = \"arm_head_pressure\"";
   int read = 0;
