@@ -281,6 +281,26 @@ TomlTable TomlTable::read(const std::string& path, bool checked) {
   return file;
 }
 
+TomlTable TomlTable::read_kind(std::string_view kind, const std::string& path) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kTables{{{"machine", "links"},
+                                                                                         {"device", "feel"},
+                                                                                         {"scenario", "phase"},
+                                                                                         {"link", "both"},
+                                                                                         {"link", "to_machine"},
+                                                                                         {"link", "to_operator"},
+                                                                                         {"mapping", "channel"},
+                                                                                         {"grid", "battery"}}};
+  TomlTable file = read(path);
+  std::string_view other;
+  for (const auto& [of, table] : kTables) {
+    if (!file.has(table)) continue;
+    if (of == kind) return file;
+    other = of;
+  }
+  if (other.empty()) return file;
+  throw InputError(path + ": is a " + std::string(other) + " file, not a " + std::string(kind) + " file");
+}
+
 double TomlTable::number(std::string_view key, double min, double max, double factor) {
   const double instead = std::clamp(0.0, min, max) * factor;
   const toml::node* node = node_->get(key);

@@ -414,7 +414,7 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
 }  // namespace
 
 Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
-  return read_scenario(TomlTable::read(path), machine);
+  return read_scenario(TomlTable::read_kind("scenario", path), machine);
 }
 
 Scenario parse_scenario(std::string_view text, const std::string& source, const MachineDescription& machine) {
