@@ -77,7 +77,7 @@ DeviceDescription read_device(TomlTable file, bool leads) {
 }  // namespace
 
 DeviceDescription load_device(const std::string& path) {
-  return read_device(TomlTable::read(path), true);
+  return read_device(TomlTable::read_kind("device", path), true);
 }
 
 DeviceDescription parse_device(std::string_view text, const std::string& source) {

@@ -381,7 +381,7 @@ MachineDescription read_machine(TomlTable file) {
 }  // namespace
 
 MachineDescription load_machine(const std::string& path) {
-  return read_machine(TomlTable::read(path));
+  return read_machine(TomlTable::read_kind("machine", path));
 }
 
 MachineDescription parse_machine(std::string_view text, const std::string& source) {

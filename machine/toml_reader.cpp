@@ -168,10 +168,9 @@ std::string number_text(double value) {
   return {text.data(), end};
 }
 
-FileErrors::FileErrors(const std::string& first, std::vector<std::string> lines)
-    : InputError(lines.size() == 1
-                     ? first
-                     : first + " (first of " + std::to_string(lines.size()) + " errors; knuckle check shows all)"),
+FileErrors::FileErrors(const std::string& first, std::vector<std::string> lines, const std::string& hint)
+    : InputError(lines.size() == 1 ? first
+                                   : first + " (first of " + std::to_string(lines.size()) + " errors" + hint + ")"),
       lines_(std::move(lines)) {}
 
 /// One file: what is in it, and what was found wrong.
@@ -182,6 +181,7 @@ struct TomlTable::Document {
   std::string text, source;
   std::vector<std::pair<std::uint32_t, std::string>> errors;  ///< Line of the file, and what is said.
   std::vector<std::string> noted;                             ///< Paths of their keys.
+  bool checked = true;
 
   void note(std::uint32_t line, const std::string& path, const std::string& what) {
     errors.emplace_back(line, source + ":" + std::to_string(line) + ": " + what);
@@ -196,7 +196,7 @@ struct TomlTable::Document {
     std::stable_sort(in_order.begin(), in_order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<std::string> lines;
     for (const auto& [line, what] : in_order) lines.push_back(what);
-    throw FileErrors(errors.front().second, std::move(lines));
+    throw FileErrors(errors.front().second, std::move(lines), checked ? "; knuckle check shows all" : "");
   }
 };
 
@@ -275,8 +275,30 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& source) {
   }
 }
 
-TomlTable TomlTable::read(const std::string& path) {
-  return parse(whole_file(path, kLargestToml_MB), path);
+TomlTable TomlTable::read(const std::string& path, bool checked) {
+  TomlTable file = parse(whole_file(path, kLargestToml_MB), path);
+  file.node_->document->checked = checked;
+  return file;
+}
+
+TomlTable TomlTable::read_kind(std::string_view kind, const std::string& path) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kTables{{{"machine", "links"},
+                                                                                         {"device", "feel"},
+                                                                                         {"scenario", "phase"},
+                                                                                         {"link", "both"},
+                                                                                         {"link", "to_machine"},
+                                                                                         {"link", "to_operator"},
+                                                                                         {"mapping", "channel"},
+                                                                                         {"grid", "battery"}}};
+  TomlTable file = read(path);
+  std::string_view other;
+  for (const auto& [of, table] : kTables) {
+    if (!file.has(table)) continue;
+    if (of == kind) return file;
+    other = of;
+  }
+  if (other.empty()) return file;
+  throw InputError(path + ": is a " + std::string(other) + " file, not a " + std::string(kind) + " file");
 }
 
 double TomlTable::number(std::string_view key, double min, double max, double factor) {

@@ -22,7 +22,8 @@ inline constexpr std::size_t kLargestToml_MB = 1;  ///< A calibrated machine fil
 /// All that one reading of a file has found wrong. what() is the first found, and how many there are.
 class FileErrors : public InputError {
  public:
-  FileErrors(const std::string& first, std::vector<std::string> lines);
+  /// @param hint after the number of errors: "; knuckle check shows all".
+  FileErrors(const std::string& first, std::vector<std::string> lines, const std::string& hint);
   /// In the order of the file.
   [[nodiscard]] const std::vector<std::string>& lines() const noexcept { return lines_; }
 
@@ -41,7 +42,11 @@ class TomlTable {
  public:
   /// @throws InputError where the file cannot be read, is larger than kLargestToml_MB, nests its tables or values
   /// deeper than 16, or is not TOML.
-  [[nodiscard]] static TomlTable read(const std::string& path);
+  /// @param checked messages name `knuckle check`, which reads such files.
+  [[nodiscard]] static TomlTable read(const std::string& path, bool checked = true);
+  /// @param kind "machine", "device", "scenario" or "link". @throws InputError also where the file is of another kind,
+  /// by tables that only one kind has.
+  [[nodiscard]] static TomlTable read_kind(std::string_view kind, const std::string& path);
   /// The same for text in memory; `source` names it in messages.
   [[nodiscard]] static TomlTable parse(std::string_view text, const std::string& source);
 

@@ -51,6 +51,7 @@ Recording::Recording(const std::vector<std::string>& paths) : paths_(paths) {
   for (const std::string& path : paths) {
     parts_.push_back(std::make_unique<mcap::Reader>(path, kTopicNames));
     Head head = read_head(*parts_.back(), path);
+    if (head.part == 0 && paths.size() > 1) throw InputError(path + ": is a flight record: name it alone");
     if (parts_.size() == 1) {
       read_files(*parts_.back(), head);
       head_ = head;

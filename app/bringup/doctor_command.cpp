@@ -158,7 +158,8 @@ void add_options(const cli::OptionList& c, DoctorOptions& o) {
                "CAN interface of the machine bus to check (can0); of two NAME=INTERFACE for each; reads only")
       .one_value_each();
   c.add_flag("--simulate", o.simulate, "Check the simulated machine's bus instead");
-  c.add_option("--machine", o.machine, "Compare the bus with this machine: name or .toml file");
+  c.add_option("--machine", o.machine,
+               "Compare the bus with this machine: name or .toml file (default with --simulate: solar015)");
   c.add_option("--listen", o.listen_s, "Seconds to listen before the first request (default: 2)");
   c.add_option("--bit-rate", o.bit_rate_kbps,
                "Bit rate in kbit/s, to compute the bus load without --machine (default: 500)");
@@ -174,7 +175,6 @@ void add_options(const cli::OptionList& c, DoctorOptions& o) {
 
 void check(const DoctorOptions& o) {
   if (o.simulate && !o.can.empty()) cli::refuse_option("--can", can_text(o.can), "give --can or --simulate, not both");
-  if (o.simulate && o.machine.empty()) cli::refuse_option("--simulate", "", "needs --machine");
   if (!o.machine.empty() && o.can.empty() && !o.simulate)
     cli::refuse_option("--machine", o.machine, "needs --can or --simulate");
   const bool bus = o.simulate || !o.can.empty(), device = !o.device.back_end.empty();
@@ -227,6 +227,7 @@ BusDiagnosis diagnose_buses(const DoctorOptions& o, const std::optional<MachineD
 }
 
 int run_doctor(DoctorOptions options) {
+  if (options.simulate && options.machine.empty()) options.machine = "solar015";
   check(options);
   if (options.device_file) options.device.device = *options.device_file;
   const cli::InterruptGuard interrupt;

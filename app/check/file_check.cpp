@@ -183,7 +183,7 @@ cli::Command check_entry() {
             .required();
         command.add_option("--machine", o.machine,
                            "Machine that a scenario, truth or device file is for: name or .toml file (default: "
-                           "solar015; a device by itself)");
+                           "solar015; a device file is then checked without a machine)");
         command.add_option("--drawing", o.drawing, "Draw a machine file's arm, pins, joint ranges and limits (.svg)");
       },
       run);

@@ -6,12 +6,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <sstream>
 
@@ -92,6 +94,17 @@ std::string misplaced_value(const std::vector<std::string>& arguments, const CLI
   return "";
 }
 
+/// CLI11 would take the next option for the value. One that begins so is given as --json=--name. @throws InputError
+void check_no_value_left_out(const std::vector<std::string>& arguments, const CLI::App& command) {
+  for (std::size_t i = 0; i + 1 < arguments.size() && arguments[i] != "--"; ++i) {
+    const std::string &word = arguments[i], &next = arguments[i + 1];
+    const CLI::Option* const option = word.starts_with('-') ? command.get_option_no_throw(word) : nullptr;
+    const bool needs_value = option != nullptr && option->get_expected_max() > 0;
+    const bool another = next.starts_with('-') && command.get_option_no_throw(next) != nullptr;  // such as -v
+    if (needs_value && (another || next.starts_with("--"))) refuse_option(option->get_name(), "", "needs a value");
+  }
+}
+
 /// Where CLI11 leaves it to be guessed which option is meant, in words of our own.
 std::string refusal(const CLI::ParseError& error, const CLI::App& app, const std::string& command,
                     const std::vector<std::string>& arguments) {
@@ -144,6 +157,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
   const std::map<std::string, std::function<int()>> runs = declare(program, *app);
   const std::string see_help = " (see " + program.name + " " + (asked_for.empty() ? "" : asked_for + " ") + "--help)";
   try {
+    if (!asked_for.empty()) check_no_value_left_out(arguments, *app->get_subcommand(asked_for));
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());  // the order CLI11 takes a vector in
     app->parse(std::move(reversed));
   } catch (const CLI::Success& asked) {
@@ -152,7 +166,7 @@ CommandLine parse_command_line(const Program& program, const std::vector<std::st
     return {{}, text.str()};
   } catch (const CLI::ParseError& error) {
     throw InputError(refusal(error, *app, asked_for, arguments) + see_help);
-  } catch (const InputError& error) {  // a value that an option refuses (options.cpp)
+  } catch (const InputError& error) {  // also a value that an option refuses (options.cpp)
     throw InputError(error.what() + see_help);
   }
   const CLI::App& chosen = *app->get_subcommands().front();
@@ -187,7 +201,7 @@ std::string place_of(const std::string& file) {
 }
 
 /// What a file holds that no output may replace, whatever it is called; nullptr: nothing of the kind.
-const char* kept_content(const std::string& file, bool may_be_recording) {
+const char* kept_content(const std::string& file) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(file, none)) return nullptr;
   std::string start(4096, '\0');
@@ -197,7 +211,14 @@ const char* kept_content(const std::string& file, bool may_be_recording) {
   const auto has = [&start](const char* text) { return start.find(text) != std::string::npos; };
   if (start.starts_with("-----BEGIN ") && has("PRIVATE KEY-----")) return "holds a private key";
   if (start.starts_with("{\"n\":") && has("\"mono_s\":") && has("\"before\":")) return "holds an audit trail";
-  return !may_be_recording && start.starts_with("\x89MCAP0\r\n") ? "holds a recording" : nullptr;
+  if (start.starts_with("\x89MCAP0\r\n")) return "holds a recording";
+  std::string kind = std::filesystem::path(file).extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (kind == ".eds" && !start.empty()) return "is a vendor's device file";
+  if (kind != ".dbc" || start.empty()) return nullptr;
+  in.clear();
+  start.append(std::istreambuf_iterator<char>(in), {});
+  return has("Written by knuckle ") ? nullptr : "is a DBC that Knuckle did not write";  // export/write_dbc.cpp
 }
 
 }  // namespace
@@ -314,7 +335,7 @@ void Places::take(const std::string& option, const std::string& file, Use use) {
     const char* const stream = path == "-" ? ": only one output can be standard output" : "";
     refuse_option(option, file, "already taken by " + other->second + stream);
   }
-  const char* why = kept_content(path, use == Use::kRecording);
+  const char* why = kept_content(path);
   for (const KeptName kept : kept_names)
     if (why == nullptr) why = kept(path);
   if (why != nullptr) refuse_option(option, file, std::string(why) + kOtherName);

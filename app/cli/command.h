@@ -67,8 +67,8 @@ struct CommandLine {
 
 // For the checks of a command's own options.
 inline constexpr const char* kExitCodes =
-    "Exit codes: 0 done, also what runs until it is interrupted; 1 failed or a criterion was not met; 2 wrong usage or "
-    "bad input; 130 interrupted before it was done.";
+    "Exit codes: 0 done (also after Ctrl+C of a program that runs until then); 1 failed or a criterion was not met; "
+    "2 wrong usage or bad input; 130 ended by Ctrl+C before it was done.";
 
 /// @param value may be empty: "option: why". @throws InputError "option value: why".
 [[noreturn]] void refuse_option(const std::string& option, const std::string& value, const std::string& why);
@@ -84,23 +84,21 @@ void check_readable(const std::string& option, const std::string& file);
 void check_folder(const std::string& option, const std::string& folder);
 
 /// No two outputs into one place, none over an input, any configuration file, what the program that was started keeps,
-/// or a private key, an audit trail or a recording of any name. Empty names are ignored.
+/// or a private key, an audit trail or a recording of any name, or a maker's DBC or EDS file. Empty names are ignored.
 class Places {
  public:
   void input(const std::string& option, const std::string& file) { take(option, file, Use::kInput); }
   /// Configuration may be named, or be a file of the user's.
   void configuration(const std::string& option, const std::string& name_or_file);
-  /// Data: CSV, JSON, pages, logs. @throws InputError where the place is taken, or is a .toml file: that is
+  /// Data: CSV, JSON, pages, logs, recordings. @throws InputError where the place is taken, or is a .toml file: that is
   /// configuration, perhaps one that another option only names.
   void output(const std::string& option, const std::string& file);
-  /// A recording, which may replace an older one.
-  void recording_output(const std::string& option, const std::string& file) { take(option, file, Use::kRecording); }
   /// A machine or device file. @throws InputError where the place is taken, or does not end in .toml: other outputs
   /// would not keep off it.
   void configuration_output(const std::string& option, const std::string& file);
 
  private:
-  enum class Use : std::uint8_t { kInput, kOutput, kRecording };
+  enum class Use : std::uint8_t { kInput, kOutput };
   void take(const std::string& option, const std::string& file, Use use);
   std::map<std::string, std::string> taken_;  // path -> option
 };

@@ -168,8 +168,9 @@ std::string OptionList::as_given() const {
   for (const CLI::Option* option : std::as_const(*command_).get_options()) {
     const bool flag = option->get_expected_max() == 0;
     for (const std::string& value : option->results()) {
-      if (!option->get_positional()) line += " " + option->get_name();
-      if (!flag) line += " " + quoted(value);
+      const bool named = !option->get_positional();
+      if (named) line += " " + option->get_name();
+      if (!flag) line += (named && value.starts_with("--") ? "=" : " ") + quoted(value);
     }
   }
   return line;

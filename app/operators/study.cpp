@@ -48,7 +48,7 @@ PlannedRecording read_recording(TomlTable& table, const std::filesystem::path& f
 }  // namespace
 
 std::vector<PlannedRecording> load_plan(const std::string& path) {
-  TomlTable plan = TomlTable::read(path);
+  TomlTable plan = TomlTable::read(path, false);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::vector<PlannedRecording> recordings;
   std::set<std::string> files;

@@ -18,7 +18,7 @@ void read_credentials(const std::string& file, ice::Servers& servers) {
   if (::stat(file.c_str(), &status) != 0)
     throw InputError(file + ": cannot be read: --turn needs it, with user = \"...\" and password = \"...\", mode 0600");
   if ((status.st_mode & 077U) != 0) throw InputError(file + ": others may read or write the password: chmod 600");
-  TomlTable root = TomlTable::read(file);
+  TomlTable root = TomlTable::read(file, false);
   servers.turn_user = root.text("user");
   servers.turn_password = root.text("password");
   root.finish();

@@ -187,7 +187,7 @@ secure::Peers KeyFolder::peers() const {
   if (!fs::exists(peers_file())) return {};
   check_folder();
   check_only_owner_writes(peers_file(), "file");
-  TomlTable root = TomlTable::read(peers_file());
+  TomlTable root = TomlTable::read(peers_file(), false);
   secure::Peers peers;
   for (TomlTable& table : root.tables("peer")) {
     secure::Peer& peer = peers.emplace_back();

@@ -18,6 +18,7 @@
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "transport/socket_address.h"
 
 namespace knuckle::programs {
 namespace {
@@ -53,7 +54,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
                "Random seed of the plant's true parameters alone: one machine, on the day that --seed draws")
       .check(cli::seed_error);
   c.add_option("--delay-ms", o.delay_ms, "Link delay, one way");
-  c.add_option("--jitter-ms", o.jitter_ms, "Link jitter, one way");
+  c.add_option("--jitter-ms", o.jitter_ms, "Link jitter: half-width of the delay's variation, at most the delay");
   c.add_option("--loss", o.loss, "Share of datagrams lost, 0 to 1");
   c.add_option("--bursts-per-s", o.bursts_per_s, "Mean rate of link outages of 50 ms, 0 to 10");
   c.add_option("--impairment", o.impairment,
@@ -91,7 +92,7 @@ void check_places(const session::SimulateOptions& o) {
   for (const std::string& file : o.operator_paths()) places.input("--operator", file);
   places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
-  places.recording_output("--log", o.log);
+  places.output("--log", o.log);
   places.output("--csv", o.csv);
   places.output("--report", o.report);
   places.output("--json", o.json);
@@ -105,7 +106,10 @@ void check_link(const session::SimulateOptions& o) {
   if (o.listen.empty() != o.connect.empty())
     cli::refuse_option(o.listen.empty() ? "--connect" : "--listen", o.listen + o.connect,
                        "give --listen and --connect, or neither");
-  if (!o.listen.empty() && !o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
+  if (o.listen.empty()) return;
+  if (!o.realtime) cli::refuse_option("--listen", o.listen, "only goes with --realtime");
+  (void)parse_address(o.listen, "--listen");
+  (void)parse_host_and_port(o.connect, "--connect");
 }
 
 void check(const session::SimulateOptions& o) {

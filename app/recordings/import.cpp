@@ -220,7 +220,7 @@ int run_import(const ImportOptions& o) {
   places.input("the table", o.table);
   places.input("--map", o.map);
   places.input("--machine", machine_file);
-  places.recording_output("--out", o.out);
+  places.output("--out", o.out);
   const MachineDescription machine = calibrated(load_machine(machine_file));
   const RecordedFile table = read_recording(o.table, o.map, machine);
   recording::Head head;

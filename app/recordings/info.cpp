@@ -113,6 +113,7 @@ void describe_cells(CsvFile& file, FileInfo& info) {
   }
   std::vector<std::string> lines;
   ColumnLines columns(lines);
+  info.whole = false;  // until there is a number
   for (const std::size_t c : all) {
     if (header[c].empty()) continue;
     Extent extent;
@@ -122,6 +123,7 @@ void describe_cells(CsvFile& file, FileInfo& info) {
       extent.add(number);
       if (std::isfinite(number)) numbers.push_back(number);
     }
+    info.whole |= !numbers.empty();
     std::string what;
     if (is_time(header[c], c, numbers)) {
       const auto unit = unix_unit(times_seen(file, c));
@@ -131,7 +133,8 @@ void describe_cells(CsvFile& file, FileInfo& info) {
   }
   columns.end();
   info.lines.insert(info.lines.end(), lines.begin(), lines.end());
-  info.lines.emplace_back("  no table of Knuckle's own: --map FILE.toml says what its columns are");
+  info.lines.emplace_back(info.whole ? "  no table of Knuckle's own: --map FILE.toml says what its columns are"
+                                     : "  cannot be used: no column has numbers");
 }
 
 }  // namespace

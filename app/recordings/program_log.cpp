@@ -1,5 +1,8 @@
 #include "app/recordings/program_log.h"
 
+#include <cstdlib>
+#include <string_view>
+
 #include "app/cli/command.h"
 #include "core/error.h"
 #include "machine/description.h"
@@ -18,6 +21,18 @@ void check_log(const LogOptions& options) {
     cli::refuse_option("--no-log", "", "does not go with --log " + options.folder);
 }
 
+namespace {
+
+/// Of a folder that no option named.
+std::string refusal_without_option(std::string refusal) {
+  const std::string_view option = "--log ";
+  if (refusal.starts_with(option)) refusal.erase(0, option.size());
+  const char* const variable = std::getenv("KNUCKLE_RECORDINGS");
+  return (variable != nullptr && *variable != '\0' ? "KNUCKLE_RECORDINGS=" : "") + refusal;
+}
+
+}  // namespace
+
 ProgramLog::ProgramLog(const LogOptions& options, bool real, recording::Head head, const MachineDescription& machine)
     : kept_(!options.off && (real || !options.folder.empty())),
       folder_(options.folder.empty() ? recording::default_folder() : options.folder) {
@@ -29,7 +44,7 @@ ProgramLog::ProgramLog(const LogOptions& options, bool real, recording::Head hea
     recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
   } catch (const InputError& error) {
     if (!options.folder.empty()) throw;
-    failure_ = error.what();
+    failure_ = refusal_without_option(error.what());
     kept_ = how.keep = false;
     recorder_ = std::make_unique<recording::Recorder>(how, head, machine);
   }

@@ -177,7 +177,7 @@ class Reader {
 }  // namespace
 
 LinkFile load_link(const std::string& path) {
-  return Reader(TomlTable::read(path)).read();
+  return Reader(TomlTable::read_kind("link", path)).read();
 }
 
 LinkFile parse_link(std::string_view text, const std::string& source) {

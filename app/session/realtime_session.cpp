@@ -166,7 +166,7 @@ void wait_for_the_end(const RealtimeClock& clock, const Loops& loops, double lon
 
 SessionOutcome run_realtime(const SessionSetup& setup, recording::Recorder* recorder,
                             const std::function<void(double)>& progress) {
-  refuse_faults(setup.scenario);
+  refuse_faults(setup.scenario, ", without --realtime");
   UdpLink machine_end = UdpLink::listen(setup.listen);
   UdpLink operator_end =
       UdpLink::connect(setup.connect.empty() ? "127.0.0.1:" + std::to_string(machine_end.port()) : setup.connect);

@@ -1,5 +1,7 @@
 #include "app/session/scenario.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -317,11 +319,14 @@ void check_start(const TomlTable& file, const Scenario& scenario, const MachineD
   std::vector<PlanarVector> places_m{pose.linkage_pin_m};
   for (const PlanarVector& corner : bucket_outline(machine)) places_m.emplace_back(pose.bucket * corner);
   for (const PlanarVector& at_m : places_m) {
-    for (const sim::WallDescription& wall : scenario.world.walls) {
+    for (std::size_t i = 0; i < scenario.world.walls.size(); ++i) {
+      const sim::WallDescription& wall = scenario.world.walls[i];
       const PlanarVector normal = wall.normal.normalized(), from_m = at_m - wall.point_m;
       const double along_m = PlanarVector(-normal.y(), normal.x()).dot(from_m), clear_m = normal.dot(from_m);
-      const bool beside = along_m < wall.from_m || along_m > wall.to_m || clear_m < -wall.depth_m;
-      file.require(beside || clear_m > kClear_m, "start_deg", "puts the bucket into a [[wall]] or within 5 cm of it");
+      const bool has_end = std::isfinite(wall.from_m) || std::isfinite(wall.to_m);  // else nothing reaches behind it
+      const bool beside = along_m < wall.from_m || along_m > wall.to_m || (has_end && clear_m < -wall.depth_m);
+      file.require(beside || clear_m > kClear_m, "start_deg",
+                   fmt::format("puts the bucket into or behind wall[{}], or within 5 cm of it", i));
     }
     for (const sim::SoilDescription& soil : scenario.world.soil) {
       const PlanarVector up(-std::sin(soil.slope_rad), std::cos(soil.slope_rad));
@@ -409,17 +414,16 @@ Scenario read_scenario(TomlTable file, const MachineDescription& machine) {
 }  // namespace
 
 Scenario load_scenario(const std::string& path, const MachineDescription& machine) {
-  return read_scenario(TomlTable::read(path), machine);
+  return read_scenario(TomlTable::read_kind("scenario", path), machine);
 }
 
 Scenario parse_scenario(std::string_view text, const std::string& source, const MachineDescription& machine) {
   return read_scenario(TomlTable::parse(text, source), machine);
 }
 
-void refuse_faults(const Scenario& scenario) {
+void refuse_faults(const Scenario& scenario, const std::string& how) {
   if (scenario.faults.empty()) return;
-  throw InputError(scenario.source +
-                   ": schedules faults, which need virtual time: run it with knuckle simulate, without --realtime");
+  throw InputError(scenario.source + ": schedules faults, which need virtual time: run it with knuckle simulate" + how);
 }
 
 void check_strength(const Scenario& scenario, sim::LimbClass limb) {

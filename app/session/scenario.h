@@ -58,8 +58,9 @@ struct Scenario {
 [[nodiscard]] Scenario parse_scenario(std::string_view text, const std::string& source,
                                       const MachineDescription& machine);
 
-/// For whoever runs it in real time. @throws InputError where it schedules faults, which would never happen.
-void refuse_faults(const Scenario& scenario);
+/// For whoever runs it in real time. @param how it must be run, after "knuckle simulate".
+/// @throws InputError where it schedules faults, which would never happen.
+void refuse_faults(const Scenario& scenario, const std::string& how = "");
 /// For a person's hand. @throws InputError where a press asks for more than such a hand holds.
 void check_strength(const Scenario& scenario, sim::LimbClass limb);
 /// Its own operator's plan needs a recording.

@@ -1,5 +1,7 @@
 #include "app/session/session_setup.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
@@ -32,6 +34,9 @@ void impair(const SimulateOptions& options, LoadedSession& loaded) {
   LinkImpairment link;
   link.delay = from_seconds(1e-3 * options.delay_ms.value_or(setup.scenario.delay_ms));
   link.jitter = from_seconds(1e-3 * options.jitter_ms.value_or(0.0));
+  if (link.jitter > link.delay)  // no delay is below 0: the mean would be another
+    throw InputError(fmt::format("--jitter-ms {:g}: must be at most the delay, {:g} ms: see --delay-ms",
+                                 *options.jitter_ms, 1e3 * to_seconds(link.delay)));
   link.loss = options.loss.value_or(0.0);
   link.bursts_per_s = options.bursts_per_s.value_or(0.0);
   setup.to_machine = setup.to_operator = link;

@@ -171,7 +171,11 @@ TEST(DialogueLog, IsOnWhereSomethingRealIsMovedUnlessTurnedOffAndSaysSo) {
   EXPECT_TRUE(notes(false, true).empty());
   EXPECT_TRUE(recording::files_in(folder.path().string()).empty());
   const std::vector<std::string> on = notes(false, false);
+  setenv("KNUCKLE_RECORDINGS", "/dev/null/log", 1);
+  const std::vector<std::string> refused = notes(false, false);
   unsetenv("KNUCKLE_RECORDINGS");
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_TRUE(says(refused[0], "NOT RECORDED: KNUCKLE_RECORDINGS=/dev/null/log: cannot be written: "));
   ASSERT_EQ(on.size(), 1u);
   EXPECT_EQ(on[0], "recording to " + recording_in(folder.path().string()));
 }

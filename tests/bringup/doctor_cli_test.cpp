@@ -109,7 +109,7 @@ TEST_F(HardwareCli, WrongUsageIsRefusedInOneLine) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"doctor --can nosuch0", "nosuch0"},
       {"doctor --machine solar015", "needs --can"},
-      {"doctor --simulate", "needs --machine"},
+      {"doctor --simulate --bit-rate 250", "only goes without --machine"},
       {"doctor --device-file knuckle1", "needs --device"},
       {"doctor --listen 1", "needs --can"},
       {"doctor --connect 127.0.0.1", "--connect 127.0.0.1: "},

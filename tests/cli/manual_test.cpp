@@ -118,6 +118,8 @@ TEST(GivenOptions, AreWrittenSoThatAShellReadsThemAsTheyWere) {
   EXPECT_EQ(written, " a.csv --machine 'it'\\''s $HOME' --fast");
   EXPECT_EQ(parse_command_line(tool, {"dig", "--fast"}).run(), 1);
   EXPECT_EQ(written, " --fast");
+  EXPECT_EQ(parse_command_line(tool, {"dig", "--machine=--odd"}).run(), 0);
+  EXPECT_EQ(written, " --machine=--odd");
 }
 
 }  // namespace

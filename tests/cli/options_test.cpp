@@ -78,6 +78,11 @@ TEST(CommandLineOptions, AreRefusedInWordsOfTheProgram) {
         {{"--mode", "telepathy"}, "--mode telepathy: not in {echo,cues}"},
         {{"--mute=1"}, "--mute: takes no value"},
         {{"--map"}, "--map: needs a value"},
+        {{"--map", "--mute"}, "--map: needs a value"},
+        {{"--map", "--no-such"}, "--map: needs a value"},
+        {{"--map", "-h"}, "--map: needs a value"},
+        {{"--slow", "--mute"}, "--slow: needs a value"},
+        {{"--place", "a", "--place", "--mute"}, "--place: needs a value"},
         {{"--duraton", "3"}, "--duraton: unknown option"},
         {{"--sed", "3"}, "--sed: unknown option; did you mean '--seed'?"}}) {
     std::vector<std::string> arguments{"dig", "--pit", "deep"};
@@ -104,6 +109,11 @@ TEST(CommandLineOptions, TakeWhatIsANumberOrAWordOfTheirs) {
   EXPECT_EQ(kDug->places, (std::vector<std::string>{"a b", "c"}));
   EXPECT_EQ(kDug->mode, "cues");
   EXPECT_TRUE(kDug->mute);
+  EXPECT_EQ(refusal({"dig", "--pit", "-", "--map=--mute", "--place", "-x"}), "accepted");
+  EXPECT_EQ(kDug->pit, "-");
+  EXPECT_EQ(kDug->map, "--mute");
+  EXPECT_EQ(kDug->places, std::vector<std::string>{"-x"});
+  EXPECT_FALSE(kDug->mute);
 }
 
 TEST(Places, RefuseWhateverAnOutputWouldReplace) {
@@ -119,6 +129,12 @@ TEST(Places, RefuseWhateverAnOutputWouldReplace) {
           "{\"n\":1,\"utc\":\"2026-11-21T05:00:00.000Z\",\"mono_s\":1.5,\"event\":\"file\",\"before\":\"00\"}\n");
   content("log.bin", "\x89MCAP0\r\n\x01");
   content("a.csv", "of before");
+  content("valve.EDS", "[FileInfo]\n");
+  const std::string messages(10'000, '\n');
+  content("maker.DBC", "VERSION \"\"\n" + messages + "CM_ \"Made by hand.\";\n");
+  content("own.dbc",
+          "VERSION \"\"\n" + messages + "CM_ \"CANopen bus of a. Written by knuckle 0.1.0 from a.toml.\";\n");
+  content("empty.dbc", "");
   std::filesystem::create_symlink(folder.file("device.toml"), folder.file("link.csv"));
   std::filesystem::create_symlink(folder.file("kept"), folder.file("link.json"));
   const Program keeps{"tool", "", "", {}, {[](const std::filesystem::path& place) {
@@ -144,7 +160,12 @@ TEST(Places, RefuseWhateverAnOutputWouldReplace) {
       {"key.bin", "holds a private key"},
       {"ec.bin", "holds a private key"},
       {"trail.bin", "holds an audit trail"},
-      {"log.bin", "holds a recording"},
+      {"log.bin", "holds a recording: choose another name"},
+      {"valve.EDS", "is a vendor's device file: choose another name"},
+      {"maker.DBC", "is a DBC that Knuckle did not write: choose another name"},
+      {"own.dbc", "accepted"},
+      {"empty.dbc", "accepted"},
+      {"new.dbc", "accepted"},
       {"map.csv", "already taken by --map"},
       {"./taken.csv", "already taken by --csv"},
       {"-", "already taken by --report: only one output can be standard output"},
@@ -152,8 +173,6 @@ TEST(Places, RefuseWhateverAnOutputWouldReplace) {
       {"a.csv", "accepted"},
   };
   for (const auto& [name, said] : table) EXPECT_TRUE(test::says(refused(name, &Places::output), said));
-  EXPECT_EQ(refused("log.bin", &Places::recording_output), "accepted");
-  EXPECT_TRUE(test::says(refused("key.bin", &Places::recording_output), "holds a private key"));
   EXPECT_TRUE(test::says(refused("a.csv", &Places::configuration_output), "must end in .toml"));
   EXPECT_EQ(refused("device.toml", &Places::configuration_output), "accepted");
   (void)parse_command_line(kTool, {});

@@ -16,6 +16,7 @@ std::string digest(const std::string& scenario, std::uint64_t seed, double loss 
   options.scenario = scenario;
   options.seed = seed;
   options.duration_s = 8;
+  options.delay_ms = 10;
   options.jitter_ms = 5;
   options.loss = loss;
   return session::run_simulation(options, {}).digest.whole;

@@ -394,6 +394,17 @@ TEST(FindConfig, ListsWhatThereIsForAnUnknownName) {
   std::filesystem::current_path(before);
 }
 
+TEST(LoadedFile, OfAnotherKindIsCalledSo) {
+  const std::string machine = kConfig + "/machines/solar015.toml", device = kConfig + "/devices/knuckle1.toml",
+                    link = kConfig + "/links/lte.toml";
+  EXPECT_EQ(test::refusal([&] { (void)load_machine(device); }), device + ": is a device file, not a machine file");
+  EXPECT_EQ(test::refusal([&] { (void)load_device(machine); }), machine + ": is a machine file, not a device file");
+  EXPECT_EQ(test::refusal([&] { (void)TomlTable::read_kind("scenario", link); }),
+            link + ": is a link file, not a scenario file");
+  for (const char* kind : {"machine", "device"})  // may be either, for all that is there
+    EXPECT_EQ(test::refusal([&] { (void)TomlTable::read_kind(kind, kConfig + "/truth/example.toml"); }), "accepted");
+}
+
 TEST(WholeFile, LargerThanItMayBeIsRefused) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("a.toml"), std::ios::binary) << std::string(10'000'000, 'k') << " = 1";

@@ -109,6 +109,12 @@ const std::string kOne =
     "condition = \"force\"\ntask = \"press\"\n";
 const std::string kLoad = "tlx = {mental = 1, physical = 2, temporal = 3, performance = 4, effort = 5, frustration = ";
 
+TEST(StudyPlan, OfWhichNoOtherCommandShowsAllErrorsDoesNotNameOne) {
+  const std::string said = refusal_of("[[recording]]\nfile = 1\ninput = \"foot\"\n");
+  EXPECT_TRUE(test::says(said, " (first of ")) << said;
+  EXPECT_TRUE(said.ends_with(" errors)")) << said;
+}
+
 TEST(StudyPlan, IsReadWithItsFilesBesideIt) {
   const test::TemporaryFolder folder;
   std::ofstream(folder.file("plan.toml")) << kOne << kLoad << "6}\n";

@@ -91,6 +91,8 @@ TEST(CommandLine, EveryBadInputIsRefusedInOneLineThatNamesIt) {
       {{"--json", "-", "--candump", "-"}, {"--json", "--candump", "standard output"}},
       {{"--json", "x", "--csv", "./x"}, {"--json", "--csv"}},
       {{"--truth", map, "--csv", map}, {"--csv", "--truth"}},
+      {{"--realtime", "--listen", "127.0.0.1:0", "--connect", "foo"}, {"--connect foo: is not HOST:PORT"}},
+      {{"--realtime", "--listen", "foo", "--connect", "127.0.0.1:9"}, {"--listen foo: is not ADDR:PORT"}},
   };
   for (const BadInput& bad : table) {
     const std::string message = refusal(bad.arguments);

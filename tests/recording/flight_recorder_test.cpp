@@ -8,6 +8,7 @@
 #include "recording/recording.h"
 #include "recording/tapped_wires.h"
 #include "tests/recording/recorded_session.h"
+#include "tests/support/refusal.h"
 #include "tests/support/says.h"
 #include "tests/support/temporary_folder.h"
 
@@ -81,6 +82,19 @@ TEST(FlightRecorder, IsNamedByTheReasonAndASecondSessionKeepsBoth) {
   const auto flights = paths_in(folder.path().string(), true);
   ASSERT_EQ(flights.size(), 2u);
   EXPECT_TRUE(says(flights[0], "_simulate_link_lost"));
+}
+
+TEST(FlightRecorder, IsNoPartOfARecordingWhicheverIsNamedFirst) {
+  TemporaryFolder folder;
+  Stopping session(into(folder.path().string()));
+  session.fault_at(10s, ReasonCode::kLinkLost);
+  ASSERT_EQ(session.status().flights.size(), 1u);
+  const std::string flight = paths_in(folder.path().string(), true).at(0);
+  RecorderOptions how = into("");
+  how.file = folder.file("whole.mcap");
+  (void)record(short_session("free_motion", 0.5), how);
+  for (const std::vector<std::string>& files : {std::vector{flight, how.file}, std::vector{how.file, flight}})
+    EXPECT_EQ(refusal([&] { return Recording(files).complete(); }), flight + ": is a flight record: name it alone");
 }
 
 TEST(FlightRecorder, FaultThatComesAndGoesGetsNoMoreThanItsShareOfTheFolder) {

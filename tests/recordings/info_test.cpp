@@ -153,5 +153,11 @@ TEST_F(Info, OfATableOfAnotherProgramSaysWhatAMappingMakesOfItOrWhatStandsInIt) 
               {"cannot be used: ", "at least 4 are needed"});
 }
 
+TEST_F(Info, OfATextWithoutColumnsOfNumbersSaysThatItCannotBeUsed) {
+  for (const char* text : {"(0000000000.001130) can0 710#00\n(0000000000.001260) can0 711#00\n",
+                           "level on solar015, seed 1: 2.0 s simulated\n  moved freely for 1 s; no fault\n"})
+    expect_says(table_info(put("text.log", text), ""), false, {": table, ", "  cannot be used: no column has numbers"});
+}
+
 }  // namespace
 }  // namespace knuckle::recordings

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "app/session/session_setup.h"
 #include "machine/load.h"
 #include "tests/support/refusal.h"
 #include "tests/support/says.h"
@@ -160,6 +161,20 @@ TEST(LinkFile, RefusesWhatIsOutOfBoundsContradictoryOrUnknownInOneLine) {
   std::string many;
   for (int i = 0; i < 65; ++i) many += "[[outage]]\ndirection = \"both\"\nat_s = 1\nlength_ms = 100\n";
   EXPECT_TRUE(test::says(refusal(many), "at most 64"));
+}
+
+TEST(LinkOptions, JitterIsAtMostTheDelayAsInAFile) {
+  SimulateOptions options;
+  options.scenario = "wall_contact";  // its link delays by 10 ms
+  const auto refused = [&options] { return test::refusal([&options] { return load_session(options).shortened; }); };
+  options.jitter_ms = 10;
+  EXPECT_EQ(refused(), "accepted");
+  options.jitter_ms = 11;
+  EXPECT_EQ(refused(), "--jitter-ms 11: must be at most the delay, 10 ms: see --delay-ms");
+  options.delay_ms = 11;
+  EXPECT_EQ(refused(), "accepted");
+  options.delay_ms = 0;
+  EXPECT_TRUE(test::says(refused(), "at most the delay, 0 ms"));
 }
 
 TEST(LinkFile, AllThatAreShippedCanBeRead) {

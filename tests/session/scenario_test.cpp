@@ -289,6 +289,20 @@ TEST_F(ScenarioFile, PosesThisMachineCannotTakeAreRefused) {
   });
 }
 
+TEST_F(ScenarioFile, StartsInsideAWallOrBehindOneWithoutAnEndAreRefused) {
+  const auto at = [](const std::string& x, bool with_ends) {
+    const std::string rest = "normal = [-1, 0]\nstiffness_N_per_m = 1e6\ndamping_ratio = 0.3\nfriction = 0.4\n",
+                      ends = "from_m = -1 #o\nto_m = 1 #o\n";
+    return with("point_m = [2.55, 0.5]\n" + rest + ends,
+                "point_m = [" + x + ", 0.5]\n" + rest + (with_ends ? ends : ""));
+  };
+  EXPECT_TRUE(
+      test::says(refusal(at("2.0", true)), "key 'start_deg' = [40, -75, -40]: puts the bucket into or behind wall[0]"));
+  EXPECT_TRUE(test::says(refusal(at("0.5", false)), "puts the bucket into or behind wall[0]"));
+  EXPECT_EQ(refusal(at("0.5", true)), "") << "reached over";
+  EXPECT_EQ(refusal(at("2.55", false)), "");
+}
+
 TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   expect_refused({
       {"phase = \"sweep\"", "phase = \"swep\"", {"fault[0].phase", "swep", "no [[phase]]"}},
@@ -307,6 +321,13 @@ TEST_F(ScenarioFile, FaultsMustNameOnePhaseAndWhatCanHaveThem) {
   EXPECT_EQ(load(fault("sensor_frozen", "tilt")).faults[0].subject, machine_named().bus.tilt().id);
   EXPECT_EQ(load(fault("node_silent", "enable")).faults[0].subject, machine_named().bus.enable().id);
   EXPECT_EQ(load(fault("sensor_invalid", "bucket_rod_pressure")).faults[0].subject, machine_named().bus.pressure(5).id);
+}
+
+TEST_F(ScenarioFile, WithFaultsIsRefusedInRealTimeInTheWordsOfWhoRunsIt) {
+  const Scenario scenario = load(kWhole);
+  const std::string said = test::refusal([&] { refuse_faults(scenario); });
+  EXPECT_TRUE(said.ends_with(": run it with knuckle simulate")) << said;
+  EXPECT_EQ(test::refusal([&] { refuse_faults(scenario, ", without --realtime"); }), said + ", without --realtime");
 }
 
 TEST_F(ScenarioFile, EveryFaultIsReadByItsName) {

@@ -159,7 +159,8 @@ void add_options(const cli::OptionList& c, ConsoleOptions& o) {
       .show_default()
       .check(cli::seed_error);
   c.add_option("--delay-ms", o.session.delay_ms, "Delay of the simulated link, one way");
-  c.add_option("--jitter-ms", o.session.jitter_ms, "Jitter of the simulated link: half-width of the delay's variation");
+  c.add_option("--jitter-ms", o.session.jitter_ms,
+               "Jitter of the simulated link: half-width of the delay's variation, at most the delay");
   c.add_option("--loss", o.session.loss, "Share of datagrams lost on the simulated link, 0 to 0.9");
   c.add_option("--camera", o.cameras,
                "Camera, NAME=SOURCE: a URI such as rtsp://192.0.2.9/live or v4l2:///dev/video0, or a pipeline as "

@@ -78,7 +78,7 @@ std::string recorded_live(const TemporaryFolder& folder, const Look& look) {
   session::SimulateOptions options;
   options.scenario = "free_motion";
   options.loss = 0.05;
-  options.jitter_ms = 8;
+  options.delay_ms = options.jitter_ms = 8;
   const session::SessionSetup setup = session::load_session(options).setup;
   recording::RecorderOptions how;
   how.file = folder.file("live.mcap");
