@@ -2,7 +2,7 @@
 #   knuckle_precompile(NAME headers... LINK deps...)   headers that several targets share, compiled once
 #   knuckle_library(NAME deps... [PRIVATE deps...])   one static library per folder
 #   knuckle_tests(FOLDER deps... [LABEL name])   one GoogleTest binary per test folder; its ctest label, unless FOLDER.
-#                                   Its files are compiled six at a time: helpers of two files have two names
+#                                   Its files are compiled twelve at a time: helpers of two files have two names
 #   knuckle_fuzzers(deps...)        one libFuzzer binary per tests/fuzz/*_fuzz.cpp
 #   knuckle_fuzz_replays(deps...)   one test per tests/fuzz/corpus/NAME: these files once through that fuzzer's check
 

@@ -9,11 +9,6 @@
 #include "machine/reason_text.h"
 
 namespace knuckle::slave {
-namespace {
-
-constexpr PlausibilityLimits kLimits = kPlausibility;
-
-}  // namespace
 
 Plausibility::Plausibility(const MachineDescription& machine, double step_s)
     : cylinders_(machine.cylinders),
@@ -22,9 +17,11 @@ Plausibility::Plausibility(const MachineDescription& machine, double step_s)
       wrong_(machine, step_s),
       step_s_(step_s),
       step_Pa_(machine.sensors.pressure_step_Pa),
-      moved_m_((kLimits.moved_steps * length_steps_m(machine)).cwiseMax(kLimits.moved_m)) {
-  const bool noisy = machine.sensors.pressure_noise_Pa >= 0.5 * step_Pa_, coarse = step_Pa_ > kLimits.coarse_Pa;
-  const int samples = noisy ? kLimits.repeats : coarse ? kLimits.repeats_coarse : kLimits.repeats_quiet;
+      moved_m_((kPlausibility.moved_steps * length_steps_m(machine)).cwiseMax(kPlausibility.moved_m)) {
+  const bool noisy = machine.sensors.pressure_noise_Pa >= 0.5 * step_Pa_, coarse = step_Pa_ > kPlausibility.coarse_Pa;
+  const int samples = noisy    ? kPlausibility.repeats
+                      : coarse ? kPlausibility.repeats_coarse
+                               : kPlausibility.repeats_quiet;
   for (std::size_t chamber = 0; chamber < repeats_.size(); ++chamber) {
     const BroadcastFrame* const frame = bus_.broadcast(NodeRole::kPressure, static_cast<int>(chamber)).frame;
     const double steps_held = frame == nullptr ? 1 : std::max(1.0, std::ceil(frame->period_s / step_s_));
@@ -51,7 +48,7 @@ void Plausibility::reset() noexcept {
 /// to give; and against a wall the returning side falls to tank pressure, so that nothing is expected.
 double Plausibility::nominal_flow(int joint, double spool, double return_Pa) const noexcept {
   const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
-  const double drop_Pa = std::max(0.0, return_Pa - hydraulics_.tank_Pa - kLimits.sure_drop_Pa);
+  const double drop_Pa = std::max(0.0, return_Pa - hydraulics_.tank_Pa - kPlausibility.sure_drop_Pa);
   return valve.flow_share(valve.opening(spool), spool > 0) * valve.nominal_flow_m3ps *
          std::sqrt(drop_Pa / valve.nominal_drop_Pa);
 }
@@ -63,7 +60,8 @@ double Plausibility::return_Pa(const estimation::Measurement& m, int joint, int 
   if (m.pressures_known[i]) return m.pressure_Pa[2 * i + (direction > 0 ? 1 : 0)];
   const double head = cylinders_[i].head_area_m2(), rod = cylinders_[i].rod_side_area_m2();
   const double out_over_in = direction > 0 ? rod / head : head / rod;
-  return hydraulics_.tank_Pa + kLimits.sure_drop_Pa + hydraulics_.load_sensing_margin_Pa * out_over_in * out_over_in;
+  return hydraulics_.tank_Pa + kPlausibility.sure_drop_Pa +
+         hydraulics_.load_sensing_margin_Pa * out_over_in * out_over_in;
 }
 
 /// Travel's worth of oil that leaves because the returning side's pressure falls, or, negative, that stays there
@@ -80,14 +78,14 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   Axis& axis = axes_[static_cast<std::size_t>(joint)];
   const CylinderDescription& cylinder = cylinders_[static_cast<std::size_t>(joint)];
   const double length = m.cylinder_m[joint];
-  const bool open = std::abs(spool) > cylinder.valve.dead_band(spool > 0) + kLimits.open_margin;
+  const bool open = std::abs(spool) > cylinder.valve.dead_band(spool > 0) + kPlausibility.open_margin;
   int direction = open ? (spool > 0 ? 1 : -1) : 0;
   axis.shut_s = open ? 0 : axis.shut_s + step_s_;
-  const bool passing = !open && axis.shut_s < kLimits.passing_s;
+  const bool passing = !open && axis.shut_s < kPlausibility.passing_s;
   if (passing) direction = axis.direction;
   const double pressure = return_Pa(m, joint, passing ? direction : spool > 0 ? 1 : -1);
-  const bool at_end =
-      direction > 0 ? length > cylinder.max_length_m - kLimits.end_m : length < cylinder.min_length_m + kLimits.end_m;
+  const bool at_end = direction > 0 ? length > cylinder.max_length_m - kPlausibility.end_m
+                                    : length < cylinder.min_length_m + kPlausibility.end_m;
   FlowShare& share = axis.share[direction >= 0 ? 0 : 1];
   const double moved_m = direction * (length - axis.anchor_m);
   if (direction != axis.direction || direction == 0 || at_end || std::abs(moved_m) >= moved_m_[joint]) {
@@ -108,17 +106,17 @@ Reason Plausibility::frozen(int joint, const estimation::Measurement& m, double 
   // to the relief: one that is not, and is not seen to move, moves unseen.
   const bool measured = m.pressures_known[static_cast<std::size_t>(joint)];
   const double driven = m.pressure_Pa[static_cast<std::size_t>(2 * joint + (direction > 0 ? 0 : 1))];
-  const bool stalls = !measured || driven > kLimits.stall * hydraulics_.main_relief_Pa;
+  const bool stalls = !measured || driven > kPlausibility.stall * hydraulics_.main_relief_Pa;
   axis.stalled_s = stalls ? 0 : axis.stalled_s + expected * step_s_;
-  if (axis.stalled_s > kLimits.unmoved_s)
-    return {ReasonCode::kSensorImplausible, wrong_.of_open(joint, direction), axis.stalled_s, kLimits.unmoved_s};
+  if (axis.stalled_s > kPlausibility.unmoved_s)
+    return {ReasonCode::kSensorImplausible, wrong_.of_open(joint, direction), axis.stalled_s, kPlausibility.unmoved_s};
   const double area = direction > 0 ? cylinder.rod_side_area_m2() : cylinder.head_area_m2();
   const double nominal_m = nominal_flow(joint, spool, pressure) / area * step_s_;
   share.pass(opening, nominal_m);
-  axis.delivered_m += kLimits.sure_flow * expected * nominal_m;
+  axis.delivered_m += kPlausibility.sure_flow * expected * nominal_m;
   const double expanded = expanded_m(joint, direction, length, axis.return_Pa - pressure);
   const double unseen = axis.delivered_m - std::max(0.0, expanded);
-  const double most = measured && !bus_.by_frames() ? kLimits.unseen_m : kLimits.unseen_unmeasured_m;
+  const double most = measured && !bus_.by_frames() ? kPlausibility.unseen_m : kPlausibility.unseen_unmeasured_m;
   if (unseen <= most) return {};
   return {ReasonCode::kSensorImplausible, wrong_.of_open(joint, direction), unseen, most};
 }
@@ -128,21 +126,21 @@ Reason Plausibility::moving_while_closed(int joint, const estimation::Measuremen
   const double step = m.cylinder_m[joint] - axis.last_m;
   axis.last_m = m.cylinder_m[joint];
   const ValveDescription& valve = cylinders_[static_cast<std::size_t>(joint)].valve;
-  const bool closed = std::abs(spool) < valve.dead_band(spool > 0) - kLimits.closed_margin;
+  const bool closed = std::abs(spool) < valve.dead_band(spool > 0) - kPlausibility.closed_margin;
   const auto head = static_cast<std::size_t>(2 * joint);
   const bool relieving =
-      std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kLimits.relief * hydraulics_.port_relief_Pa;
+      std::max(m.pressure_Pa[head], m.pressure_Pa[head + 1]) > kPlausibility.relief * hydraulics_.port_relief_Pa;
   axis.closed_s = closed && !relieving ? axis.closed_s + step_s_ : 0;
-  if (axis.closed_s < kLimits.settle_s) {  // also the first step, whose travel is from 0
+  if (axis.closed_s < kPlausibility.settle_s) {  // also the first step, whose travel is from 0
     axis.travel_m = 0;
     axis.closed_Pa = {m.pressure_Pa[head], m.pressure_Pa[head + 1]};
     return {};
   }
-  axis.travel_m += step - axis.travel_m * step_s_ / kLimits.closed_forget_s;
+  axis.travel_m += step - axis.travel_m * step_s_ / kPlausibility.closed_forget_s;
   const double length = m.cylinder_m[joint];
   const double gave_m = std::max(std::abs(expanded_m(joint, -1, length, axis.closed_Pa[0] - m.pressure_Pa[head])),
                                  std::abs(expanded_m(joint, 1, length, axis.closed_Pa[1] - m.pressure_Pa[head + 1])));
-  const double most_m = kLimits.closed_travel_m + kLimits.closed_oil * gave_m;
+  const double most_m = kPlausibility.closed_travel_m + kPlausibility.closed_oil * gave_m;
   if (std::abs(axis.travel_m) <= most_m) return {};
   return {ReasonCode::kSensorImplausible, wrong_.of_shut(joint, axis.travel_m > 0 ? 1 : -1), std::abs(axis.travel_m),
           most_m};
@@ -152,17 +150,17 @@ Reason Plausibility::stuck(std::size_t chamber, const estimation::Measurement& m
   Chamber& seen = chambers_[chamber];
   const double value = m.pressure_Pa[chamber], other = m.pressure_Pa[chamber ^ 1U];
   const double length = m.cylinder_m[static_cast<int>(chamber / 2)];
-  const bool coarse = step_Pa_ > kLimits.coarse_Pa;
-  const double coarse_Pa = coarse ? kLimits.coarse_steps * step_Pa_ : 0;
-  if (value != seen.value_Pa || value < std::max(kLimits.cavitating_Pa, coarse_Pa / 2)) {
+  const bool coarse = step_Pa_ > kPlausibility.coarse_Pa;
+  const double coarse_Pa = coarse ? kPlausibility.coarse_steps * step_Pa_ : 0;
+  if (value != seen.value_Pa || value < std::max(kPlausibility.cavitating_Pa, coarse_Pa / 2)) {
     seen = {value, 0, other, other, length};
     return {};
   }
   ++seen.repeats;
   seen.other_min_Pa = std::min(seen.other_min_Pa, other);
   seen.other_max_Pa = std::max(seen.other_max_Pa, other);
-  const bool others_live = seen.other_max_Pa - seen.other_min_Pa > std::max(kLimits.other_side_Pa, coarse_Pa) ||
-                           (!coarse && std::abs(length - seen.length_m) > kLimits.repeat_travel_m);
+  const bool others_live = seen.other_max_Pa - seen.other_min_Pa > std::max(kPlausibility.other_side_Pa, coarse_Pa) ||
+                           (!coarse && std::abs(length - seen.length_m) > kPlausibility.repeat_travel_m);
   const int most = repeats_[chamber];
   if (seen.repeats < most || !others_live) return {};
   return {ReasonCode::kSensorImplausible, subject_of(NodeRole::kPressure, static_cast<int>(chamber), bus_),
@@ -177,11 +175,11 @@ Reason Plausibility::all_still(const estimation::Measurement& m) noexcept {
   }
   still_.time_s += step_s_;
   const double travel_m = (m.cylinder_m - still_.from_m).cwiseAbs().maxCoeff();
-  if (still_.time_s < kLimits.still_s || travel_m <= kLimits.still_travel_m) return {};
+  if (still_.time_s < kPlausibility.still_s || travel_m <= kPlausibility.still_travel_m) return {};
   const auto known = std::find(m.pressures_known.begin(), m.pressures_known.end(), true);
   const auto joint = static_cast<int>(known - m.pressures_known.begin());
   return {ReasonCode::kSensorImplausible, subject_of(NodeRole::kPressure, 2 * joint, bus_), travel_m,
-          kLimits.still_travel_m};
+          kPlausibility.still_travel_m};
 }
 
 Reason Plausibility::step(const estimation::Measurement& measurement, const JointVector& spool,

@@ -145,7 +145,7 @@ class Room {
       if (!off(at, press) || at.y() < ground_level_m(machine_) + clear_m_) return false;
     }
     for (const Frame2* link : {&pose.boom, &pose.arm}) {
-      const double length_m = machine_.links[link == &pose.boom ? kBoom : kArm].length_m;
+      const double length_m = machine_.links[static_cast<std::size_t>(link == &pose.boom ? kBoom : kArm)].length_m;
       for (const double share : {0.2, 0.4, 0.6, 0.8, 1.0}) {
         if (!off(*link * PlanarVector(share * length_m, 0), press)) return false;
       }

@@ -135,9 +135,9 @@ class RunningPulls {
   void list(const std::string& name, bool good) { lists_[name].push_back(good ? 1 : 0); }
 
   void judge_free() {
-    constexpr double kSettle_s = 1, kLookEvery_s = 0.5;
-    const auto settle = static_cast<std::size_t>(kSettle_s / rig_.step_s());
-    const auto every = static_cast<std::size_t>(kLookEvery_s / rig_.step_s());
+    constexpr double settle_s = 1, look_every_s = 0.5;
+    const auto settle = static_cast<std::size_t>(settle_s / rig_.step_s());
+    const auto every = static_cast<std::size_t>(look_every_s / rig_.step_s());
     for (std::size_t k = settle; k < told_.size(); ++k) {
       const Told& told = told_[k];
       free_.alarms += told.state.contact && !told_[k - 1].state.contact ? 1 : 0;
