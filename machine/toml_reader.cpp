@@ -293,7 +293,7 @@ TomlTable TomlTable::read_kind(std::string_view kind, const std::string& path) {
   TomlTable file = read(path);
   std::string_view other;
   for (const auto& [of, table] : kTables) {
-    if (!file.has(table)) continue;
+    if (!file.node_->table->contains(table)) continue;
     if (of == kind) return file;
     other = of;
   }

@@ -44,8 +44,8 @@ class TomlTable {
   /// deeper than 16, or is not TOML.
   /// @param checked messages name `knuckle check`, which reads such files.
   [[nodiscard]] static TomlTable read(const std::string& path, bool checked = true);
-  /// @param kind "machine", "device", "scenario" or "link". @throws InputError also where the file is of another kind,
-  /// by tables that only one kind has.
+  /// @param kind "machine", "device", "scenario", "link", "mapping", "grid" or "truth". @throws InputError also where
+  /// the file is of another kind, by tables that only one kind has.
   [[nodiscard]] static TomlTable read_kind(std::string_view kind, const std::string& path);
   /// The same for text in memory; `source` names it in messages.
   [[nodiscard]] static TomlTable parse(std::string_view text, const std::string& source);

@@ -22,6 +22,9 @@ namespace knuckle::recording {
 /// "12.250s_simulate_link_lost.mcap".
 [[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
 
+/// After a file's name, while it is written and where that was not ended.
+inline constexpr const char* kUnfinished = ".partial";
+
 /// With everything above it; true where it is there afterwards. Else errno says why.
 [[nodiscard]] bool make_folder(const std::string& folder) noexcept;
 

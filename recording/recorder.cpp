@@ -18,7 +18,6 @@ namespace {
 
 constexpr Duration kDrainPeriod = 20ms;
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
-constexpr const char* kUnfinished = ".partial";
 
 Time time_at(std::int64_t ns) {
   return Time(Duration(ns));

@@ -67,7 +67,7 @@ const char* name(Kind kind) noexcept {
 }
 
 Settings load_settings(const std::string& path) {
-  TomlTable file = TomlTable::read(path);
+  TomlTable file = TomlTable::read_kind("grid", path);
   Settings settings;
   settings.kind = static_cast<Kind>(file.choice("battery", {"feel", "work"}));
   settings.sessions = static_cast<std::uint64_t>(file.integer("sessions", 1, kMostSessions));

@@ -18,6 +18,7 @@
 #include "app/session/scenario.h"
 #include "core/error.h"
 #include "machine/load.h"
+#include "recording/file_names.h"
 #include "transport/socket_address.h"
 
 namespace knuckle::programs {
@@ -74,7 +75,7 @@ void add_options(const cli::OptionList& c, session::SimulateOptions& o) {
   c.add_option("--truth", o.truth,
                "The simulated machine's true parameters (.toml), instead of sampling them from the seed");
   c.add_option("--candump", o.candump, "Write every CAN frame in candump log format (- = standard output)");
-  c.add_option("--log", o.log, "Record all that the loops read, know and do (.mcap; docs/recordings.md)");
+  c.add_option("--log", o.log, "Record all that the loops read, know and do (a new .mcap; docs/recordings.md)");
   c.add_option("--flights", o.flights, "Folder for flight records: the last half minute of every fault and stop");
   c.add_option("--csv", o.csv, "Write a CSV table, a row each step of the machine's loop");
   c.add_option("--report", o.report, "Write a self-contained HTML report");
@@ -93,6 +94,7 @@ void check_places(const session::SimulateOptions& o) {
   places.input("--from-cell", o.from_cell.substr(0, o.from_cell.rfind(':')));
   places.output("--candump", o.candump);
   places.output("--log", o.log);
+  if (!o.log.empty()) places.output("--log", o.log + recording::kUnfinished);
   places.output("--csv", o.csv);
   places.output("--report", o.report);
   places.output("--json", o.json);

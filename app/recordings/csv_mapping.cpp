@@ -158,7 +158,7 @@ std::vector<std::string> Mapping::columns() const {
 }
 
 Mapping read_mapping(const std::string& path) {
-  TomlTable file = TomlTable::read(path);
+  TomlTable file = TomlTable::read_kind("mapping", path);
   Mapping map;
   TomlTable time = file.table("time");
   map.gap_s = time.number("gap_s", 1e-3, 1e3);

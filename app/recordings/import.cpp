@@ -170,7 +170,7 @@ class File {
     throw InputError("--out " + path_ + ": cannot be written: " + std::strerror(error));
   }
 
-  std::string path_, partial_ = path_ + ".partial";
+  std::string path_, partial_ = path_ + recording::kUnfinished;
   mcap::FileWriter writer_;
   mcap::ChunkBuilder chunk_;
   std::array<std::uint32_t, static_cast<std::size_t>(recording::Topic::kCount)> sequences_{};
@@ -221,6 +221,7 @@ int run_import(const ImportOptions& o) {
   places.input("--map", o.map);
   places.input("--machine", machine_file);
   places.output("--out", o.out);
+  places.output("--out", o.out + recording::kUnfinished);
   const MachineDescription machine = calibrated(load_machine(machine_file));
   const RecordedFile table = read_recording(o.table, o.map, machine);
   recording::Head head;
@@ -242,7 +243,7 @@ cli::Command import_entry() {
         command.add_option("--map", o.map,
                            "Mapping file (.toml) that says how to read it; not needed for Knuckle's own");
         command.add_option("--machine", o.machine, "Machine name or .toml file").required();
-        command.add_option("--out", o.out, "The recording (.mcap)").required();
+        command.add_option("--out", o.out, "The recording (a new .mcap)").required();
       },
       run_import);
 }

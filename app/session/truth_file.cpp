@@ -69,7 +69,7 @@ void read_joint(TomlTable table, std::size_t joint, sim::MachineTruth& truth) {
 
 sim::MachineTruth load_truth(const std::string& path, const MachineDescription& nominal) {
   sim::MachineTruth truth = sim::nominal_truth(nominal);
-  TomlTable file = TomlTable::read(path);
+  TomlTable file = TomlTable::read_kind("truth", path);
   if (file.has("pressure_offset_bar")) {
     const auto offset_Pa = file.numbers<6>("pressure_offset_bar", -20, 20, 1e5);
     for (std::size_t i = 0; i < 6; ++i) truth.pressure[i].offset_Pa = offset_Pa[static_cast<Eigen::Index>(i)];

@@ -124,7 +124,6 @@ TEST(OutputFile, StopsWaitingForAPipesReaderWhenTold) {
   const InterruptGuard guard;
   std::raise(SIGTERM);
   EXPECT_THROW(OutputFile("--csv", pipe), Interrupted);
-  const InterruptGuard forgets;  // the signal is not for the tests that follow
 }
 
 TEST(OutputFile, SaysWhyTheDiskRefusesHoweverMuchIsWritten) {

@@ -113,7 +113,7 @@ session::SimulateOptions next_session(const session::SimulateOptions& asked, con
   options.scenario = facts.scenarios[static_cast<std::size_t>(choice.scenario)];
   if (!choice.link_chosen) return options;
   options.delay_ms = static_cast<double>(choice.delay_ms);
-  options.jitter_ms = static_cast<double>(choice.jitter_ms);
+  options.jitter_ms = static_cast<double>(std::min(choice.jitter_ms, choice.delay_ms));  // no delay is below 0
   options.loss = static_cast<double>(choice.loss_percent) / 100;
   return options;
 }

@@ -352,6 +352,8 @@ TEST(SessionChoice, LeavesTheLinkToScenarioAndCommandLineUntilThePersonMovesASli
   choice.link_chosen = true;
   EXPECT_EQ(next_session(asked, choice, canned_facts()).delay_ms, 30);
   EXPECT_DOUBLE_EQ(next_session(asked, choice, canned_facts()).loss.value_or(0), 0.02);
+  choice.jitter_ms = 100;
+  EXPECT_EQ(next_session(asked, choice, canned_facts()).jitter_ms, 30) << "no delay is below 0";
 }
 
 TEST(ConfidenceText, AreThoseOfTheMachinesSideAndNotGuessedAt) {
