@@ -154,5 +154,15 @@ TEST(Canopen, ValveStatesAreThoseOfCia408) {
   EXPECT_FALSE(valve_fault(0xF));
 }
 
+TEST(Canopen, EmergencyAndAbortCodesAreReadable) {
+  EXPECT_STREQ(emergency_text(0x8130), "heartbeat of a watched node missing");
+  EXPECT_STREQ(emergency_text(0x4242), "device temperature");
+  EXPECT_STREQ(emergency_text(0xFF12), "device specific");
+  EXPECT_STREQ(emergency_text(0xABCD), "unknown error code");
+  EXPECT_STREQ(abort_text(SdoAbort::kNoObject), "object does not exist");
+  EXPECT_STREQ(abort_text(static_cast<SdoAbort>(0x08000022)), "data cannot be stored: device state");
+  EXPECT_STREQ(abort_text(static_cast<SdoAbort>(1)), "unknown abort code");
+}
+
 }  // namespace
 }  // namespace knuckle::canopen

@@ -382,5 +382,18 @@ TEST(LinkMessages, TheFuzzersSeedsAreOfThisVersion) {
   EXPECT_TRUE(decode_home(seed("home")));
 }
 
+TEST(LinkMessages, TellTheirKindInTheHeader) {
+  EXPECT_EQ(link_kind(encode(MasterMessage{}).view()), LinkKind::kMaster);
+  EXPECT_EQ(link_kind(encode(SlaveMessage{}).view()), LinkKind::kSlave);
+  EXPECT_EQ(link_kind(encode(MachineStatus{}).view()), LinkKind::kStatus);
+  for (std::size_t byte = 0; byte < 3; ++byte) {
+    Datagram foreign = encode(SlaveMessage{});
+    foreign.bytes[byte] ^= 0x40;
+    EXPECT_FALSE(link_kind(foreign.view())) << byte;
+  }
+  EXPECT_FALSE(link_kind(encode(SlaveMessage{}).view().first(3)));
+  EXPECT_FALSE(link_kind({}));
+}
+
 }  // namespace
 }  // namespace knuckle

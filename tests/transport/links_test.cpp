@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -270,6 +273,29 @@ TEST(UdpLink, ConnectsToAHostByItsNameAndSaysInOneLineWhereItHasNoAddress) {
   const std::string message = refusal(connect, "nowhere.invalid:5683");  // RFC 2606: no name ends so
   EXPECT_EQ(message.find("--connect nowhere.invalid:5683: \"nowhere.invalid\" has no address: "), 0u) << message;
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
+/// Asked of the kernel, not of what is tested.
+bool has_ipv6() {
+  const int any = ::socket(AF_INET6, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in6 loopback{};
+  loopback.sin6_family = AF_INET6;
+  loopback.sin6_addr = in6addr_loopback;
+  const bool bound = any >= 0 && ::bind(any, reinterpret_cast<const sockaddr*>(&loopback), sizeof loopback) == 0;
+  if (any >= 0) ::close(any);
+  return bound;
+}
+
+TEST(UdpLink, SpeaksIPv6WhereTheComputerDoes) {
+  if (!has_ipv6()) GTEST_SKIP() << "NOT TESTED: this computer has no IPv6 loopback";
+  UdpLink slave = UdpLink::listen("[::1]:0");
+  UdpLink master = UdpLink::connect("[::1]:" + std::to_string(slave.port()));
+  const std::array<std::uint8_t, 2> ping{1, 2};
+  Datagram datagram;
+  ASSERT_TRUE(master.send(claim().view()));
+  ASSERT_TRUE(wait_for(slave, datagram));
+  ASSERT_TRUE(slave.send(ping));
+  EXPECT_TRUE(wait_for(master, datagram));
 }
 
 }  // namespace

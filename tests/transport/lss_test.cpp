@@ -64,5 +64,13 @@ TEST(Lss, StrangeFramesAreNone) {
   EXPECT_FALSE(parse_answer(longer));
 }
 
+TEST(Lss, ErrorCodesAreReadable) {
+  EXPECT_STREQ(error_text(Service::kConfigureNodeId, 1), "it allows no such node id");
+  EXPECT_STREQ(error_text(Service::kStore, 1), "it cannot store");
+  EXPECT_STREQ(error_text(Service::kStore, 2), "its memory cannot be written");
+  EXPECT_STREQ(error_text(Service::kConfigureNodeId, 2), "unknown error code");
+  EXPECT_STREQ(error_text(Service::kStore, 0xFF), "for a reason of its own; see its manual");
+}
+
 }  // namespace
 }  // namespace knuckle::lss
