@@ -22,7 +22,7 @@ namespace knuckle::recording {
 /// "12.250s_simulate_link_lost.mcap".
 [[nodiscard]] std::string flight_name(const Head& head, Time at, const std::string& why);
 
-/// After a file's name, while it is written and where that was not ended.
+/// Ends the name of a file that is being written, or whose writing was cut short.
 inline constexpr const char* kUnfinished = ".partial";
 
 /// With everything above it; true where it is there afterwards. Else errno says why.
